@@ -1,0 +1,60 @@
+"""The errors of asympk: one class per kind, each also the builtin a caller would expect.
+
+A message is one line and says what was found, where, and what to do.
+"""
+
+
+class AsympkError(Exception):
+    """Any error that asympk raises on purpose."""
+
+
+class InputError(AsympkError, ValueError):
+    """An argument is not of the kind or the range it must be."""
+
+
+class UnknownName(AsympkError, LookupError):
+    """A name (claim, manifold, method, scene, key) is not one of those that exist."""
+
+
+class MissingPackage(AsympkError, ImportError):
+    """An optional package is not installed; the message gives the pip line."""
+
+
+class OrderError(AsympkError, ValueError):
+    """An expansion is asked for beyond the order to which it is known."""
+
+
+class BranchError(AsympkError, ValueError):
+    """A proposed branch does not solve the critical equation g(x, y, 0) = 0."""
+
+
+class NotNormallyHyperbolic(AsympkError, ArithmeticError):
+    """The fast Jacobian dg/dy is singular on the branch: no slow manifold continues it."""
+
+
+class NoManifold(AsympkError, ArithmeticError):
+    """A slow manifold does not exist for these parameters."""
+
+
+class NoMotion(AsympkError, ArithmeticError):
+    """The rigid model has no motion from this start."""
+
+
+class TwoMotions(AsympkError, ArithmeticError):
+    """The rigid model has two motions from this start."""
+
+
+class OutOfRange(AsympkError, ArithmeticError):
+    """An asymptotic prediction is asked for where its expansion does not hold."""
+
+
+class TooManyEvents(AsympkError, RuntimeError):
+    """A trajectory has more events than allowed; the message gives the state reached."""
+
+
+class TooLarge(AsympkError, OverflowError):
+    """A state or an intermediate quantity leaves the range of the numbers in use."""
+
+
+class NotDerivable(AsympkError, ValueError):
+    """A derivation does not go through for the model it was given."""

@@ -1,0 +1,21 @@
+"""The door to every model: ``solve(scene, method=...)`` looks the method up and loads its module only then."""
+
+from importlib import import_module
+
+from asympk.errors import UnknownName
+
+# method -> module of asympk that has ``run(scene, method, **options) -> Path``
+METHODS = {
+    "exact": "exact",
+}
+
+
+def solve(scene, method="exact", **options):
+    """Follow ``scene`` from its start to ``until`` and return a ``Path``.
+
+    ``method="exact"`` is the event-driven closed form; ``digits=n`` runs it on mpmath numbers. Options belong to
+    the method. Raises ``UnknownName`` for a method that does not exist.
+    """
+    if method not in METHODS:
+        raise UnknownName(f"method {method!r} is unknown; choose one of {', '.join(METHODS)}")
+    return import_module(f"asympk.{METHODS[method]}").run(scene, method, **options)
