@@ -7,6 +7,17 @@ from asympk.errors import UnknownName
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
 METHODS = {
     "exact": "exact",
+    "rk45": "integrate",
+    "dop853": "integrate",
+    "radau": "integrate",
+    "bdf": "integrate",
+    "lsoda": "integrate",
+    "heyoka": "integrate",
+    "cvode": "integrate",
+    "kvaerno5": "integrate",
+    "sign": "integrators.sign",
+    "tanh": "integrators.tanh",
+    "moreau": "integrators.moreau",
 }
 
 

@@ -1,6 +1,6 @@
 """Path: what every model returns, whether exact, integrated or asymptotic."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -25,6 +25,7 @@ class Path:
     ``final`` is (x, y, z) at ``until``; ``modes`` is one longer than ``events``; calling the path at times ``t``
     gives an array of shape ``(3,) + t.shape`` (nondimensional). ``error`` is an estimate of the error of
     ``final``, relative to the largest of 1, |x|, |z|, or None when the model makes none.
+    ``info`` is what the model tells of its own run; an integrator gives "status", "reached", "work" and "options".
     """
 
     scene: Any
@@ -34,6 +35,7 @@ class Path:
     modes: tuple[str, ...]
     at: Callable = field(repr=False)
     error: Any = None
+    info: Mapping = field(default_factory=dict)
 
     def __call__(self, t):
         return self.at(t)

@@ -1,0 +1,55 @@
+"""RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one: guards are looked at after every step."""
+
+from time import monotonic
+
+from asympk.integrate import Leg, Work
+
+CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
+EXPLICIT = ("rk45", "dop853")
+
+
+def advance(method, piece, t, state, until, rtol, atol, limits, times):
+    """Follow ``piece`` from (t, state) until a guard is lost or ``until``; ``times`` are looked in at on the way."""
+    from scipy import integrate
+
+    jac = {} if method in EXPLICIT else {"jac": lambda t, w: piece.jac(t, w.tolist())}
+    solver = getattr(integrate, CLASSES[method])(
+        lambda t, w: piece.rhs(t, w.tolist()), t, state, until, rtol=rtol, atol=atol, **jac)
+    before, samples, steps, short, hit = piece.guard_values(state), [], 0, "", None
+    t = solver.t
+    while solver.status == "running" and hit is None and not short:
+        short = _step(solver, steps, limits)
+        steps += not short
+        state = tuple(solver.y.tolist())
+        after = piece.guard_values(state)
+        t = solver.t
+        lost = [k for k in (0, 1) if before[k] >= 0 >= after[k] and before[k] != after[k]]
+        if lost and not short:
+            t, hit = min((_root(piece, solver, k), k) for k in lost)
+            state = tuple(solver.dense_output()(t).tolist())
+        while len(samples) < len(times) and times[len(samples)] <= t and not short:
+            samples.append(tuple(solver.dense_output()(times[len(samples)]).tolist()))
+        before = after
+    return Leg(t, state, hit, Work(int(solver.nfev), steps, int(solver.njev)), short, tuple(samples))
+
+
+def _step(solver, steps, limits):
+    """Make one step; return what stops the run, or ""."""
+    if steps >= limits.steps:
+        return "step limit reached"
+    if monotonic() > limits.deadline:
+        return "time limit reached"
+    reason = solver.step()
+    if solver.status == "failed":
+        return f"stalled ({reason.rstrip('.').lower()})"
+    return "" if all(v - v == 0 for v in solver.y.tolist()) else "left the range of floats"
+
+
+def _root(piece, solver, k):
+    from scipy.optimize import brentq
+
+    dense, ends = solver.dense_output(), (solver.t_old, solver.t)
+    value = [piece.guard_values(dense(t).tolist())[k] for t in ends]
+    if value[0] <= 0 or value[1] >= 0:
+        return ends[0] if value[0] <= 0 else ends[1]
+    return brentq(lambda t: piece.guard_values(dense(t).tolist())[k], *ends, xtol=4e-16, rtol=9e-16)
