@@ -16,8 +16,9 @@ from asympk.systems import rod
 
 x, y, z = sp.symbols("x y z", real=True)
 mu = sp.Symbol("mu", positive=True)
-sigma, sigma0 = sp.symbols("sigma sigma_0", real=True)
+sigma, sigma0 = sp.symbols("sigma sigma0", real=True)
 phi = sp.Symbol("phi", real=True)
+_LOAD = sp.Symbol("s", real=True)
 
 ASSUMPTIONS = sp.And(sigma > -2, sigma0 >= sigma)
 
@@ -33,9 +34,8 @@ class Group:
 
 def kinetic_ratio():
     """Return f tan(alpha), the friction bound f |R| sin(alpha) in units of the load |R| cos(alpha)."""
-    return rod.coulomb().subs(rod.kappa, rod.f).subs(sp.sin(rod.alpha), sp.tan(rod.alpha) * sp.cos(rod.alpha)) / (
-        rod.R * sp.cos(rod.alpha)
-    )
+    bound = rod.coulomb().subs(rod.kappa, rod.f)
+    return bound.subs(sp.sin(rod.alpha), sp.tan(rod.alpha) * sp.cos(rod.alpha)) / (rod.R * sp.cos(rod.alpha))
 
 
 def friction_parameter():
@@ -84,9 +84,6 @@ def system(law=None):
         small=mu,
         assumptions=ASSUMPTIONS,
     )
-
-
-_LOAD = sp.Symbol("s", real=True)
 
 
 def _nondimensional(expr, phi):
