@@ -119,7 +119,7 @@ def _floats(value, name):
     import numpy as np
 
     try:
-        return np.asarray(value, dtype=float)
+        return np.asarray(float(_exact(value, name)) if isinstance(value, str) else value, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{name} = {value!r} is not a number or an array of numbers") from None
 

@@ -1,0 +1,95 @@
+"""Eigenvalues, exactly and as series, against the matrices themselves."""
+
+import pytest
+import sympy as sp
+
+from asympk import stability
+from asympk.errors import InputError, NotDerivable, OrderError
+from asympk.system import System
+from asympk.systems import painleve_klein as pk
+
+SYSTEM = pk.system()
+SPECTRA = {spectrum.mode: spectrum for spectrum in stability.eigenvalues(SYSTEM)}
+STIFFNESS = {"slip_same": pk.sigma + 4, "slip_opposite": -pk.sigma, "stick": sp.Integer(1)}
+
+
+@pytest.mark.parametrize("mode", STIFFNESS)
+def test_both_eigenvalues_are_roots_and_exhaust_the_polynomial(mode):
+    spectrum, b = SPECTRA[mode], STIFFNESS[mode]
+    assert sp.expand(spectrum.polynomial - (pk.mu * stability.LAMBDA**2 + b * stability.LAMBDA + b)) == 0
+    assert sp.simplify(spectrum.slow * spectrum.fast - b / pk.mu) == 0
+    assert sp.simplify(spectrum.slow + spectrum.fast + b / pk.mu) == 0
+    assert spectrum.neutral == 1
+
+
+@pytest.mark.parametrize("mode", STIFFNESS)
+def test_the_series_of_both_eigenvalues_have_catalan_coefficients(mode):
+    spectrum, b = SPECTRA[mode], STIFFNESS[mode]
+    slow = stability.series_in_mu("slow", spectrum, 6)
+    fast = stability.series_in_mu("fast", spectrum, 6)
+    for k in range(7):
+        assert sp.cancel(slow[k] + sp.catalan(k) / b**k) == 0
+        assert sp.cancel(fast[k] - (-b if k == 0 else sp.catalan(k - 1) / b ** (k - 1))) == 0
+
+
+@pytest.mark.parametrize(("sigma", "mode"), [(1, "slip_same"), (1, "slip_opposite"), (sp.Rational(-3, 2), "slip_opposite"), (0, "stick")])
+def test_the_matrix_has_these_eigenvalues_to_forty_digits(sigma, mode):
+    at = {pk.sigma: sigma, pk.mu: sp.Rational(1, 1000)}
+    b = STIFFNESS[mode].subs(at)
+    matrix = sp.Matrix([[0, 1], [-b / at[pk.mu], -b / at[pk.mu]]])
+    expected = sorted(root.evalf(50) for root in matrix.eigenvals())
+    found = sorted((SPECTRA[mode].slow.subs(at).evalf(50), SPECTRA[mode].fast.subs(at).evalf(50)))
+    assert all(abs(a / b - 1) < sp.Rational(1, 10**40) for a, b in zip(found, expected, strict=True))
+
+
+def test_node_turns_to_focus_where_the_series_stops_converging():
+    for mode, b in STIFFNESS.items():
+        assert sp.cancel(SPECTRA[mode].coalescence - b / 4) == 0
+        assert SPECTRA[mode].radius == sp.Abs(SPECTRA[mode].coalescence)
+
+
+@pytest.mark.parametrize(
+    ("mode", "sigma", "mu", "kind"),
+    [
+        ("slip_same", 1, "1/100", "stable node"),
+        ("slip_same", 1, 2, "stable focus"),
+        ("slip_opposite", 1, "1/100", "saddle"),
+        ("slip_opposite", 1, 100, "saddle"),
+        ("slip_opposite", -1, "1/5", "stable node"),
+        ("slip_opposite", -1, "1/3", "stable focus"),
+        ("stick", 1, "1/5", "stable node"),
+        ("stick", 1, "1/3", "stable focus"),
+    ],
+)
+def test_kinds_agree_with_the_signs_of_the_eigenvalues(mode, sigma, mu, kind):
+    spectrum = SPECTRA[mode]
+    assert spectrum.kind(sigma=sigma, mu=mu) == kind
+    values = [v.subs({pk.sigma: sigma, pk.mu: sp.Rational(mu)}).evalf() for v in (spectrum.slow, spectrum.fast)]
+    assert ("focus" in kind) == any(value.is_real is False for value in values)
+    assert ("saddle" in kind) == (sp.re(values[0]) * sp.re(values[1]) < 0)
+
+
+def test_no_kind_is_listed_that_the_assumptions_exclude():
+    assert {name for name, _ in SPECTRA["slip_same"].kinds} == {"stable node", "stable focus"}
+    assert {name for name, _ in SPECTRA["slip_opposite"].kinds} == {"saddle", "stable node", "stable focus"}
+    assert dict(SPECTRA["slip_opposite"].kinds)["saddle"] == (pk.sigma > 0)
+    assert SPECTRA["slip_opposite"].hyperbolic == sp.Ne(pk.sigma, 0)
+
+
+def test_on_a_boundary_or_with_a_value_missing_the_kind_is_refused():
+    with pytest.raises(InputError, match="boundary"):
+        SPECTRA["slip_opposite"].kind(sigma=0, mu=1)
+    with pytest.raises(InputError, match="mu not given"):
+        SPECTRA["slip_opposite"].kind(sigma=1)
+
+
+@pytest.mark.parametrize("order", [-1, 1.5, True, "2"])
+def test_an_order_that_is_not_a_whole_number_is_refused(order):
+    with pytest.raises(OrderError, match="whole number"):
+        stability.series_in_mu("slow", SPECTRA["stick"], order)
+
+
+def test_a_nonlinear_mode_is_refused_by_name():
+    x, y, mu = sp.symbols("x y mu")
+    with pytest.raises(NotDerivable, match="not linear"):
+        stability.eigenvalues(System.smooth(slow={x: y}, fast={y: (1 - x**2) * y - x}, small=mu))
