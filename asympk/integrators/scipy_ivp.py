@@ -6,6 +6,7 @@ from asympk.integrate import Leg, Work
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
+STEP_LIMIT = "step limit reached"
 
 
 def advance(method, piece, t, state, until, rtol, atol, limits, times):
@@ -16,10 +17,11 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
     solver = getattr(integrate, CLASSES[method])(
         lambda t, w: piece.rhs(t, w.tolist()), t, state, until, rtol=rtol, atol=atol, **jac)
     before, samples, steps, short, hit = piece.guard_values(state), [], 0, "", None
-    t = solver.t
+    start = halfway = t
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, limits)
         steps += not short
+        halfway = solver.t if 2 * steps <= limits.steps else halfway
         state = tuple(solver.y.tolist())
         after = piece.guard_values(state)
         t = solver.t
@@ -30,13 +32,15 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)]).tolist()))
         before = after
+    if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
+        short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
     return Leg(t, state, hit, Work(int(solver.nfev), steps, int(solver.njev)), short, tuple(samples))
 
 
 def _step(solver, steps, limits):
     """Make one step; return what stops the run, or ""."""
     if steps >= limits.steps:
-        return "step limit reached"
+        return STEP_LIMIT
     if monotonic() > limits.deadline:
         return "time limit reached"
     reason = solver.step()

@@ -1,0 +1,62 @@
+"""One right-hand side for the whole motion, as customary ways have it: no modes, no guards, no events."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import monotonic
+
+from asympk.errors import InputError
+from asympk.integrate import FINISHED, Limits, dense, number, tolerances
+from asympk.integrators import scipy_ivp
+from asympk.path import Path
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field (x', y', z') and its Jacobian as functions of (t, state), with guards that are never lost."""
+
+    rhs: Callable
+    jac: Callable
+
+    def guard_values(self, state):
+        """Return values that stay positive."""
+        return (1.0, 1.0)
+
+
+def follow(scene, method, field, solver, rtol, atol, steps, seconds, **options):
+    """Follow ``scene`` along ``field`` with one of scipy's solvers and return a ``Path`` of one nameless mode."""
+    if solver not in scipy_ivp.CLASSES:
+        raise InputError(f"solver {solver!r} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
+    start, until = tuple(number(v, "start") for v in scene.start), number(scene.until, "until")
+    rtol, atol = tolerances(rtol, atol)
+
+    def trace(times=()):
+        limits = Limits(steps, float("inf") if times else monotonic() + seconds)
+        return scipy_ivp.advance(solver, field, 0.0, start, until, rtol, atol, limits, times)
+
+    leg = trace()
+    status = f"{leg.short} at t = {leg.t:.6g}" if leg.short else FINISHED
+    options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
+    info = {"status": status, "reached": leg.t, "work": leg.work._asdict(), "options": options}
+    at = dense(start, leg.t, lambda times: trace(times).samples)
+    return Path(scene, method, leg.state, (), ("one_field",), at, None, info)
+
+
+def friction_field(scene, direction, slope):
+    """Return the field with F = -(sigma + 2) |s| direction(z); ``slope`` is the derivative of ``direction``."""
+    bound, mu = number(scene.sigma, "sigma") + 2, number(scene.mu, "mu")
+
+    def rhs(t, state):
+        x, y, z = state
+        s = x + y
+        force = -bound * abs(s) * direction(z)
+        return y, (1 - 2 * s + force) / mu, 1 - s + force
+
+    def jac(t, state):
+        x, y, z = state
+        s = x + y
+        by_s = -bound * direction(z) * (1 if s >= 0 else -1)
+        by_z = -bound * abs(s) * slope(z)
+        row = (by_s - 2) / mu
+        return (0.0, 1.0, 0.0), (row, row, by_z / mu), (by_s - 1, by_s - 1, by_z)
+
+    return Field(rhs, jac)
