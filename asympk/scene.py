@@ -1,15 +1,29 @@
-"""Scene: parameters, start and horizon of one trajectory."""
+"""Scene: parameters, start and horizon of one trajectory, kept exactly as they were given."""
 
+import math
+import re
 from dataclasses import dataclass
+from fractions import Fraction
+from numbers import Integral, Rational
 from typing import Any
+
+from asympk.errors import InputError, NoManifold
+
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+")
+_LONGEST = 4000
+_LARGEST = 2.0**1023
+
+# manifold -> (a, sign of sigma in b, constant in b, sign of s z on it) of the mode mu y' = a - b s that holds it
+_MANIFOLDS = {"Pi1": (4, 1, 1), "Pi2": (0, -1, -1)}
 
 
 @dataclass(frozen=True)
 class Scene:
     """One trajectory to follow, in nondimensional quantities.
 
-    ``start`` is (x, y, z) = (rho, rho', v); numbers are int, float, Fraction, str ("0.2" means 1/5) or mpf.
-    ``sigma0 >= sigma`` is the static friction, by default ``sigma``.
+    ``start`` is (x, y, z) = (rho, rho', v); numbers are int, float, Fraction, str ("0.2" means 1/5) or mpf, and are
+    stored without rounding: int and float as they are, all others as Fraction. ``sigma0 >= sigma`` is the static
+    friction, by default ``sigma``. ``near`` is set by ``Scene.near`` alone. Raises ``InputError``.
     """
 
     sigma: Any
@@ -18,7 +32,106 @@ class Scene:
     until: Any
     sigma0: Any = None
     name: str = ""
+    near_to: tuple | None = None
 
     def __post_init__(self):
-        if self.sigma0 is None:
-            object.__setattr__(self, "sigma0", self.sigma)
+        put = object.__setattr__
+        put(self, "sigma", number("sigma", self.sigma, lambda v: v > -2, "greater than -2"))
+        put(self, "mu", number("mu", self.mu, lambda v: v > 0, "positive"))
+        put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
+        least = self.sigma
+        static = least if self.sigma0 is None else self.sigma0
+        put(self, "sigma0", number("sigma0", static, lambda v: v >= least, f"at least sigma = {least}"))
+        put(self, "start", _triple(self.start))
+
+    @classmethod
+    def near(cls, manifold, *, x, offset, z, sigma, mu, until, sigma0=None, name=""):
+        r"""Start at ``s = s_slow(x) + offset``, relative to the exact slow line of ``"Pi1"`` or ``"Pi2"``.
+
+        The slow line of a mode ``mu y' = 1 - b s`` is ``y = lambda (x - 1/b)`` with the slow root ``lambda`` of
+        ``mu lambda^2 + b lambda + b = 0``; b = sigma + 4 on Pi1, b = -sigma on Pi2. The offset is kept exactly, so
+        0 stays on the line and 1e-300 leaves it at its own time; ``start`` shows the nearest doubles. Raises
+        ``NoManifold`` where the mode has no slow line, ``InputError`` where the start is not in its mode.
+        """
+        if manifold not in _MANIFOLDS:
+            raise InputError(f"manifold = {manifold!r}: it must be one of {', '.join(_MANIFOLDS)}")
+        x, offset, z = number("x", x), number("offset", offset), number("z", z)
+        y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)
+        scene = cls(sigma, mu, (x, y, z), until, sigma0, name, (manifold, offset))
+        wanted = _MANIFOLDS[manifold][2]
+        if not (x + y) * z * wanted > 0:
+            raise InputError(
+                f"z = {z}: {manifold} lies in the mode {'slip_same' if wanted > 0 else 'slip_opposite'}; "
+                f"with x + y = {float(x + y):.6g} here, z must be {'positive' if (x + y) * wanted > 0 else 'negative'}"
+            )
+        return scene
+
+
+def _slow_y(manifold, sigma, mu, x):
+    constant, sign, _ = _MANIFOLDS[manifold]
+    b = constant + sign * sigma
+    if b == 0 or (b > 0 and 4 * mu >= b):
+        raise NoManifold(f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}: with b = {float(b):.6g} "
+                         "it needs 4 mu < b, or b < 0")
+    slow = -2 / (1 + math.sqrt(1 - 4 * mu / b))
+    return slow * float(x - 1 / Fraction(b))
+
+
+def number(name, value, allowed=None, words="a finite number"):
+    """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed."""
+    exact = _exact(name, value)
+    if not -_LARGEST <= exact <= _LARGEST:
+        raise InputError(f"{name} = {value!r}: it must be finite")
+    if allowed and not allowed(exact):
+        raise InputError(f"{name} = {_short(value)}: it must be {words}")
+    return exact
+
+
+def _exact(name, value):
+    if type(value) is float or type(value) is int:
+        return value
+    if isinstance(value, str):
+        return _parsed(name, value)
+    if isinstance(value, float):
+        return float(value)
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
+    if isinstance(value, Rational) and not isinstance(value, bool):
+        return Fraction(value.numerator, value.denominator)
+    if hasattr(value, "_mpf_"):
+        return _from_mpf(name, value)
+    if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0 and value.dtype.kind in "iuf":
+        return _exact(name, value.item())
+    raise InputError(f"{name} = {_short(value)}: it must be a number: int, float, Fraction, str or mpf")
+
+
+def _parsed(name, text):
+    bare = text.strip()
+    if len(bare) > _LONGEST or not _DECIMAL.fullmatch(bare):
+        raise InputError(f"{name} = {_short(text)}: it must be a decimal such as '0.2' or '1e-6', or a ratio such as '1/3'")
+    try:
+        return Fraction(bare)
+    except ZeroDivisionError:
+        raise InputError(f"{name} = {_short(text)}: it must not divide by zero") from None
+
+
+def _from_mpf(name, value):
+    sign, mantissa, exponent, _ = value._mpf_
+    if not mantissa and exponent or abs(exponent) > 40000:
+        raise InputError(f"{name} = {value!r}: it must be finite and of ordinary size")
+    return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
+
+
+def _triple(start):
+    try:
+        values = tuple(start)
+    except TypeError:
+        values = ()
+    if isinstance(start, str) or len(values) != 3:
+        raise InputError(f"start = {_short(start)}: it must be three numbers (x, y, z)")
+    return tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True))
+
+
+def _short(value):
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
