@@ -1,85 +1,86 @@
-r"""Moreau-Jean time stepping: implicit Euler steps h with the friction impulse h F as an unknown of every step.
+r"""Moreau-Jean time stepping: implicit Euler steps with the friction impulse h F as an unknown of every step.
 
-    x+ = x + h y+,    mu (y+ - y) = h (1 - 2 s+ + F),    z+ - z = h (1 - s+ + F),    -F in (sigma + 2) |s+| Sgn(z+)
+    x+ = x + h y+,    mu (y+ - y) = h (1 - 2 s+ + F),    z+ - z = h (1 - s+ + F),    |F| <= (sigma + 2) |s+|,
 
-One step has up to three solutions (slip_same, slip_opposite, stick) or none: for h > mu / sigma the determinant of
-slip_opposite, mu - h (1 + h) sigma, changes its sign, and the paradox of the rigid rod is back.
+F opposing z+ with all its strength where z+ is not 0. One step has up to three solutions (slip_same,
+slip_opposite, stick) or none: for h (1 + h) > mu / sigma the determinant of slip_opposite, mu - h (1 + h)
+sigma, has changed its sign, and the paradox of the rigid rod is back.
 """
 
 from time import monotonic
 
 from asympk.errors import InputError
-from asympk.integrate import FINISHED, Phase, dense, first_phase, number, rod, sign
+from asympk.integrate import Leg, Work, dense, endpoints, report
 from asympk.path import Event, Path
+from asympk.piecewise import Phase, first_phase, number, rod, sign
 
-COUNTED = {0: "steps with no solution", 2: "steps with two solutions", 3: "steps with three solutions"}
+COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps with three solutions"}
 
 
-def run(scene, method="moreau", *, rtol=1e-3, atol=None, step=None, prefer="present", steps=100_000, seconds=60.0):
+def run(
+    scene, method="moreau", *, rtol=1e-3, atol=None, step=None, prefer="present", steps=100_000, seconds=60.0
+):
     """Follow ``scene`` with steps h = ``step`` (by default ``rtol``: the scheme is of first order).
 
     Where a step has several solutions ``prefer="present"`` keeps the present mode, ``prefer="stick"`` sticks.
     ``path.info`` counts the steps with none, two and three solutions.
     """
-    h, until = number(rtol if step is None else step, "step"), number(scene.until, "until")
+    h = number(rtol if step is None else step, "step")
     if h <= 0 or prefer not in ("present", "stick"):
         raise InputError(f"step = {h:g}, prefer = {prefer!r}: give step > 0 and prefer 'present' or 'stick'")
-    start = tuple(number(v, "start") for v in scene.start)
-    times, states, phases, counts, short = _march(scene, start, until, h, prefer, steps, monotonic() + seconds)
+    start, until = endpoints(scene)
+    deadline = monotonic() + seconds
+    times, states, phases, counts, short = _march(scene, start, until, h, prefer, steps, deadline)
     changes = [k for k in range(1, len(phases)) if phases[k] != phases[k - 1]]
-    marks = [Event(_kind(phases[k - 1], phases[k]), times[k], *states[k]) for k in changes]
-    modes = [phases[0].mode, *(phases[k].mode for k in changes)]
-    info = {
-        "status": f"{short} at t = {times[-1]:.6g}" if short else FINISHED, "reached": times[-1],
-        "work": {"calls": 0, "steps": len(times) - 1, "jacobians": 0}, **counts,
-        "options": {"step": h, "prefer": prefer, "steps": steps, "seconds": seconds},
-    }
+    marks = tuple(Event(_kind(phases[k - 1], phases[k]), times[k], *states[k]) for k in changes)
+    modes = (phases[0].mode, *(phases[k].mode for k in changes))
+    work = Work(0, len(times) - 1, 0)
+    options = {"step": h, "prefer": prefer, "steps": steps, "seconds": seconds}
+    info = report(Leg(times[-1], states[-1], None, work, short), work, options) | counts
     at = dense(start, times[-1], lambda ts: _between(times, states, ts))
-    return Path(scene, method, states[-1], tuple(marks), tuple(modes), at, None, info)
+    return Path(scene, method, states[-1], marks, modes, at, None, info)
 
 
 def _march(scene, start, until, h, prefer, steps, deadline):
-    problem = rod(scene)
     friction = (number(scene.sigma, "sigma"), number(scene.sigma0, "sigma0"), number(scene.mu, "mu"))
-    times, states, phases = [0.0], [start], [first_phase(problem, start)]
-    counts = dict.fromkeys(COUNTED.values(), 0)
+    times, states, phases = [0.0], [start], [first_phase(rod(scene), start)]
+    counts, short = dict.fromkeys(COUNTED.values(), 0), ""
     while times[-1] < until:
         if len(times) > steps or monotonic() > deadline:
-            return times, states, phases, counts, "step limit reached" if len(times) > steps else "time limit reached"
+            short = f"{'step' if len(times) > steps else 'time'} limit reached"
+            break
         t = min(until, h * len(times))
         found = _solutions(*friction, *states[-1], t - times[-1])
         if len(found) != 1:
             counts[COUNTED[len(found)]] += 1
         if not found:
-            return times, states, phases, counts, "no discrete solution"
+            short = "no discrete solution"
+            break
         wanted = "stick" if prefer == "stick" else phases[-1].mode
         phase, state = next((f for f in found if f[0].mode == wanted), found[0])
         times.append(t)
         states.append(state)
         phases.append(phase)
-    return times, states, phases, counts, ""
+    return times, states, phases, counts, short
 
 
 def _solutions(sigma, sigma0, mu, x, y, z, h):
-    """Return every (phase, state) that solves the step, the likeliest first."""
+    """Return every (phase, state) that solves the step."""
     found = []
-    for a, b, product in ((1, sigma + 4, 1), (1, -sigma, -1)):
+    for b, product in ((sigma + 4, 1), (-sigma, -1)):
         determinant = mu + h * (1 + h) * b
         if determinant == 0:
             continue
-        state = _state(x, (mu * y + h * (a - b * x)) / determinant, h)
-        s, new_z = state[0] + state[1], z + h * (a - (b - 1) * (state[0] + state[1]))
+        new_y = (mu * y + h * (1 - b * x)) / determinant
+        s = x + (1 + h) * new_y
+        new_z = z + h * (1 - (b - 1) * s)
         if sign(s) * sign(new_z) == product:
-            found.append((Phase(sign(s), sign(new_z)), (*state, new_z)))
-    state = _state(x, (mu * y - z - h * x) / (mu + h * (1 + h)), h)
-    s = state[0] + state[1]
+            found.append((Phase(sign(s), sign(new_z)), (x + h * new_y, new_y, new_z)))
+    new_y = (mu * y - z - h * x) / (mu + h * (1 + h))
+    s = x + (1 + h) * new_y
     if abs(z + h * (1 - s)) <= (sigma0 + 2) * h * abs(s):
-        found.append((Phase(sign(s), 0), (*state, 0.0)))
+        found.append((Phase(sign(s), 0), (x + h * new_y, new_y, 0.0)))
     return found
-
-
-def _state(x, y, h):
-    return x + h * y, y
 
 
 def _kind(before, after):

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from time import monotonic
 
 from asympk.errors import InputError
-from asympk.integrate import FINISHED, Limits, dense, number, tolerances
+from asympk.integrate import Limits, dense, endpoints, report, tolerances
 from asympk.integrators import scipy_ivp
 from asympk.path import Path
+from asympk.piecewise import number
 
 
 @dataclass(frozen=True)
@@ -23,10 +24,10 @@ class Field:
 
 
 def follow(scene, method, field, solver, rtol, atol, steps, seconds, **options):
-    """Follow ``scene`` along ``field`` with one of scipy's solvers and return a ``Path`` of one nameless mode."""
+    """Follow ``scene`` along ``field`` with one of scipy's solvers; the ``Path`` has one nameless mode."""
     if solver not in scipy_ivp.CLASSES:
         raise InputError(f"solver {solver!r} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
-    start, until = tuple(number(v, "start") for v in scene.start), number(scene.until, "until")
+    start, until = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
 
     def trace(times=()):
@@ -34,15 +35,13 @@ def follow(scene, method, field, solver, rtol, atol, steps, seconds, **options):
         return scipy_ivp.advance(solver, field, 0.0, start, until, rtol, atol, limits, times)
 
     leg = trace()
-    status = f"{leg.short} at t = {leg.t:.6g}" if leg.short else FINISHED
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
-    info = {"status": status, "reached": leg.t, "work": leg.work._asdict(), "options": options}
     at = dense(start, leg.t, lambda times: trace(times).samples)
-    return Path(scene, method, leg.state, (), ("one_field",), at, None, info)
+    return Path(scene, method, leg.state, (), ("one_field",), at, None, report(leg, leg.work, options))
 
 
 def friction_field(scene, direction, slope):
-    """Return the field with F = -(sigma + 2) |s| direction(z); ``slope`` is the derivative of ``direction``."""
+    """Return the field with F = -(sigma + 2) |s| direction(z), where ``slope`` is direction'(z)."""
     bound, mu = number(scene.sigma, "sigma") + 2, number(scene.mu, "mu")
 
     def rhs(t, state):

@@ -10,21 +10,16 @@ STEP_LIMIT = "step limit reached"
 
 
 def advance(method, piece, t, state, until, rtol, atol, limits, times):
-    """Follow ``piece`` from (t, state) until a guard is lost or ``until``; ``times`` are looked in at on the way."""
-    from scipy import integrate
-
-    jac = {} if method in EXPLICIT else {"jac": lambda t, w: piece.jac(t, w.tolist())}
-    solver = getattr(integrate, CLASSES[method])(
-        lambda t, w: piece.rhs(t, w.tolist()), t, state, until, rtol=rtol, atol=atol, **jac)
+    """Follow ``piece`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
+    solver = _solver(method, piece, t, state, until, rtol, atol)
     before, samples, steps, short, hit = piece.guard_values(state), [], 0, "", None
     start = halfway = t
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, limits)
         steps += not short
         halfway = solver.t if 2 * steps <= limits.steps else halfway
-        state = tuple(solver.y.tolist())
+        t, state = solver.t, tuple(solver.y.tolist())
         after = piece.guard_values(state)
-        t = solver.t
         lost = [k for k in (0, 1) if before[k] >= 0 >= after[k] and before[k] != after[k]]
         if lost and not short:
             t, hit = min((_root(piece, solver, k), k) for k in lost)
@@ -35,6 +30,14 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
         short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
     return Leg(t, state, hit, Work(int(solver.nfev), steps, int(solver.njev)), short, tuple(samples))
+
+
+def _solver(method, piece, t, state, until, rtol, atol):
+    from scipy import integrate
+
+    jac = {} if method in EXPLICIT else {"jac": lambda t, w: piece.jac(t, w.tolist())}
+    make = getattr(integrate, CLASSES[method])
+    return make(lambda t, w: piece.rhs(t, w.tolist()), t, state, until, rtol=rtol, atol=atol, **jac)
 
 
 def _step(solver, steps, limits):

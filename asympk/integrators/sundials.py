@@ -13,14 +13,29 @@ class _Stopped(AsympkError):
 
 
 def advance(method, piece, t, state, until, rtol, atol, limits, times):
-    """Follow ``piece`` from (t, state) until a guard is lost or ``until``; ``times`` are looked in at on the way."""
+    """Follow ``piece`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
+    import numpy as np
+
+    last = [0, t, state]
+    solver = _solver(method, piece, rtol, atol, limits, last)
+    span = np.array([t, *(v for v in times if v < until), until])
+    try:
+        found = solver.solve(span, np.array(state))
+    except _Stopped as stop:
+        return Leg(last[1], tuple(last[2]), None, Work(last[0]), str(stop))
+    seen = dict(zip(found.t.tolist(), found.y.tolist(), strict=True))
+    hit = int(np.flatnonzero(found.i_events[0])[0]) if found.status == 2 else None
+    work = Work(int(found.nfev), len(found.t) - 1 if len(span) == 2 else 0, int(found.njev))
+    short = "" if found.success else f"stalled ({found.message.rstrip('.').lower()})"
+    samples = tuple(tuple(seen[v]) for v in times if v in seen)
+    return Leg(float(found.t[-1]), tuple(found.y[-1].tolist()), hit, work, short, samples)
+
+
+def _solver(method, piece, rtol, atol, limits, last):
     try:
         from sksundae.cvode import CVODE
     except ImportError as error:
         raise missing("scikit-sundae", method) from error
-    import numpy as np
-
-    last = [0, t, state]
 
     def rhs(t, w, dw):
         last[:] = last[0] + 1, t, w.tolist()
@@ -37,15 +52,4 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
         values[:] = piece.guard_values(w.tolist())
 
     guards.terminal, guards.direction = [True, True], [-1, -1]
-    solver = CVODE(rhs, jacfn=jac, eventsfn=guards, num_events=2, rtol=rtol, atol=atol, max_num_steps=100_000)
-    span = np.array([t, *(v for v in times if v < until), until])
-    try:
-        found = solver.solve(span, np.array(state))
-    except _Stopped as stop:
-        return Leg(last[1], tuple(last[2]), None, Work(last[0]), str(stop))
-    seen = dict(zip(found.t.tolist(), found.y.tolist(), strict=True))
-    hit = int(np.flatnonzero(found.i_events[0])[0]) if found.status == 2 else None
-    work = Work(int(found.nfev), len(found.t) - 1 if len(span) == 2 else 0, int(found.njev))
-    short = "" if found.success else f"stalled ({found.message.rstrip('.').lower()})"
-    return Leg(float(found.t[-1]), tuple(found.y[-1].tolist()), hit, work, short,
-               tuple(tuple(seen[v]) for v in times if v in seen))
+    return CVODE(rhs, jacfn=jac, eventsfn=guards, num_events=2, rtol=rtol, atol=atol, max_num_steps=100_000)

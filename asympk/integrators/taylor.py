@@ -1,4 +1,4 @@
-"""Heyoka: Taylor series of order about -log(tol)/2, compiled once per problem and tolerance, events by their polynomials."""
+"""Heyoka: Taylor series, compiled once per problem and tolerance; guards are roots of its polynomials."""
 
 from functools import lru_cache
 from time import monotonic
@@ -6,13 +6,14 @@ from time import monotonic
 from asympk.integrate import Leg, Work, missing
 
 CHUNK = 1000  # steps between two looks at the clock
+FINEST = 2.3e-16
 
 
 def advance(method, piece, t, state, until, rtol, atol, limits, times):
-    """Follow ``piece`` from (t, state) until a guard is lost or ``until``; ``times`` are looked in at on the way."""
+    """Follow ``piece`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
     problem = piece.problem
     tracer = (problem.rhs, problem.load, problem.drive, len(piece.p))
-    solver = _compiled(method, tracer, max(min(rtol, atol), 2.3e-16))
+    solver = _compiled(method, tracer, max(min(rtol, atol), FINEST))
     solver.reset_cooldowns()
     solver.time, solver.state[:] = t, state
     solver.pars[:] = [*piece.p, *piece.guards[0], *piece.guards[1]]
@@ -20,7 +21,7 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
     while hit is None and not short and solver.time < until:
         chunk = min(CHUNK, limits.steps - steps)
         if chunk <= 0 or monotonic() > limits.deadline:
-            short = "step limit reached" if chunk <= 0 else "time limit reached"
+            short = f"{'step' if chunk <= 0 else 'time'} limit reached"
             break
         outcome, *_, made, output, _ = solver.propagate_until(until, max_steps=chunk, c_output=bool(times))
         steps += made
@@ -34,7 +35,7 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
 def _reason(outcome):
     import heyoka as hy
 
-    if -3 < outcome < 0:
+    if -3 < outcome < 0:  # a terminal event k stops with -k - 1
         return -1 - outcome, ""
     return None, "left the range of floats" if outcome == int(hy.taylor_outcome.err_nf_state) else ""
 
