@@ -1,0 +1,315 @@
+r"""Exact arithmetic for expansions: a polynomial ring with a few named denominators, closed under d/dx.
+
+Every coefficient of a slow manifold is N / (D_1^e_1 ... D_r^e_r) with the same few denominators D_i, because a
+derivative only raises the exponents:
+
+    d/dx (N / D^e) = (N_x D - e N D_x) / D^(e+1).
+
+So the denominators are found once, from the equations; after that nothing is simplified: sums and products act
+on the numerators, and what cancels is found by trial division by the known D_i. Functions that are not rational
+(sqrt(x), sin(x), tanh(y), ...) are generators too; their derivatives, and the functions that appear in those,
+are found by differentiating, as far as the order asked for needs them.
+
+A numerator is a dict {monomial: integer}. A monomial is its exponents packed into one integer, so that a product
+of monomials is a sum of integers, and the lexicographically leading one is the largest key. Rational numbers are
+kept by a denominator that is an integer. The hard function is ``DifferentialRing.__init__``.
+"""
+
+from heapq import heapify, heappop, heappush
+from math import gcd, lcm, prod
+from typing import NamedTuple
+
+import sympy as sp
+from sympy.polys.fields import FracField
+
+from asympk.errors import InputError
+
+WIDTH = 32  # bits for one exponent; the highest one is a guard that shows a borrow
+NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
+
+
+class Fraction(NamedTuple):
+    """An element of a ``DifferentialRing``: a numerator, and the exponent of each of the ring's denominators."""
+
+    numerator: dict
+    exponents: tuple
+
+
+class Relation(NamedTuple):
+    """An algebraic generator w, at bit ``shift`` of a monomial, obeys w**degree = value."""
+
+    shift: int
+    degree: int
+    value: Fraction
+
+
+class DifferentialRing:
+    """The ring that contains ``exprs`` and, up to ``depth`` times, their derivatives.
+
+    ``derivations`` maps a name to a function that differentiates an expression; each of ``relations`` is
+    ``(generator, degree, value)`` and says generator**degree = value. Raises ``InputError`` for an expression
+    that is not smooth or contains a float.
+    """
+
+    def __init__(self, exprs, derivations, depth, relations=()):
+        rates = _closure(exprs, derivations, depth)
+        self.atoms = tuple(sorted(rates, key=_late_first))
+        self._field = FracField(self.atoms, sp.ZZ, sp.lex)
+        self._generators = dict(zip(self.atoms, self._field.gens, strict=True))
+        relations = [*_function_relations(self.atoms), *relations]
+        inputs = [*exprs, *(rate for by in rates.values() for rate in by.values()), *(r[2] for r in relations)]
+        below = [self._rational(e).denom for e in inputs]
+        self._integer = prod(sp.primefactors(lcm(*(int(d.content()) for d in below))))
+        self._bases = _coprime(below)
+        self._powers = [[{0: 1}, {0: self._integer}], *([{0: 1}, _pack(d)] for d in self._bases)]
+        self._guard = sum(1 << WIDTH * (i + 1) - 1 for i in range(len(self.atoms)))
+        self._relations = ()
+        self._relations = tuple(Relation(self._shift(a), degree, self(v)) for a, degree, v in relations)
+        self._rates = {
+            name: [(self._shift(a), self(by[name])) for a, by in rates.items() if by.get(name, 0) != 0]
+            for name in derivations
+        }
+        self._base_rates = {name: self._rates_of_bases(name) for name in derivations}
+
+    def __call__(self, expr):
+        """Return ``expr``, which must be rational in the generators with known denominators, as an element."""
+        value = self._rational(sp.sympify(expr))
+        content, denominator = value.denom.primitive()
+        exponents = [0]
+        factor = 1
+        while factor % int(content):
+            factor, exponents[0] = factor * self._integer, exponents[0] + 1
+        for base in self._bases:
+            exponents.append(0)
+            while not (division := divmod(denominator, base))[1]:
+                denominator, exponents[-1] = division[0], exponents[-1] + 1
+        sign = int(denominator.as_expr())
+        return self._sum({tuple(exponents): _pack(value.numer * (sign * factor // int(content)))})
+
+    def dot(self, pairs):
+        """Return the sum of the products of ``pairs``."""
+        sums = {}
+        for a, b in pairs:
+            if a.numerator and b.numerator:
+                _add_product(sums.setdefault(_plus(a.exponents, b.exponents), {}), a.numerator, b.numerator)
+        return self._sum(sums)
+
+    def diff(self, a, name):
+        """Return the derivative of ``a`` under the derivation ``name``."""
+        n, exponents = a
+        pairs = [(Fraction(_partial(n, shift), exponents), rate) for shift, rate in self._rates[name]]
+        for i, rate in enumerate(self._base_rates[name]):
+            if exponents[i]:
+                raised = tuple(e + (i == j) for j, e in enumerate(exponents))
+                pairs.append((Fraction({m: -exponents[i] * c for m, c in n.items()}, raised), rate))
+        return self.dot(pairs)
+
+    def expr(self, a):
+        """Return ``a`` as an expression: content, common monomial, expanded rest, denominators."""
+        if not a.numerator:
+            return sp.S.Zero
+        content = gcd(*a.numerator.values())
+        monomials = [_unpack(m, len(self.atoms)) for m in a.numerator]
+        common = [min(column) for column in zip(*monomials, strict=True)]
+        terms = [
+            sp.Mul(c // content, *self._factors(map(int.__sub__, m, common)))
+            for m, c in zip(monomials, a.numerator.values(), strict=True)
+        ]
+        outer = sp.Rational(content, self._integer ** a.exponents[0])
+        below = [d.as_expr() ** -e for d, e in zip(self._bases, a.exponents[1:], strict=True) if e]
+        return sp.Mul(outer, *self._factors(common), sp.Add(*terms), *below)
+
+    @property
+    def zero(self):
+        return Fraction({}, (0,) * len(self._powers))
+
+    @property
+    def one(self):
+        return Fraction({0: 1}, (0,) * len(self._powers))
+
+    def _rational(self, expr):
+        """Return ``expr`` in the field of fractions of the generators."""
+        if expr in self._generators:
+            return self._generators[expr]
+        if expr.is_Rational:
+            return self._field(expr.p) / self._field(expr.q)
+        if expr.is_Add:
+            return sum(map(self._rational, expr.args), self._field.zero)
+        if expr.is_Mul:
+            return prod(map(self._rational, expr.args), start=self._field.one)
+        base, exponent = expr.as_base_exp()
+        whole, part = divmod(int(exponent.p), int(exponent.q))
+        root = self._generators[base ** sp.Rational(1, exponent.q)] ** part if part else self._field.one
+        return self._rational(base) ** whole * root
+
+    def _rates_of_bases(self, name):
+        bases = [Fraction(powers[1], self.one.exponents) for powers in self._powers]
+        return [
+            self.dot((Fraction(_partial(b.numerator, s), b.exponents), rate) for s, rate in self._rates[name])
+            for b in bases
+        ]
+
+    def _shift(self, atom):
+        return WIDTH * (len(self.atoms) - 1 - self.atoms.index(atom))
+
+    def _factors(self, exponents):
+        return [a**e for a, e in zip(self.atoms, exponents, strict=True) if e]
+
+    def _power(self, i, e):
+        powers = self._powers[i]
+        while len(powers) <= e:
+            powers.append(_add_product({}, powers[-1], powers[1]))
+        return powers[e]
+
+    def _sum(self, sums):
+        """Return the sum of ``{exponents: numerator}`` over a common denominator, reduced."""
+        if not sums:
+            return self.zero
+        top = tuple(map(max, zip(*sums, strict=True)))
+        total = {}
+        for exponents, n in sums.items():
+            for i, (high, low) in enumerate(zip(top, exponents, strict=True)):
+                if high > low:
+                    n = _add_product({}, n, self._power(i, high - low))
+            for m, c in n.items():
+                total[m] = total.get(m, 0) + c
+        total = {m: c for m, c in total.items() if c}
+        for shift, degree, value in self._relations:
+            low, high = _split(total, shift, degree)
+            if high:
+                return self.dot([(Fraction(low, top), self.one), (Fraction(high, top), value)])
+        return self._cancel(total, top)
+
+    def _cancel(self, n, exponents):
+        if not n:
+            return self.zero
+        exponents = list(exponents)
+        for i, powers in enumerate(self._powers):
+            while exponents[i] and (quotient := _quotient(n, powers[1], self._guard)) is not None:
+                n, exponents[i] = quotient, exponents[i] - 1
+        return Fraction(n, tuple(exponents))
+
+
+def _closure(exprs, derivations, depth):
+    """Return {generator: {derivation: its rate}} for all generators of ``exprs`` and of the rates, ``depth`` deep."""
+    rates = {}
+    new = set().union(*(atoms_of(e) for e in exprs))
+    for _ in range(depth + 1):
+        for atom in new:
+            rates[atom] = {name: sp.sympify(diff(atom)) for name, diff in derivations.items()}
+        new = {a for atom in new for rate in rates[atom].values() for a in atoms_of(rate)} - rates.keys()
+    return rates | {atom: {} for atom in new}
+
+
+def atoms_of(expr):
+    """Return what ``expr`` is a rational function of: symbols, roots, and other functions."""
+    if expr.has(sp.Float):
+        raise InputError(f"{expr} contains a float; give exact numbers, such as sp.Rational(1, 5) for 0.2")
+    if expr.has(*NOT_SMOOTH):
+        raise InputError(f"{expr} is not smooth; give each smooth piece as a mode of its own")
+    if expr.is_Rational:
+        return set()
+    if expr.is_Add or expr.is_Mul:
+        return set().union(*map(atoms_of, expr.args))
+    base, exponent = expr.as_base_exp()
+    if exponent.is_Integer and expr.is_Pow:
+        return atoms_of(base)
+    if exponent.is_Rational and expr.is_Pow:
+        return {base ** sp.Rational(1, exponent.q)} | atoms_of(base)
+    return {expr}
+
+
+def _function_relations(atoms):
+    """Yield the algebraic relations of roots, and of sines with cosines."""
+    for atom in atoms:
+        if atom.is_Pow and atom.exp.is_Rational:
+            yield atom, int(atom.exp.q), atom.base
+        for odd, even, sign in ((sp.sin, sp.cos, -1), (sp.sinh, sp.cosh, 1)):
+            if isinstance(atom, odd) and even(*atom.args) in atoms:
+                yield atom, 2, sign * (even(*atom.args) ** 2 - 1)
+
+
+def _late_first(atom):
+    """Sort functions before symbols, and larger ones before what they may be made of."""
+    return atom.is_Symbol, -sp.count_ops(atom), str(atom)
+
+
+def _coprime(polynomials):
+    """Return pairwise coprime square-free polynomials such that each of ``polynomials`` is a product of them."""
+    bases = []
+    queue = [factor for p in polynomials for factor, _ in p.primitive()[1].sqf_list()[1]]
+    while queue:
+        new = queue.pop()
+        for i, old in enumerate(bases):
+            common = new.gcd(old)
+            if common != 1:
+                del bases[i]
+                queue += [common, new.exquo(common), old.exquo(common)]
+                break
+        else:
+            if not new.is_ground:
+                bases.append(new)
+    return sorted(bases, key=lambda p: (len(p), str(p)))
+
+
+def _pack(polynomial):
+    return {sum(e << WIDTH * i for i, e in enumerate(reversed(m))): int(c) for m, c in polynomial.items()}
+
+
+def _unpack(monomial, length):
+    return [monomial >> WIDTH * i & (1 << WIDTH) - 1 for i in reversed(range(length))]
+
+
+def _plus(a, b):
+    return tuple(map(int.__add__, a, b))
+
+
+def _add_product(total, a, b):
+    """Add a*b to ``total`` in place, and return it."""
+    get = total.get
+    right = list(b.items())
+    for m, c in a.items():
+        for k, d in right:
+            total[m + k] = get(m + k, 0) + c * d
+    return total
+
+
+def _partial(n, shift):
+    """Return the derivative of ``n`` with respect to the generator at ``shift``."""
+    mask = (1 << WIDTH) - 1
+    return {m - (1 << shift): c * e for m, c in n.items() if (e := m >> shift & mask)}
+
+
+def _split(n, shift, degree):
+    """Return ``low, high`` with n = low + generator**degree * high and low of smaller degree."""
+    mask, low, high = (1 << WIDTH) - 1, {}, {}
+    for m, c in n.items():
+        if m >> shift & mask >= degree:
+            high[m - (degree << shift)] = c
+        else:
+            low[m] = c
+    return low, high
+
+
+def _quotient(n, d, guard):
+    """Return n/d, or None when d does not divide n: division from the leading term on, a heap for the order."""
+    lead = max(d)
+    top, rest = d[lead], [(m, c) for m, c in d.items() if m != lead]
+    n, quotient = dict(n), {}
+    heap = [-m for m in n]
+    heapify(heap)
+    while heap:
+        m = -heappop(heap)
+        c = n.pop(m)
+        if not c:
+            continue
+        if ((m | guard) - lead) & guard != guard or c % top:
+            return None
+        quotient[m - lead] = c // top
+        for k, v in rest:
+            k += m - lead
+            if k not in n:
+                heappush(heap, -k)
+                n[k] = 0
+            n[k] -= v * (c // top)
+    return quotient
