@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 from asympk.errors import InputError, MissingPackage, OutOfRange, UnknownName
 from asympk.path import Event, Path
-from asympk.piecewise import first_phase, next_phase, number, piece_of, rod, snapped
+from asympk.piecewise import first_phase, next_phase, piece_of, rod, snapped
+from asympk.scene import number
 
 # method -> module of asympk.integrators that has ``advance``
 FAMILIES = {
@@ -62,8 +63,7 @@ def run(scene, method, **options):
     """Follow ``scene`` with a general-purpose integrator and return a ``Path``; ``options`` as in ``follow``.
 
     ``path.info["status"]`` is "finished", or says what stopped the run and where; ``final`` is then the
-    state there. Raises ``InputError`` for a tolerance or a scene that is not a number, ``MissingPackage``
-    for a peer that is not installed.
+    state there. Raises ``InputError`` for a tolerance out of range, ``MissingPackage`` for a peer not installed.
     """
     start, until = endpoints(scene)
     return Path(scene, method, **follow(rod(scene), start, until, method, **options))
@@ -97,7 +97,8 @@ def _trace(problem, start, until, most, limits, times, advance):
     while True:
         piece = piece_of(problem, phase)
         left = limits._replace(steps=limits.steps - work.steps)
-        leg = advance(piece, t, state, left, [v for v in times if v > t])
+        ahead = [v for v in times if v > t]
+        leg = advance(piece, t, state, left, ahead) if t < until else Leg(t, state, None, Work())
         work, t, state = work.plus(leg.work), leg.t, leg.state
         samples.extend(leg.samples)
         if leg.short or leg.hit is None or (times and len(samples) == len(times)):
@@ -138,16 +139,13 @@ def report(leg, work, options):
 
 def endpoints(scene):
     """Return the start and the horizon of a scene as floats."""
-    until = number(scene.until, "until")
-    if until <= 0:
-        raise InputError(f"until = {until:g}: the horizon must be positive")
-    return tuple(number(v, "start") for v in scene.start), until
+    return tuple(float(v) for v in scene.start), float(scene.until)
 
 
 def tolerances(rtol, atol):
     """Return (rtol, atol) as floats; raises ``InputError`` where double precision cannot follow."""
-    rtol = number(rtol, "rtol")
-    atol = rtol if atol is None else number(atol, "atol")
+    rtol = float(number("rtol", rtol))
+    atol = rtol if atol is None else float(number("atol", atol))
     if not 1e-13 <= rtol < 1 or atol <= 0:
         raise InputError(f"rtol = {rtol:g}, atol = {atol:g}: give 1e-13 <= rtol < 1 and atol > 0")
     return rtol, atol

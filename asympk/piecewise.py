@@ -12,10 +12,7 @@ On z = 0 outside the static cone |drive| <= static |load| both one-sided z' have
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import NamedTuple
-
-from asympk.errors import InputError
 
 
 class Phase(NamedTuple):
@@ -140,7 +137,7 @@ def snapped(piece, hit, state):
 
 def rod(scene):
     """Return the Painlevé-Klein rod (2.7)-(2.9) of a scene: mu y' = a - b s, z' = a - (b - 1) s."""
-    sigma, sigma0, mu = (number(getattr(scene, k), k) for k in ("sigma", "sigma0", "mu"))
+    sigma, sigma0, mu = (float(v) for v in (scene.sigma, scene.sigma0, scene.mu))
     mode = {
         "slip_same": (1.0, sigma + 4, mu),
         "slip_opposite": (1.0, -sigma, mu),
@@ -171,14 +168,3 @@ def _rod_drive(x, y, z, p):
 def sign(value):
     """Return -1, 0 or 1."""
     return (value > 0) - (value < 0)
-
-
-def number(value, name):
-    """Return ``value`` as a finite float; a string or a Fraction is read exactly first."""
-    try:
-        found = float(Fraction(value) if isinstance(value, str) else value)
-    except (TypeError, ValueError, ZeroDivisionError):
-        found = None
-    if found is None or found - found != 0:
-        raise InputError(f"{name} = {value!r} is not a finite number; give int, float, Fraction, str or mpf")
-    return found

@@ -12,7 +12,8 @@ from time import monotonic
 from asympk.errors import InputError
 from asympk.integrate import Leg, Work, dense, endpoints, report
 from asympk.path import Event, Path
-from asympk.piecewise import Phase, first_phase, number, rod, sign
+from asympk.piecewise import Phase, first_phase, rod, sign
+from asympk.scene import number
 
 COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps with three solutions"}
 
@@ -25,7 +26,7 @@ def run(
     Where a step has several solutions ``prefer="present"`` keeps the present mode, ``prefer="stick"`` sticks.
     ``path.info`` counts the steps with none, two and three solutions.
     """
-    h = number(rtol if step is None else step, "step")
+    h = float(number("step", rtol if step is None else step))
     if h <= 0 or prefer not in ("present", "stick"):
         raise InputError(f"step = {h:g}, prefer = {prefer!r}: give step > 0 and prefer 'present' or 'stick'")
     start, until = endpoints(scene)
@@ -42,7 +43,7 @@ def run(
 
 
 def _march(scene, start, until, h, prefer, steps, deadline):
-    friction = (number(scene.sigma, "sigma"), number(scene.sigma0, "sigma0"), number(scene.mu, "mu"))
+    friction = (float(scene.sigma), float(scene.sigma0), float(scene.mu))
     times, states, phases = [0.0], [start], [first_phase(rod(scene), start)]
     counts, short = dict.fromkeys(COUNTED.values(), 0), ""
     while times[-1] < until:

@@ -8,7 +8,6 @@ from asympk.errors import InputError
 from asympk.integrate import Limits, dense, endpoints, report, tolerances
 from asympk.integrators import scipy_ivp
 from asympk.path import Path
-from asympk.piecewise import number
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ def follow(scene, method, field, solver, rtol, atol, steps, seconds, **options):
 
 def friction_field(scene, direction, slope):
     """Return the field with F = -(sigma + 2) |s| direction(z), where ``slope`` is direction'(z)."""
-    bound, mu = number(scene.sigma, "sigma") + 2, number(scene.mu, "mu")
+    bound, mu = float(scene.sigma) + 2, float(scene.mu)
 
     def rhs(t, state):
         x, y, z = state

@@ -4,7 +4,7 @@ from math import cosh, tanh
 
 from asympk.errors import InputError
 from asympk.integrators.onefield import follow, friction_field
-from asympk.piecewise import number
+from asympk.scene import number
 
 
 def run(scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau", steps=20_000, seconds=60.0):
@@ -12,7 +12,7 @@ def run(scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau",
 
     The stick phase becomes a creep with |z| < eps, an error that no tolerance of the solver removes.
     """
-    eps = number(rtol if eps is None else eps, "eps")
+    eps = float(number("eps", rtol if eps is None else eps))
     if eps <= 0:
         raise InputError(f"eps = {eps:g}: the width of the regularised friction law must be positive")
 

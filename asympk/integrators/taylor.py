@@ -7,6 +7,7 @@ from asympk.integrate import Leg, Work, missing
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16
+MARGIN = 8 * 2.0**-52  # a guard that starts on its surface is lost this far below it: rounding is no event
 
 
 def advance(method, piece, t, state, until, rtol, atol, limits, times):
@@ -16,7 +17,8 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
     solver = _compiled(method, tracer, max(min(rtol, atol), FINEST))
     solver.reset_cooldowns()
     solver.time, solver.state[:] = t, state
-    solver.pars[:] = [*piece.p, *piece.guards[0], *piece.guards[1]]
+    margins = [MARGIN * (abs(v) < MARGIN) for v in piece.guard_values(state)]
+    solver.pars[:] = [*piece.p, *piece.guards[0], margins[0], *piece.guards[1], margins[1]]
     steps, samples, short, hit = 0, [], "", None
     while hit is None and not short and solver.time < until:
         chunk = min(CHUNK, limits.steps - steps)
@@ -42,7 +44,7 @@ def _reason(outcome):
 
 @lru_cache(maxsize=32)
 def _compiled(method, tracer, tol):
-    """Return the integrator of a traced field; its parameters are those of the phase, then the two guards."""
+    """Return the integrator of a traced field; its parameters are those of the phase, then two guards."""
     try:
         import heyoka as hy
     except ImportError as error:
@@ -50,8 +52,8 @@ def _compiled(method, tracer, tol):
     rhs, load, drive, count = tracer
     x, y, z = hy.make_vars("x", "y", "z")
     p = [hy.par[k] for k in range(count)]
-    measures = (load(x, y, z, p), drive(x, y, z, p), z)
-    guards = [sum(hy.par[count + 3 * k + i] * m for i, m in enumerate(measures)) for k in (0, 1)]
+    measures = (load(x, y, z, p), drive(x, y, z, p), z, 1)
+    guards = [sum(hy.par[count + 4 * k + i] * m for i, m in enumerate(measures)) for k in (0, 1)]
     events = [hy.t_event(g, direction=hy.event_direction.negative) for g in guards]
     field = list(zip((x, y, z), rhs(x, y, z, p), strict=True))
-    return hy.taylor_adaptive(field, [0.0] * 3, tol=tol, t_events=events, pars=[0.0] * (count + 6))
+    return hy.taylor_adaptive(field, [0.0] * 3, tol=tol, t_events=events, pars=[0.0] * (count + 8))
