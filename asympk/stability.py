@@ -88,7 +88,7 @@ def series_in_mu(value, spectrum, order):
     for k in range(1, order + 1):
         partial = sum(c * small**j for j, c in enumerate(coefficients))
         residual = sp.expand(polynomial.subs(LAMBDA, partial)).coeff(small, k)
-        coefficients.append(sp.cancel(-residual / slope))
+        coefficients.append(sp.factor(-residual / slope))
     return tuple(coefficients)
 
 

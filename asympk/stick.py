@@ -10,6 +10,7 @@ parameters, whose borders are where a zero goes to infinity or two zeros meet, s
 """
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import chain, groupby, pairwise, product, zip_longest
 
 import sympy as sp
@@ -40,6 +41,7 @@ class StickRegions:
     convention: str = CONVENTION
 
 
+@cache
 def stick_regions(system):
     """Solve the friction cone of ``system`` for every range of its parameters.
 

@@ -121,7 +121,7 @@ def test_half_the_damping_halves_the_scale_of_time():
 
 
 def test_without_damping_there_is_no_scale_of_time_and_the_error_says_so():
-    with pytest.raises(NotDerivable, match=r"no term in R_1'"):
+    with pytest.raises(NotDerivable, match=r"no term in Rdot_1"):
         pk.system(rod.R1)
 
 

@@ -6,6 +6,7 @@ masses, Coulomb's law on M_1, the rod's geometry and the rod's law.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import sympy as sp
 
@@ -15,8 +16,8 @@ m, P, f, f0, l, k, h = sp.symbols("m P f f_0 l k h", positive=True)
 alpha, beta = sp.symbols("alpha beta", real=True)
 u = sp.Symbol("u", real=True)
 R, F, N1, N2 = sp.symbols("R F N_1 N_2", real=True)
-R1, dR1, ddR1 = sp.symbols("R_1 R_1' R_1''", real=True)
-a1, a2 = sp.symbols("x_1'' x_2''", real=True)
+R1, dR1, ddR1 = sp.symbols("R_1 Rdot_1 Rddot_1", real=True)
+a1, a2 = sp.symbols("xddot_1 xddot_2", real=True)
 kappa = sp.Symbol("kappa", real=True)  # the paper's mu = +-f in section 1, where it is not yet the small parameter
 delta = sp.Symbol("delta", real=True)  # x_1 - x_2, by how much the masses have come closer
 steepness = sp.Symbol("w", real=True)
@@ -95,6 +96,7 @@ class RigidMotion:
     load: sp.Expr
 
 
+@cache
 def rigid_motions():
     r"""Decide (1.1), kappa R u < 0, for each sign of u and of kappa by solving it for the rod's position w.
 
@@ -218,10 +220,10 @@ def find_scales(rod):
     time, reaction, velocity = sp.symbols("T_ R_ V_", positive=True)
     elastic, viscous = (rod.law.diff(rate).subs({R1: 0, dR1: 0}) for rate in (R1, dR1))
     if elastic == 0 or viscous == 0:
-        missing = "R_1" if elastic == 0 else "R_1'"
+        missing = R1 if elastic == 0 else dR1
         raise NotDerivable(
             f"the rod's law R = {rod.law} has no term in {missing}: no scale of time makes R cos(alpha)/P = rho + rho'; "
-            "give a law with both an elastic and a viscous part, such as R_1 + h l R_1'"
+            "give a law with both an elastic and a viscous part, such as R_1 + h l Rdot_1"
         )
     canonical = (
         sp.Eq(elastic * reaction * sp.cos(alpha) / P, 1),

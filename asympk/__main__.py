@@ -1,0 +1,153 @@
+"""The command line of asympk; every sub-command imports what it needs, so that --help stays instant."""
+
+import argparse
+import re
+import sys
+
+_NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where argparse would see options
+
+def main(arguments=None):
+    """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input."""
+    from asympk.errors import AsympkError
+
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options) or 0
+    except (AsympkError, OSError) as error:
+        if options.debug:
+            raise
+        print(f"asympk: {_one_line(error)}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("asympk: interrupted", file=sys.stderr)
+        return 130
+
+
+def _one_line(error):
+    return " ".join(str(error).split())
+
+
+class _Parser(argparse.ArgumentParser):
+    """An argument parser that reads any negative number as a value, and whose complaint is one line."""
+
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        self._negative_number_matcher = _NEGATIVE
+
+    def error(self, message):
+        self.exit(2, f"{self.prog}: {_one_line(message)}; see {self.prog} --help\n")
+
+
+def _parser():
+    parser = _Parser(
+        prog="asympk",
+        description="Verified asymptotics for the Painlevé-Klein system with dry friction. Without a command: "
+        "regenerate derivations, claims and tables, and summarise them.",
+    )
+    parser.set_defaults(run=_everything, debug=False)
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    _root(parser)
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND")
+
+    derive = commands.add_parser("derive", help="run the derivations; write LaTeX, JSON and srepr")
+    derive.set_defaults(run=_derive)
+    _root(derive)
+
+    claims = commands.add_parser("claims", help="check the paper's claims and print the ledger")
+    claims.set_defaults(run=_claims)
+    claims.add_argument("id", nargs="*", help="claims to check, such as C16; all by default")
+    claims.add_argument("--json", action="store_true", help="print the ledger with all evidence as JSON")
+
+    tables = commands.add_parser("tables", help="write the LaTeX tables and their CSV twins")
+    tables.set_defaults(run=_tables)
+    _root(tables)
+
+    export = commands.add_parser("export", help="write a stand-alone module of the system's formulas")
+    export.set_defaults(run=_export)
+    export.add_argument("--target", choices=("c", "python"), required=True)
+    export.add_argument("--out", required=True, metavar="DIR", help="directory to write into")
+
+    solve = commands.add_parser("solve", help="follow one scene")
+    solve.set_defaults(run=_solve)
+    _scene_arguments(solve)
+    solve.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
+    solve.add_argument("--digits", type=int, help="run on that many digits")
+    solve.add_argument("--json", action="store_true")
+
+    bench = commands.add_parser("bench", help="measure speed as ratios in one run")
+    bench.set_defaults(run=_bench)
+    return parser
+
+
+def _root(parser):
+    parser.add_argument("--root", default=".", metavar="DIR", help="the checkout with derivations/ and paper/ (here)")
+
+
+def _scene_arguments(parser):
+    parser.add_argument("--sigma", required=True, help="friction parameter f tan(alpha) - 2, above -2")
+    parser.add_argument("--mu", required=True, help="compliance, above 0")
+    parser.add_argument("--start", required=True, nargs=3, metavar=("X", "Y", "Z"), help="rho, rho', v")
+    parser.add_argument("--until", required=True, help="horizon in units of h l")
+    parser.add_argument("--sigma0", help="static friction, sigma by default")
+
+
+def _scene(options):
+    from asympk.scene import Scene
+
+    return Scene(options.sigma, options.mu, tuple(options.start), options.until, options.sigma0)
+
+
+def _everything(options):
+    from asympk.regenerate import everything
+
+    return everything(options.root, _progress)
+
+
+def _derive(options):
+    from asympk.regenerate import derive
+
+    print(f"wrote {len(derive(options.root, _progress))} files under {options.root}/paper/generated")
+
+
+def _claims(options):
+    from asympk.terminal import print_claims
+
+    return print_claims(options.id, options.json)
+
+
+def _tables(options):
+    from asympk.regenerate import write_tables
+
+    print(f"wrote {len(write_tables(options.root))} files under {options.root}/paper/generated/tables")
+
+
+def _export(options):
+    from asympk.export import export
+    from asympk.systems import painleve_klein
+
+    for path in export(painleve_klein.system(), options.target, options.out):
+        print(path)
+
+
+def _solve(options):
+    from asympk.methods import solve
+    from asympk.terminal import path_as_json, path_as_text
+
+    chosen = {} if options.digits is None else {"digits": options.digits}
+    path = solve(_scene(options), options.method, **chosen)
+    print(path_as_json(path, options.digits) if options.json else path_as_text(path))
+
+
+def _bench(options):
+    from asympk.bench import main as bench
+
+    return bench()
+
+
+def _progress(message):
+    if sys.stderr.isatty():
+        print(f"\r\033[K{message}", end="" if message else "", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,80 @@
+"""Check, Claim, and the rule that turns checks into a verdict."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import wraps
+
+VERDICTS = ("confirmed", "refined", "corrected")
+UNSETTLED = "not settled"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One piece of evidence.
+
+    ``role`` is "as written" (the sentence itself), "left out" (a condition or a quantity, found to matter, that the
+    sentence leaves out) or "instead" (what is true where the sentence is not); ``kind`` is "symbolic" or "numeric".
+    """
+
+    role: str
+    kind: str
+    what: str
+    holds: bool
+    value: str = ""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence of the paper with its verdict: confirmed, refined, corrected, or not settled when checks fail."""
+
+    id: str
+    where: str
+    statement: str
+    verdict: str
+    evidence: tuple[Check, ...]
+
+    def as_dict(self):
+        """Return the claim as plain dictionaries, for JSON."""
+        return asdict(self)
+
+
+def verdict(evidence):
+    """Judge a claim.
+
+    It is confirmed when the sentence holds as written and nothing it leaves out was found to matter; refined when it
+    holds and something did; corrected when it does not hold but all that is put in its place does.
+    """
+    by_role = {role: [c.holds for c in evidence if c.role == role] for role in ("as written", "left out", "instead")}
+    if not {check.kind for check in evidence} >= {"symbolic", "numeric"} or not by_role["as written"]:
+        return UNSETTLED
+    if all(by_role["as written"]):
+        return "refined" if any(by_role["left out"]) else "confirmed"
+    replaced = by_role["left out"] + by_role["instead"]
+    return "corrected" if by_role["instead"] and all(replaced) else UNSETTLED
+
+
+def claim(identifier, where, statement) -> Callable:
+    """Make a function that yields checks into one that returns a judged ``Claim``."""
+
+    def decorate(checks):
+        @wraps(checks)
+        def judged():
+            evidence = tuple(checks())
+            return Claim(identifier, where, statement, verdict(evidence), evidence)
+
+        judged.id = identifier
+        return judged
+
+    return decorate
+
+
+def _check(role, kind):
+    def make(what, holds, value=""):
+        return Check(role, kind, what, bool(holds), str(value))
+
+    return make
+
+
+symbolic, numeric = _check("as written", "symbolic"), _check("as written", "numeric")
+symbolic_left_out, numeric_left_out = _check("left out", "symbolic"), _check("left out", "numeric")
+symbolic_instead, numeric_instead = _check("instead", "symbolic"), _check("instead", "numeric")

@@ -1,0 +1,24 @@
+"""Does a sequence tend to its limit, does a residual vanish? The tests behind the numeric evidence."""
+
+from itertools import pairwise
+
+DIGITS = 40
+
+
+def vanishes(residual):
+    """Tell whether a residual, computed to more digits, is zero to 40, and say so."""
+    return bool(abs(residual) < 10**-DIGITS), f"zero to {DIGITS} digits"
+
+
+def tends_to_one(ratios):
+    """Tell whether ratios, for mu falling by a constant factor, tend to 1, and print them.
+
+    Each deviation from 1 must be at most a tenth of the one before, and the first already below 1.
+    """
+    deviations = [abs(ratio - 1) for ratio in ratios]
+    falls = all(10 * later <= earlier for earlier, later in pairwise(deviations))
+    return bool(deviations[0] < 1 and falls), ", ".join(f"1{_signed(ratio - 1)}" for ratio in ratios)
+
+
+def _signed(deviation):
+    return f"{float(deviation):+.2e}" if deviation else ""

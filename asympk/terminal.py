@@ -1,0 +1,121 @@
+"""What the command line prints: paths, the ledger and the summary, as JSON or as lines that a person reads."""
+
+import json
+from collections import Counter
+
+from asympk.ledger.nouns import VERDICTS
+
+_WIDTH = 110
+
+
+def path_as_json(path, digits=None):
+    """Return a path as JSON: final, events, modes, model; with ``digits`` numbers are strings of that many digits."""
+    events = [
+        {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event[2:]]}
+        for event in path.events
+    ]
+    told = {
+        "final": [_plain(value, digits) for value in path.final],
+        "events": events,
+        "modes": list(path.modes),
+        "model": path.model,
+    }
+    if path.error is not None:
+        told["error"] = _plain(path.error, digits and 3)
+    return json.dumps(told, indent=2)
+
+
+def path_as_text(path):
+    """Return a path as a table of modes with the time and state at which each begins, and the final state."""
+    scene = path.scene
+    begins = [("start", 0, *scene.start), *path.events]
+    lines = [f"{'t':>14}  {'x':>14}  {'y':>14}  {'z':>14}  event -> mode"]
+    for (kind, *state), mode in zip(begins, path.modes, strict=True):
+        lines.append(f"{_columns(state)}  {kind} -> {mode}")
+    lines.append(f"{_columns((scene.until, *path.final))}  until ({path.model})")
+    return "\n".join(lines)
+
+
+def _columns(numbers):
+    return "  ".join(f"{float(number):14.8g}" for number in numbers)
+
+
+def _plain(value, digits):
+    if digits is None:
+        return float(value)
+    import mpmath
+
+    return mpmath.nstr(value, digits, strip_zeros=True)
+
+
+def claims_as_json(found):
+    """Return claims with all their evidence as JSON."""
+    return json.dumps([claim.as_dict() for claim in found], indent=1, ensure_ascii=False) + "\n"
+
+
+def print_claims(identifiers, as_json):
+    """Print the ledger, or the evidence of chosen claims; return 1 when one is not settled."""
+    from asympk.ledger import claim, claims
+
+    found = tuple(claim(identifier) for identifier in identifiers) if identifiers else claims()
+    if as_json:
+        print(claims_as_json(found), end="")
+    elif identifiers:
+        print("\n\n".join(_with_evidence(claim) for claim in found))
+    else:
+        print("\n".join(_line(claim) for claim in found))
+    return exit_status(found)
+
+
+def exit_status(found):
+    """Return 0, or 1 when a claim is not settled."""
+    return 0 if all(claim.verdict in VERDICTS for claim in found) else 1
+
+
+def _line(claim):
+    room = _WIDTH - 17
+    statement = claim.statement if len(claim.statement) <= room else claim.statement[: room - 3] + "..."
+    return f"{claim.id}  {claim.verdict:<10}  {statement}"
+
+
+def _with_evidence(claim):
+    lines = [f"{claim.id} (section {claim.where}): {claim.verdict}", f"  {claim.statement}"]
+    for check in claim.evidence:
+        mark = "holds" if check.holds else "fails"
+        lines.append(f"  - {check.role}, {check.kind}, {mark}: {check.what}")
+        if check.value:
+            lines.append(f"      {check.value}")
+    return "\n".join(lines)
+
+
+def summary(found, files, root):
+    """Return the screen a person reads: what the paper claims, what holds, what was found beyond it."""
+    counts = Counter(claim.verdict for claim in found)
+    checks = [check for claim in found for check in claim.evidence]
+    parts = [
+        "Fufaev 1991, the Painlevé-Klein example: rederived from the elastic rod and checked.",
+        f"{len(found)} claims, {len(checks)} checks: " + ", ".join(f"{n} {verdict}" for verdict, n in counts.items()) + ".",
+        "",
+    ]
+    for verdict in ("corrected", "refined", "not settled"):
+        chosen = [claim for claim in found if claim.verdict == verdict]
+        if chosen:
+            parts.append(f"{verdict.capitalize()}:")
+            parts += [text for claim in chosen for text in _finding(claim)]
+            parts.append("")
+    parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
+    parts.append(f"{files} files written under {root}/paper/generated; asympk claims ID shows the evidence of a claim.")
+    return "\n".join(parts)
+
+
+def _finding(claim):
+    """The claim, and under it what the paper leaves out or what holds instead."""
+    found = [check.what for check in claim.evidence if check.role != "as written" and check.holds]
+    return [f"  {claim.id}  {claim.statement}", *(f"         {what}" for what in found)]
+
+
+def _regime_lines():
+    from asympk.tables import regimes_table, text
+
+    rows = [line.split(",") for line in text(regimes_table()).splitlines()]
+    return ["  " + ", ".join(row) for row in rows]
