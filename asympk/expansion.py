@@ -22,17 +22,17 @@ from asympk.diffring import DifferentialRing, Fraction, atoms_of
 
 @dataclass(frozen=True, eq=False)
 class Expansion:
-    """``height[j][k]`` and ``flow[i][k]`` multiply mu**k in y_j = h_j(x, mu) and in x_i' on the manifold."""
+    """``height[y][k]`` and ``flow[x][k]`` multiply mu**k in y = h(x, mu) and in x' on the manifold."""
 
     ring: DifferentialRing
-    height: tuple[list[Fraction], ...]
-    flow: tuple[list[Fraction], ...]
-    slow: tuple[sp.Symbol, ...]
+    height: dict[sp.Symbol, list[Fraction]]
+    flow: dict[sp.Symbol, list[Fraction]]
     branch: dict
 
     def expr(self, element):
         """Return an element of the ring as an expression in the slow variables."""
-        return by_powers(self.ring.expr(element), self.slow).subs(self.branch, simultaneous=True)
+        expr = self.ring.expr(element)
+        return expr.subs(self.branch, simultaneous=True) if self.branch else by_powers(expr, tuple(self.flow))
 
 
 @lru_cache(maxsize=64)
@@ -55,7 +55,8 @@ def expand(mode, small, branch, order):
     recurrence = _Recurrence(ring, slow, [ring(h) for h in start], inverse, flow, force)
     for k in range(1, order + 1):
         recurrence.advance(k)
-    return Expansion(ring, tuple(recurrence.heights), tuple(recurrence.flows), slow, branch if named else {})
+    height, flow = (dict(zip(*both, strict=True)) for both in ((fast, recurrence.heights), (slow, recurrence.flows)))
+    return Expansion(ring, height, flow, branch if named else {})
 
 
 def fast_jacobian(mode, small):

@@ -46,8 +46,9 @@ class SlowManifold(CriticalManifold):
     @cached_property
     def expr(self):
         """The truncated series, one expression or a ``Dict`` as a coefficient is."""
-        rows = [[c[y] for c in self.coefficients] for y in self.branch] if len(self.branch) > 1 else [self.coefficients]
-        return self._by_fast([_polynomial(row, self.small) for row in rows])
+        if len(self.branch) == 1:
+            return _polynomial(self.coefficients, self.small)
+        return sp.Dict({y: _polynomial([c[y] for c in self.coefficients], self.small) for y in self.branch})
 
     @cached_property
     def closed(self):
@@ -62,18 +63,11 @@ class SlowManifold(CriticalManifold):
         _whole(k)
         if k > self.order:
             raise OrderError(f"{self.name} is known to order {self.order} in {self.small}, not {k}; ask for order={k}")
-        if k == 0:
-            return self._by_fast(self.branch.values())
-        expansion = self._expansion
-        return self._by_fast(expansion.expr(height[k]) for height in expansion.height)
-
-    @property
-    def _expansion(self):
-        return expand(self.dynamics, self.small, self.branch, self.order)
-
-    def _by_fast(self, values):
-        values = dict(zip(self.branch, values, strict=True))
-        return sp.Dict(values) if len(values) > 1 else next(iter(values.values()))
+        values = self.branch
+        if k > 0:
+            expansion = expand(self.dynamics, self.small, self.branch, self.order)
+            values = sp.Dict({y: expansion.expr(height[k]) for y, height in expansion.height.items()})
+        return values if len(values) > 1 else next(iter(values.values()))
 
 
 @dataclass(frozen=True)
@@ -211,7 +205,7 @@ def _flow(manifold):
     """Return {x: the coefficients of x' on the manifold}."""
     order = manifold.order if isinstance(manifold, SlowManifold) else 0
     expansion = expand(manifold.dynamics, manifold.small, manifold.branch, order)
-    return dict(zip(manifold.dynamics.slow, [[*map(expansion.expr, f)] for f in expansion.flow], strict=True))
+    return {x: [expansion.expr(c) for c in rates] for x, rates in expansion.flow.items()}
 
 
 def _quotient(above, below):
@@ -226,19 +220,13 @@ def _quotient(above, below):
 
 
 def _integral(integrand, x):
-    """Integrate over x; logarithms of |1 - (sigma + 4) x|, their coefficients and those of powers of x in factors."""
+    """Integrate over x; logarithms of absolute values, coefficients in factors."""
     found = ratint(integrand, x) if integrand.is_rational_function(x) else sp.integrate(integrand, x)
     if found.has(sp.Integral):
         raise NotDerivable(f"SymPy has no integral of {integrand} over {x}")
     real = found.replace(sp.log, lambda argument: sp.log(sp.Abs(sp.numer(sp.together(argument)))))
     sums = sp.collect(sp.expand(real), [x, *real.atoms(sp.log)], sp.factor)
-    return sums.replace(sp.Abs, lambda argument: sp.Abs(_from_one(argument, x)))
-
-
-def _from_one(argument, x):
-    """Write a - 1 as 1 - a, and collect the powers of x: the argument of a logarithm of an absolute value."""
-    sign = -1 if argument.subs(x, 0).could_extract_minus_sign() else 1
-    return sp.collect(sp.expand(sign * argument), x)
+    return sums.replace(sp.Abs, lambda argument: sp.Abs(sp.collect(argument, x)))
 
 
 def _polynomial(coefficients, small):

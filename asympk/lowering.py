@@ -1,0 +1,241 @@
+r"""The only door from symbols to numbers: expressions as a function of numbers, or as C source.
+
+A rational constant stays exact until a number meets it: the ``mpmath`` target divides at the precision of the call,
+the others round p/q once. Every target takes its text from one emitter, in which subexpressions are shared, so the
+same expressions give the same source in every run.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from importlib import import_module
+from numbers import Rational
+
+import sympy as sp
+from sympy.printing.c import C99CodePrinter
+from sympy.printing.codeprinter import PrintMethodNotImplementedError
+from sympy.printing.numpy import NumPyPrinter
+from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
+
+from asympk.errors import InputError, OutOfRange, UnknownName
+
+BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling)
+STRICT = {"allow_unknown_functions": False, "strict": True}
+
+
+@dataclass(frozen=True)
+class Lowered:
+    """A function of numbers, ``outputs`` in terms of ``args``, compiled for ``target`` at the first call.
+
+    Returns one value, a tuple when lowered from a sequence, a dict by ``keys`` when lowered from a ``Dict``. Pickles
+    as its expressions. Raises ``OutOfRange`` where a value is not a finite real number.
+    """
+
+    args: tuple[sp.Symbol, ...]
+    outputs: tuple[sp.Expr, ...]
+    target: str
+    keys: tuple[str, ...] | None = None
+    single: bool = False
+
+    def __call__(self, *values):
+        if len(values) != len(self.args):
+            raise InputError(f"{len(values)} values given; the arguments are ({', '.join(map(str, self.args))})")
+        found = _RUN[self.target](self, values)
+        if self.keys is not None:
+            return dict(zip(self.keys, found, strict=True))
+        return found[0] if self.single else found
+
+    def __reduce__(self):
+        return Lowered, (self.args, self.outputs, self.target, self.keys, self.single)
+
+    @property
+    def source(self):
+        """The text of the function."""
+        return python_function(self, "lowered")
+
+    @cached_property
+    def compiled(self):
+        """The bare function of numbers of the target's own kind, without checks; always returns a tuple."""
+        return _compiled(self)
+
+
+def lower(args, expr, target="numpy", name="f"):
+    """Turn ``expr``, an expression or a sequence or ``Dict`` of them, into a function of ``args``.
+
+    ``target`` is ``"numpy"`` (arrays that broadcast), ``"math"`` (floats), ``"mpmath"`` (the working precision of the
+    call; strings and fractions are taken exactly), or ``"c"``: the source of a C function called ``name``. A set of
+    arguments is sorted by name. Raises ``InputError`` for symbols that are not arguments, for floats, for infinite
+    constants, and for what branches, such as a Piecewise.
+    """
+    if target not in _PRINTERS:
+        raise UnknownName(f"target {target!r} is unknown; choose one of {', '.join(_PRINTERS)}")
+    args, (outputs, keys, single) = _arguments(args), _outputs(expr)
+    for output in outputs:
+        _check(output, args)
+    lowered = Lowered(args, outputs, target, keys, single)
+    _emission(lowered)
+    return c_function(lowered, name) if target == "c" else lowered
+
+
+def c_function(lowered, name):
+    """Return C source: ``double name(..)`` for one expression, ``void name(.., double out[n])`` for several."""
+    arguments, shared, outputs = _emission(lowered)
+    parameters = [f"double {a}" for a in arguments]
+    lines = [f"    const double {symbol} = {value};" for symbol, value in shared]
+    if lowered.single:
+        head, results = f"double {name}", [f"    return {outputs[0]};"]
+    else:
+        head, results = f"void {name}", [f"    out[{i}] = {value};" for i, value in enumerate(outputs)]
+        parameters.append(f"double out[{len(outputs)}]")
+    return "\n".join([f"{head}({', '.join(parameters) or 'void'})", "{", *lines, *results, "}", ""])
+
+
+def python_function(lowered, name):
+    """Return Python source of a function ``name``: one value, or a tuple."""
+    arguments, shared, outputs = _emission(lowered)
+    lines = [f"    {symbol} = {value}" for symbol, value in shared]
+    result = outputs[0] if lowered.single else f"({' '.join(f'{value},' for value in outputs)})"
+    return "\n".join([f"def {name}({', '.join(arguments)}):", *lines, f"    return {result}", ""])
+
+
+class _C(C99CodePrinter):
+    """C99 without integers, so that no division is one of integers, and with every constant rounded once."""
+
+    def _print_Integer(self, expr):
+        return repr(float(int(expr)))
+
+    def _print_Rational(self, expr):
+        return repr(int(expr.p) / int(expr.q))
+
+    def _print_NumberSymbol(self, expr):
+        return repr(float(expr.evalf(30)))
+
+    _print_Pi = _print_Exp1 = _print_EulerGamma = _print_GoldenRatio = _print_Catalan = _print_NumberSymbol
+
+    def _print_Pow(self, expr):
+        if expr.base.is_Symbol and expr.exp in (2, 3, 4):
+            return f"({'*'.join([self._print(expr.base)] * int(expr.exp))})"
+        if expr.exp == sp.Rational(1, 3):  # cbrt would be real where every other target has no real value
+            return f"pow({self._print(expr.base)}, {self._print(expr.exp)})"
+        return super()._print_Pow(expr)
+
+
+_PRINTERS = {"numpy": NumPyPrinter, "math": PythonCodePrinter, "mpmath": MpmathPrinter, "c": _C}
+
+
+_EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}}}
+
+
+@lru_cache(maxsize=512)
+def _emission(lowered):
+    """Return the text of the arguments, of the shared subexpressions (pairs), and of the outputs."""
+    printer = _PRINTERS[lowered.target](STRICT | _EXTRA.get(lowered.target, {}))
+    taken = {a.name for a in lowered.args}
+    spare = (t for t in sp.numbered_symbols("t") if t.name not in taken)
+    shared, outputs = sp.cse(lowered.outputs, symbols=spare, order="canonical")
+    try:
+        arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
+        shared = [(printer.doprint(t), printer.doprint(e)) for t, e in shared]
+    except PrintMethodNotImplementedError as reason:
+        unknown = str(reason).splitlines()[0].rpartition(" ")[2]
+        raise InputError(f"target {lowered.target!r} has no {unknown}; target 'mpmath' has more functions") from None
+    if foreign := set(getattr(printer, "module_imports", {})) - {lowered.target}:
+        raise InputError(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
+    return arguments, shared, outputs
+
+
+@lru_cache(maxsize=512)
+def _compiled(lowered):
+    space = {lowered.target: import_module(lowered.target)}
+    exec(python_function(Lowered(lowered.args, lowered.outputs, lowered.target), "lowered"), space)
+    return space["lowered"]
+
+
+def _numpy(lowered, values):
+    import numpy as np
+
+    arrays = [np.asarray(v, dtype=float) for v in values]
+    shape = np.broadcast_shapes(*(a.shape for a in arrays))
+    with np.errstate(all="ignore"):
+        found = [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in lowered.compiled(*arrays)]
+    if not all(np.isfinite(v).all() for v in found):
+        raise _out_of_range(lowered, values)
+    return tuple(v.copy() if shape else float(v) for v in found)
+
+
+def _math(lowered, values):
+    return _finite(lowered, values, float, float, import_module("math").isfinite)
+
+
+def _mpmath(lowered, values):
+    mpmath = import_module("mpmath")
+    return _finite(lowered, values, _exact, mpmath.mpf, mpmath.isfinite)
+
+
+_RUN = {"numpy": _numpy, "math": _math, "mpmath": _mpmath}
+
+
+def _finite(lowered, values, take, give, isfinite):
+    """Call the compiled function on numbers of its kind; whatever is not a finite real number is an error."""
+    numbers = [take(v) for v in values]
+    try:
+        found = tuple(map(give, lowered.compiled(*numbers)))
+    except (ArithmeticError, TypeError, ValueError):
+        raise _out_of_range(lowered, values) from None
+    if not all(map(isfinite, found)):
+        raise _out_of_range(lowered, values)
+    return found
+
+
+def _exact(value):
+    """Return ``value`` at the working precision; a string or a fraction means the rational number it spells."""
+    from mpmath import mpf
+
+    if isinstance(value, str):
+        value = Fraction(value)
+    if isinstance(value, Rational):
+        return mpf(value.numerator) / value.denominator
+    return mpf(value)
+
+
+def _out_of_range(lowered, values):
+    given = ", ".join(f"{a} = {v}" for a, v in zip(lowered.args, values, strict=True))
+    return OutOfRange(f"{', '.join(map(str, lowered.outputs))} is not a finite real number at {given}")
+
+
+def _arguments(args):
+    """Check the arguments; a set is sorted, so that the signature is the same in every run."""
+    args = tuple(sorted(args, key=str) if isinstance(args, set | frozenset) else args)
+    for a in args:
+        if not isinstance(a, sp.Symbol) or not (a.name.isidentifier() and a.name.isascii()):
+            raise InputError(f"the argument {a} cannot name a variable; give a Symbol with a plain name")
+    if len({a.name for a in args}) < len(args):
+        raise InputError(f"the arguments ({', '.join(map(str, args))}) contain one name twice")
+    return args
+
+
+def _outputs(expr):
+    """Return the expressions, the keys of a ``Dict``, and whether there is a single expression."""
+    if isinstance(expr, dict | sp.Dict):
+        items = sorted((str(key), sp.sympify(value)) for key, value in expr.items())
+        return tuple(value for _, value in items), tuple(key for key, _ in items), False
+    if isinstance(expr, list | tuple | sp.Tuple):
+        return tuple(map(sp.sympify, expr)), None, False
+    return (sp.sympify(expr),), None, True
+
+
+def _check(expr, args):
+    if not isinstance(expr, sp.Expr):
+        raise InputError(f"{expr} is not an expression; lower expressions, not conditions or matrices")
+    if missing := expr.free_symbols - {*args}:
+        raise InputError(
+            f"{', '.join(sorted(map(str, missing)))} in {expr} missing from the arguments ({', '.join(map(str, args))})"
+        )
+    if expr.has(sp.Float):
+        raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+    if expr.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+        raise InputError(f"{expr} contains a constant that is not a finite number")
+    if expr.has(sp.I):
+        raise InputError(f"{expr} is complex; lower its real and imaginary parts")
+    if expr.has(*BRANCHING):
+        raise InputError(f"{expr} branches; lower each smooth mode, or each piece, on its own")
