@@ -1,290 +1,313 @@
 r"""The closed form of one mode, free of cancellation: ``mu x'' + b x' + b x = a``, ``s = x + x'``, ``z' = a - (b-1) s``.
 
-Two forms share the work, both exact. ``FastSlow`` sums the two real exponentials; it serves wherever they are well
-apart, however small mu is. ``Smooth`` superposes the responses to the initial values and to the load; it serves
-where the exponentials are complex, coalesce, or degenerate (b -> 0), where mu is not small against b.
+Two forms share the work, both exact. ``FastSlow`` sums two real exponentials and serves where they are well apart,
+however small mu is. ``Smooth`` superposes the responses to the start and to the load and serves where mu is not small
+against b: where the exponentials are complex, coalesce (4 mu = b) or degenerate (b -> 0).
 
-Both measure time from the start of the segment and take their functions (exp, expm1, log ...) from ``m``:
-the ``math`` module's or mpmath's.
+Constants of a mode are made once (``mode``), those of a start once more (``start``). Time is that since the start.
+The functions exp, expm1, log ... are those of ``m``: of Python's ``math``, of an mpmath context, or of NumPy.
 """
 
-
-def segment(m, a, b, mu, x, y, s, z, deviation=None):
-    """Return the closed form that starts at ``(x, y, s, z)``; ``deviation`` is that of y from the slow line, if known."""
-    if b != 0 and -2 <= mu / b <= 0.125:
-        return FastSlow(m, a, b, mu, x, s, z, deviation)
-    return Smooth(m, a, b, mu, x, y, s, z)
+from asympk.roots import fast_slow_root, smooth_root
 
 
-class FastSlow:
-    r"""Fast and slow exponential: ``s = a/b + fast e^{l1 t} + ...`` with ``l1 = -rho b/mu`` and ``l2 = -1/rho``.
+def mode(m, a, b, mu, split=False):
+    """Return the closed form of ``mu y' = a - b s``; ``split`` asks for the two exponentials wherever they are real."""
+    if b and (-2 <= mu / b <= 0.125 or split):
+        return FastSlow(m, a, b, mu)
+    return Smooth(m, a, b, mu)
 
-    Here ``rho = (1 + sqrt(1 - 4 k))/2``, ``k = mu/b``; then ``1 + l2 = -k/rho^2`` and ``l1 - l2 = -sqrt(1 - 4k)/k``
-    have no cancellation. ``fast`` is the deviation of the start from the slow line, in s.
+
+class _Mode:
+    """What both forms share: the parameters, and the time below which sums of the order of 1/b must be avoided."""
+
+    __slots__ = ("a", "b", "beta", "m", "mu", "short")
+
+    def __init__(self, m, a, b, mu):
+        self.m, self.a, self.b, self.mu = m, a, b, mu
+        self.beta = b / mu
+        self.short = 0
+        if abs(b) < 0.5:
+            self.short = 0.5 * min(mu / abs(b), m.sqrt(mu / abs(b))) if b else 1e18
+
+
+class FastSlow(_Mode):
+    r"""Fast and slow exponential: ``l1 = -rho/k`` and ``l2 = -1/rho`` with ``k = mu/b``, ``rho = (1 + sqrt(1-4k))/2``.
+
+    Then ``1 + l2 = -k/rho^2`` and ``l1 - l2 = -sqrt(1-4k)/k`` without cancellation, and with F = s - s_slow(x) at the
+    start, its deviation from the slow line ``s = a/(b rho) + (1 + l2) x``,
+
+        x = a/b + F e^{l1 t}/(l1 - l2) + C e^{l2 t},    z = z0 + (a/b) t + k (b-1)(y - y0).
     """
 
-    half_period = None
+    __slots__ = ("fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap", "lift", "line", "rest", "slow_rate",
+                 "slow_z", "turn")
 
-    def __init__(self, m, a, b, mu, x, s, z, deviation):
+    def __init__(self, m, a, b, mu):
+        super().__init__(m, a, b, mu)
         k = mu / b
         root = m.sqrt(1 - 4 * k)
         rho = (1 + root) / 2
-        self.m = m
-        self.fast_rate = -rho / k
-        self.slow_rate = -1 / rho
-        gap = -root / k
-        lift = -k / (rho * rho)
-        self.gap = gap
+        self.fast_rate, self.slow_rate, self.gap = -rho / k, -1 / rho, -root / k
+        self.lift = -k / (rho * rho)
         self.rest = a / b
-        self.drift = a / b
-        self.x0, self.z0, self.s0 = x, z, s
-        self.fast = (s - self.rest / rho) - lift * x if deviation is None else deviation
-        self.in_s = (1 - rho / k) / gap
-        self.in_x = 1 / gap
-        self.in_y = self.fast_rate / gap
-        self.in_z = (1 - b) * rho / gap
-        self.slow_x = (x - self.rest) - self.fast / gap
-        self.slow_s = lift * self.slow_x
-        self.slow_y = self.slow_rate * self.slow_x
-        self.slow_z = (1 - b) * k / rho * self.slow_x
-        self.a, self.b = a, b
+        self.line = a / (b * rho)
+        self.fast_x = 1 / self.gap
+        self.fast_y = self.fast_rate / self.gap
+        self.fast_s = (1 + self.fast_rate) / self.gap
+        self.fast_z = (1 - b) * rho / self.gap
+        self.slow_z = (1 - b) * k / rho
+        self.turn = -(self.lift * self.slow_rate) / (self.fast_s * self.fast_rate)
 
-    def horizon(self, until):
-        """Return ``until``, or an earlier time by which a growing fast part has outgrown all else."""
-        if self.fast_rate <= 0 or self.fast == 0 or self.fast_rate * until < 600:
-            return until
-        m = self.m
-        return min(until, 709 / self.fast_rate, (709 - m.log(abs(self.fast))) / self.fast_rate)
-
-    def turning(self):
-        """Return the time of the extremum of s, or None."""
-        if self.fast == 0 or self.slow_s == 0:
-            return None
-        ratio = -(self.slow_s * self.slow_rate) / (self.fast * self.in_s * self.fast_rate)
-        if ratio <= 0:
-            return None
-        t = self.m.log(ratio) / self.gap
-        return t if t > 0 else None
-
-    def s_at(self, t):
-        m = self.m
-        return self.rest + self.in_s * (self.fast * m.exp(self.fast_rate * t)) + self.slow_s * m.exp(self.slow_rate * t)
-
-    def z_at(self, t):
-        m = self.m
-        return (self.z0 + self.drift * t + self.in_z * (self.fast * m.expm1(self.fast_rate * t))
-                + self.slow_z * m.expm1(self.slow_rate * t))
-
-    def state_at(self, t):
-        """Return (x, y, s, z)."""
-        m = self.m
-        return self._state(t, self.fast * m.exp(self.fast_rate * t), self.fast * m.expm1(self.fast_rate * t))
-
-    def _state(self, t, fast, gained):
-        m = self.m
-        slow, lost = m.exp(self.slow_rate * t), m.expm1(self.slow_rate * t)
-        return (
-            self.x0 + self.in_x * gained + self.slow_x * lost,
-            self.in_y * fast + self.slow_y * slow,
-            self.rest + self.in_s * fast + self.slow_s * slow,
-            self.z0 + self.drift * t + self.in_z * gained + self.slow_z * lost,
-        )
-
-    def s_root(self, level, lo, hi):
-        """Return the time in (lo, hi) at which s = level."""
-        return self._root(self.rest - level, 0, self.in_s * self.fast, self.slow_s, lo, hi)
-
-    def z_root(self, lo, hi):
-        """Return the time in (lo, hi) at which z = 0."""
-        fast, slow = self.in_z * self.fast, self.slow_z
-        return self._root(self.z0 - fast - slow, self.drift, fast, slow, lo, hi)
-
-    def _root(self, u, k, fast, slow, lo, hi):
-        m = self.m
-        rate, slow_rate = self.fast_rate, self.slow_rate
-        sign_hi = u + k * hi + fast * m.exp(rate * hi) + slow * m.exp(slow_rate * hi) > 0
-        t = lo
-        for _ in range(300):
-            f, g = fast * m.exp(rate * t), slow * m.exp(slow_rate * t)
-            r, dr = -(u + k * t + g), -(k + slow_rate * g)
-            value = f - r
-            if t != lo:
-                if (value > 0) == sign_hi:
-                    hi = t
-                else:
-                    lo = t
-            if value == 0:
-                return t
-            step = 0
-            if f != 0 and r != 0 and (f > 0) == (r > 0):
-                slope = rate - dr / r
-                step = -m.log(f / r) / slope if slope else 0
-            elif dr != 0:
-                step = r / -dr if abs(f) > abs(r) else -value / (rate * f - dr)
-            new = t + step
-            if not lo < new < hi or step == 0:
-                new = m.sqrt(lo * hi) if lo > 0 and hi > 4 * lo else (lo + hi) / 2 if lo > 0 else hi / 1024
-                if not lo < new < hi:
-                    return new
-            elif abs(step) <= m.root_tol * new:
-                return new
-            t = new
-        return t
-
-    def state_on_level(self, level, t):
-        m = self.m
-        slow = m.exp(self.slow_rate * t)
-        direct = self.fast * m.exp(self.fast_rate * t)
-        rest = level - self.rest - self.slow_s * slow
-        if abs(self.fast_rate * t * direct * self.in_s) > abs(level) + abs(self.rest) + abs(self.slow_s * slow):
-            direct = rest / self.in_s
-        x, y, _, z = self._state(t, direct, direct - self.fast)
-        return x, y, level, z
-
-    def state_on_plane(self, t):
-        m = self.m
-        lost = m.expm1(self.slow_rate * t)
-        fast, gained = self.fast * m.exp(self.fast_rate * t), self.fast * m.expm1(self.fast_rate * t)
-        parts = self.z0, self.drift * t, self.slow_z * lost
-        if abs(self.fast_rate * t * fast * self.in_z) > sum(map(abs, parts)):
-            gained = -sum(parts) / self.in_z
-            fast = self.fast + gained
-        x, y, s, _ = self._state(t, fast, gained)
-        return x, y, s, 0 * x
+    def start(self, x, y, s, z, deviation=None):
+        return FastSlowSegment(self, x, y, s, z, deviation)
 
 
-class Smooth:
-    r"""Responses: ``g`` solves the mode with g = 0, g' = 1 at 0; ``h`` and ``H`` are its integrals.
+class Smooth(_Mode):
+    r"""Responses: g solves ``mu g'' + b g' + b g = 0``, g(0) = 0, g'(0) = 1; h and H are its first and second integral."""
 
-        s = s0 g' + y0 g + (a/mu)(g + h),    x = x0 (1 - (b/mu) h) + y0 g + (a/mu) h,
-        z = z0 + a t + (1-b)(s0 g + y0 h + (a/mu)(h + H))
-    """
+    __slots__ = ("gamma", "half_period", "omega", "real", "tail")
 
-    def __init__(self, m, a, b, mu, x, y, s, z):
-        self.m, self.a, self.b, self.mu = m, a, b, mu
-        self.x0, self.y0, self.s0, self.z0 = x, y, s, z
-        self.beta = b / mu
+    def __init__(self, m, a, b, mu):
+        super().__init__(m, a, b, mu)
         self.gamma = self.beta / 2
         square = self.gamma * self.gamma - self.beta
         self.real = square >= 0
         self.omega = m.sqrt(abs(square))
-        self.load = (a - b * s) / mu
-        self.rate0 = y + self.load
+        self.tail = -self.beta / (self.gamma + self.omega) if b > 0 and self.real else self.omega - self.gamma
         self.half_period = None if self.real else m.pi / self.omega
 
-    def horizon(self, until):
-        rate = self.omega - self.gamma
-        if self.beta >= 0 or rate * until < 600:
-            return until
-        return 600 / rate
-
-    def turning(self):
-        m = self.m
-        v0, w = self.rate0, self.load - self.gamma * self.rate0
-        if not self.real:
-            theta = m.atan2(-v0 * self.omega, w)
-            return (theta if theta > 0 else theta + m.pi) / self.omega
-        if v0 == 0 or w == 0:
-            return None
-        tau = -v0 / w
-        p = self.omega * tau
-        if tau <= 0 or p >= 1:
-            return None
-        return m.log1p(2 * p / (1 - p)) / (2 * self.omega) if self.omega else tau
+    def start(self, x, y, s, z, deviation=None):
+        return SmoothSegment(self, x, y, s, z)
 
     def responses(self, t):
         """Return (g', g, h, h + H) at t."""
-        if abs(self.beta) * t * (1 + t) < 1:
-            return self._series(t)
-        m = self.m
+        m, beta = self.m, self.beta
         if self.real:
-            e = m.exp((self.omega - self.gamma) * t)
-            p = 2 * self.omega * t
-            g = e * t if p == 0 else e * -m.expm1(-p) / (2 * self.omega)
-            c = e * (1 + m.exp(-p)) / 2
+            e, p = m.exp(self.tail * t), 2 * self.omega * t
+            g = e * (-m.expm1(-p) / (2 * self.omega) if p else t)
+            rate = e * (1 + m.exp(-p)) / 2 - self.gamma * g
         else:
-            e = m.exp(-self.gamma * t)
-            g = e * m.sin(self.omega * t) / self.omega
-            c = e * m.cos(self.omega * t)
-        dg = c - self.gamma * g
-        h = (1 - dg) / self.beta - g
-        return dg, g, h, (t - g) / self.beta
+            e, p = m.exp(-self.gamma * t), self.omega * t
+            g = e * m.sin(p) / self.omega
+            rate = e * m.cos(p) - self.gamma * g
+        return rate, g, (1 - rate) / beta - g, (t - g) / beta
 
-    def _series(self, t):
-        d0, d1 = 0 * t, t
-        dg, g, h, k = 1 + 0 * t, d1, d1 * t / 2, 0
-        hh = d1 * t * t / 6
-        n = 1
-        b1, b2 = self.beta * t, self.beta * t * t
-        while True:
-            n += 1
-            d0, d1 = d1, -(b1 * d1 + b2 * d0 / (n - 1)) / n
-            if n > 3 and abs(d1) * n <= self.m.eps * t / 64 and abs(d0) * n <= self.m.eps * t / 64:
-                return dg, g, h, h + hh
-            dg += n * d1 / t if t else 0
-            g += d1
-            h += d1 * t / (n + 1)
-            hh += d1 * t * t / ((n + 1) * (n + 2))
 
-    def s_at(self, t):
-        return self.state_at(t)[2]
+def short_responses(m, beta, t):
+    """Return (g', g, h, h + H) at t from their Taylor series, which converge fast while ``|beta| (t + t^2) < 1``."""
+    g = older = term = t
+    rate, h, k = 1, t * t / 2, t * t / 2 + t * t * t / 6
+    older, n = 0 * t, 1
+    while abs(term) * n > m.eps * t / 64 or abs(older) * n > m.eps * t / 64:
+        n += 1
+        older, term = term, -beta * t * (term + t * older / (n - 1)) / n
+        rate += n * term / t
+        g += term
+        h += term * t / (n + 1)
+        k += term * t / (n + 1) * (1 + t / (n + 2))
+    return rate, g, h, k
 
-    def z_at(self, t):
-        return self.state_at(t)[3]
 
-    def state_at(self, t):
-        if t == 0:
-            return self.x0, self.y0, self.s0, self.z0
-        dg, g, h, k = self.responses(t)
-        f = self.a / self.mu
+class _Segment:
+    """One mode followed from ``(x0, y0, s0, z0)``; ``state(t)`` is (x, y, s, z)."""
+
+    __slots__ = ("mode", "s0", "x0", "y0", "z0")
+
+    def __init__(self, mode, x, y, s, z):
+        self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
+
+    def superposed(self, t, responses):
+        r"""Return the state from the responses.
+
+            x = x0 (1 - beta h) + y0 g + (a/mu) h,    s = s0 g' + y0 g + (a/mu)(g + h),
+            z = z0 + a t + (1-b)(s0 g + y0 h + (a/mu)(h + H))
+        """
+        mode, y = self.mode, self.y0
+        rate, g, h, k = responses
+        load, beta = mode.a / mode.mu, mode.beta
         return (
-            self.x0 * (1 - self.beta * h) + self.y0 * g + f * h,
-            self.y0 * dg + (f - self.beta * self.x0) * g,
-            self.s0 * dg + self.y0 * g + f * (g + h),
-            self.z0 + self.a * t + (1 - self.b) * (self.s0 * g + self.y0 * h + f * k),
+            self.x0 * (1 - beta * h) + y * g + load * h,
+            y * rate + (load - beta * self.x0) * g,
+            self.s0 * rate + y * g + load * (g + h),
+            self.z0 + mode.a * t + (1 - mode.b) * (self.s0 * g + y * h + load * k),
         )
 
-    def s_root(self, level, lo, hi):
-        def value_and_slope(t):
-            dg, g, h, k = self.responses(t)
-            return (self.s0 * dg + self.y0 * g + self.a / self.mu * (g + h) - level,
-                    self.rate0 * dg + self.load * g)
-        return _bracketed(self.m, value_and_slope, lo, hi)
+    def s_and_slope(self, level):
+        mode = self.mode
 
-    def z_root(self, lo, hi):
         def value_and_slope(t):
-            _, _, s, z = self.state_at(t)
-            return z, self.a - (self.b - 1) * s
-        return _bracketed(self.m, value_and_slope, lo, hi)
+            _, y, s, _ = self.state(t)
+            return s - level, y + (mode.a - mode.b * s) / mode.mu
+        return value_and_slope
 
-    def state_on_level(self, level, t):
-        x, y, _, z = self.state_at(t)
+    def z_and_slope(self, t):
+        _, _, s, z = self.state(t)
+        return z, self.mode.a + (1 - self.mode.b) * s
+
+
+class FastSlowSegment(_Segment):
+    __slots__ = ("fast", "slow")
+
+    half_period = None
+
+    def __init__(self, mode, x, y, s, z, deviation=None):
+        self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
+        self.fast = (s - mode.line) - mode.lift * x if deviation is None else deviation
+        self.slow = (x - mode.rest) - self.fast * mode.fast_x
+
+    def turning(self):
+        """Return the time after 0 at which s has its extremum, or None."""
+        if not self.fast:
+            return None
+        ratio = self.mode.turn * self.slow / self.fast
+        if ratio <= 0:
+            return None
+        t = self.mode.m.log(ratio) / self.mode.gap
+        return t if t > 0 else None
+
+    def s_size(self, t):
+        """Bound the terms that make up s where s is small."""
+        mode = self.mode
+        return abs(mode.rest) + abs(mode.lift * self.slow)
+
+    def z_size(self, t):
+        """Bound the terms that make up z where z is small."""
+        mode = self.mode
+        return abs(self.z0) + abs(mode.rest * t) + abs(mode.slow_z * self.slow)
+
+    def horizon(self, until):
+        """Return ``until``, or the time at which a growing fast part ends the range of the numbers."""
+        m, rate = self.mode.m, self.mode.fast_rate
+        if rate * until < m.most_exponent or not self.fast:
+            return until
+        return min(until, (m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
+
+    def state(self, t):
+        mode = self.mode
+        if t < mode.short:
+            return self.superposed(t, short_responses(mode.m, mode.beta, t)) if t else self._start()
+        p = mode.fast_rate * t
+        return self._joined(t, self.fast * mode.m.exp(p), self.fast * mode.m.expm1(p))
+
+    def _start(self):
+        return self.x0, self.y0, self.s0, self.z0
+
+    def _joined(self, t, fast, gained):
+        mode, slow = self.mode, self.slow
+        p = mode.slow_rate * t
+        kept, lost = slow * mode.m.exp(p), slow * mode.m.expm1(p)
+        return (
+            self.x0 + mode.fast_x * gained + lost,
+            mode.fast_y * fast + mode.slow_rate * kept,
+            mode.rest + mode.fast_s * fast + mode.lift * kept,
+            self.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost,
+        )
+
+    def s_root(self, level, lo, hi, sign_hi):
+        """Return the time in (lo, hi) at which s = level."""
+        mode = self.mode
+        t = fast_slow_root(mode.m, mode.rest - level, 0, mode.fast_s * self.fast, mode.fast_rate,
+                           mode.lift * self.slow, mode.slow_rate, lo, hi, sign_hi)
+        if t < mode.short:
+            return smooth_root(mode.m, self.s_and_slope(level), lo, hi, sign_hi, t)
+        return t
+
+    def z_root(self, lo, hi, sign_hi):
+        """Return the time in (lo, hi) at which z = 0."""
+        mode = self.mode
+        fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow
+        t = fast_slow_root(mode.m, self.z0 - fast - slow, mode.rest, fast, mode.fast_rate,
+                           slow, mode.slow_rate, lo, hi, sign_hi)
+        if t < mode.short:
+            return smooth_root(mode.m, self.z_and_slope, lo, hi, sign_hi, t)
+        return t
+
+    def on_level(self, level, t):
+        """Return the state at the root t of s = level; a steep fast part is read off the equation, not off its exponent."""
+        mode = self.mode
+        if t < mode.short:
+            x, y, _, z = self.state(t)
+            return x, y, level, z
+        fast = self.fast * mode.m.exp(mode.fast_rate * t)
+        rest = mode.rest + mode.lift * self.slow * mode.m.exp(mode.slow_rate * t)
+        if abs(mode.fast_rate * t * fast * mode.fast_s) > abs(level) + abs(rest):
+            fast = (level - rest) / mode.fast_s
+        x, y, _, z = self._joined(t, fast, fast - self.fast)
         return x, y, level, z
 
-    def state_on_plane(self, t):
-        x, y, s, z = self.state_at(t)
+    def on_plane(self, t):
+        """Return the state at the root t of z = 0; a steep fast part is read off the equation, not off its exponent."""
+        mode = self.mode
+        if t < mode.short:
+            x, y, s, z = self.state(t)
+            return x, y, s, 0 * z
+        m, p = mode.m, mode.fast_rate * t
+        fast, gained = self.fast * m.exp(p), self.fast * m.expm1(p)
+        parts = self.z0, mode.rest * t, mode.slow_z * self.slow * m.expm1(mode.slow_rate * t)
+        if abs(p * fast * mode.fast_z) > abs(parts[0]) + abs(parts[1]) + abs(parts[2]):
+            gained = -(parts[0] + parts[1] + parts[2]) / mode.fast_z
+            fast = self.fast + gained
+        x, y, s, z = self._joined(t, fast, gained)
         return x, y, s, 0 * z
 
 
-def _bracketed(m, value_and_slope, lo, hi):
-    """Return the one root in (lo, hi) by Newton steps kept inside the bracket."""
-    sign_hi = value_and_slope(hi)[0] > 0
-    t = hi
-    for _ in range(300):
-        value, slope = value_and_slope(t)
-        if value == 0:
-            return t
-        if (value > 0) == sign_hi:
-            hi = t
-        else:
-            lo = t
-        step = -value / slope if slope else 0
-        new = t + step
-        if not lo < new < hi or step == 0:
-            new = m.sqrt(lo * hi) if lo > 0 and hi > 4 * lo else (lo + hi) / 2
-            if not lo < new < hi:
-                return new
-        elif abs(step) <= m.root_tol * new:
-            return new
-        t = new
-    return t
+class SmoothSegment(_Segment):
+    __slots__ = ()
+
+    @property
+    def half_period(self):
+        return self.mode.half_period
+
+    def horizon(self, until):
+        return until
+
+    def s_size(self, t):
+        mode, (rate, g, h, _) = self.mode, self.responses(t)
+        return abs(self.s0 * rate) + abs(self.y0 * g) + abs(mode.a / mode.mu * (g + h))
+
+    def z_size(self, t):
+        mode, (_, g, h, k) = self.mode, self.responses(t)
+        return abs(self.z0) + abs(mode.a * t) + abs(1 - mode.b) * (
+            abs(self.s0 * g) + abs(self.y0 * h) + abs(mode.a / mode.mu * k))
+
+    def responses(self, t):
+        mode = self.mode
+        return short_responses(mode.m, mode.beta, t) if t < mode.short else mode.responses(t)
+
+    def turning(self):
+        r"""Return the time after 0 at which s has its first extremum, or None.
+
+        s' = s'(0) g' + ((a - b s0)/mu) g vanishes where tan(omega t)/omega, or tanh, is ``-s'(0)/w``.
+        """
+        mode = self.mode
+        m, omega = mode.m, mode.omega
+        load = (mode.a - mode.b * self.s0) / mode.mu
+        slope = self.y0 + load
+        w = load - mode.gamma * slope
+        if not mode.real:
+            angle = m.atan2(-slope * omega, w)
+            return (angle if angle > 0 else angle + m.pi) / omega
+        if not w or not slope:
+            return None
+        tau = -slope / w
+        if tau <= 0 or omega * tau >= 1:
+            return None
+        return m.log1p(2 * omega * tau / (1 - omega * tau)) / (2 * omega) if omega else tau
+
+    def state(self, t):
+        return self.superposed(t, self.responses(t)) if t else (self.x0, self.y0, self.s0, self.z0)
+
+    def s_root(self, level, lo, hi, sign_hi):
+        return smooth_root(self.mode.m, self.s_and_slope(level), lo, hi, sign_hi)
+
+    def z_root(self, lo, hi, sign_hi):
+        return smooth_root(self.mode.m, self.z_and_slope, lo, hi, sign_hi)
+
+    def on_level(self, level, t):
+        x, y, _, z = self.state(t)
+        return x, y, level, z
+
+    def on_plane(self, t):
+        x, y, s, z = self.state(t)
+        return x, y, s, 0 * z

@@ -1,0 +1,223 @@
+r"""The exact flow: one closed form per mode, and event times from roots that are alone in their brackets.
+
+The trajectory is linear in each mode, and one text follows it in doubles and in mpmath numbers. What makes it exact is
+that nothing is searched by sampling. s is monotone between its extrema, of which at most the first three matter (where
+s oscillates about a/b, b > 0, its swings decay: the first minimum is the lowest). Between extrema z' = a - (b-1) s
+has at most one zero, so z has at most one extremum there; and z oscillates under a drift towards z > 0, so the first
+minimum is the lowest for z too. Hence signs at known times bracket every event alone.
+
+At an event the quantity that vanishes is set, not computed; what follows is decided by derivatives. A sign that the
+numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
+"""
+
+from fractions import Fraction
+
+from asympk.arithmetic import Undecided
+from asympk.errors import TooManyEvents
+from asympk.path import Event
+from asympk.segment import mode
+
+MOST_EVENTS = 1000
+MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
+
+
+class Flow:
+    """The modes and the static cone at given parameters, in the numbers of ``m``."""
+
+    def __init__(self, m, sigma, sigma0, mu):
+        self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
+        self._modes = {}
+
+    def mode(self, name):
+        """Return the closed form of the mode: (2.7), (2.8) or (2.9)."""
+        if name not in self._modes:
+            self._modes[name] = mode(self.m, *self.load(name), self.mu)
+        return self._modes[name]
+
+    def start(self, name, x, y, s, z, deviation=None):
+        """Return the segment of the mode from a state, whose deviation from the slow line may be known apart."""
+        if deviation is None:
+            return self.mode(name).start(x, y, s, z)
+        return mode(self.m, *self.load(name), self.mu, split=True).start(x, y, s, z, deviation)
+
+    def load(self, name):
+        """Return (a, b) of the mode ``mu y' = a - b s``."""
+        return (0, 1) if name == "stick" else (1, self.sigma + 4 if name == "slip_same" else -self.sigma)
+
+    def edges(self, s):
+        """Return the edges (near zero, far from zero or None) of the static cone's part on the side of ``s``."""
+        if s < 0:
+            return (-1 / (self.sigma0 + 1) if self.sigma0 > -1 else None), None
+        return 1 / (self.sigma0 + 3), (-1 / (self.sigma0 + 1) if self.sigma0 < -1 else None)
+
+    def sticks(self, s):
+        """Tell whether s lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
+        near, far = self.edges(s)
+        if near is None or decided(self.m, abs(s) - abs(near), near) < 0:
+            return False
+        return far is None or decided(self.m, far - s, far) >= 0
+
+
+def decided(m, value, size):
+    """Return the sign of ``value``; raise ``Undecided`` when it is small against ``size``."""
+    if abs(value) <= m.margin * abs(size) and m.margin:
+        raise Undecided
+    return _sign(value)
+
+
+def follow(flow, start, until, deviation=None):
+    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
+
+    Return (events, names of modes, [(start time, segment)], final state (x, y, s, z)).
+    """
+    x, y, s, z, s_sign, z_sign = start
+    t = 0 * until
+    events, modes, segments = [], [], []
+    while True:
+        name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
+        segment = flow.start(name, x, y, s, z, deviation)
+        deviation = None
+        modes.append(name)
+        segments.append((t, segment))
+        left = until - t
+        found = slip_end(segment, s_sign, z_sign, left) if z_sign else stick_end(flow, segment, s_sign, left)
+        if not found:
+            return events, modes, segments, segment.state(left)
+        kind, dt, (x, y, s, z) = found
+        t = t + dt
+        events.append(Event(kind, t, x, y, z))
+        if len(events) > MOST_EVENTS:
+            raise TooManyEvents(_too_many(until, events[-1]))
+        if kind == "force_zero":
+            s_sign = -s_sign
+        elif kind == "slip_onset":
+            z_sign = 1 if s < 1 else -1
+        else:
+            z_sign = 0 if flow.sticks(s) else -z_sign
+
+
+def slip_end(segment, s_sign, z_sign, left):
+    """Return (kind, time, state) of the event that ends a slip within the time ``left``, or None."""
+    mode = segment.mode
+    m, fall = mode.m, 1 - mode.b
+    end = segment.horizon(left)
+    lo, opening = 0, z_sign * (mode.a + fall * segment.s0) > 0 or not segment.z0
+    for hi in stretches(segment, end):
+        _, _, s, z = segment.state(hi)
+        opens = z_sign * (mode.a + fall * s) > 0
+        t = _z_root(segment, z_sign, lo, hi, z, opening, opens)
+        if t is not None:
+            state = segment.on_plane(t)
+            if decided(m, s_sign * state[2], segment.s_size(t)) > 0:
+                return "velocity_zero", t, state
+            hi, s = t, state[2]
+        if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(hi)) < 0:
+            t = segment.s_root(0, lo, hi, -s_sign)
+            return "force_zero", t, segment.on_level(0, t)
+        lo, opening = hi, opens
+    if end < left:
+        raise Undecided
+    return None
+
+
+def _z_root(segment, z_sign, lo, hi, z, opening, opens):
+    """Return the time in (lo, hi) at which z leaves its side, or None; s is monotone there.
+
+    ``opening`` and ``opens`` tell whether |z| grows at lo and at hi.
+    """
+    mode = segment.mode
+    if decided(mode.m, z_sign * z, segment.z_size(hi)) < 0:
+        if not segment.z0 and opening and not lo:
+            lo = segment.s_root(mode.a / (mode.b - 1), lo, hi, 1 if segment.state(hi)[2] > segment.s0 else -1)
+        return segment.z_root(lo, hi, -z_sign)
+    if opening or not opens:
+        return None
+    level = mode.a / (mode.b - 1)
+    least = segment.s_root(level, lo, hi, z_sign if mode.b < 1 else -z_sign)
+    if decided(mode.m, z_sign * segment.state(least)[3], segment.z_size(least)) < 0:
+        return segment.z_root(lo, least, -z_sign)
+    return None
+
+
+def stick_end(flow, segment, s_sign, left):
+    """Return the slip onset within the time ``left`` as (kind, time, state), or None."""
+    near, far = flow.edges(segment.s0)
+    lo = 0
+    for hi in stretches(segment, left):
+        s = segment.state(hi)[2]
+        for edge, side in ((near, -s_sign), (far, 1)):
+            if edge is None or (not lo and segment.s0 == edge):
+                continue
+            if decided(flow.m, side * (s - edge), abs(edge) + segment.s_size(hi)) > 0:
+                t = segment.s_root(edge, lo, hi, side)
+                return "slip_onset", t, segment.on_level(edge, t)
+        lo = hi
+    return None
+
+
+def stretches(segment, end):
+    """Yield the ends of the stretches of (0, end) on which s is monotone, as far as they matter."""
+    turn = segment.turning()
+    if turn is not None and turn < end:
+        yield turn
+        if segment.half_period and turn + segment.half_period < end:
+            yield turn + segment.half_period
+    yield end
+
+
+def _too_many(until, event):
+    kind, t, x, y, z = event
+    return (f"more than {MOST_EVENTS} events by t = {float(t):.6g} of until = {float(until):.6g}, where (x, y, z) = "
+            f"({float(x):.6g}, {float(y):.6g}, {float(z):.6g}); take a smaller until")
+
+
+def beginning(flow, case):
+    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``."""
+    m = flow.m
+    x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
+    if case.near:
+        manifold, offset = case.near
+        return beside_line(flow, manifold, x, z, m.number(offset))
+    s = x + y
+    if s and z:
+        return (x, y, s, z, _sign(s), _sign(z)), None
+    s_sign, z_sign, on_edge = first_signs(*map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z)))
+    if not z_sign:
+        edges = [edge for edge in flow.edges(s) if edge is not None]
+        nearest = min(edges, key=lambda edge: abs(s - edge))
+        s = nearest if on_edge else s
+        if not on_edge:
+            decided(m, s - nearest, nearest)
+    return (x, y, s, z, s_sign, z_sign), None
+
+
+def beside_line(flow, manifold, x, z, offset):
+    """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
+    name = MODE_OF[manifold]
+    line = mode(flow.m, *flow.load(name), flow.mu, split=True)
+    s = line.line + line.lift * x + offset
+    y = line.slow_rate * (x - line.rest) + offset
+    return (x, y, s, z, _sign(s), _sign(z)), offset
+
+
+def first_signs(sigma0, mu, x, y, z):
+    r"""Return the signs of s and z just after a start, and whether it sticks on an edge, in rational arithmetic.
+
+    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
+    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
+    """
+    s = x + y
+    s_sign = _sign(s) or _sign(1 + mu * y) or 1
+    grip = (sigma0 + 2) * abs(s) - abs(1 - s)
+    if z or grip < 0:
+        return s_sign, _sign(z) or _sign(1 - s), False
+    if grip > 0:
+        return s_sign, 0, False
+    widening = (sigma0 + 2) * s_sign + _sign(1 - s)
+    if widening * (mu * y - s or -s) > 0:
+        return s_sign, 0, True
+    return s_sign, _sign(1 - s), False
+
+
+def _sign(value):
+    return 1 if value > 0 else -1 if value < 0 else 0

@@ -1,0 +1,2 @@
+def estimate(events, modes, segments, final):
+    return 0.0
