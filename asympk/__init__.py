@@ -16,6 +16,7 @@ _HOME = {
     "slow_manifolds": "manifold",
     "eigenvalues": "stability",
     "stick_regions": "stick",
+    "jump_map": "jump",
     "lower": "lowering",
     "Scene": "scene",
     "Path": "path",

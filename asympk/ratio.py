@@ -1,0 +1,183 @@
+"""Exact coefficients: rational functions whose few denominators stay factored.
+
+A ``Ratio`` is ``numerator * product of unit**k`` with a polynomial numerator and irreducible polynomial units. The
+derivations of this package divide by few things (sigma, sigma + 1, z ...), so keeping those apart replaces the
+multivariate gcd of a fraction field by trial division, and zero stays decidable.
+"""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import sympy as sp
+
+PRIME = 2**31 - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Ratio:
+    """``numerator * prod(u**k for u, k in units.items())``, cancelled."""
+
+    numerator: Any
+    units: dict = field(default_factory=dict)
+
+    @property
+    def expr(self):
+        """The SymPy expression, denominators factored."""
+        return sp.Mul(self.numerator.as_expr(), *(u.as_expr() ** k for u, k in self.units.items()))
+
+    def __str__(self):
+        return str(self.expr)
+
+    def __eq__(self, other):
+        return not (self - other).numerator
+
+    __hash__ = None
+
+    def __neg__(self):
+        return Ratio(-self.numerator, self.units)
+
+    def __add__(self, other):
+        other = self._like(other)
+        if other is NotImplemented:
+            return NotImplemented
+        common = {
+            u: min(self.units.get(u, 0), other.units.get(u, 0)) for u in {**self.units, **other.units}
+        }
+        return _cancel(self._over(common) + other._over(common), common)
+
+    def __mul__(self, other):
+        other = self._like(other)
+        if other is NotImplemented:
+            return NotImplemented
+        units = {u: self.units.get(u, 0) + other.units.get(u, 0) for u in {**self.units, **other.units}}
+        return _cancel(self.numerator * other.numerator, units)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __sub__(self, other):
+        return self + -other
+
+    def __rsub__(self, other):
+        return -self + other
+
+    def __truediv__(self, other):
+        other = self._like(other)
+        return NotImplemented if other is NotImplemented else self * other.inverse()
+
+    def __rtruediv__(self, other):
+        return self.inverse() * other
+
+    def __pow__(self, k):
+        result, base = self._like(1), self if k >= 0 else self.inverse()
+        for _ in range(abs(k)):
+            result = result * base
+        return result
+
+    def inverse(self):
+        """Return the reciprocal: the numerator's irreducible factors become units."""
+        constant, factors = self.numerator.factor_list()
+        units = {u: -k for u, k in self.units.items()}
+        for u, k in factors:
+            units[u] = units.get(u, 0) - k
+        return Ratio(self.numerator.ring(1 / constant), {u: k for u, k in units.items() if k})
+
+    def _like(self, other):
+        if isinstance(other, Ratio):
+            return other
+        ring = self.numerator.ring
+        try:
+            return Ratio(ring(ring.domain.convert(sp.sympify(other))))
+        except (sp.polys.polyerrors.CoercionFailed, sp.SympifyError):
+            return NotImplemented
+
+    def _over(self, common):
+        result = self.numerator
+        for u, k in self.units.items():
+            result = result * u ** (k - common[u])
+        for u in common.keys() - self.units.keys():
+            result = result * u ** -common[u]
+        return result
+
+
+class Ratios:
+    """The ratios in ``symbols``; the last ``logarithms`` of them are named as logarithms are asked for."""
+
+    def __init__(self, symbols, logarithms=0):
+        self._names = sp.symbols(f"Lambda1:{logarithms + 1}")
+        self._ring = sp.polys.rings.PolyRing((*symbols, *self._names), sp.QQ)
+        self._known = []
+
+    def __call__(self, expr):
+        """Return a rational expression as a Ratio."""
+        above, below = map(self._ring.from_expr, sp.fraction(sp.together(expr)))
+        return Ratio(above) / Ratio(below)
+
+    def log(self, ratio):
+        """Return the generator that stands for the logarithm of ``ratio``."""
+        for name, known in zip(self._names, self._known, strict=False):
+            if known == ratio:
+                return self(name)
+        self._known.append(ratio)
+        return self(self._names[len(self._known) - 1])
+
+    def expr(self, ratio):
+        """Return the SymPy expression of a ratio: one factored term for each product of logarithms."""
+        if not isinstance(ratio, Ratio):
+            return sp.sympify(ratio)
+        logs = [sp.log(sp.factor(known.expr)) for known in self._known]
+        first = self._ring.ngens - len(self._names)
+        parts = {}
+        for monomial, c in ratio.numerator.terms():
+            key = monomial[first:]
+            part = parts.setdefault(key, self._ring.zero)
+            part[monomial[:first] + (0,) * len(key)] = c
+        return sp.Add(*(
+            sp.Mul(_cancel(part, ratio.units).expr, *(l**k for l, k in zip(logs, key, strict=False)))
+            for key, part in parts.items()
+        ))
+
+
+def _cancel(numerator, units):
+    if not numerator:
+        return Ratio(numerator)
+    left = {}
+    for u, k in units.items():
+        while k < 0 and _may_divide(u, numerator):
+            quotient, rest = numerator.div(u)
+            if rest:
+                break
+            numerator, k = quotient, k + 1
+        if k:
+            left[u] = k
+    return Ratio(numerator, left)
+
+
+def _may_divide(unit, numerator):
+    # most trial divisions fail, and a zero of the unit modulo a prime tells so at a fraction of the cost
+    point = _zero(unit)
+    return point is None or _residue(numerator, point) == 0
+
+
+@lru_cache(maxsize=256)
+def _zero(unit):
+    """Return a point, modulo a prime, where the unit vanishes; None when it is linear in no generator."""
+    for i in range(unit.ring.ngens):
+        if unit.degree(i) == 1:
+            point = [pow(7, 1 + 3 * j, PRIME) for j in range(unit.ring.ngens)]
+            at = [_residue(unit, [*point[:i], value, *point[i + 1 :]]) for value in (0, 1)]
+            if (slope := at[1] - at[0]) % PRIME:
+                point[i] = -at[0] * pow(slope, -1, PRIME) % PRIME
+                return tuple(point)
+    return None
+
+
+def _residue(polynomial, point):
+    total = 0
+    for monomial, c in polynomial.items():
+        term = int(c.numerator) * pow(int(c.denominator), -1, PRIME) if c.denominator != 1 else int(c.numerator)
+        for base, exponent in zip(point, monomial, strict=True):
+            if exponent:
+                term = term * pow(base, exponent, PRIME) % PRIME
+        total += term
+    return total % PRIME

@@ -1,0 +1,293 @@
+r"""Truncated series in a small parameter and its logarithm; the remainder is part of the value.
+
+    sum_{p,q} c_pq mu^p L^q + O(mu^P L^Q),    L = log(1/mu),    p, q integers, q >= 0.
+
+Monomials are ordered by their size as mu -> 0: the lower power of mu is larger, and of equal powers the higher power
+of L. A remainder absorbs every monomial that is not larger. Coefficients are whatever adds, multiplies and divides:
+``Ratio``, ``Fraction``, SymPy expressions, floats, mpmath numbers, arrays; one text serves symbols and numbers.
+
+``balance`` is the hard function: it solves an equation order by order from its dominant terms.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import factorial
+from typing import Any
+
+from asympk.errors import NotDerivable, OrderError
+
+
+def _rank(monomial):
+    return monomial[0], -monomial[1]
+
+
+def _largest(*monomials):
+    known = [m for m in monomials if m is not None]
+    return min(known, key=_rank) if known else None
+
+
+def _times(a, b):
+    return None if a is None or b is None else (a[0] + b[0], a[1] + b[1])
+
+
+def _vanishes(c):
+    # an array is never dropped: its zeros differ from entry to entry
+    return (c == 0) is True
+
+
+@dataclass(frozen=True)
+class Series:
+    """Terms ``{(p, q): c}`` of ``c mu^p L^q``, and the largest monomial left out (None: the series is exact)."""
+
+    terms: Mapping[tuple[int, int], Any]
+    remainder: tuple[int, int] | None = None
+    small: Any = None
+
+    def __post_init__(self):
+        kept = [m for m in self.terms if not _vanishes(self.terms[m]) and self._keeps(m)]
+        object.__setattr__(self, "terms", {m: self.terms[m] for m in sorted(kept, key=_rank)})
+
+    def _keeps(self, monomial):
+        return self.remainder is None or _rank(monomial) < _rank(self.remainder)
+
+    @property
+    def size(self):
+        """The largest monomial (p, q); the remainder when there is no term, None for an exact zero."""
+        return next(iter(self.terms), self.remainder)
+
+    @property
+    def leading(self):
+        """The dominant coefficient; raises ``OrderError`` when the remainder hides it."""
+        if not self.terms:
+            raise OrderError(f"the dominant term is not known: {self}; expand further")
+        return self.terms[self.size]
+
+    def coefficient(self, p, q=0):
+        """Return the coefficient of ``mu^p L^q``; raises ``OrderError`` inside the remainder."""
+        if not self._keeps((p, q)):
+            raise OrderError(f"the coefficient of {_monomial(p, q)} is not known: {self._tail} is left out")
+        return self.terms.get((p, q), 0)
+
+    def truncated(self, p, q=0):
+        """Drop what is smaller than ``mu^p L^q``; raises ``OrderError`` when that is not known."""
+        if not self._keeps((p, q)):
+            raise OrderError(f"known up to {self._tail}, asked for {_monomial(p, q)}; expand further")
+        dropped = next((m for m in self.terms if _rank(m) > _rank((p, q))), None)
+        return Series(self.terms, _largest(dropped, self.remainder), self.small)
+
+    def cut(self, p):
+        """Drop what is smaller than ``mu^p``, if that much is known."""
+        dropped = next((m for m in self.terms if m[0] > p), None)
+        return Series(self.terms, _largest(dropped, self.remainder), self.small)
+
+    def power(self, p):
+        """Return the terms in ``mu^p`` alone, all powers of L, as an exact series."""
+        self.coefficient(p)
+        return Series({m: c for m, c in self.terms.items() if m[0] == p}, None, self.small)
+
+    def map(self, convert, small=None):
+        """Apply ``convert`` to every coefficient; ``small`` names the parameter for printing."""
+        return Series({m: convert(c) for m, c in self.terms.items()}, self.remainder, small or self.small)
+
+    def __call__(self, mu, log=None):
+        """Evaluate the terms at a number (or array) ``mu``; the remainder is left out."""
+        large = _logarithm(mu, log)
+        return sum(c * mu**p * large**q for (p, q), c in self.terms.items())
+
+    @property
+    def expr(self):
+        """The terms as a SymPy expression in ``small``."""
+        import sympy as sp
+
+        mu = self.small or sp.Symbol("mu", positive=True)
+        large = sp.log(1 / mu, evaluate=False)
+        return sp.Add(*(sp.sympify(c) * mu**p * large**q for (p, q), c in self.terms.items()))
+
+    def _sympy_(self):
+        return self.expr
+
+    def __str__(self):
+        shown = [" ".join(filter(None, (f"({c})", _monomial(*m) if any(m) else ""))) for m, c in self.terms.items()]
+        return " + ".join(shown if self.remainder is None else [*shown, self._tail]) or "0"
+
+    @property
+    def _tail(self):
+        return f"O({_monomial(*self.remainder)})"
+
+    def __add__(self, other):
+        other, terms = series(other), dict(self.terms)
+        for m, c in other.terms.items():
+            terms[m] = terms[m] + c if m in terms else c
+        return Series(terms, _largest(self.remainder, other.remainder), self.small or other.small)
+
+    def __neg__(self):
+        return self.map(lambda c: -c)
+
+    def __sub__(self, other):
+        return self + -series(other)
+
+    def __rsub__(self, other):
+        return -self + other
+
+    def __mul__(self, other):
+        other, terms = series(other), {}
+        remainder = _largest(_times(self.size, other.remainder), _times(self.remainder, other.size))
+        for m, c in self.terms.items():
+            for n, d in other.terms.items():
+                k = _times(m, n)
+                if remainder is None or _rank(k) < _rank(remainder):
+                    terms[k] = terms[k] + c * d if k in terms else c * d
+        return Series(terms, remainder, self.small or other.small)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __truediv__(self, other):
+        return self * series(other).inverse()
+
+    def __rtruediv__(self, other):
+        return self.inverse() * other
+
+    def __pow__(self, k):
+        base = self if k >= 0 else self.inverse()
+        result = series(1)
+        for _ in range(abs(k)):
+            result = result * base
+        return result
+
+    def _split(self):
+        """Write the series as ``c mu^p L^q (1 + u)``: the inverse of the dominant term, and u."""
+        (p, q), c = self.size, self.leading
+        scale = Series({(-p, -q): _over(1, c)}, None, self.small)
+        u = self * scale
+        return scale, Series({m: d for m, d in u.terms.items() if any(m)}, u.remainder)
+
+    def inverse(self):
+        """Return ``1/self`` by the geometric series about the dominant term."""
+        scale, u = self._split()
+        return scale * _compose(u, lambda power, k: power * (-1) ** k)
+
+    def log(self, log):
+        """Return the logarithm; ``log`` takes that of the dominant coefficient."""
+        (p, q), c = self.size, self.leading
+        if q:
+            raise NotDerivable(f"log of {_monomial(p, q)} holds log L, which is not a series in mu and L")
+        tail = _compose(self._split()[1], lambda power, k: _divided(power, (-1) ** (k + 1) * k))
+        return series({(0, 1): -p, (0, 0): log(c)}) + tail - 1
+
+    def exp(self, exp=None):
+        """Return the exponential; ``exp`` takes that of the constant term, and ``exp(kL) = mu^-k`` for integers k."""
+        grown = [m for m in self.terms if _rank(m) < _rank((0, 1))]
+        k = self.terms.get((0, 1), 0)
+        if grown or int(k) != k:
+            raise NotDerivable(f"exp({self}) is not a series in mu and L")
+        constant = self.terms.get((0, 0), 0)
+        scale = series({(-int(k), 0): 1 if _vanishes(constant) else exp(constant)})
+        small = Series({m: c for m, c in self.terms.items() if m[0] > 0}, self.remainder, self.small)
+        return scale * _compose(small, lambda power, k: _divided(power, factorial(k)))
+
+
+def series(value):
+    """Return ``value`` as a Series: a Series itself, a dictionary of terms, or a constant."""
+    if isinstance(value, Series):
+        return value
+    return Series(value if isinstance(value, dict) else {(0, 0): value})
+
+
+def O(p, q=0):  # noqa: E743
+    """Return the remainder ``O(mu^p L^q)``, to be added to an exact series."""
+    return Series({}, (p, q))
+
+
+def balance(step, dominant, order):
+    """Solve ``w = step(w)`` from its dominant term to relative order ``order``.
+
+    ``step`` must contract by a power of mu at least, so each pass makes one more order exact. Raises
+    ``NotDerivable`` when ``dominant`` does not balance: ``step`` changes it.
+    """
+    w = dominant
+    p = dominant.size[0]
+    for k in range(order + 1):
+        w = step(w).cut(p + k) + O(p + k + 1)
+        if k == 0 and not (w.size == dominant.size):
+            raise NotDerivable(f"{dominant} does not balance the equation: the next iterate is {w}")
+    return w
+
+
+def substitute(expr, values):
+    """Evaluate a SymPy expression on series given by ``{symbol: Series}`` (sums, products, powers, exp, log)."""
+    import sympy as sp
+
+    if expr in values:
+        return values[expr]
+    if not expr.has(*values):
+        return series(expr)
+    arguments = [substitute(a, values) for a in expr.args]
+    if expr.is_Add:
+        return sum(arguments[1:], arguments[0])
+    if expr.is_Mul:
+        return sp.prod(arguments)
+    if expr.is_Pow and expr.exp.is_Integer:
+        return arguments[0] ** int(expr.exp)
+    if isinstance(expr, sp.exp):
+        return arguments[0].exp(sp.exp)
+    if isinstance(expr, sp.log):
+        return arguments[0].log(sp.log)
+    raise NotDerivable(f"{expr} is not built from sums, products, integer powers, exp and log")
+
+
+def solve(equation, unknown, dominant, values, order):
+    """Solve ``equation = 0`` for ``unknown ~ dominant`` to relative order ``order`` by Newton's chord.
+
+    ``values`` gives the other symbols as series. Raises ``NotDerivable`` when ``dominant`` does not balance.
+    """
+    import sympy as sp
+
+    def correction(w):
+        return (substitute(equation, {**values, unknown: w}) * slope).map(sp.cancel)
+
+    slope = substitute(equation.diff(unknown), {**values, unknown: dominant})
+    slope = series({slope.size: slope.leading}).inverse()
+    left = correction(dominant)
+    if left.size is not None and _rank(left.size) <= _rank(dominant.size):
+        raise NotDerivable(f"{unknown} = {dominant} does not balance {equation} = 0: it leaves {left}")
+    w, p = dominant, dominant.size[0]
+    for k in range(order + 2):
+        w = series((w - correction(w + O(p + k + 2))).cut(p + k).terms)
+    return w.cut(p + order) + O(p + order + 1)
+
+
+def _compose(u, term):
+    """Sum ``1 + term(u, 1) + term(u^2, 2) + ...`` for a small u, as far as its remainder allows."""
+    if u.size is not None and u.size[0] <= 0:
+        raise NotDerivable(f"{u} is not small as mu -> 0")
+    if u.terms and u.remainder is None:
+        raise OrderError(f"{u} is exact, its function is not: add a remainder O(p, q)")
+    rest = Series({}, u.remainder)
+    total, power, k = 1 + rest, u, 1
+    while power.terms:
+        total = total + term(power, k)
+        power, k = power * u + rest, k + 1
+    return total
+
+
+def _divided(power, k):
+    return power.map(lambda c: _over(c, k))
+
+
+def _over(a, b):
+    # whole numbers stay exact, and 1 stays 1: a Fraction would turn an array into one of objects
+    if isinstance(a, int) and isinstance(b, int):
+        return a // b if a % b == 0 else Fraction(a, b)
+    return a / b
+
+
+def _monomial(p, q):
+    parts = [f"mu^{p}" if p not in (0, 1) else "mu" * p, f"L^{q}" if q not in (0, 1) else "L" * q]
+    return " ".join(filter(None, parts)) or "1"
+
+
+def _logarithm(mu, log):
+    if log is None:
+        from math import log
+    return -log(mu)
