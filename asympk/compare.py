@@ -1,0 +1,156 @@
+r"""Comparison of methods on one scene: errors that make sense across a jump, and what they cost.
+
+A jump that is late by a small part of mu has a large error in every norm that compares states at equal times, since
+y' is of the order 1/mu^2 there. Hence four separate measures against the exact flow at many digits:
+
+    final_error   |x - x*|, |y - y*|, |z - z*| at the end, the largest, relative to max(1, |x*|, |z*|)
+    time_error    |t - t*| / mu of the events, the largest, when their kinds are the same
+    same_modes    whether the sequence of modes is the same
+    path_error    as final_error, over equidistant times outside windows of 4 mu log(1/mu) around start and events
+"""
+
+from dataclasses import dataclass
+from math import log
+from statistics import median
+from time import process_time
+
+from asympk.errors import AsympkError
+from asympk.methods import solve
+
+GRID = 64
+WRONG = 0.1  # a final error above it is another motion, not an inaccurate one
+PATIENCE = 0.3  # a run longer than this many CPU seconds is timed once
+ONE_FIELD = ("one_field",)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run of one method on one scene; None where a measure does not apply.
+
+    ``ratio`` is the CPU time in units of that of the exact flow in doubles, measured in the same run. ``status`` is
+    "finished", "events missed" (the modes differ, the end is right), "wrong branch" (the end is wrong), or what the
+    run or the model says of itself.
+    """
+
+    scene: str
+    sigma: float
+    sigma0: float
+    mu: float
+    x: float
+    y: float
+    z: float
+    until: float
+    method: str
+    options: str
+    rtol: float | None
+    final_error: float | None
+    time_error: float | None
+    path_error: float | None
+    same_modes: bool | None
+    calls: int | None
+    steps: int | None
+    jacobians: int | None
+    ratio: float | None
+    status: str
+
+
+def workprec(scene, method, *, reference=None, repeats=5, label=None, **options):
+    """Return ``measure(tolerances) -> rows``: work against precision of ``method`` on ``scene``.
+
+    A tolerance is given to the method as ``rtol`` (and atol); None gives it none, as for models that have no
+    tolerance. ``reference`` is the exact path (computed at 30 digits when not given). ``label`` is the method's name
+    in the rows.
+    """
+    def measure(tolerances):
+        truth = reference or solve(scene, digits=30)
+        return [_row(scene, method, rtol, truth, repeats, label or method, options) for rtol in tolerances]
+
+    return measure
+
+
+def _row(scene, method, rtol, truth, repeats, label, options):
+    given = options if rtol is None else {**options, "rtol": rtol}
+    try:
+        path, ratio = timed(lambda: solve(scene, method, **given), lambda: solve(scene), repeats)
+    except AsympkError as error:
+        return _as_row(scene, label, options, rtol, {}, {}, None, f"{type(error).__name__}: {error}")
+    errors = errors_of(path, truth, scene)
+    work = {k: v or None for k, v in path.info.get("work", {}).items()}
+    return _as_row(scene, label, options, rtol, errors, work, ratio, status_of(path, errors))
+
+
+def _as_row(scene, label, options, rtol, errors, work, ratio, status):
+    place = [float(v) for v in (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)]
+    words = " ".join(f"{k}={v}" for k, v in options.items())
+    measures = [errors.get(k) for k in ("final_error", "time_error", "path_error", "same_modes")]
+    costs = [work.get(k) for k in ("calls", "steps", "jacobians")]
+    return Row(scene.name, *place, label, words, rtol, *measures, *costs, ratio, status)
+
+
+def errors_of(path, truth, scene):
+    """Return the four measures of ``path`` against the exact path ``truth``; none for a run that did not finish."""
+    if path.info.get("status", "finished") != "finished":
+        return {}
+    single = path.modes == ONE_FIELD
+    kinds = [e.kind for e in path.events] == [e.kind for e in truth.events]
+    times = [abs(float(a.t - b.t)) / float(scene.mu) for a, b in zip(path.events, truth.events, strict=False)]
+    return {
+        "final_error": _distance(path.final, truth.final),
+        "time_error": max(times) if kinds and times else None,
+        "path_error": path_distance(path, truth, scene),
+        "same_modes": None if single else path.modes == truth.modes,
+    }
+
+
+def path_distance(path, truth, scene):
+    """Return the largest distance of two paths over equidistant times outside the windows around jumps."""
+    times = quiet_times(truth, float(scene.mu), float(scene.until))
+    if not times:
+        return None
+    import numpy as np
+
+    states, wanted = path(np.array(times)), truth(np.array(times))
+    return max(_distance(states[:, k], wanted[:, k]) for k in range(len(times)))
+
+
+def quiet_times(truth, mu, until, count=GRID):
+    """Return the equidistant times in (0, until] outside windows of 4 mu log(1/mu) around the start and the events."""
+    width = 4 * mu * max(1.0, log(1 / mu))
+    centres = [0.0, *(float(e.t) for e in truth.events)]
+    grid = [until * k / count for k in range(1, count + 1)]
+    return [t for t in grid if all(abs(t - c) > width for c in centres)]
+
+
+def _distance(state, truth):
+    x, y, z = (float(v) for v in truth)
+    scale = max(1.0, abs(x), abs(z))
+    return max(abs(float(a) - b) for a, b in zip(state, (x, y, z), strict=True)) / scale
+
+
+def status_of(path, errors):
+    """Return the status sentence of a run, judged against the exact path when it finished."""
+    status = path.info.get("status", "finished")
+    if status != "finished" or errors["final_error"] < WRONG:
+        return "events missed" if errors.get("same_modes") is False else status
+    return "wrong branch"
+
+
+def timed(run, unit, repeats):
+    """Return (result of ``run``, its CPU time in units of that of ``unit``): medians of interleaved runs.
+
+    The first run is not timed (it may compile) unless it is long.
+    """
+    first, result = _clocked(run)
+    unit()
+    if first > PATIENCE:
+        again = min(first, _clocked(run)[0]) if result.info.get("status", "finished") == "finished" else first
+        return result, again / median(_clocked(unit, 20)[0] for _ in range(5))
+    pairs = [(_clocked(run)[0], _clocked(unit, 20)[0]) for _ in range(repeats)]
+    return result, median(a for a, _ in pairs) / median(b for _, b in pairs)
+
+
+def _clocked(run, times=1):
+    start = process_time()
+    for _ in range(times):
+        result = run()
+    return (process_time() - start) / times, result
