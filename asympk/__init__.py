@@ -16,7 +16,6 @@ _HOME = {
     "slow_manifolds": "manifold",
     "eigenvalues": "stability",
     "stick_regions": "stick",
-    "jump_map": "jump",
     "lower": "lowering",
     "Scene": "scene",
     "Path": "path",
@@ -24,6 +23,7 @@ _HOME = {
     "solve": "methods",
     "solve_many": "ensemble",
     "claims": "ledger",
+    "jump_map": "jump",
     "systems": None,
     "errors": None,
 }

@@ -6,6 +6,7 @@ import sys
 
 _NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where argparse would see options
 
+
 def main(arguments=None):
     """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input."""
     from asympk.errors import AsympkError
@@ -146,7 +147,7 @@ def _bench(options):
 
 def _progress(message):
     if sys.stderr.isatty():
-        print(f"\r\033[K{message}", end="" if message else "", file=sys.stderr, flush=True)
+        print(f"\r\033[K{message}", end="", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

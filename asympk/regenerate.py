@@ -8,11 +8,15 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.files import write_text
+
+
 def project(root):
     """Return the checkout's directory; raises ``InputError`` where it has no derivations."""
     root = Path(root)
     if not (root / "derivations").is_dir():
-        raise InputError(f"{root.resolve()} has no derivations/: run asympk in a checkout of the project, or give --root")
+        raise InputError(
+            f"{root.resolve()} has no derivations/: run asympk in a checkout of the project, or give --root"
+        )
     return root
 
 
@@ -33,12 +37,16 @@ def derive(root, progress=None):
 
 
 def _as_latex(results):
-    lines = [rf"\[ \text{{{_words(name)}}}\colon\quad {sp.latex(_symbolic(value))} \]" for name, value in results.items()]
+    lines = [
+        rf"\[ \text{{{_words(name)}}}\colon\quad {sp.latex(_symbolic(value))} \]" for name, value in results.items()
+    ]
     return "\n".join([*lines, ""])
 
 
 def _as_json(results):
-    told = {name: {"text": str(_symbolic(value)), "latex": sp.latex(_symbolic(value))} for name, value in results.items()}
+    told = {
+        name: {"text": str(_symbolic(value)), "latex": sp.latex(_symbolic(value))} for name, value in results.items()
+    }
     return json.dumps(told, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -61,7 +69,8 @@ def _symbolic(value):
 
 def write_tables(root):
     """Write every table as LaTeX and CSV under paper/generated/tables; return the files written."""
-    from asympk.tables import TABLES, latex, text
+    from asympk.tables import TABLES
+    from asympk.tabular import latex, text
 
     out = project(root) / "paper" / "generated" / "tables"
     written = []

@@ -34,11 +34,17 @@ class Passage:
 
 @dataclass(frozen=True)
 class Regime:
-    """One range of sigma: the stick region on z = 0 and what each slow manifold does."""
+    """One range of sigma, an interval or a single value: the stick region on z = 0, and what each slow manifold does."""
 
-    condition: sp.Basic
+    sigma: sp.Symbol
+    values: sp.Set
     stick: tuple[Span, ...]
     passages: tuple[Passage, ...]
+
+    @property
+    def condition(self):
+        """The range as a relation on sigma."""
+        return between(self.sigma, self.values)
 
 
 def thresholds(system):
@@ -72,8 +78,7 @@ def _regime(part, system):
     regions = stick_regions(system)
     manifolds = _slip_manifolds(system)
     passages = tuple(_passage(manifold, system, regions, sample) for manifold in manifolds)
-    condition = between(_parameter(system), part)
-    return Regime(condition, regions.stick.spans(sigma=sample), passages)
+    return Regime(_parameter(system), part, regions.stick.spans(sigma=sample), passages)
 
 
 def _passage(manifold, system, regions, sample):

@@ -41,7 +41,9 @@ class Eigenvalues:
 
         Raises ``InputError`` when a value is missing, or the equilibrium is on a boundary between kinds.
         """
-        given = {symbol: sp.Rational(str(values[symbol.name])) for symbol in self._parameters() if symbol.name in values}
+        given = {
+            symbol: sp.Rational(str(values[symbol.name])) for symbol in self._parameters() if symbol.name in values
+        }
         missing = sorted(symbol.name for symbol in self._parameters() - set(given))
         if missing:
             raise InputError(f"{self.mode}: {', '.join(missing)} not given; the kind depends on it")

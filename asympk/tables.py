@@ -1,9 +1,4 @@
-"""Tables: rows of symbols and words, set in booktabs LaTeX (the tabular only) or written as CSV."""
-
-import csv
-import io
-from dataclasses import dataclass
-from typing import Any
+"""The paper's tables: what the package derived, as rows of symbols and words."""
 
 import sympy as sp
 
@@ -12,71 +7,14 @@ from asympk.manifold import rest_state, slow_manifolds
 from asympk.regimes import regimes
 from asympk.stability import eigenvalues
 from asympk.systems import painleve_klein as pk
+from asympk.tabular import Cell, Table, union_of, values_of, words
 
-_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}"}
-_SPECIAL |= {"<": r"\textless{}", ">": r"\textgreater{}", "^": r"\^{}", "~": r"\~{}", "\\": r"\textbackslash{}"}
 _MODE = {
     "slip_same": "slip, $s z > 0$ (2.7)",
     "slip_opposite": "slip, $s z < 0$ (2.8)",
     "stick": "stick, $z = 0$ (2.9)",
 }
 _S = sp.Symbol("s", real=True)
-
-
-@dataclass(frozen=True)
-class Math:
-    """A cell that is a formula: its LaTeX, and the same in plain characters."""
-
-    latex: str
-    text: str
-
-
-@dataclass(frozen=True)
-class Table:
-    """A header and rows; cells are words (which may hold ``$..$``), SymPy objects or ``Math``.
-
-    ``align`` is the tabular's column specification.
-    """
-
-    name: str
-    align: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[Any, ...], ...]
-
-
-def latex(table):
-    """Return the table as a booktabs ``tabular``; the caption and the float are the paper's."""
-    lines = [rf"\begin{{tabular}}{{{table.align}}}", r"\toprule", _line(table.header), r"\midrule"]
-    lines += [_line(map(_cell, row)) for row in table.rows]
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
-
-
-def text(table):
-    """Return the table as CSV with plain formulas."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(table.header)
-    writer.writerows([_plain(cell) for cell in row] for row in table.rows)
-    return buffer.getvalue()
-
-
-def escape(words):
-    """Escape what LaTeX would read as commands in plain words."""
-    return "".join(_SPECIAL.get(character, character) for character in words)
-
-
-def _line(cells):
-    return " & ".join(cells) + r" \\"
-
-
-def _cell(cell):
-    if isinstance(cell, str):
-        return cell
-    return f"${cell.latex if isinstance(cell, Math) else sp.latex(cell)}$"
-
-
-def _plain(cell):
-    return cell.text if isinstance(cell, Math) else str(cell).replace("$", "")
 
 
 def groups_table():
@@ -87,9 +25,7 @@ def groups_table():
 
 def modes_table():
     r"""The right-hand sides mu y' and z' of every mode in terms of s = x + y; x' = y in all."""
-    rows = tuple(
-        (_MODE[mode.name], _of_load(mode.fast[pk.y]), _of_load(mode.slow[pk.z])) for mode in pk.system().modes
-    )
+    rows = tuple((_MODE[mode.name], _of_load(mode.fast[pk.y]), _of_load(mode.slow[pk.z])) for mode in pk.system().modes)
     return Table("modes", "lll", ("mode", r"$\mu y'$", "$z'$"), rows)
 
 
@@ -98,20 +34,29 @@ def _of_load(expr):
 
 
 def manifolds_table():
-    """Slow manifolds: where they live, whether they attract, their first term in mu, rest state and drift."""
-    rows = []
-    for manifold in slow_manifolds(pk.system(), order=1):
-        rest = rest_state(manifold)
-        rows.append((
-            Math(rf"\Pi_{manifold.name[-1]}", manifold.name),
-            sp.Eq(_S, sp.cancel(pk.x + manifold.coefficient(0))),
-            sp.factor(manifold.coefficient(1)),
-            manifold.domain,
-            manifold.stability,
-            rest.drift[pk.z],
-        ))
-    header = ("plane", r"at $\mu = 0$", r"$\mu$ term of $y$", "lives in", "attracts", "$z'$ at rest")
-    return Table("manifolds", "llllll", header, tuple(rows))
+    """Slow manifolds by range of sigma: place, stability, first term in mu, and the acceleration on them."""
+    planes = {plane.name: plane for plane in slow_manifolds(pk.system(), order=1)}
+    rows = [_manifold_row(planes["Pi1"], "all", regimes(pk.system())[0].passages[0])]
+    for regime in (regimes(pk.system())[0], regimes(pk.system())[-1]):
+        side = r"$\sigma > 0$" if regime.condition == (pk.sigma > 0) else r"$\sigma < 0$"
+        rows.append(_manifold_row(planes["Pi2"], side, regime.passages[1]))
+    header = ("plane", r"$\sigma$", r"at $\mu = 0$", r"$\mu$ term of $y$", "lives in", "", "$z'$ on it")
+    return Table("manifolds", "lllllll", header, tuple(rows))
+
+
+def _manifold_row(plane, where, passage):
+    return (
+        Cell(rf"$\Pi_{plane.name[-1]}$", plane.name),
+        where,
+        sp.Eq(_S, sp.cancel(pk.x + plane.coefficient(0))),
+        sp.factor(plane.coefficient(1)),
+        *_place(passage),
+        rest_state(plane).drift[pk.z],
+    )
+
+
+def _place(passage):
+    return f"$z {'>' if passage.side > 0 else '<'} 0$", "attracts" if passage.stable else "repels"
 
 
 def eigenvalues_table():
@@ -123,34 +68,30 @@ def eigenvalues_table():
 
 def regimes_table():
     """The ranges of sigma between thresholds: stick region, and what Pi2 is and where its motions meet z = 0."""
-    rows = []
-    for regime in regimes(pk.system()):
-        second = regime.passages[1]
-        rows.append((
-            regime.condition,
-            sp.Union(*(span.as_set().subs(pk.sigma0, pk.sigma) for span in regime.stick), evaluate=False),
-            _side(second),
-            _meeting(second),
-        ))
-    header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"$\Pi_2$ meets $z = 0$ in")
-    return Table("regimes", "llll", header, tuple(rows))
+    rows = tuple(_regime_row(regime) for regime in regimes(pk.system()))
+    header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"its motions meet $z = 0$ in")
+    return Table("regimes", "llll", header, rows)
 
 
-def _side(passage):
-    if not passage.side:
-        return "does not exist"
-    return f"$z {'>' if passage.side > 0 else '<'} 0$, {'attracts' if passage.stable else 'repels'}"
-
-
-def _meeting(passage):
-    words = {"stick": "the stick region", "up": "upward crossing", "down": "downward crossing", None: "--"}
-    return words[passage.meets]
+def _regime_row(regime):
+    second = regime.passages[1]
+    reached = {"stick": "the stick region", "up": "upward crossing", "down": "downward crossing", None: "--"}
+    return (
+        values_of(regime.sigma, regime.values),
+        union_of(regime.stick, {pk.sigma0: pk.sigma}),
+        ", ".join(_place(second)) if second.side else "does not exist",
+        reached[second.meets],
+    )
 
 
 def claims_table():
-    """The ledger: every claim of the paper with its verdict."""
-    rows = tuple((c.id, c.where, escape(c.statement), c.verdict) for c in claims())
-    return Table("claims", r"llp{0.68\linewidth}l", ("claim", "sec.", "statement", "verdict"), rows)
+    """The ledger: every claim of the paper with its verdict, and what holds where it is not a plain confirmation."""
+    rows = []
+    for claim in claims():
+        rows.append((claim.id, words(claim.statement), claim.verdict))
+        if claim.finding:
+            rows.append(("", Cell(rf"\emph{{{words(claim.finding).latex}}}", claim.finding), ""))
+    return Table("claims", r"lp{0.76\linewidth}l", ("claim", "statement", "verdict"), tuple(rows))
 
 
 TABLES = (groups_table, modes_table, manifolds_table, eigenvalues_table, regimes_table, claims_table)

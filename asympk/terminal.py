@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from textwrap import wrap
 
 from asympk.ledger.nouns import VERDICTS
 
@@ -80,6 +81,7 @@ def _line(claim):
 
 def _with_evidence(claim):
     lines = [f"{claim.id} (section {claim.where}): {claim.verdict}", f"  {claim.statement}"]
+    lines += [f"  -> {claim.finding}"] if claim.finding else []
     for check in claim.evidence:
         mark = "holds" if check.holds else "fails"
         lines.append(f"  - {check.role}, {check.kind}, {mark}: {check.what}")
@@ -94,7 +96,9 @@ def summary(found, files, root):
     checks = [check for claim in found for check in claim.evidence]
     parts = [
         "Fufaev 1991, the Painlevé-Klein example: rederived from the elastic rod and checked.",
-        f"{len(found)} claims, {len(checks)} checks: " + ", ".join(f"{n} {verdict}" for verdict, n in counts.items()) + ".",
+        f"{len(found)} claims, {len(checks)} checks: "
+        + ", ".join(f"{n} {verdict}" for verdict, n in counts.items())
+        + ".",
         "",
     ]
     for verdict in ("corrected", "refined", "not settled"):
@@ -103,6 +107,7 @@ def summary(found, files, root):
             parts.append(f"{verdict.capitalize()}:")
             parts += [text for claim in chosen for text in _finding(claim)]
             parts.append("")
+    parts += ["Beyond the paper, for sigma > 0 and z < 0, with L = log(1/mu):", *_jump_lines(), ""]
     parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
     parts.append(f"{files} files written under {root}/paper/generated; asympk claims ID shows the evidence of a claim.")
     return "\n".join(parts)
@@ -110,12 +115,38 @@ def summary(found, files, root):
 
 def _finding(claim):
     """The claim, and under it what the paper leaves out or what holds instead."""
-    found = [check.what for check in claim.evidence if check.role != "as written" and check.holds]
-    return [f"  {claim.id}  {claim.statement}", *(f"         {what}" for what in found)]
+    return [*_wrapped(claim.id, claim.statement), *_wrapped("", f"-> {claim.finding}")]
+
+
+def _wrapped(label, words):
+    indent = " " * 7
+    return wrap(words, _WIDTH, initial_indent=f"  {label:<5}", subsequent_indent=indent, break_long_words=False)
+
+
+def _jump_lines():
+    from asympk.jump import jump_map
+    from asympk.systems.painleve_klein import sigma, system
+
+    jump = jump_map(system(), order=1, start={sigma: 1})
+    lines = [f"  the layer lasts ({jump.t_leave.coefficient(1, 1)}) mu L + O(mu), and mid-way y is of order 1/mu"]
+    for name, expansion in (("x", jump.x), ("z", jump.z)):
+        limit = expansion.coefficient(0) or ""
+        lines.append(f"  {name} -> {limit}{_signed(expansion.coefficient(1, 1))} mu L + O(mu)")
+    return lines
+
+
+def _signed(coefficient):
+    import sympy as sp
+
+    coefficient = sp.factor(coefficient)
+    negative = coefficient.could_extract_minus_sign()
+    return f" - {-coefficient}" if negative else f" + {coefficient}"
 
 
 def _regime_lines():
-    from asympk.tables import regimes_table, text
+    from asympk.tables import regimes_table
+    from asympk.tabular import plain
 
-    rows = [line.split(",") for line in text(regimes_table()).splitlines()]
-    return ["  " + ", ".join(row) for row in rows]
+    rows = plain(regimes_table())
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]

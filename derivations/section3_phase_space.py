@@ -33,7 +33,7 @@ regions = stick_regions(system)
 # The picture changes with sigma where G2 goes to infinity (-1), where Pi2 meets z = 0 on an edge of G1 (-3/2), and
 # where Pi2 passes through infinity from z < 0 to z > 0 (0): the paradox begins there.
 changes = thresholds(system)
-pi2 = {regime.condition: regime.passages[1] for regime in regimes(system)}
+second_plane = {regime.condition: sp.Integer(regime.passages[1].side) for regime in regimes(system)}
 
 RESULTS = {
     "levels_of_the_slow_planes": {sp.Symbol(name): level for name, level in levels.items()},
@@ -49,5 +49,5 @@ RESULTS = {
     "edges_of_stick": regions.edges,
     "stick_region": {cell.condition: sp.Union(*(span.as_set() for span in cell.spans)) for cell in regions.stick.cells},
     "thresholds_of_sigma": changes,
-    "pi2_meets": {condition: passage.meets or "nothing" for condition, passage in pi2.items()},
+    "sign_of_z_on_pi2": second_plane,
 }

@@ -37,8 +37,13 @@ def test_small_angle_formulas_are_the_first_terms_of_the_exact_geometry():
     for exact, first in zip(rod.geometry(), rod.small_angle(), strict=True):
         second = sp.diff(exact, rod.delta, 2).subs(rod.delta, 0) / 2
         error = (exact - first).subs(at)
-        ratios = [(error / (second * rod.delta**2)).subs(at).subs(rod.delta, sp.Rational(1, 10**n)).evalf(30) for n in (2, 4, 6)]
-        assert [abs(ratio - 1) < sp.Rational(3, 10**n) for ratio, n in zip(ratios, (2, 4, 6), strict=True)] == [True] * 3
+        ratios = [
+            (error / (second * rod.delta**2)).subs(at).subs(rod.delta, sp.Rational(1, 10**n)).evalf(30)
+            for n in (2, 4, 6)
+        ]
+        assert [abs(ratio - 1) < sp.Rational(3, 10**n) for ratio, n in zip(ratios, (2, 4, 6), strict=True)] == [
+            True
+        ] * 3
 
 
 def test_the_dropped_terms_are_the_first_order_of_the_turned_reaction():
@@ -84,7 +89,12 @@ def test_the_scales_carry_the_physical_equations_to_the_canonical_ones():
     stiffness = sp.Symbol("mu_", positive=True)
     by_mu = {rod.k: rod.m / (rod.l * rod.h**2 * sp.cos(alpha) ** 2 * stiffness)}
     turned = carried(balance, 1 / rod.P).subs(by_mu)
-    assert sp.simplify(turned.subs(sp.Abs(sp.cos(alpha)), sp.cos(alpha)) - (stiffness * second + (pk.sigma + 4) * (rho + rate) - 1)) == 0
+    assert (
+        sp.simplify(
+            turned.subs(sp.Abs(sp.cos(alpha)), sp.cos(alpha)) - (stiffness * second + (pk.sigma + 4) * (rho + rate) - 1)
+        )
+        == 0
+    )
     speed = carried(acceleration, scales.time / scales.velocity)
     assert sp.simplify(speed.subs(sp.Abs(sp.cos(alpha)), sp.cos(alpha)) - (1 - (pk.sigma + 3) * (rho + rate))) == 0
 

@@ -32,7 +32,9 @@ def test_the_series_of_both_eigenvalues_have_catalan_coefficients(mode):
         assert sp.cancel(fast[k] - (-b if k == 0 else sp.catalan(k - 1) / b ** (k - 1))) == 0
 
 
-@pytest.mark.parametrize(("sigma", "mode"), [(1, "slip_same"), (1, "slip_opposite"), (sp.Rational(-3, 2), "slip_opposite"), (0, "stick")])
+@pytest.mark.parametrize(
+    ("sigma", "mode"), [(1, "slip_same"), (1, "slip_opposite"), (sp.Rational(-3, 2), "slip_opposite"), (0, "stick")]
+)
 def test_the_matrix_has_these_eigenvalues_to_forty_digits(sigma, mode):
     at = {pk.sigma: sigma, pk.mu: sp.Rational(1, 1000)}
     b = STIFFNESS[mode].subs(at)

@@ -21,7 +21,10 @@ def test_regions_are_where_the_cone_says_for_every_sigma(sigma, extra):
     sigma0 = sigma + extra
     for s in LOADS:
         hold, slip = (sigma0 + 2) * abs(s), (sigma + 2) * abs(s)
-        told = {name: getattr(REGIONS, name).contains(s, sigma=sigma, sigma0=sigma0) for name in ("stick", "up", "down", "ambiguous")}
+        told = {
+            name: getattr(REGIONS, name).contains(s, sigma=sigma, sigma0=sigma0)
+            for name in ("stick", "up", "down", "ambiguous")
+        }
         assert told == {
             "stick": abs(1 - s) <= hold,
             "up": 1 - s > hold,

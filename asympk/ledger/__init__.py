@@ -1,7 +1,7 @@
 """The ledger: what Fufaev's 1991 paper claims, sentence by sentence, and what holds.
 
 A claim is a function that yields checks; its verdict follows from which of them hold. ``nouns`` has the rule,
-``rigid``, ``elastic``, ``geometry`` and ``motion`` the claims in the paper's order.
+``rigid``, ``elastic``, ``geometry``, ``motion`` and ``jumps`` the claims in the paper's order.
 """
 
 from functools import cache
@@ -12,7 +12,7 @@ from asympk.ledger.nouns import Check, Claim
 
 __all__ = ["Check", "Claim", "claim", "claims", "evaluate"]
 
-_SECTIONS = ("rigid", "elastic", "geometry", "motion")
+_SECTIONS = ("rigid", "elastic", "geometry", "motion", "jumps")
 
 
 def claims(progress=None):

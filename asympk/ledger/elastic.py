@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from asympk.ledger.nouns import claim, numeric, numeric_left_out, symbolic, symbolic_left_out
+from asympk.ledger.nouns import claim, numeric, symbolic, symbolic_left_out
 from asympk.ledger.trend import tends_to_one, vanishes
 from asympk.regimes import thresholds
 from asympk.stability import eigenvalues
@@ -45,12 +45,10 @@ def rod_law():
     yield numeric("for Delta l = sin(3 t)/50 at t = 2/7", *vanishes(residual))
 
 
-@claim("C09", "2", "(2.4) holds with R1 tan^2 a / k dropped beside 1 as k -> oo")
+@claim("C09", "2", "(2.4) holds with R1 tan^2 a / k dropped beside 1 as k -> oo", "the dropped term is of order mu itself, and friction in (2.5) drops R1 / k too: corrections of order mu within this model are as large as what the small angle costs")
 def dropped_term():
     elastic = rod.elastic_rod()
-    written = (
-        rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 - rod.P - rod.F + 2 * rod.R * sp.cos(rod.alpha)
-    )
+    written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 - rod.P - rod.F + 2 * rod.R * sp.cos(rod.alpha)
     yield symbolic("subtracting the two equations (2.1) leaves (2.4)", sp.expand(elastic.balance - written) == 0)
     stated = rod.R1 * sp.tan(rod.alpha) ** 2 / rod.k
     yield symbolic("the dropped term is the one stated", sp.cancel(elastic.dropped - stated) == 0, elastic.dropped)
@@ -89,7 +87,9 @@ def slip_equations():
         acceleration,
     )
     turned = [expr.subs(rod.f, -rod.f) for expr in elastic.slip(1)]
-    yield symbolic("u < 0 is f -> -f", all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True)))
+    yield symbolic(
+        "u < 0 is f -> -f", all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True))
+    )
     power = [(-direction * friction * direction).subs({**_NUMBERS, rod.R: R}) for direction in (1, -1) for R in (2, -2)]
     yield numeric("friction takes energy for both signs of u and of R", all(p < 0 for p in power))
 
@@ -98,7 +98,9 @@ def slip_equations():
 def stick_equation():
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 + rod.R * sp.cos(rod.alpha)
-    yield symbolic("eliminating F from (2.4) with u' = 0 gives (2.6)", sp.expand(elastic.stick() - written) == 0, written)
+    yield symbolic(
+        "eliminating F from (2.4) with u' = 0 gives (2.6)", sp.expand(elastic.stick() - written) == 0, written
+    )
     (holding,) = sp.solve(elastic.acceleration, rod.F)
     residual = (elastic.balance.subs(rod.F, holding) - written).subs({**_NUMBERS, rod.R: 2, rod.ddR1: -3}).evalf(40)
     yield numeric("both agree at numbers", *vanishes(residual))

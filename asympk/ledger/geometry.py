@@ -6,7 +6,7 @@ from fractions import Fraction
 import mpmath
 import sympy as sp
 
-from asympk.ledger.nouns import claim, numeric, numeric_left_out, symbolic, symbolic_left_out
+from asympk.ledger.nouns import claim, numeric, symbolic, symbolic_left_out
 from asympk.ledger.runs import MUS, escape_time, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
 from asympk.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
@@ -28,7 +28,10 @@ def quadrants():
     found = {name: _mode_at(where, load, velocity) for name, (load, velocity) in octants.items()}
     expected = {"O1": "slip_same", "O2": "slip_opposite", "O3": "slip_same", "O4": "slip_opposite"}
     yield symbolic("the sign of friction, -sgn z |s|, decides the mode so", found == expected, found)
-    first = [follow((load, 0, velocity), Fraction(1, 100), Fraction(1, 10**6)).modes[0] for load, velocity in octants.values()]
+    first = [
+        follow((load, 0, velocity), Fraction(1, 100), Fraction(1, 10**6)).modes[0]
+        for load, velocity in octants.values()
+    ]
     yield numeric("runs from (s, z) = (+-1, +-1) begin in it", first == list(expected.values()), ", ".join(first))
 
 
@@ -37,7 +40,7 @@ def _mode_at(where, load, velocity):
     return next(name for name, condition in where.items() if condition.subs(at) == sp.true)
 
 
-@claim("C16", "3", "G1: x + y > 1/4, G2: x + y < -1/2 (sigma = 1); for general sigma, and with f0")
+@claim("C16", "3", "G1: x + y > 1/4, G2: x + y < -1/2 (sigma = 1); for general sigma, and with f0", "exact at every mu; in general s >= 1/(sigma0 + 3) or s <= -1/(sigma0 + 1) for sigma0 > -1, s >= 1/2 at -1, and one strip 1/(sigma0 + 3) <= s <= -1/(sigma0 + 1) below")
 def stick_half_planes():
     regions = stick_regions(pk.system())
     found = sp.Union(*(span.as_set().subs(pk.sigma0, 1) for span in regions.stick.spans(sigma=1)))
@@ -146,9 +149,10 @@ def approach_to_the_half_line():
         before, after = (state[0] - mpmath.mpf(1) / 5 for state in (path(2), path.final))
         return mpmath.log(after / before) + 1
 
-    yield numeric("the measured rate plus 1 over -mu/5, the slow eigenvalue's next term", *tends_to_one(
-        ratios(rate, lambda mu: -number(mu) / 5)
-    ))
+    yield numeric(
+        "the measured rate plus 1 over -mu/5, the slow eigenvalue's next term",
+        *tends_to_one(ratios(rate, lambda mu: -number(mu) / 5)),
+    )
 
 
 @claim("C22", "3", "Pi2: x + y = -1, z > 0 is unstable and only divides the fast motions by direction")
@@ -170,7 +174,7 @@ def second_plane():
     yield numeric("escape from 1e-20 off the plane over mu log(1e20)", *tends_to_one(expected))
 
 
-@claim("C28", "3", "f0 > f: only Gamma1, Gamma2 shift; the strip between G1 and G2 narrows; nothing else changes")
+@claim("C28", "3", "f0 > f: only Gamma1, Gamma2 shift; the strip between G1 and G2 narrows; nothing else changes", "between the kinetic and the static edges resting and crossing are both motions of the model (here: at rest stays at rest), and on leaving the edge the acceleration jumps")
 def static_friction():
     regions = stick_regions(pk.system())
     upper, lower = regions.edges
@@ -195,7 +199,9 @@ def static_friction():
 def shallow_second_plane():
     shallow = [regime.passages[1] for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
     alive = [passage for passage in shallow if passage.side]
-    yield symbolic("on every range below sigma = 0 it has z < 0 and attracts", all(p.side < 0 and p.stable for p in alive))
+    yield symbolic(
+        "on every range below sigma = 0 it has z < 0 and attracts", all(p.side < 0 and p.stable for p in alive)
+    )
     yield symbolic("at sigma = 0 it does not exist", len(alive) == len(shallow) - 1)
     plane = _planes()["Pi2"]
     first = plane.coefficient(1).subs(pk.sigma, -1)
@@ -208,9 +214,10 @@ def shallow_second_plane():
     def predicted(mu):
         return number(mu) * number(first.subs(pk.x, sp.Float(follow(start, mu, sigma=-1).final[0], 50)))
 
-    yield numeric("a run's distance from it at sigma = -1, t = 1, over the slow manifold's first term", *tends_to_one(
-        ratios(distance, predicted)
-    ))
+    yield numeric(
+        "a run's distance from it at sigma = -1, t = 1, over the slow manifold's first term",
+        *tends_to_one(ratios(distance, predicted)),
+    )
 
 
 @claim("C31", "3", "Cause of the paradoxes: for sigma > 0, z > 0 holds a stable and an unstable slow plane, z < 0 none")
@@ -229,17 +236,25 @@ def _planes_by_side(sigma):
     return sum(sides), len(sides) - sum(sides)
 
 
-@claim("C32", "3", "The slow planes are the phase space of the rigid system: rigid motions and planes correspond one to one")
+@claim(
+    "C32",
+    "3",
+    "The slow planes are the phase space of the rigid system: rigid motions and planes correspond one to one",
+)
 def planes_and_rigid_motions():
     position = 2 / (pk.sigma + 2)  # w, as f sin a = (sigma + 2) cos a
     planes = _planes(0)
     levels = {sp.cancel(pk.x + plane.coefficient(0)) for plane in planes.values()}
     rigid_levels = {sp.cancel(motion.load.subs(rod.steepness, position)) for motion in rod.rigid_motions()}
-    yield symbolic("the two rigid loads R cos a / P are x + y on the two planes", levels == rigid_levels, "1/(sigma + 4), -1/sigma")
+    yield symbolic(
+        "the two rigid loads R cos a / P are x + y on the two planes", levels == rigid_levels, "1/(sigma + 4), -1/sigma"
+    )
     for regime in regimes(pk.system()):
         rigid = _rigid_loads(regime.condition, position)
         elastic = _elastic_loads(regime, planes)
-        yield symbolic(f"same side of z = 0 and same load for {regime.condition}", rigid == elastic, sorted(map(str, elastic)))
+        yield symbolic(
+            f"same side of z = 0 and same load for {regime.condition}", rigid == elastic, sorted(map(str, elastic))
+        )
     rates = {name: plane.dynamics.slow[pk.z].subs(plane.branch) for name, plane in planes.items()}
     loads = {name: pk.x + plane.coefficient(0) for name, plane in planes.items()}
     same = all(sp.cancel(rates[name] - loads[name]) == 0 for name in planes)

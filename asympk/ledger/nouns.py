@@ -25,13 +25,17 @@ class Check:
 
 @dataclass(frozen=True)
 class Claim:
-    """A sentence of the paper with its verdict: confirmed, refined, corrected, or not settled when checks fail."""
+    """A sentence of the paper with its verdict: confirmed, refined, corrected, or not settled when checks fail.
+
+    ``finding`` says what the sentence leaves out or what holds instead; it is empty for a confirmed claim.
+    """
 
     id: str
     where: str
     statement: str
     verdict: str
     evidence: tuple[Check, ...]
+    finding: str = ""
 
     def as_dict(self):
         """Return the claim as plain dictionaries, for JSON."""
@@ -53,14 +57,18 @@ def verdict(evidence):
     return "corrected" if by_role["instead"] and all(replaced) else UNSETTLED
 
 
-def claim(identifier, where, statement) -> Callable:
-    """Make a function that yields checks into one that returns a judged ``Claim``."""
+def claim(identifier, where, statement, finding="") -> Callable:
+    """Make a function that yields checks into one that returns a judged ``Claim``.
+
+    ``finding`` is what to say when the verdict is not a plain confirmation.
+    """
 
     def decorate(checks):
         @wraps(checks)
         def judged():
             evidence = tuple(checks())
-            return Claim(identifier, where, statement, verdict(evidence), evidence)
+            judgement = verdict(evidence)
+            return Claim(identifier, where, statement, judgement, evidence, "" if judgement == "confirmed" else finding)
 
         judged.id = identifier
         return judged

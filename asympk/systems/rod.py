@@ -222,7 +222,7 @@ def find_scales(rod):
     if elastic == 0 or viscous == 0:
         missing = R1 if elastic == 0 else dR1
         raise NotDerivable(
-            f"the rod's law R = {rod.law} has no term in {missing}: no scale of time makes R cos(alpha)/P = rho + rho'; "
+            f"the rod's law R = {rod.law} has no term in {missing}: no time scale makes R cos(alpha)/P = rho + rho'; "
             "give a law with both an elastic and a viscous part, such as R_1 + h l Rdot_1"
         )
     canonical = (

@@ -1,0 +1,185 @@
+"""Section 3, the jumps: what the layers do to x, y and z (C23, C24, C26, C30)."""
+
+from fractions import Fraction
+
+import mpmath
+import sympy as sp
+
+from asympk.jump import first_integral, jump_map
+from asympk.ledger.nouns import (
+    claim,
+    numeric,
+    numeric_instead,
+    numeric_left_out,
+    symbolic,
+    symbolic_instead,
+    symbolic_left_out,
+)
+from asympk.ledger.runs import MUS, follow, modes, number, ratios, told
+from asympk.ledger.trend import tends_to_one
+from asympk.manifold import slow_manifolds
+from asympk.regimes import regimes
+from asympk.systems import painleve_klein as pk
+
+_FROM_BELOW = (0, Fraction(1, 5), -1)
+_FROM_ABOVE = (0, -3, 1)
+_STATES = (pk.x, pk.y, pk.z)
+
+
+def _jump(start):
+    """Return the jump map at sigma = 1 of the layer that holds ``start``, to first order in mu."""
+    return jump_map(pk.system(), order=1, start={pk.sigma: 1, **dict(zip(_STATES, start, strict=True))})
+
+
+def _limit(expansion, power=0):
+    return sp.cancel(expansion.coefficient(power))
+
+
+def _over_first_terms(measure, start, expansion):
+    """Follow a start for decreasing mu; return (measure - limit) over the terms mu log(1/mu) and mu of an expansion."""
+    at = {pk.sigma: 1, pk.sigma0: 1, **dict(zip(_STATES, map(_rational, start), strict=True))}
+    limit, with_log, without = (expansion.coefficient(*powers).subs(at) for powers in ((0, 0), (1, 1), (1, 0)))
+
+    def error(mu):
+        return measure(follow(start, mu)) - number(limit)
+
+    def predicted(mu):
+        return number(mu) * (number(with_log) * -mpmath.log(number(mu)) + number(without))
+
+    return tends_to_one(ratios(error, predicted))
+
+
+def _event(path, kind):
+    return next(event for event in path.events if event.kind == kind)
+
+
+@claim("C23", "3", "From anywhere in z < 0 the point jumps along +y and lands on z = 0 inside G1", "y reaches order 1/mu, so on landing x has grown by -z/(sigma + 1); and from |z| = O(mu), s < 0 the point can land in G2")
+def jump_from_below():
+    jump = _jump(_FROM_BELOW)
+    landing = jump.events[0]
+    height = landing.y.coefficient(-1)
+    yield symbolic(
+        "mu y on landing tends to a positive limit, so the point lands in G1", _positive_below(height), height
+    )
+    yield symbolic("x is then what it was: the jump is along y", _limit(landing.x) == pk.x, _limit(landing.x))
+    starts = (_FROM_BELOW, (0, -2, -1))
+    landed = [_event(follow(start, mu), "velocity_zero") for start in starts for mu in MUS]
+    yield numeric("runs from s = 1/5 and -2, z = -1 land at s > 1/4", all(event.x + event.y > 1 for event in landed))
+    yield symbolic_instead(
+        "x grows by -z/(sigma + 1): y is of order 1/mu for a time of order mu log(1/mu)",
+        sp.cancel(_limit(landing.x) - pk.x + pk.z / (pk.sigma + 1)) == 0,
+        _limit(landing.x),
+    )
+    found = _over_first_terms(lambda path: path.events[0].x, _FROM_BELOW, landing.x)
+    yield numeric_instead("x on landing less that, over the terms mu log(1/mu) and mu", *found)
+    near = [follow((0, -2, -mu / 100), mu).events[0] for mu in MUS]
+    outside = all(event.kind == "velocity_zero" and event.x + event.y < -1 for event in near)
+    yield numeric_left_out("with |z| = O(mu) and s < 0 it can land at s < 0: from s = -2, z = -mu/100 in G2", outside)
+
+
+def _positive_below(expr):
+    """Tell whether an expression is positive for every sigma > 0 and z < 0."""
+    steep, below = sp.symbols("steep below", positive=True)
+    return sp.cancel(expr.subs({pk.sigma: steep, pk.z: -below})).is_positive
+
+
+@claim("C24", "3", "Then it jumps to Gamma1, then to Pi1, where it stays", "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0")
+def jump_to_the_first_plane():
+    steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
+    first = steep.passages[0]
+    yield symbolic("Pi1 attracts and its motions never come back to z = 0", first.stable and first.meets is None)
+    jump = _jump(_FROM_BELOW)
+    yield symbolic(
+        "the layer is slip_opposite, stick, slip_same and ends on Pi1", jump.itinerary[1:] == ("stick", "slip_same")
+    )
+    sequences = modes(_FROM_BELOW) + modes((0, -2, -1))
+    expected = [jump.itinerary, ("slip_same", *jump.itinerary)]
+    yield numeric("runs from s = 1/5 and -2, z = -1 do so", sequences == expected, told(sequences))
+    yield symbolic_left_out(
+        "x moves on by as much as z did: z -> 0, x -> x - z",
+        (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0),
+        first_integral(pk.system()).expr,
+    )
+    leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_BELOW, jump.events[1].x)
+    yield numeric_left_out("x on leaving Gamma1 less x - z, over the terms mu log(1/mu) and mu", *leaves)
+    again = [follow((0, Fraction(1, 5), -_FAR / mu), mu, until=9).modes.count("stick") for mu in MUS]
+    yield numeric_left_out(
+        f"where mu |x| is not small there are further collisions: from z = -{_FAR}/mu", set(again) == {2}, again
+    )
+
+
+_FAR = 10
+
+
+@claim("C26", "3", "From O6 (x + y < -1, z > 0) it jumps along -y into G2, along +y to Gamma2, then to Pi1", "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z")
+def jump_from_beyond_the_divide():
+    jump = _jump(_FROM_ABOVE)
+    landing = jump.events[0]
+    height = landing.y.coefficient(-1)
+    falls = sp.cancel(height + pk.sigma * pk.z / (pk.sigma + 1)) == 0
+    yield symbolic("mu y on landing tends to -sigma z/(sigma + 1) < 0, so the point lands in G2", falls, height)
+    yield symbolic("x is then what it was: the jump is along y", _limit(landing.x) == pk.x, _limit(landing.x))
+    sequences = modes(_FROM_ABOVE)
+    yield numeric(
+        "runs from s = -3, z = 1 stick in G2, leave at Gamma2 and end on Pi1",
+        sequences == [jump.itinerary],
+        told(sequences),
+    )
+    yield symbolic_instead(
+        "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z",
+        sp.cancel(_limit(landing.x) - pk.x + pk.z / (pk.sigma + 1)) == 0 and _limit(jump.x) == pk.x - pk.z,
+        _limit(jump.x),
+    )
+    found = _over_first_terms(lambda path: path.events[0].x, _FROM_ABOVE, landing.x)
+    yield numeric_instead("x on landing less that, over the terms mu log(1/mu) and mu", *found)
+    leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_ABOVE, jump.events[1].x)
+    yield numeric_instead("x on leaving Gamma2 less x - z, over the terms mu log(1/mu) and mu", *leaves)
+
+
+@claim("C30", "3", "Shallow rod: from z < 0 the point jumps to Pi2, moves along it to z = 0, then jumps to Pi1", "for -3/2 <= sigma < 0 the point sticks for a time mu log((sigma + 3)/(-sigma)) before it jumps to Pi1; only below -3/2 it crosses at once")
+def shallow_rod():
+    shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
+    seconds = {regime.condition: regime.passages[1] for regime in shallow if regime.passages[1].side}
+    leads = all(second.stable and second.drift > 0 and second.meets for second in seconds.values())
+    yield symbolic("on -2 < sigma < 0 Pi2 attracts, lies in z < 0 and its motions rise to z = 0", leads)
+    steeper, flatter = Fraction(-1), Fraction(-17, 10)
+    sequences = modes((0, -1, -4), flatter, until=9)
+    direct = sequences == [("slip_same", "slip_opposite", "slip_same")]
+    yield numeric("runs from (0, -1, -4) at sigma = -1.7 do so", direct, told(sequences))
+    yield numeric(
+        "distance from Pi2 on reaching z = 0 over the slow manifold's first term", *tends_to_one(_arrival(steeper))
+    )
+    reached = {str(condition): second.meets for condition, second in seconds.items()}
+    yield symbolic_left_out(
+        "for -3/2 <= sigma < 0 it reaches z = 0 inside G1 and sticks before Pi1; below it crosses directly",
+        set(reached.values()) == {"stick", "up"},
+        ", ".join(f"{condition}: {part}" for condition, part in reached.items()),
+    )
+    sequences = modes((0, -1, -4), steeper, until=6)
+    sticks = sequences == [("slip_same", "slip_opposite", "stick", "slip_same")]
+    yield numeric_left_out("runs at sigma = -1 stick on the way", sticks, told(sequences))
+    times = ratios(_stick_duration, lambda mu: number(mu) * mpmath.log(2))
+    yield numeric_left_out("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
+
+
+def _arrival(sigma):
+    first = slow_manifolds(pk.system(), order=1)[1].coefficient(1).subs(pk.sigma, _rational(sigma))
+
+    def touch(mu):
+        path = follow((0, -1, -4), mu, until=6, sigma=sigma)
+        return next(event for event in path.events if event.kind == "velocity_zero")
+
+    def distance(mu):
+        return touch(mu).x + touch(mu).y + 1 / number(sigma)
+
+    return ratios(distance, lambda mu: number(mu) * number(first.subs(pk.x, sp.Float(touch(mu).x, 50))))
+
+
+def _rational(value):
+    return sp.Rational(value.numerator, value.denominator)
+
+
+def _stick_duration(mu):
+    events = follow((0, -1, -4), mu, until=6, sigma=-1).events
+    onset = next(event.t for event in events if event.kind == "slip_onset")
+    return onset - next(event.t for event in events if event.kind == "velocity_zero")

@@ -1,0 +1,105 @@
+"""Tables as nouns, set in booktabs LaTeX (the tabular only, for the paper owns caption and float) or as CSV."""
+
+import csv
+import io
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}", "\\": r"\textbackslash{}"}
+_SPECIAL |= {"^2": "$^2$", "~": r"\~{}", "<=": r"$\le$", ">=": r"$\ge$", "<": "$<$", ">": "$>$", "->": r"$\to$"}
+_SPECIAL |= {"|": "$|$", "+-": r"$\pm$"}
+_GREEK = ("sigma", "mu", "beta", "alpha", "Pi", "Gamma", "Delta")
+_NAME = re.compile(rf"\b({'|'.join(_GREEK)})([0-9]?)\b")
+_TOKEN = re.compile("|".join(map(re.escape, sorted(_SPECIAL, key=len, reverse=True))))
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell in both dresses: LaTeX, and plain characters."""
+
+    latex: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """A header and rows; ``align`` is the tabular's column specification.
+
+    A cell is a ``Cell``, a SymPy object, or a string in LaTeX whose formulas stand between dollar signs.
+    """
+
+    name: str
+    align: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[Any, ...], ...]
+
+
+def latex(table):
+    """Return the table as a booktabs ``tabular``."""
+    lines = [rf"\begin{{tabular}}{{{table.align}}}", r"\toprule", _line(table.header), r"\midrule"]
+    lines += [_line(row) for row in table.rows]
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def plain(table):
+    """Return the header and the rows as lists of plain strings."""
+    return [[_cell(cell).text for cell in row] for row in (table.header, *table.rows)]
+
+
+def text(table):
+    """Return the table as CSV."""
+    buffer = io.StringIO()
+    csv.writer(buffer, lineterminator="\n").writerows(plain(table))
+    return buffer.getvalue()
+
+
+def words(sentence):
+    """Make a cell of plain words; Greek names and relations in them become symbols in LaTeX."""
+    typeset = _TOKEN.sub(lambda found: _SPECIAL[found[0]], sentence)
+    return Cell(_NAME.sub(_greek, typeset).replace("$$", ""), sentence)
+
+
+def values_of(symbol, values):
+    """Make a cell that says in which interval, or at which value, a parameter lies."""
+    name = sp.latex(symbol)
+    if values.is_FiniteSet:
+        (value,) = values
+        return Cell(f"${name} = {sp.latex(value)}$", f"{symbol} = {value}")
+    start, end = ("<" if opened else "<=" for opened in (values.left_open, values.right_open))
+    left = (f"{sp.latex(values.start)} {start} ", f"{values.start} {start} ") if values.start.is_finite else ("", "")
+    right = (f" {end} {sp.latex(values.end)}", f" {end} {values.end}") if values.end.is_finite else ("", "")
+    if not right[0]:
+        left, right = ("", ""), (f" > {sp.latex(values.start)}", f" > {values.start}")
+    return Cell(f"${left[0]}{name}{right[0]}$".replace("<=", r"\le"), f"{left[1]}{symbol}{right[1]}")
+
+
+def union_of(spans, at):
+    """Make a cell of a union of spans with symbols replaced as in ``at``."""
+    sets = [span.as_set().subs(at) for span in spans]
+    typeset = r" \cup ".join(map(sp.latex, sets)) or r"\varnothing"
+    return Cell(f"${typeset}$", " u ".join(map(_interval, sets)) or "nowhere")
+
+
+def _interval(span):
+    opening, closing = "(" if span.left_open else "[", ")" if span.right_open else "]"
+    return f"{opening}{span.start}, {span.end}{closing}"
+
+
+def _line(cells):
+    return " & ".join(_cell(cell).latex for cell in cells) + r" \\"
+
+
+def _cell(cell):
+    if isinstance(cell, Cell):
+        return cell
+    if isinstance(cell, str):
+        return Cell(cell, re.sub(r"\\([A-Za-z]+)", r"\1", cell).replace("$", ""))
+    return Cell(f"${sp.latex(cell)}$", str(cell))
+
+
+def _greek(found):
+    name, index = found.groups()
+    return f"$\\{name}" + (f"_{index}$" if index else "$")

@@ -1,0 +1,87 @@
+"""The ledger: every claim is judged, by evidence of both kinds, and the judge can say no."""
+
+import json
+
+import pytest
+
+from asympk import ledger
+from asympk.errors import UnknownName
+from asympk.ledger import nouns
+from asympk.ledger.trend import tends_to_one, vanishes
+from asympk.terminal import claims_as_json, exit_status, summary
+
+CLAIMS = {claim.id: claim for claim in ledger.claims()}
+
+
+def test_all_thirty_two_claims_have_a_verdict():
+    assert list(CLAIMS) == [f"C{n:02d}" for n in range(1, 33)]
+    assert {claim.verdict for claim in CLAIMS.values()} == set(nouns.VERDICTS)
+
+
+@pytest.mark.parametrize("identifier", sorted(CLAIMS))
+def test_every_claim_has_a_derivation_and_a_number(identifier):
+    evidence = CLAIMS[identifier].evidence
+    assert {check.kind for check in evidence} == {"symbolic", "numeric"}
+    assert CLAIMS[identifier].statement
+    assert CLAIMS[identifier].where in ("1", "2", "3")
+
+
+@pytest.mark.parametrize(
+    ("identifier", "verdict"),
+    [("C16", "refined"), ("C23", "corrected"), ("C24", "refined"), ("C26", "corrected"), ("C30", "refined")],
+)
+def test_claims_that_do_not_hold_as_written_say_what_does(identifier, verdict):
+    claim = CLAIMS[identifier]
+    assert claim.verdict == verdict
+    assert any(check.role != "as written" and check.holds for check in claim.evidence)
+    assert (verdict == "corrected") == any(not check.holds for check in claim.evidence if check.role == "as written")
+
+
+def _checks(*pairs):
+    kinds = ("symbolic", "numeric")
+    return tuple(nouns.Check(role, kinds[n % 2], "", holds) for n, (role, holds) in enumerate(pairs))
+
+
+@pytest.mark.parametrize(
+    ("pairs", "verdict"),
+    [
+        ([("as written", True), ("as written", True)], "confirmed"),
+        ([("as written", True), ("as written", True), ("left out", True)], "refined"),
+        ([("as written", True), ("as written", True), ("left out", False)], "confirmed"),
+        ([("as written", False), ("as written", True)], "not settled"),
+        ([("as written", False), ("instead", True)], "corrected"),
+        ([("as written", False), ("instead", True), ("left out", False)], "not settled"),
+        ([("as written", False), ("instead", False)], "not settled"),
+        ([("as written", True)], "not settled"),
+        ([("left out", True), ("left out", True)], "not settled"),
+    ],
+)
+def test_the_verdict_follows_from_the_checks(pairs, verdict):
+    assert nouns.verdict(_checks(*pairs)) == verdict
+
+
+def test_an_unsettled_claim_makes_the_exit_status_one():
+    lost = nouns.Claim("C99", "3", "a slow plane in z < 0", nouns.UNSETTLED, _checks(("as written", False)))
+    assert exit_status(CLAIMS.values()) == 0
+    assert exit_status([*CLAIMS.values(), lost]) == 1
+    assert "Not settled:\n  C99" in summary([lost], 0, ".")
+
+
+def test_a_trend_needs_ever_smaller_deviations_from_one():
+    assert tends_to_one([1.1, 1.001, 1.00001])[0]
+    assert not tends_to_one([1.1, 1.09, 1.08])[0]
+    assert not tends_to_one([2.1, 1.001])[0]
+    assert not tends_to_one([1 + 1e-5, 1 + 1e-4])[0]
+    assert not vanishes(1e-39)[0]
+
+
+def test_the_json_of_the_ledger_has_the_fixed_keys():
+    told = json.loads(claims_as_json(CLAIMS.values()))
+    assert len(told) == 32
+    assert {"id", "where", "statement", "verdict", "evidence"} <= set(told[0])
+    assert {"role", "kind", "what", "holds", "value"} == set(told[0]["evidence"][0])
+
+
+def test_an_unknown_claim_is_named_with_the_range_of_ids():
+    with pytest.raises(UnknownName, match=r"'C33' is unknown; the ledger has C01 to C32"):
+        ledger.claim("C33")

@@ -1,0 +1,73 @@
+"""Regeneration: what is committed under paper/generated is what the code makes, byte for byte."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from asympk import regenerate
+from asympk.errors import InputError
+from asympk.files import write_text
+
+ROOT = Path(__file__).parent.parent
+COMMITTED = ROOT / "paper" / "generated"
+
+
+@pytest.fixture(scope="module")
+def regenerated(tmp_path_factory):
+    """Run the main job in another process, under another hash seed, in a copy that has the derivations alone."""
+    root = tmp_path_factory.mktemp("checkout")
+    (root / "derivations").mkdir()
+    for script in (ROOT / "derivations").glob("*.py"):
+        (root / "derivations" / script.name).write_bytes(script.read_bytes())
+    command = [sys.executable, "-m", "asympk", "--root", str(root)]
+    run = subprocess.run(command, capture_output=True, text=True, env={"PYTHONHASHSEED": "7", "PYTHONPATH": str(ROOT)})
+    assert (run.returncode, run.stderr) == (0, "")
+    return root / "paper" / "generated", run.stdout
+
+
+def test_every_regenerated_file_is_the_committed_one(regenerated):
+    out, _ = regenerated
+    made = sorted(path.relative_to(out) for path in out.rglob("*") if path.is_file())
+    assert len(made) > 20
+    assert [name for name in made if (out / name).read_bytes() != (COMMITTED / name).read_bytes()] == []
+
+
+def test_no_committed_derivation_or_table_is_left_over(regenerated):
+    out, _ = regenerated
+    for part in ("derivations", "tables"):
+        assert {p.name for p in (COMMITTED / part).iterdir()} == {p.name for p in (out / part).iterdir()}
+
+
+def test_the_summary_tells_the_verdicts_and_the_corrections(regenerated):
+    _, screen = regenerated
+    assert "32 claims" in screen
+    assert "Corrected:\n  C23" in screen
+    assert "z -> 0, x -> x - z" in screen
+    assert max(map(len, screen.splitlines())) <= 120
+
+
+def test_derivations_are_silent_and_end_in_results(capsys):
+    import runpy
+
+    for script in sorted((ROOT / "derivations").glob("*.py")):
+        results = runpy.run_path(str(script))["RESULTS"]
+        assert results
+        assert all(isinstance(name, str) for name in results)
+        assert script.read_text().rstrip().endswith("}")
+    assert capsys.readouterr() == ("", "")
+
+
+def test_outside_a_checkout_the_error_says_where_to_run(tmp_path):
+    with pytest.raises(InputError, match="no derivations/: run asympk in a checkout"):
+        regenerate.derive(tmp_path)
+
+
+def test_a_failed_write_leaves_the_old_file_and_no_other(tmp_path, monkeypatch):
+    target = write_text(tmp_path / "table.tex", "old")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        write_text(target, "new")
+    assert [p.name for p in tmp_path.iterdir()] == ["table.tex"]
+    assert target.read_text() == "old"
