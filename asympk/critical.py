@@ -105,7 +105,10 @@ def critical_manifolds(system):
 
 def checked_branch(branch, mode, small):
     """Return ``branch`` as a ``Dict`` after checking that it gives every fast variable and solves g = 0."""
+    if not isinstance(branch, dict | sp.Dict):
+        raise InputError(f"branch = {branch!r} is not a dict {{fast variable: expression in the slow variables}}")
     branch = sp.Dict(branch)
+    _same_symbols(branch, mode)
     if {*branch} != {*mode.fast}:
         raise InputError(f"branch gives {names(branch)}; the fast variables of {mode.name!r} are {names(mode.fast)}")
     for y, h in branch.items():
@@ -119,6 +122,14 @@ def checked_branch(branch, mode, small):
                 f"there {small} {y}' = {sp.factor(residual)}, not 0"
             )
     return branch
+
+
+def _same_symbols(branch, mode):
+    rates = [*mode.slow.values(), *mode.fast.values()]
+    known = {s.name: s for s in {*mode.slow, *mode.fast}.union(*(r.free_symbols for r in rates))}
+    for s in {*branch}.union(*(h.free_symbols for h in branch.values())):
+        if known.get(s.name, s) != s:
+            raise InputError(f"the branch's {s} and the system's {s} differ in their assumptions; use one Symbol")
 
 
 def positive(expr, assumptions=sp.true):
@@ -175,7 +186,7 @@ def _branches(mode, small):
         solutions = sp.solve(equal_zero, list(mode.fast), dict=True)
     except NotImplementedError:
         raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch") from None
-    complete = [s for s in solutions if s.keys() == {*mode.fast}]
+    complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(h.is_real is False for h in s.values())]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
 
 

@@ -193,7 +193,7 @@ class DifferentialRing:
 def _closure(exprs, derivations, depth):
     """Return {generator: {derivation: its rate}} for all generators of ``exprs`` and of the rates, ``depth`` deep."""
     rates = {}
-    new = set().union(*(atoms_of(e) for e in exprs))
+    new = set(derivations).union(*(atoms_of(e) for e in exprs))
     for _ in range(depth + 1):
         for atom in new:
             rates[atom] = {name: sp.sympify(diff(atom)) for name, diff in derivations.items()}

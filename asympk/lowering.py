@@ -5,7 +5,7 @@ the others round p/q once. Every target takes its text from one emitter, in whic
 same expressions give the same source in every run.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from importlib import import_module
@@ -36,6 +36,7 @@ class Lowered:
     target: str
     keys: tuple[str, ...] | None = None
     single: bool = False
+    name: str = "f"
 
     def __call__(self, *values):
         if len(values) != len(self.args):
@@ -46,12 +47,15 @@ class Lowered:
         return found[0] if self.single else found
 
     def __reduce__(self):
-        return Lowered, (self.args, self.outputs, self.target, self.keys, self.single)
+        return Lowered, (self.args, self.outputs, self.target, self.keys, self.single, self.name)
 
     @property
     def source(self):
-        """The text of the function."""
-        return python_function(self, "lowered")
+        """The text of the function, called ``name``: it returns one value, or a tuple."""
+        arguments, shared, outputs = _emission(self)
+        lines = [f"    {symbol} = {value}" for symbol, value in shared]
+        result = outputs[0] if self.single else f"({' '.join(f'{value},' for value in outputs)})"
+        return "\n".join([f"def {self.name}({', '.join(arguments)}):", *lines, f"    return {result}", ""])
 
     @cached_property
     def compiled(self):
@@ -63,39 +67,36 @@ def lower(args, expr, target="numpy", name="f"):
     """Turn ``expr``, an expression or a sequence or ``Dict`` of them, into a function of ``args``.
 
     ``target`` is ``"numpy"`` (arrays that broadcast), ``"math"`` (floats), ``"mpmath"`` (the working precision of the
-    call; strings and fractions are taken exactly), or ``"c"``: the source of a C function called ``name``. A set of
-    arguments is sorted by name. Raises ``InputError`` for symbols that are not arguments, for floats, for infinite
-    constants, and for what branches, such as a Piecewise.
+    call; strings and fractions are taken exactly), or ``"c"``, which returns the source of a C function: one value is
+    returned, several go to ``out``. ``name`` is the function's name in its source. A set of arguments is sorted.
+    Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
+    and for what branches, such as a Piecewise.
     """
     if target not in _PRINTERS:
         raise UnknownName(f"target {target!r} is unknown; choose one of {', '.join(_PRINTERS)}")
     args, (outputs, keys, single) = _arguments(args), _outputs(expr)
     for output in outputs:
         _check(output, args)
-    lowered = Lowered(args, outputs, target, keys, single)
+    if not (name.isidentifier() and name.isascii()):
+        raise InputError(f"name {name!r} cannot name a function; give letters, digits and underscores")
+    lowered = Lowered(args, outputs, target, keys, single, name)
     _emission(lowered)
-    return c_function(lowered, name) if target == "c" else lowered
+    return _c_source(lowered) if target == "c" else lowered
 
 
-def c_function(lowered, name):
+def _c_source(lowered):
     """Return C source: ``double name(..)`` for one expression, ``void name(.., double out[n])`` for several."""
     arguments, shared, outputs = _emission(lowered)
+    used = sp.Tuple(*lowered.outputs).free_symbols
     parameters = [f"double {a}" for a in arguments]
-    lines = [f"    const double {symbol} = {value};" for symbol, value in shared]
+    lines = [f"    (void){text};" for a, text in zip(lowered.args, arguments, strict=True) if a not in used]
+    lines += [f"    const double {symbol} = {value};" for symbol, value in shared]
     if lowered.single:
-        head, results = f"double {name}", [f"    return {outputs[0]};"]
+        head, results = f"double {lowered.name}", [f"    return {outputs[0]};"]
     else:
-        head, results = f"void {name}", [f"    out[{i}] = {value};" for i, value in enumerate(outputs)]
+        head, results = f"void {lowered.name}", [f"    out[{i}] = {value};" for i, value in enumerate(outputs)]
         parameters.append(f"double out[{len(outputs)}]")
     return "\n".join([f"{head}({', '.join(parameters) or 'void'})", "{", *lines, *results, "}", ""])
-
-
-def python_function(lowered, name):
-    """Return Python source of a function ``name``: one value, or a tuple."""
-    arguments, shared, outputs = _emission(lowered)
-    lines = [f"    {symbol} = {value}" for symbol, value in shared]
-    result = outputs[0] if lowered.single else f"({' '.join(f'{value},' for value in outputs)})"
-    return "\n".join([f"def {name}({', '.join(arguments)}):", *lines, f"    return {result}", ""])
 
 
 class _C(C99CodePrinter):
@@ -121,15 +122,15 @@ class _C(C99CodePrinter):
 
 
 _PRINTERS = {"numpy": NumPyPrinter, "math": PythonCodePrinter, "mpmath": MpmathPrinter, "c": _C}
-
-
 _EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}}}
+_USED = ("out", "abs", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # names the sources use themselves
 
 
 @lru_cache(maxsize=512)
 def _emission(lowered):
     """Return the text of the arguments, of the shared subexpressions (pairs), and of the outputs."""
     printer = _PRINTERS[lowered.target](STRICT | _EXTRA.get(lowered.target, {}))
+    printer.reserved_words = {*printer.reserved_words, *_USED, lowered.target}
     taken = {a.name for a in lowered.args}
     spare = (t for t in sp.numbered_symbols("t") if t.name not in taken)
     shared, outputs = sp.cse(lowered.outputs, symbols=spare, order="canonical")
@@ -147,8 +148,8 @@ def _emission(lowered):
 @lru_cache(maxsize=512)
 def _compiled(lowered):
     space = {lowered.target: import_module(lowered.target)}
-    exec(python_function(Lowered(lowered.args, lowered.outputs, lowered.target), "lowered"), space)
-    return space["lowered"]
+    exec(replace(lowered, single=False).source, space)
+    return space[lowered.name]
 
 
 def _numpy(lowered, values):
@@ -158,8 +159,12 @@ def _numpy(lowered, values):
     shape = np.broadcast_shapes(*(a.shape for a in arrays))
     with np.errstate(all="ignore"):
         found = [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in lowered.compiled(*arrays)]
-    if not all(np.isfinite(v).all() for v in found):
-        raise _out_of_range(lowered, values)
+    wrong = np.zeros(shape, dtype=bool)
+    for v in found:
+        wrong |= ~np.isfinite(v)
+    if wrong.any():
+        first = np.unravel_index(wrong.argmax(), shape)
+        raise _out_of_range(lowered, [float(np.broadcast_to(a, shape)[first]) for a in arrays])
     return tuple(v.copy() if shape else float(v) for v in found)
 
 

@@ -10,6 +10,7 @@ order by order. In a linear mode with one slow and one fast variable it is a lin
 
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Integral
 
 import sympy as sp
 from sympy.integrals.rationaltools import ratint
@@ -60,7 +61,7 @@ class SlowManifold(CriticalManifold):
 
     def coefficient(self, k):
         """Return the coefficient of mu**k; raises ``OrderError`` beyond ``order``."""
-        _whole(k)
+        k = _whole(k)
         if k > self.order:
             raise OrderError(f"{self.name} is known to order {self.order} in {self.small}, not {k}; ask for order={k}")
         values = self.branch
@@ -89,7 +90,7 @@ def slow_manifold(system, branch, order=1, mode=None, name="Pi"):
     ``mode`` names the mode where there are several. Raises ``OrderError``, ``InputError``, ``BranchError`` when g
     does not vanish on the branch, and ``NotNormallyHyperbolic`` when det dg/dy does.
     """
-    _whole(order)
+    order = _whole(order)
     if mode is None and len(system.modes) > 1:
         raise InputError(f"this system has several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
     mode = system.mode(mode) if mode else system.modes[0]
@@ -99,12 +100,13 @@ def slow_manifold(system, branch, order=1, mode=None, name="Pi"):
         raise NotNormallyHyperbolic(
             f"{determinant(branch)} vanishes on {equations(branch)}; no slow manifold continues this branch"
         )
+    expand(mode, system.small, branch, order)
     return manifold
 
 
 def slow_manifolds(system, order=1):
     """Continue to ``order`` every critical manifold that can be normally hyperbolic and lies in its mode."""
-    _whole(order)
+    order = _whole(order)
     return tuple(
         SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order)
         for c in critical_manifolds(system)
@@ -172,7 +174,7 @@ def integral_curves(manifold):
         raise NotDerivable(f"{manifold.name}: {names(active)} determine the flow; curves are known for one variable")
     flow = _flow(manifold)
     run = flow.pop(active[0])
-    curves = {z: [_integral(q, active[0]) for q in _quotient(rates, run)] for z, rates in flow.items()}
+    curves = {z: [_integral(q, active[0]) for q in _quotient(rates, run, active[0])] for z, rates in flow.items()}
     return sp.Dict({z: _polynomial(terms, manifold.small) + C for z, terms in curves.items()})
 
 
@@ -208,9 +210,9 @@ def _flow(manifold):
     return {x: [expansion.expr(c) for c in rates] for x, rates in expansion.flow.items()}
 
 
-def _quotient(above, below):
+def _quotient(above, below, x):
     """Divide one series in mu by another."""
-    ring = DifferentialRing([*above, *below, 1 / below[0]], {}, 0)
+    ring = DifferentialRing([*above, *below, 1 / below[0]], {x: lambda e: e.diff(x)}, 0)
     rest, inverse = [ring(b) for b in below[1:]], ring(1 / below[0])
     result = []
     for rate in above:
@@ -234,5 +236,6 @@ def _polynomial(coefficients, small):
 
 
 def _whole(order):
-    if isinstance(order, bool) or not isinstance(order, int) or order < 0:
+    if isinstance(order, bool) or not isinstance(order, Integral) or order < 0:
         raise OrderError(f"order = {order!r} is not a whole number >= 0")
+    return int(order)

@@ -1,0 +1,335 @@
+"""Slow manifolds satisfy their invariance equation, whatever the system; those of the paper are where it says."""
+
+import pickle
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import asympk as ap
+from asympk.critical import critical_manifolds, positive
+from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.manifold import C, integral_curves, invariance_residual, reduced_flow, rest_state
+
+x, y, z = sp.symbols("x y z", real=True)
+u, v, w = sp.symbols("u v w")
+mu = sp.Symbol("mu", positive=True)
+kappa, lam = sp.symbols("kappa lambda", positive=True)
+sigma, sigma0 = sp.symbols("sigma sigma0", real=True)
+
+PK = ap.systems.painleve_klein.system()
+PI1, PI2 = ap.slow_manifolds(PK, order=4)
+MICHAELIS_MENTEN = ap.System.smooth({u: -u + (u + kappa - lam) * v}, {v: u - (u + kappa) * v}, mu)
+VAN_DER_POL = ap.System.smooth({u: v}, {v: (1 - u**2) * v - u}, mu)
+
+# name: slow, fast, branch
+SYSTEMS = {
+    "Michaelis-Menten": ({u: -u + (u + kappa - lam) * v}, {v: u - (u + kappa) * v}, {v: u / (u + kappa)}),
+    "van der Pol": ({u: v}, {v: (1 - u**2) * v - u}, {v: u / (1 - u**2)}),
+    "a square root": ({u: 1 - u * v}, {v: u - v**2}, {v: sp.sqrt(u)}),
+    "the other root": ({u: v - 1}, {v: u - v - v**2}, {v: (-1 - sp.sqrt(1 + 4 * u)) / 2}),
+    "a root of a leading coefficient": ({u: v - u}, {v: u * v**2 - v - 1}, {v: (1 + sp.sqrt(1 + 4 * u)) / (2 * u)}),
+    "a cube root": ({u: v - u}, {v: u - v**3 - mu * v**5}, {v: sp.cbrt(u)}),
+    "a sine in the slow variable": ({u: sp.sin(v) - u}, {v: sp.sin(u) - v + mu * sp.exp(-u)}, {v: sp.sin(u)}),
+    "tanh of the fast variable": ({u: v - u}, {v: u - sp.tanh(v)}, {v: sp.atanh(u)}),
+    "Lambert's function": ({u: v - u}, {v: u - v * sp.exp(v)}, {v: sp.LambertW(u)}),
+    "the small parameter everywhere": ({u: 1 / (1 + mu * v)}, {v: (u - v) / (1 + mu * u) + mu**2}, {v: u}),
+    "two slow variables": ({u: w, w: v - u * w}, {v: u * w - v - mu * v**2}, {v: u * w}),
+    "an undefined function": ({u: v}, {v: sp.Function("phi")(u) - v}, {v: sp.Function("phi")(u)}),
+}
+PAIR = (
+    {u: y - u + w, w: z * u},
+    {y: u * w - y - z, z: y - z - u},
+    {y: (u * w + u) / 2, z: (u * w - u) / 2},
+)
+ROOTS = ({u: y - u + w, w: z * u}, {y: u - y**2, z: y - z * w}, {y: sp.sqrt(u), z: sp.sqrt(u) / w})
+
+
+def first_coefficients(residual, order):
+    """The coefficients of mu**0 .. mu**order of an expression that is smooth in mu, by differentiation."""
+    return [residual.diff(mu, k).subs(mu, 0).doit() / sp.factorial(k) for k in range(order + 1)]
+
+
+def is_zero(expr):
+    """By algebra where the expression is rational, else at 60 digits."""
+    if expr.is_rational_function() or expr.has(sp.Derivative):
+        return sp.cancel(expr) == 0
+    points = [{s: sp.Rational(k, 7 + 2 * i) for i, s in enumerate(sorted(expr.free_symbols, key=str))} for k in (1, 3)]
+    return all(abs(expr.subs(point).evalf(60)) < 1e-50 for point in points)
+
+
+def lowest_power_of_the_residual(manifold, point):
+    """The lowest power of mu in mu h' f - g at a rational ``point``, by arithmetic of polynomials in mu."""
+    ((u, f),), ((v, g),) = manifold.dynamics.slow.items(), manifold.dynamics.fast.items()
+    rest = {s: value for s, value in point.items() if s != u}
+    fixed = [sp.sympify(c).subs(rest) for c in manifold.coefficients]
+    h, slope = (sp.Poly([c.subs(point) for c in reversed(cs)], mu) for cs in (fixed, [c.diff(u) for c in fixed]))
+    rate, force = (sp.Poly(e.subs(point).subs(v, h.as_expr()), mu) for e in (f, g))
+    residual = sp.Poly(mu, mu) * slope * rate - force
+    return min((k for (k,), _ in residual.terms()), default=None) if residual else None
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_residual_of_the_invariance_equation_vanishes_to_the_order_asked_and_not_beyond(name):
+    slow, fast, branch = SYSTEMS[name]
+    order = 1 if name in ("tanh of the fast variable", "an undefined function") else 2
+    manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch, order=order)
+    (residual,) = invariance_residual(manifold).values()
+    *known, omitted = first_coefficients(residual, order + 1)
+    assert all(map(is_zero, known))
+    assert not is_zero(omitted)
+
+
+@pytest.mark.parametrize(("slow", "fast", "branch"), [PAIR, ROOTS])
+def test_two_fast_variables_are_expanded_together(slow, fast, branch):
+    manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch, order=2)
+    assert {*manifold.coefficients[1]} == {y, z} == {*manifold.expr}
+    for residual in invariance_residual(manifold).values():
+        assert all(map(is_zero, first_coefficients(residual, 2)))
+
+
+def test_the_order_in_which_a_branch_names_its_variables_does_not_matter():
+    slow, fast, branch = PAIR
+    system = ap.System.smooth(slow, fast, mu)
+    turned = ap.slow_manifold(system, dict(reversed(branch.items())), order=3)
+    straight = ap.slow_manifold(ap.System.smooth(slow, dict(reversed(fast.items())), mu), branch, order=3)
+    assert turned.expr == straight.expr
+
+
+@pytest.mark.parametrize("name", ["Michaelis-Menten", "van der Pol"])
+def test_order_20_satisfies_the_invariance_equation_exactly_at_a_rational_point(name):
+    slow, fast, branch = SYSTEMS[name]
+    manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch, order=20)
+    assert lowest_power_of_the_residual(manifold, {u: sp.Rational(1, 3), kappa: 3, lam: 5}) == 21
+
+
+def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_rationally():
+    rational = ap.System.smooth({u: 1 - u * v}, {v: u**2 - v**2}, mu)
+    rooted = ap.System.smooth({u: (1 - sp.sqrt(u) * v) * 2 * sp.sqrt(u)}, {v: u - v**2}, mu)
+    expected = ap.slow_manifold(rational, {v: u}, order=4).coefficients
+    found = ap.slow_manifold(rooted, {v: sp.sqrt(u)}, order=4).coefficients
+    positive_u = sp.Symbol("u", positive=True)
+    for a, b in zip(expected, found, strict=True):
+        assert sp.simplify(a.subs(u, positive_u) - b.subs(u, positive_u**2)) == 0
+
+
+@settings(derandomize=True, deadline=None, max_examples=25)
+@given(
+    st.lists(st.integers(-3, 3), min_size=6, max_size=6),
+    st.lists(st.integers(-3, 3), min_size=4, max_size=4),
+    st.integers(1, 3),
+)
+def test_random_polynomial_systems_satisfy_their_invariance_equation(flow, force, slope):
+    monomials = [1, u, v, u * v, u**2, v**2]
+    f = sum(c * m for c, m in zip(flow, monomials, strict=True))
+    root = force[0] + force[1] * u + force[2] * u**2
+    system = ap.System.smooth({u: f}, {v: (root - v) * (slope + u**2 + v**2) + mu * force[3] * v}, mu)
+    manifold = ap.slow_manifold(system, {v: root}, order=3)
+    for place in (sp.Rational(2, 3), -5):
+        lowest = lowest_power_of_the_residual(manifold, {u: place})
+        assert lowest is None or lowest >= 4
+
+
+def test_the_coefficients_of_a_linear_mode_are_catalan_numbers():
+    b = sigma + 4
+    for k, coefficient in enumerate(PI1.coefficients):
+        assert sp.cancel(coefficient + sp.catalan(k) * (x - 1 / b) / b**k) == 0
+    for k, coefficient in enumerate(PI2.coefficients):
+        assert sp.cancel(coefficient + sp.catalan(k) * (x + 1 / sigma) / (-sigma) ** k) == 0
+
+
+@pytest.mark.parametrize("manifold", [PI1, PI2], ids=["Pi1", "Pi2"])
+def test_the_closed_form_is_invariant_and_its_series_is_the_expansion(manifold):
+    mode = PK.mode(manifold.mode)
+    residual = (mu * manifold.closed.diff(x) * mode.slow[x] - mode.fast[y]).subs(y, manifold.closed)
+    assert sp.simplify(residual) == 0
+    for k, coefficient in enumerate(first_coefficients(manifold.closed, 4)):
+        assert sp.simplify(coefficient - manifold.coefficients[k]) == 0
+
+
+def test_a_linear_mode_with_every_coefficient_has_an_exact_line():
+    p, q, r, c, d, e = sp.symbols("p q r c d e")
+    system = ap.System.smooth({u: p * u + q * v + r}, {v: c * u + d * v + e}, mu)
+    line = ap.slow_manifold(system, {v: -(c * u + e) / d}, order=2)
+    residual = mu * line.closed.diff(u) * (p * u + q * line.closed + r) - (c * u + d * line.closed + e)
+    numbers = {p: 2, q: -3, r: 5, c: 7, d: -11, e: 13, mu: sp.Rational(1, 100)}
+    assert sp.simplify(residual.subs(numbers)) == 0
+    start = sp.simplify(line.closed.subs(mu, 0) - line.coefficients[0])
+    assert start == 0
+
+
+def test_a_linear_mode_without_a_rest_state_has_an_exact_line_too():
+    system = ap.System.smooth({u: v + 1}, {v: 2 - v}, mu)
+    assert ap.slow_manifold(ap.System.smooth({u: u + v}, {v: u + v + 1}, mu), {v: -u - 1}).closed is not None
+    assert ap.slow_manifold(system, {v: sp.Integer(2)}).closed is None  # g does not contain u: y = 2 exactly
+    assert ap.slow_manifold(system, {v: sp.Integer(2)}, order=3).expr == 2
+
+
+def test_the_paper_has_two_slow_planes_and_a_line_that_lies_outside_stick():
+    found = {c.name: (c.mode, c.domain) for c in critical_manifolds(PK)}
+    assert found["Pi1"] == ("slip_same", sp.And(z > 0))
+    assert found["Lambda1"] == ("stick", sp.false)
+    assert found["Pi2"][0] == "slip_opposite"
+    assert [m.name for m in ap.slow_manifolds(PK)] == ["Pi1", "Pi2"]
+
+
+def test_pi2_lies_above_and_repels_for_a_steep_rod_and_lies_below_and_attracts_for_a_shallow_one():
+    assert PI1.exists == sp.true
+    assert PI2.exists == sp.Ne(sigma, 0)
+    assert (PI1.stability, PI1.at(sigma=1).domain) == ("stable", z > 0)
+    steep, shallow = PI2.at(sigma=1), PI2.at(sigma="-1/2")
+    assert (steep.stability, steep.domain) == ("unstable", z > 0)
+    assert (shallow.stability, shallow.domain) == ("stable", z < 0)
+    assert str(PI2.stability.subs(sigma, -1)) == "stable"
+    assert str(PI2.stability.subs(sigma, 3)) == "unstable"
+
+
+def test_putting_in_a_parameter_commutes_with_expanding():
+    manifold = PI2.at(sigma="3/2")
+    assert manifold.coefficients == tuple(sp.expand(c.subs(sigma, sp.Rational(3, 2))) for c in PI2.coefficients)
+
+
+def test_the_integral_curves_on_pi1_are_those_of_the_paper():
+    (plane,) = (m for m in ap.slow_manifolds(PK, order=0) if m.name == "Pi1")
+    curve = integral_curves(plane)[z].subs(sigma, 1)
+    assert curve == C - sp.log(sp.Abs(5 * x - 1)) / 5
+
+
+@pytest.mark.parametrize("manifold", [PI1, PI2], ids=["Pi1", "Pi2"])
+def test_integral_curves_are_tangent_to_the_reduced_flow_to_the_order_known(manifold):
+    flow, curve = reduced_flow(manifold), integral_curves(manifold)[z].replace(sp.Abs, lambda e: e)
+    defect = curve.diff(x) * flow[x] - flow[z]
+    assert all(sp.cancel(c) == 0 for c in first_coefficients(defect, 4))
+
+
+def test_the_reduced_flow_is_the_field_on_the_manifold_to_the_order_known():
+    mode = MICHAELIS_MENTEN.modes[0]
+    manifold = ap.slow_manifold(MICHAELIS_MENTEN, {v: u / (u + kappa)}, order=3)
+    defect = reduced_flow(manifold)[u] - mode.slow[u].subs(v, manifold.expr)
+    assert all(sp.cancel(c) == 0 for c in first_coefficients(defect, 3))
+
+
+def test_motion_on_either_plane_is_attracted_by_a_half_line_along_which_z_drifts():
+    first, second = rest_state(PI1), rest_state(PI2)
+    assert first.state == sp.Dict({x: 1 / (sigma + 4), y: 0})
+    assert first.drift == sp.Dict({z: 1 / (sigma + 4)})
+    assert second.state == sp.Dict({x: -1 / sigma, y: 0})
+    assert first.rate == second.rate == -1
+
+
+def test_a_manifold_without_rest_has_none_and_one_with_two_says_so():
+    drifting = ap.System.smooth({u: 1 + v**2}, {v: u - v}, mu)
+    two = ap.System.smooth({u: u**2 - 1}, {v: u - v}, mu)
+    assert rest_state(ap.slow_manifold(ap.System.smooth({u: sp.S.One}, {v: u - v}, mu), {v: u})) is None
+    assert len(rest_state_error(two)) > 0
+    assert "several" in rest_state_error(drifting)
+
+
+def rest_state_error(system):
+    with pytest.raises(NotDerivable) as caught:
+        rest_state(ap.slow_manifold(system, {v: u}))
+    return str(caught.value)
+
+
+def test_attraction_on_a_curved_manifold_is_a_condition_on_the_place():
+    manifold = ap.slow_manifold(VAN_DER_POL, {v: u / (1 - u**2)})
+    assert [str(manifold.stability.subs(u, place)) for place in (-2, 0, 2)] == ["stable", "unstable", "stable"]
+    assert manifold.domain == sp.true
+    assert manifold.closed is None
+
+
+def test_a_known_sign_of_the_parameters_decides_attraction():
+    s = sp.Symbol("s", positive=True)
+    system = ap.System.smooth({s: -s + (s + kappa - lam) * v}, {v: s - (s + kappa) * v}, mu)
+    assert ap.slow_manifold(system, {v: s / (s + kappa)}).stability == "stable"
+
+
+@pytest.mark.parametrize(
+    ("matrix", "expected"),
+    [([[-1, 2], [-3, -1]], "stable"), ([[1, 2], [-3, 1]], "unstable"), ([[1, 0], [5, -2]], "saddle")],
+)
+def test_fast_directions_are_counted_by_hurwitz(matrix, expected):
+    (a, b), (c, d) = matrix
+    system = ap.System.smooth({u: -u}, {y: a * y + b * z, z: c * y + d * z}, mu)
+    assert ap.slow_manifold(system, {y: 0, z: 0}).stability == expected
+
+
+def test_conditions_keep_only_the_factors_whose_sign_is_open():
+    assert positive((sigma + 4) * sigma / (sigma + 3) ** 2, sigma > -2) == (sigma > 0)
+    assert positive(-(kappa + lam) / sigma**3, sp.true) == (sigma < 0)
+    assert positive(sp.Integer(-3)) == sp.false
+
+
+def test_a_coefficient_beyond_the_order_is_an_error_that_says_what_is_known():
+    assert PI1.coefficient(4) == PI1.coefficients[4]
+    with pytest.raises(OrderError, match="Pi1 is known to order 4 in mu, not 5; ask for order=5"):
+        PI1.coefficient(5)
+
+
+@pytest.mark.parametrize("order", [-1, 1.5, True, "2", None, Fraction(1, 2)])
+def test_an_order_is_a_whole_number(order):
+    with pytest.raises(OrderError, match="is not a whole number >= 0"):
+        ap.slow_manifold(VAN_DER_POL, {v: u / (1 - u**2)}, order=order)
+    with pytest.raises(OrderError, match="is not a whole number >= 0"):
+        ap.slow_manifolds(PK, order=order)
+
+
+def test_a_branch_that_does_not_solve_the_critical_equation_is_refused_with_its_residual():
+    with pytest.raises(BranchError, match=r"v = u does not solve .* mu v' = -u\*\*3, not 0"):
+        ap.slow_manifold(VAN_DER_POL, {v: u})
+
+
+@pytest.mark.parametrize(
+    ("branch", "message"),
+    [
+        ({}, "branch gives nothing; the fast variables of 'smooth' are v"),
+        ({u: v}, "branch gives u; the fast variables of 'smooth' are v"),
+        ({v: v}, "contains v; give it in the slow variables"),
+        ({v: u + mu}, "contains mu; give it in the slow variables"),
+        ({sp.Symbol("v", real=True): u}, "the branch's v and the system's v differ in their assumptions"),
+        (u, "is not a dict"),
+        ({v: 0.5 * u}, "contains a float"),
+    ],
+)
+def test_a_branch_must_give_every_fast_variable_in_terms_of_the_slow_ones(branch, message):
+    with pytest.raises(InputError, match=message):
+        ap.slow_manifold(VAN_DER_POL, branch)
+
+
+def test_a_singular_branch_is_not_normally_hyperbolic():
+    fold = ap.System.smooth({u: v}, {v: (u - v) ** 2}, mu)
+    with pytest.raises(NotNormallyHyperbolic, match="dg/dv vanishes on v = u"):
+        ap.slow_manifold(fold, {v: u})
+
+
+def test_a_manifold_asked_for_where_it_does_not_exist_says_where_it_does():
+    with pytest.raises(NotNormallyHyperbolic, match=r"\(sigma = 0\); Pi2 exists only for sigma != 0"):
+        PI2.at(sigma=0)
+    with pytest.raises(InputError, match="sigma = -2 is outside the range"):
+        PI2.at(sigma=-2)
+    with pytest.raises(InputError, match="is a float"):
+        PI2.at(sigma=0.5)
+    with pytest.raises(InputError, match="f is not a parameter of this manifold; it has sigma, sigma0"):
+        PI2.at(f=1)
+
+
+def test_a_system_with_several_modes_needs_the_name_of_one():
+    with pytest.raises(InputError, match="give mode= one of slip_same, slip_opposite, stick"):
+        ap.slow_manifold(PK, {y: -x})
+    assert ap.slow_manifold(PK, {y: -x}, mode="stick", order=2).coefficients == (-x, -x, -2 * x)
+
+
+def test_a_mode_that_is_not_smooth_or_not_exact_is_refused():
+    for rate, message in ((sp.Abs(u) - v, "is not smooth"), (u * 0.1 - v, "contains a float")):
+        system = ap.System.smooth({u: v}, {v: rate}, mu)
+        with pytest.raises(InputError, match=message):
+            ap.slow_manifold(system, {v: rate + v})
+
+
+def test_manifolds_pickle_and_compare_by_value():
+    again = pickle.loads(pickle.dumps(PI2))
+    assert again == PI2 == ap.slow_manifolds(PK, order=4)[1]
+    assert again.coefficients == PI2.coefficients
+    assert hash(again) == hash(PI2)
