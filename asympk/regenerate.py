@@ -93,5 +93,5 @@ def everything(root, progress=None):
     written += write_tables(root)
     if progress:
         progress("")
-    print(summary(found, len(written), root))
+    print(summary(found, len(written)))
     return exit_status(found)

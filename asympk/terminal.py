@@ -90,7 +90,7 @@ def _with_evidence(claim):
     return "\n".join(lines)
 
 
-def summary(found, files, root):
+def summary(found, files):
     """Return the screen a person reads: what the paper claims, what holds, what was found beyond it."""
     counts = Counter(claim.verdict for claim in found)
     checks = [check for claim in found for check in claim.evidence]
@@ -109,7 +109,7 @@ def summary(found, files, root):
             parts.append("")
     parts += ["Beyond the paper, for sigma > 0 and z < 0, with L = log(1/mu):", *_jump_lines(), ""]
     parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
-    parts.append(f"{files} files written under {root}/paper/generated; asympk claims ID shows the evidence of a claim.")
+    parts.append(f"{files} files written under paper/generated; asympk claims ID shows the evidence of a claim.")
     return "\n".join(parts)
 
 

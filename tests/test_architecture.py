@@ -13,17 +13,16 @@ PACKAGE = Path(asympk.__file__).parent
 
 # from left to right; a module imports only from its own stage or from stages to its left
 STAGES = (
-    ("errors", "arithmetic", "files", "rounding", "path"),
+    ("errors", "arithmetic", "files", "rounding", "path", "tape", "rows"),
     ("conditions", "system", "systems", "ratio", "series"),
     ("diffring", "expansion", "critical", "manifold", "stability", "linear", "itinerary", "layers", "jump"),
-    ("lowering", "export", "regions", "stick", "regimes"),
-    ("scene", "segment", "roots", "dense", "flow", "exact"),
-    ("ensemble",),
-    ("integrators", "integrate", "piecewise", "asymptotic", "methods"),
-    ("divide", "compare", "rows", "least", "bench"),
+    ("lowering", "regions", "stick", "export", "regimes"),
+    ("scene", "segment", "roots", "dense", "flow", "exact", "piecewise", "integrators", "integrate", "replay"),
+    ("asymptotic", "kernels", "ensemble", "methods"),
+    ("divide", "compare", "least", "bench"),
     ("ledger",),
-    ("tables", "style", "figures"),
-    ("chart", "regenerate", "terminal"),
+    ("tabular", "tables", "style", "figures"),
+    ("chart", "terminal", "regenerate"),
     ("__main__",),
 )
 STAGE = {name: number for number, names in enumerate(STAGES) for name in names}

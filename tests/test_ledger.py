@@ -64,7 +64,7 @@ def test_an_unsettled_claim_makes_the_exit_status_one():
     lost = nouns.Claim("C99", "3", "a slow plane in z < 0", nouns.UNSETTLED, _checks(("as written", False)))
     assert exit_status(CLAIMS.values()) == 0
     assert exit_status([*CLAIMS.values(), lost]) == 1
-    assert "Not settled:\n  C99" in summary([lost], 0, ".")
+    assert "Not settled:\n  C99" in summary([lost], 0)
 
 
 def test_a_trend_needs_ever_smaller_deviations_from_one():

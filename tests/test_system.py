@@ -1,0 +1,68 @@
+"""The symbolic system: how friction turns one field into three modes, and what it refuses."""
+
+import pytest
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.system import System
+
+x, y, z, mu, F, k = sp.symbols("x y z mu F k", real=True)
+
+
+def _oscillator(**changes):
+    """A mass on a compliant support that slides with friction: the load is the support's force."""
+    parts = {
+        "slow": {x: y},
+        "fast": {y: 1 - 2 * x - 3 * y + 4 * F},
+        "velocity": {z: 2 - x + F},
+        "force": F,
+        "load": x + y,
+        "kinetic": k,
+        "static": k + 1,
+        "small": mu,
+    }
+    return System.with_friction(**{**parts, **changes})
+
+
+def test_each_mode_is_the_field_with_its_own_friction_force():
+    system = _oscillator()
+    forces = {"slip_same": -k * (x + y), "slip_opposite": k * (x + y), "stick": x - 2}
+    for name, force in forces.items():
+        mode = system.mode(name)
+        assert sp.expand(mode.fast[y] - (1 - 2 * x - 3 * y + 4 * force)) == 0
+        assert sp.expand(mode.slow[z] - (2 - x + force)) == 0
+        assert mode.slow[x] == y
+
+
+def test_stick_has_no_acceleration_and_slip_opposes_the_velocity():
+    system = _oscillator()
+    assert system.mode("stick").slow[z] == 0
+    for name in ("slip_same", "slip_opposite"):
+        for load in (2, -2):
+            velocity = load if name == "slip_same" else -load
+            push = (system.mode(name).slow[z] - (2 - x)).subs({x: load, y: 0, k: 3})
+            assert push * velocity < 0
+
+
+def test_a_system_and_its_modes_are_values():
+    assert _oscillator() == _oscillator()
+    assert hash(_oscillator()) == hash(_oscillator())
+    with pytest.raises(AttributeError):
+        _oscillator().small = x
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda: _oscillator(velocity={z: 2 - x + 3 * F}), "must be a drive plus the friction force"),
+        (lambda: _oscillator(velocity={z: 2 - x + F**2}), "must be a drive plus the friction force"),
+        (lambda: System.smooth(slow={x: y}, fast={}, small=mu), "there is no fast state"),
+        (lambda: System.smooth(slow={x: y}, fast={x: y}, small=mu), "given twice"),
+        (lambda: System.smooth(slow={mu: y}, fast={y: -y}, small=mu), "small parameter"),
+        (lambda: System.smooth(slow={x + y: y}, fast={y: -y}, small=mu), "not a Symbol"),
+        (lambda: _oscillator().mode("slide"), "mode 'slide' is unknown; this system has slip_same"),
+    ],
+)
+def test_what_is_no_system_is_refused_by_name(make, match):
+    with pytest.raises(InputError, match=match):
+        make()
