@@ -159,12 +159,10 @@ def _numpy(lowered, values):
     shape = np.broadcast_shapes(*(a.shape for a in arrays))
     with np.errstate(all="ignore"):
         found = [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in lowered.compiled(*arrays)]
-    wrong = np.zeros(shape, dtype=bool)
-    for v in found:
-        wrong |= ~np.isfinite(v)
-    if wrong.any():
-        first = np.unravel_index(wrong.argmax(), shape)
-        raise _out_of_range(lowered, [float(np.broadcast_to(a, shape)[first]) for a in arrays])
+    for output, v in zip(lowered.outputs, found, strict=True):
+        if not (finite := np.isfinite(v)).all():
+            first = np.unravel_index(finite.argmin(), shape)
+            raise _out_of_range([output], lowered.args, [float(np.broadcast_to(a, shape)[first]) for a in arrays])
     return tuple(v.copy() if shape else float(v) for v in found)
 
 
@@ -186,9 +184,9 @@ def _finite(lowered, values, take, give, isfinite):
     try:
         found = tuple(map(give, lowered.compiled(*numbers)))
     except (ArithmeticError, TypeError, ValueError):
-        raise _out_of_range(lowered, values) from None
+        raise _out_of_range(lowered.outputs, lowered.args, values) from None
     if not all(map(isfinite, found)):
-        raise _out_of_range(lowered, values)
+        raise _out_of_range(lowered.outputs, lowered.args, values)
     return found
 
 
@@ -203,9 +201,10 @@ def _exact(value):
     return mpf(value)
 
 
-def _out_of_range(lowered, values):
-    given = ", ".join(f"{a} = {v}" for a, v in zip(lowered.args, values, strict=True))
-    return OutOfRange(f"{', '.join(map(str, lowered.outputs))} is not a finite real number at {given}")
+def _out_of_range(outputs, args, values):
+    what = ", ".join(map(str, outputs))
+    given = ", ".join(f"{a} = {v}" for a, v in zip(args, values, strict=True))
+    return OutOfRange(f"{what if len(what) < 80 else what[:77] + '...'} is not a finite real number at {given}")
 
 
 def _arguments(args):

@@ -1,0 +1,70 @@
+"""Arithmetic in a differential ring is that of the expressions it stands for, and is reduced."""
+
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from asympk.diffring import DifferentialRing
+from asympk.errors import InputError
+
+x, a = sp.symbols("x a")
+BY_X = {x: lambda e: e.diff(x)}
+EXPRESSIONS = {
+    "rational": x / ((1 - x**2) ** 2 * (x + a)) - sp.Rational(1, 6),
+    "shared denominators": 1 / (x * (x + 1)) + 1 / (x * (x + 2)) ** 2,
+    "root": sp.sqrt(1 + x**2) / (x + a) + (1 + x**2) ** sp.Rational(-3, 2),
+    "cube root": x ** sp.Rational(2, 3) / (1 + sp.cbrt(x)),
+    "trigonometric": sp.sin(x) ** 3 * sp.cos(x) / (2 + sp.sin(x)),
+    "exponential": sp.exp(-x) / (1 + sp.exp(x)) + sp.tanh(a * x),
+    "nested": sp.log(1 + sp.exp(x)) * sp.sqrt(2),
+    "not closed under d/dx": sp.gamma(x) ** 2 / x,
+}
+
+
+@pytest.mark.parametrize("name", EXPRESSIONS)
+def test_an_expression_and_its_derivatives_come_back_unchanged_in_value(name):
+    expr = EXPRESSIONS[name]
+    ring = DifferentialRing([expr], BY_X, depth=2)
+    element = ring(expr)
+    point = {x: sp.Rational(3, 7), a: sp.Rational(11, 5)}
+    for order in range(3):
+        assert abs((ring.expr(element) - expr.diff(x, order)).subs(point).evalf(50)) < 1e-45
+        if order < 2:
+            element = ring.diff(element, x)
+
+
+def test_what_cancels_is_cancelled():
+    ring = DifferentialRing([1 / (1 - x**2), 1 / (x + a)], BY_X, depth=1)
+    assert ring.expr(ring((x**2 - 1) * (x + a) / (1 - x**2))) == -x - a
+    assert ring.expr(ring.dot([(ring(1 / (x + a)), ring(x)), (ring(1 / (x + a)), ring(a))])) == 1
+    assert ring.expr(ring.dot([(ring(x), ring(a)), (ring(-a), ring(x))])) == 0
+
+
+def test_roots_sines_and_integers_obey_their_relations():
+    ring = DifferentialRing([sp.sqrt(1 + x), sp.sin(x), sp.cos(x), x / 6], BY_X, depth=1)
+    assert ring.expr(ring.dot([(ring(sp.sqrt(1 + x)), ring(sp.sqrt(1 + x)))])) == x + 1
+    squares = [(ring(f(x)), ring(f(x))) for f in (sp.sin, sp.cos)]
+    assert ring.expr(ring.dot(squares)) == 1
+    assert ring.expr(ring.dot([(ring(x / 6), ring(4))])) == 2 * x / 3
+
+
+@settings(derandomize=True, deadline=None, max_examples=30)
+@given(*[st.lists(st.integers(-4, 4), min_size=3, max_size=3)] * 2, st.integers(0, 2), st.integers(0, 2))
+def test_sums_products_and_derivatives_agree_with_sympy(p, q, m, n):
+    left = sp.Poly(p, x).as_expr() / (x + a) ** m
+    right = sp.Poly(q, x).as_expr() / (1 - 2 * x) ** n
+    ring = DifferentialRing([left, right], BY_X, depth=2)
+    one = ring.one
+    assert sp.cancel(ring.expr(ring.dot([(ring(left), ring(right))])) - left * right) == 0
+    assert sp.cancel(ring.expr(ring.dot([(ring(left), one), (ring(right), one)])) - left - right) == 0
+    assert sp.cancel(ring.expr(ring.diff(ring(left), x)) - left.diff(x)) == 0
+
+
+@pytest.mark.parametrize(
+    ("expr", "message"),
+    [(0.5 * x, "contains a float"), (sp.Abs(x) + 1, "is not smooth"), (sp.Max(x, 0), "is not smooth")],
+)
+def test_floats_and_kinks_are_refused(expr, message):
+    with pytest.raises(InputError, match=message):
+        DifferentialRing([expr], BY_X, depth=1)

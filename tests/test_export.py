@@ -1,0 +1,126 @@
+"""An exported module stands alone, and computes what asympk computes."""
+
+import ctypes
+import importlib.util
+import math
+import random
+import shutil
+import subprocess
+import sys
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.errors import InputError, UnknownName
+from asympk.export import export, functions
+from asympk.lowering import lower
+
+PK = ap.systems.painleve_klein.system()
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+u, v, w, r = sp.symbols("u v w r")
+mu = sp.Symbol("mu", positive=True)
+VAN_DER_POL = ap.System.smooth({u: v}, {v: (1 - u**2) * v - u}, mu)
+TWO_FAST = ap.System.smooth({u: sp.exp(-r * u)}, {v: u - v, w: v - 2 * w}, mu)
+SYSTEMS = {"pk": PK, "vdp": VAN_DER_POL, "two": TWO_FAST}
+
+
+def points(function, count=20):
+    """Values for the arguments of a function of the Painlevé-Klein system, mu small enough for real eigenvalues."""
+    rng = random.Random(7)
+    ranges = {"mu": (1e-3, 0.1), "sigma": (0.5, 3), "sigma0": (0.5, 3)}
+    return [[rng.uniform(*ranges.get(a.name, (0.1, 0.9))) for a in function.args] for _ in range(count)]
+
+
+def python_module(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_python_module_computes_what_lower_does(name, tmp_path):
+    (path,) = export(SYSTEMS[name], "python", tmp_path, name=name)
+    module = python_module(path)
+    for f in functions(SYSTEMS[name], order=3):
+        expected = lower(f.args, f.values, "math")
+        for values in points(f):
+            assert getattr(module, f.name)(*values) == expected(*values)
+
+
+@pytest.mark.skipif(COMPILER is None, reason="there is no C compiler")
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(name, tmp_path):
+    export(SYSTEMS[name], "c", tmp_path, name=name)
+    library = tmp_path / f"{name}.so"
+    flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-shared", "-fPIC"]
+    subprocess.run([COMPILER, *flags, "-o", library, tmp_path / f"{name}.c", "-lm"], check=True)
+    compiled = ctypes.CDLL(str(library))
+    for f in functions(SYSTEMS[name], order=3):
+        expected = lower(f.args, f.values, "math")
+        for values in points(f):
+            found = call(compiled[f"{name}_{f.name}"], values, f.values)
+            wanted = expected(*values)
+            for a, b in zip(found, wanted if isinstance(wanted, tuple) else (wanted,), strict=True):
+                assert math.isclose(a, b, rel_tol=1e-11, abs_tol=1e-12)
+
+
+def call(function, values, outputs):
+    single = isinstance(outputs, sp.Expr)
+    out = [] if single else [(ctypes.c_double * len(outputs))()]
+    function.restype = ctypes.c_double if single else None
+    result = function(*map(ctypes.c_double, values), *out)
+    return (result,) if single else tuple(out[0])
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="there is no C++ compiler")
+def test_the_header_serves_cpp_too(tmp_path):
+    export(PK, "c", tmp_path, name="pk")
+    (tmp_path / "use.cpp").write_text('#include "pk.h"\nint main() { return pk_stick_slow_eigenvalue(0.1) > 0; }\n')
+    subprocess.run(["g++", "-Wall", "-Werror", "-fsyntax-only", tmp_path / "use.cpp"], check=True)
+
+
+def test_the_python_module_needs_nothing_but_math(tmp_path):
+    export(PK, "python", tmp_path)
+    code = "import sys, model; model.Pi1_exact(1.0, 0.1, 1.0); print(*{'sympy', 'numpy', 'asympk'} & {*sys.modules})"
+    run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, check=True, text=True)
+    assert run.stdout.strip() == ""
+    text = (tmp_path / "model.py").read_text()
+    assert [line for line in text.splitlines() if line.startswith(("import", "from"))] == ["import math"]
+
+
+def test_the_module_has_fields_manifolds_eigenvalues_and_edges():
+    names = {f.name for f in functions(PK, order=1)}
+    assert {"slip_same", "slip_opposite", "stick", "stick_edges"} <= names
+    assert {f"{m}{part}" for m in ("Pi1", "Pi2") for part in ("", "_series", "_exact")} <= names
+    assert {f"{m}_{kind}_eigenvalue" for m in ("slip_same", "stick") for kind in ("slow", "fast")} <= names
+
+
+def test_states_come_in_the_order_of_a_start():
+    field = next(f for f in functions(PK, order=0) if f.name == "slip_same")
+    assert [a.name for a in field.args] == ["x", "y", "z", "mu", "sigma"]
+
+
+def test_the_heading_states_the_equations(tmp_path):
+    (path,) = export(VAN_DER_POL, "python", tmp_path)
+    assert "    du/dt = v\n    mu dv/dt = -u + v*(1 - u**2)\n" in path.read_text()
+
+
+def test_exporting_twice_gives_the_same_bytes(tmp_path):
+    for target in ("c", "python"):
+        first = [path.read_bytes() for path in export(PK, target, tmp_path / "a")]
+        assert first == [path.read_bytes() for path in export(PK, target, tmp_path / "b")]
+
+
+def test_bad_input_is_one_line_and_writes_nothing(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(InputError, match="file cannot be written"):
+        export(PK, "c", tmp_path / "file")
+    with pytest.raises(UnknownName, match="choose one of c, python"):
+        export(PK, "rust", tmp_path)
+    with pytest.raises(InputError, match="cannot name a module"):
+        export(PK, "c", tmp_path, name="my-model")
+    with pytest.raises(ap.errors.OrderError):
+        export(PK, "c", tmp_path, order=-1)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -1,0 +1,172 @@
+"""Every target computes the expression, exactly where it can, and refuses what has no number."""
+
+import math
+import os
+import pickle
+import subprocess
+import sys
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import asympk as ap
+from asympk.errors import InputError, OutOfRange, UnknownName
+from asympk.lowering import lower
+
+x, mu, sigma = sp.symbols("x mu sigma")
+EXPR = sp.Rational(1, 3) * x**2 / mu + sp.exp(-x) / sigma**3 + sp.pi * sp.sqrt(x)
+TARGETS = ["numpy", "math", "mpmath"]
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_targets_agree_with_sympy(target):
+    f = lower((x, mu, sigma), EXPR, target)
+    exact = EXPR.subs({x: 2, mu: sp.Rational(1, 4), sigma: 3}).evalf(30)
+    assert abs(sp.Float(str(f(2, 0.25, 3)), 30) - exact) < 1e-14 * exact
+
+
+@settings(derandomize=True, deadline=None, max_examples=50)
+@given(st.fractions(max_denominator=10**12).filter(lambda q: abs(q) < 10**12), st.integers(15, 120))
+def test_a_rational_constant_has_the_precision_of_the_call(q, digits):
+    f = lower((x,), sp.Rational(q.numerator, q.denominator) * x, "mpmath")
+    with mpmath.workdps(digits):
+        assert abs(f(3) - mpmath.mpf(3 * q.numerator) / q.denominator) <= abs(f(3)) * mpmath.mpf(10) ** (1 - digits)
+
+
+def test_a_decimal_string_is_the_rational_it_spells():
+    f = lower((x,), 5 * x, "mpmath")
+    with mpmath.workdps(60):
+        assert f("0.2") == f(Fraction(1, 5)) == 1
+        assert f(0.2) != 1
+
+
+def test_constants_of_the_float_targets_are_rounded_once():
+    q = sp.Rational(10**20 + 1, 3 * 10**20 + 7)
+    assert lower((x,), q, "math")(0) == (10**20 + 1) / (3 * 10**20 + 7)
+    assert repr((10**20 + 1) / (3 * 10**20 + 7)) in lower((x,), q * x, "c")
+
+
+def test_arrays_broadcast_and_constants_take_their_shape():
+    f = lower((x, mu), [x + mu, 7])
+    total, seven = f(np.ones((2, 1)), [1, 2, 3])
+    assert total.shape == seven.shape == (2, 3)
+    assert seven.dtype == float
+    assert f(1, 2) == (3.0, 7.0)
+    assert isinstance(f(1, 2)[0], float)
+
+
+def test_integers_are_taken_as_reals():
+    assert lower((x,), x**-2)(np.array([1, 2])).tolist() == [1.0, 0.25]
+
+
+def test_the_shape_of_the_result_is_that_of_the_expression():
+    assert lower((x,), x, "math")(2) == 2.0
+    assert lower((x,), [x], "math")(2) == (2.0,)
+    assert lower((x,), sp.Dict({x: 2 * x, mu: 3}), "math")(2) == {"x": 4.0, "mu": 3.0}
+    assert lower((), sp.Rational(1, 2), "math")() == 0.5
+
+
+def test_a_set_of_arguments_is_sorted_by_name():
+    assert lower({x, sigma, mu}, EXPR).args == (mu, sigma, x)
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_lowered_functions_pickle_and_are_equal_when_their_expressions_are(target):
+    f = lower((x, mu, sigma), [EXPR, x], target)
+    f(1, 1, 1)
+    again = pickle.loads(pickle.dumps(f))
+    assert again == f
+    assert again(2, 0.5, 3) == f(2, 0.5, 3)
+    assert lower((x, mu, sigma), [EXPR, x], target).compiled is f.compiled
+
+
+def test_sources_are_the_same_under_every_hash_seed():
+    code = (
+        "import sympy as sp; from asympk.lowering import lower; a, b, c = sp.symbols('a b c')\n"
+        "e = [sp.exp(a + b) * sp.sqrt(c) + (a + b)**3 / c, sp.sqrt(c) * (a + b), sp.sin(a * c) / (a + b)]\n"
+        "print(lower({a, b, c}, e, 'c'), lower({a, b, c}, e).source)"
+    )
+    runs = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            check=True,
+            text=True,
+        ).stdout
+        for seed in ("0", "1", "7")
+    }
+    assert len(runs) == 1
+
+
+def test_c_source_returns_one_value_and_writes_several():
+    assert lower((x, mu), x**2 / 3, "c", name="g") == (
+        "double g(double x, double mu)\n{\n    (void)mu;\n    return (0.3333333333333333)*(x*x);\n}\n"
+    )
+    assert lower((x,), [x, 2], "c") == "void f(double x, double out[2])\n{\n    out[0] = x;\n    out[1] = 2.0;\n}\n"
+
+
+def test_names_that_a_language_reserves_are_changed():
+    for_lambda, out = sp.symbols("lambda out")
+    assert lower((for_lambda,), for_lambda**2, "math")(3) == 9.0
+    assert "double out_, double out[2]" in lower((out,), [out, 1], "c")
+    assert lower((sp.Symbol("math"),), sp.exp(sp.Symbol("math")), "math")(0) == 1.0
+
+
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize(("expr", "value"), [(sp.sqrt(x), -1), (1 / x, 0), (sp.log(x), 0), (sp.cbrt(x), -8)])
+def test_a_value_that_is_not_finite_and_real_is_an_error_that_says_where(target, expr, value):
+    with pytest.raises(OutOfRange, match=f"is not a finite real number at x = {value}"):
+        lower((x,), expr, target)(value)
+
+
+def test_in_an_array_the_first_bad_place_is_named():
+    with pytest.raises(OutOfRange, match=r"1/x is not a finite real number at x = 0\.0, mu = 5\.0"):
+        lower((x, mu), [1 / x, mu])([[1], [0]], [5, 6])
+
+
+@pytest.mark.parametrize(
+    ("args", "expr", "message"),
+    [
+        ((x,), x + mu, r"mu in mu \+ x missing from the arguments \(x\)"),
+        ((x,), sp.Piecewise((x, x > 0), (0, True)), "branches; lower each smooth mode"),
+        ((x,), sp.sign(x), "branches"),
+        ((x,), 0.1 * x, "contains a float"),
+        ((x,), sp.oo * x, "not a finite number"),
+        ((x,), sp.nan, "not a finite number"),
+        ((x,), sp.I * x, "is complex"),
+        ((x,), x > 1, "is not an expression"),
+        ((x,), sp.Function("phi")(x), "has no phi"),
+        ((x,), sp.gamma(x), "would need math"),
+        ((x, sp.Symbol("x", real=True)), x, "contain one name twice"),
+        ((sp.Symbol("x'"),), sp.S.One, "cannot name a variable"),
+        (("x",), x, "cannot name a variable"),
+    ],
+)
+def test_what_cannot_be_a_function_of_numbers_is_refused(args, expr, message):
+    with pytest.raises(InputError, match=message):
+        lower(args, expr)
+
+
+def test_the_wrong_number_of_values_and_unknown_targets_are_refused():
+    with pytest.raises(InputError, match=r"2 values given; the arguments are \(x\)"):
+        lower((x,), x)(1, 2)
+    with pytest.raises(UnknownName, match="choose one of numpy, math, mpmath, c"):
+        lower((x,), x, "fortran")
+    with pytest.raises(InputError, match="cannot name a function"):
+        lower((x,), x, name="2f")
+
+
+def test_the_slow_manifold_loses_no_digit_where_the_textbook_root_loses_half():
+    pk = ap.systems.painleve_klein.system()
+    plane = ap.slow_manifolds(pk)[0]
+    args = sorted(plane.closed.free_symbols, key=str)
+    assert [a.name for a in args] == ["mu", "sigma", "x"]
+    with mpmath.workdps(50):
+        exact = lower(args, plane.closed, "mpmath")("1e-12", 1, 2)
+    assert math.isclose(lower(args, plane.closed, "math")(1e-12, 1, 2), exact, rel_tol=4e-16)
