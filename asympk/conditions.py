@@ -8,7 +8,7 @@ def reduce_under(condition, assumptions):
 
     >>> sigma, mu = sp.symbols("sigma mu", real=True)
     >>> reduce_under(sp.And(sigma + 4 > 0, -sigma < 0, mu < sigma), sigma > -2)
-    (mu < sigma) & (sigma > 0)
+    (sigma > 0) & (mu < sigma)
     """
     kept, by_parameter = [], {}
     for relation in sp.And.make_args(sp.sympify(condition)):
