@@ -13,7 +13,7 @@ class Doubles:
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
     sin, cos, atan2, pi = math.sin, math.cos, math.atan2, math.pi
-    eps, root_tol, margin, most_exponent = 2.0**-52, 1e-9, 1e-12, 700.0
+    eps, root_tol, margin, most_exponent = 2.0**-52, 1e-9, 1e-13, 700.0
     number = float
 
 

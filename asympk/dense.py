@@ -1,9 +1,10 @@
 class Dense:
-    def __init__(self, segments):
-        self.segments = segments
+    def __init__(self, solution):
+        self.solution = solution
 
     def __call__(self, t):
-        for start, piece in reversed(self.segments):
+        s = self.solution
+        for start, piece in zip(reversed(s.starts), reversed(s.segments)):
             if t >= start:
                 x, y, _, z = piece.state(t - start)
                 return x, y, z

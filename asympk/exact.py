@@ -46,7 +46,7 @@ def _in_doubles(scene):
     case = Case(*map(float, (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)), near)
     try:
         solution = solution_of(Doubles, case)
-        error = estimate(*solution)
+        error = estimate(solution)
         if error <= TRUSTED:
             return _path(scene, solution, error, _same, None)
     except (Undecided, OverflowError, ZeroDivisionError):
@@ -55,7 +55,7 @@ def _in_doubles(scene):
 
 
 def solution_of(m, case):
-    """Return (events, modes, segments, final state) of ``case`` in the numbers of ``m``."""
+    """Return the solution of ``case`` in the numbers of ``m``."""
     flow = Flow(m, *map(m.number, (case.sigma, case.sigma0, case.mu)))
     start, deviation = beginning(flow, case)
     return follow(flow, start, m.number(case.until), deviation)
@@ -79,19 +79,19 @@ def _certified(case, digits):
 
 
 def _distance(coarse, fine):
-    if coarse[1] != fine[1]:
+    if coarse.modes != fine.modes:
         return None
-    x, _, _, z = fine[3]
-    largest = max(1, abs(x), abs(z), *(max(abs(e.x), abs(e.z)) for e in fine[0]))
-    return max(abs(coarse[3][0] - x), abs(coarse[3][3] - z)) / largest
+    x, _, _, z = fine.final
+    largest = max(1, *(max(abs(segment.x0), abs(segment.z0)) for segment in fine.segments), abs(x), abs(z))
+    return max(abs(coarse.final[0] - x), abs(coarse.final[3] - z)) / largest
 
 
 def _path(scene, solution, error, convert, digits):
-    events, modes, segments, (x, y, _, z) = solution
+    events, (x, y, _, z) = solution.events, solution.final
     if convert is not _same:
         events = [Event(e[0], *map(convert, e[1:])) for e in events]
-    return Path(scene, "exact", (convert(x), convert(y), convert(z)), tuple(events), tuple(modes),
-                Dense(segments), error)
+    return Path(scene, "exact", (convert(x), convert(y), convert(z)), tuple(events),
+                tuple(solution.modes), Dense(solution), error)
 
 
 def _same(value):
@@ -99,7 +99,10 @@ def _same(value):
 
 
 def _double(value):
-    return float(value)
+    rounded = float(value)
+    if abs(rounded) == float("inf"):
+        raise TooLarge(f"the path reaches {value!s:.12}, beyond the range of doubles: ask for digits=")
+    return rounded
 
 
 def _mpf(value):

@@ -11,6 +11,7 @@ numbers in use cannot decide raises ``Undecided``, and the flow is followed agai
 """
 
 from fractions import Fraction
+from typing import NamedTuple
 
 from asympk.arithmetic import Undecided
 from asympk.errors import TooManyEvents
@@ -50,12 +51,12 @@ class Flow:
             return (-1 / (self.sigma0 + 1) if self.sigma0 > -1 else None), None
         return 1 / (self.sigma0 + 3), (-1 / (self.sigma0 + 1) if self.sigma0 < -1 else None)
 
-    def sticks(self, s):
-        """Tell whether s lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
+    def sticks(self, s, size):
+        """Tell whether s, a sum of terms up to ``size``, lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
         near, far = self.edges(s)
-        if near is None or decided(self.m, abs(s) - abs(near), near) < 0:
+        if near is None or decided(self.m, abs(s) - abs(near), abs(near) + size) < 0:
             return False
-        return far is None or decided(self.m, far - s, far) >= 0
+        return far is None or decided(self.m, far - s, far + size) >= 0
 
 
 def decided(m, value, size):
@@ -65,25 +66,36 @@ def decided(m, value, size):
     return _sign(value)
 
 
-def follow(flow, start, until, deviation=None):
-    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
+class Solution(NamedTuple):
+    """Events, and per segment its mode's name, its start, closed form and duration; the final (x, y, s, z)."""
 
-    Return (events, names of modes, [(start time, segment)], final state (x, y, s, z)).
-    """
+    events: list
+    modes: list
+    starts: list
+    segments: list
+    spans: list
+    final: tuple
+
+
+def follow(flow, start, until, deviation=None):
+    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start."""
     x, y, s, z, s_sign, z_sign = start
     t = 0 * until
-    events, modes, segments = [], [], []
+    events, modes, starts, segments, spans = [], [], [], [], []
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         segment = flow.start(name, x, y, s, z, deviation)
         deviation = None
         modes.append(name)
-        segments.append((t, segment))
+        starts.append(t)
+        segments.append(segment)
         left = until - t
         found = slip_end(segment, s_sign, z_sign, left) if z_sign else stick_end(flow, segment, s_sign, left)
         if not found:
-            return events, modes, segments, segment.state(left)
+            spans.append(left)
+            return Solution(events, modes, starts, segments, spans, segment.state(left))
         kind, dt, (x, y, s, z) = found
+        spans.append(dt)
         t = t + dt
         events.append(Event(kind, t, x, y, z))
         if len(events) > MOST_EVENTS:
@@ -93,7 +105,7 @@ def follow(flow, start, until, deviation=None):
         elif kind == "slip_onset":
             z_sign = 1 if s < 1 else -1
         else:
-            z_sign = 0 if flow.sticks(s) else -z_sign
+            z_sign = 0 if flow.sticks(s, segment.s_size(dt)) else -z_sign
 
 
 def slip_end(segment, s_sign, z_sign, left):

@@ -53,13 +53,14 @@ def fast_slow_root(m, u, k, fast, rate, slow, slow_rate, lo, hi, sign_hi):
             else:
                 lo = t
         new = -1
-        if r and (r > 0) == positive:
-            if abs(f * rate) > abs(dr):
-                new = t + (m.log(abs(r)) - p) / (rate - dr / r) if rate * r != dr else -1
-            elif f * rate != dr:
-                new = t + (r - f) / (f * rate - dr)
-        elif dr:
-            new = t - r / dr if abs(f) > abs(r) else t + (r - f) / (f * rate - dr)
+        if r and (r > 0) == positive and abs(f * rate) > abs(dr):
+            slope = rate - dr / r
+            new = t + (m.log(abs(r)) - p) / slope if slope else -1
+        elif (r > 0) == positive or abs(f) <= abs(r):
+            slope = f * rate - dr
+            new = t + (r - f) / slope if slope else -1
+        elif rate < 0 and abs(r) > m.root_tol * t * abs(dr):
+            new = t - r / dr if dr else -1
         if abs(new - t) <= m.root_tol * t:
             return new
         if not lo < new < hi:

@@ -19,16 +19,14 @@ def mode(m, a, b, mu, split=False):
 
 
 class _Mode:
-    """What both forms share: the parameters, and the time below which sums of the order of 1/b must be avoided."""
+    """What both forms share: the parameters, and the time for which Taylor series of the responses converge fast."""
 
     __slots__ = ("a", "b", "beta", "m", "mu", "short")
 
     def __init__(self, m, a, b, mu):
         self.m, self.a, self.b, self.mu = m, a, b, mu
         self.beta = b / mu
-        self.short = 0
-        if abs(b) < 0.5:
-            self.short = 0.5 * min(mu / abs(b), m.sqrt(mu / abs(b))) if b else 1e18
+        self.short = min(mu / abs(b), m.sqrt(mu / abs(b))) / 2 if b else 1e18
 
 
 class FastSlow(_Mode):
@@ -112,10 +110,7 @@ def short_responses(m, beta, t):
 class _Segment:
     """One mode followed from ``(x0, y0, s0, z0)``; ``state(t)`` is (x, y, s, z)."""
 
-    __slots__ = ("mode", "s0", "x0", "y0", "z0")
-
-    def __init__(self, mode, x, y, s, z):
-        self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
+    __slots__ = ("mode", "s0", "short", "x0", "y0", "z0")
 
     def superposed(self, t, responses):
         r"""Return the state from the responses.
@@ -147,14 +142,18 @@ class _Segment:
 
 
 class FastSlowSegment(_Segment):
-    __slots__ = ("fast", "slow")
+    __slots__ = ("fast", "known", "slow")
 
     half_period = None
 
     def __init__(self, mode, x, y, s, z, deviation=None):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
-        self.fast = (s - mode.line) - mode.lift * x if deviation is None else deviation
+        self.short = 0
+        self.known = deviation is not None
+        self.fast = deviation if self.known else (s - mode.line) - mode.lift * x
         self.slow = (x - mode.rest) - self.fast * mode.fast_x
+        if not self.known and (abs(mode.b) < 0.5 or abs(mode.lift * self.slow) > 1):
+            self.short = mode.short
 
     def turning(self):
         """Return the time after 0 at which s has its extremum, or None."""
@@ -185,7 +184,7 @@ class FastSlowSegment(_Segment):
 
     def state(self, t):
         mode = self.mode
-        if t < mode.short:
+        if t < self.short:
             return self.superposed(t, short_responses(mode.m, mode.beta, t)) if t else self._start()
         p = mode.fast_rate * t
         return self._joined(t, self.fast * mode.m.exp(p), self.fast * mode.m.expm1(p))
@@ -207,39 +206,41 @@ class FastSlowSegment(_Segment):
     def s_root(self, level, lo, hi, sign_hi):
         """Return the time in (lo, hi) at which s = level."""
         mode = self.mode
-        t = fast_slow_root(mode.m, mode.rest - level, 0, mode.fast_s * self.fast, mode.fast_rate,
-                           mode.lift * self.slow, mode.slow_rate, lo, hi, sign_hi)
-        if t < mode.short:
-            return smooth_root(mode.m, self.s_and_slope(level), lo, hi, sign_hi, t)
-        return t
+        if lo < self.short:
+            if hi <= self.short or (self.state(self.short)[2] - level) * sign_hi > 0:
+                return smooth_root(mode.m, self.s_and_slope(level), lo, min(hi, self.short), sign_hi)
+            lo = self.short
+        return fast_slow_root(mode.m, mode.rest - level, 0, mode.fast_s * self.fast, mode.fast_rate,
+                              mode.lift * self.slow, mode.slow_rate, lo, hi, sign_hi)
 
     def z_root(self, lo, hi, sign_hi):
         """Return the time in (lo, hi) at which z = 0."""
         mode = self.mode
         fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow
-        t = fast_slow_root(mode.m, self.z0 - fast - slow, mode.rest, fast, mode.fast_rate,
-                           slow, mode.slow_rate, lo, hi, sign_hi)
-        if t < mode.short:
-            return smooth_root(mode.m, self.z_and_slope, lo, hi, sign_hi, t)
-        return t
+        if lo < self.short:
+            if hi <= self.short or self.state(self.short)[3] * sign_hi > 0:
+                return smooth_root(mode.m, self.z_and_slope, lo, min(hi, self.short), sign_hi)
+            lo = self.short
+        return fast_slow_root(mode.m, self.z0 - fast - slow, mode.rest, fast, mode.fast_rate,
+                              slow, mode.slow_rate, lo, hi, sign_hi)
 
     def on_level(self, level, t):
         """Return the state at the root t of s = level; a steep fast part is read off the equation, not off its exponent."""
         mode = self.mode
-        if t < mode.short:
-            x, y, _, z = self.state(t)
-            return x, y, level, z
+        if t < self.short:
+            x, _, _, z = self.state(t)
+            return x, level - x, level, z
         fast = self.fast * mode.m.exp(mode.fast_rate * t)
         rest = mode.rest + mode.lift * self.slow * mode.m.exp(mode.slow_rate * t)
         if abs(mode.fast_rate * t * fast * mode.fast_s) > abs(level) + abs(rest):
             fast = (level - rest) / mode.fast_s
-        x, y, _, z = self._joined(t, fast, fast - self.fast)
-        return x, y, level, z
+        x, _, _, z = self._joined(t, fast, fast - self.fast)
+        return x, level - x, level, z
 
     def on_plane(self, t):
         """Return the state at the root t of z = 0; a steep fast part is read off the equation, not off its exponent."""
         mode = self.mode
-        if t < mode.short:
+        if t < self.short:
             x, y, s, z = self.state(t)
             return x, y, s, 0 * z
         m, p = mode.m, mode.fast_rate * t
@@ -254,6 +255,10 @@ class FastSlowSegment(_Segment):
 
 class SmoothSegment(_Segment):
     __slots__ = ()
+
+    def __init__(self, mode, x, y, s, z):
+        self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
+        self.short = mode.short
 
     @property
     def half_period(self):
@@ -273,7 +278,7 @@ class SmoothSegment(_Segment):
 
     def responses(self, t):
         mode = self.mode
-        return short_responses(mode.m, mode.beta, t) if t < mode.short else mode.responses(t)
+        return short_responses(mode.m, mode.beta, t) if t < self.short else mode.responses(t)
 
     def turning(self):
         r"""Return the time after 0 at which s has its first extremum, or None.
@@ -305,8 +310,8 @@ class SmoothSegment(_Segment):
         return smooth_root(self.mode.m, self.z_and_slope, lo, hi, sign_hi)
 
     def on_level(self, level, t):
-        x, y, _, z = self.state(t)
-        return x, y, level, z
+        x, _, _, z = self.state(t)
+        return x, level - x, level, z
 
     def on_plane(self, t):
         x, y, s, z = self.state(t)
