@@ -38,15 +38,18 @@ class CriticalManifold:
     @cached_property
     def exists(self):
         """The condition under which the manifold is normally hyperbolic: det dg/dy != 0."""
-        return reduce_under(sp.Ne(sp.factor(self.jacobian.det()), 0), self.assumptions)
+        return nonzero(self.jacobian.det(), self.assumptions)
 
     @cached_property
     def stability(self):
         """``"stable"``, ``"unstable"`` (all fast directions attract, repel), ``"saddle"`` (neither), by sign of dg/dy.
 
-        A ``Piecewise`` of these names, as symbols, where it depends on parameters or on the place.
+        A ``Piecewise`` of these names, as symbols, where it depends on parameters or on the place. Raises
+        ``NotNormallyHyperbolic`` where dg/dy is singular on the whole manifold.
         """
         matrix = self.jacobian
+        if self.exists == sp.false:
+            raise NotNormallyHyperbolic(f"{determinant(self.branch)} vanishes on {equations(self.branch)}")
         cases = {"stable": _hurwitz(matrix), "unstable": _hurwitz(-matrix), "saddle": []}
         if len(self.branch) == 1:
             del cases["saddle"]
@@ -58,7 +61,7 @@ class CriticalManifold:
 
     @cached_property
     def domain(self):
-        """The condition on the states under which the mode holds on the manifold, False where it never does."""
+        """The condition on the states under which the mode holds on the manifold, at mu = 0; False if nowhere."""
         states = list(self.dynamics.slow)
         parts = sp.And.make_args(self.dynamics.where.subs(self.branch, simultaneous=True))
         return sp.And(*(_located(part, states, self.assumptions) for part in parts))
@@ -133,14 +136,26 @@ def _same_symbols(branch, mode):
 
 
 def positive(expr, assumptions=sp.true):
-    """Return the condition under which ``expr``, which is not 0, is positive; factors of known sign are left out."""
-    numerator, denominator = sp.fraction(sp.together(expr))
-    content, factors = sp.factor_list(numerator * denominator)
+    """Return the condition under which ``expr``, which is not 0, is positive; factors of known sign are left out.
+
+    Symbols are taken as real, and so is ``expr``; a root of something is then positive.
+    """
+    if expr.has(sp.I):
+        return sp.StrictGreaterThan(expr, 0, evaluate=False)
+    content, factors = _factors(expr)
     rest = sp.sign(content)
     for factor, power in factors:
-        if power % 2:
+        if power % 2 == 1:
             rest *= {sp.true: 1, sp.false: -1}.get(_relation(factor, assumptions), factor)
     return _relation(rest, assumptions)
+
+
+def nonzero(expr, assumptions=sp.true):
+    """Return the condition under which ``expr`` is not 0, factors that never vanish left out."""
+    if expr.has(sp.I) or expr == 0:
+        return sp.Ne(expr, 0)
+    factors = [f for f, _ in _factors(expr)[1] if _relation(f, assumptions) not in (sp.true, sp.false)]
+    return sp.And(*(_reduced(sp.Ne(f, 0), assumptions) for f in factors))
 
 
 def names(symbols):
@@ -155,12 +170,24 @@ def determinant(branch):
     return "det dg/dy" if len(branch) > 1 else f"dg/d{next(iter(branch))}"
 
 
+def _factors(expr):
+    numerator, denominator = sp.fraction(sp.together(expr))
+    return sp.factor_list(numerator * denominator)
+
+
 @lru_cache(maxsize=256)
 def _relation(expr, assumptions):
-    condition = sp.sympify(expr > 0)
-    if len(condition.free_symbols) == 1 and expr.is_rational_function():
-        return reduce_under(condition, assumptions)
-    return condition
+    """Return ``expr > 0``, True or False where that follows from the symbols being real and the assumptions."""
+    real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
+    known = sp.sympify(expr.subs(real) > 0)
+    return known if known in (sp.true, sp.false) else _reduced(expr > 0, assumptions)
+
+
+def _reduced(relation, assumptions):
+    """Solve a rational relation in one symbol within its assumed range; leave any other as it is."""
+    if len(relation.free_symbols) == 1 and all(side.is_rational_function() for side in relation.args):
+        return reduce_under(relation, assumptions)
+    return relation
 
 
 def _hurwitz(matrix):

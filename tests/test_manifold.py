@@ -256,6 +256,20 @@ def test_fast_directions_are_counted_by_hurwitz(matrix, expected):
     assert ap.slow_manifold(system, {y: 0, z: 0}).stability == expected
 
 
+def test_a_root_in_the_jacobian_is_positive_where_it_is_real():
+    system = ap.System.smooth({u: 1 - u * v}, {v: u - v - v**2}, mu)
+    upper, lower = (ap.slow_manifold(system, {v: (-1 + sign * sp.sqrt(1 + 4 * u)) / 2}) for sign in (1, -1))
+    assert (upper.stability, lower.stability) == ("stable", "unstable")
+    assert upper.exists == sp.Ne(u, sp.Rational(-1, 4))
+
+
+def test_every_branch_tells_its_stability_or_the_condition_for_it():
+    for slow, fast, branch in (*SYSTEMS.values(), PAIR, ROOTS):
+        manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch)
+        assert manifold.exists != sp.false
+        assert {*map(str, sp.sympify(manifold.stability).free_symbols)} & {"stable", "unstable"}
+
+
 def test_conditions_keep_only_the_factors_whose_sign_is_open():
     assert positive((sigma + 4) * sigma / (sigma + 3) ** 2, sigma > -2) == (sigma > 0)
     assert positive(-(kappa + lam) / sigma**3, sp.true) == (sigma < 0)
@@ -302,6 +316,11 @@ def test_a_singular_branch_is_not_normally_hyperbolic():
     fold = ap.System.smooth({u: v}, {v: (u - v) ** 2}, mu)
     with pytest.raises(NotNormallyHyperbolic, match="dg/dv vanishes on v = u"):
         ap.slow_manifold(fold, {v: u})
+    (critical,) = critical_manifolds(fold)
+    assert critical.exists == sp.false
+    with pytest.raises(NotNormallyHyperbolic):
+        critical.stability  # noqa: B018
+    assert ap.slow_manifolds(fold) == ()
 
 
 def test_a_manifold_asked_for_where_it_does_not_exist_says_where_it_does():
