@@ -169,20 +169,31 @@ def integral_curves(manifold):
     dz/dx = z'/x' is expanded in mu and integrated. Raises ``NotDerivable`` unless one slow variable x determines
     the flow, or where SymPy has no integral.
     """
-    active = active_slow(manifold.dynamics)
+    name, active = manifold.name, active_slow(manifold.dynamics)
     if len(active) != 1:
-        raise NotDerivable(f"{manifold.name}: {names(active)} determine the flow; curves are known for one variable")
+        raise NotDerivable(f"{name}: the flow is that of {names(active)}; curves are known for one variable")
+    (x,) = active
     flow = _flow(manifold)
-    run = flow.pop(active[0])
-    curves = {z: [_integral(q, active[0]) for q in _quotient(rates, run, active[0])] for z, rates in flow.items()}
+    run = flow.pop(x)
+    if run[0] == 0:
+        raise NotDerivable(f"{name}: {x} rests everywhere at {manifold.small} = 0; there are no curves over it")
+    if coupled := set().union(*(rate.free_symbols for rates in flow.values() for rate in rates)) & {*flow}:
+        raise NotDerivable(f"{name}: rates depend on {names(coupled)}; curves are known where {x} alone matters")
+    curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
     return sp.Dict({z: _polynomial(terms, manifold.small) + C for z, terms in curves.items()})
 
 
 def rest_state(manifold):
-    """Return the ``RestState`` on the manifold, or None; raises ``NotDerivable`` when there are several."""
+    """Return the isolated ``RestState`` on the manifold, or None.
+
+    Raises ``NotDerivable`` when there are several, or when SymPy cannot solve f = g = 0.
+    """
     mode, active = manifold.dynamics, active_slow(manifold.dynamics)
     unknowns = [*active, *mode.fast]
-    found = sp.solve([*(mode.slow[x] for x in active), *mode.fast.values()], unknowns, dict=True)
+    try:
+        found = sp.solve([*(mode.slow[x] for x in active), *mode.fast.values()], unknowns, dict=True)
+    except NotImplementedError:
+        raise NotDerivable(f"{manifold.name}: SymPy does not solve f = g = 0 for its rest states") from None
     found = [s for s in found if s.keys() == {*unknowns} and _lies_on(s, manifold)]
     if len(found) > 1:
         raise NotDerivable(f"{manifold.name}: several rest states lie on it: {'; '.join(map(equations, found))}")
@@ -198,7 +209,7 @@ def _lies_on(state, manifold):
 
 
 def _rate(manifold, active, state):
-    if len(active) > 1:
+    if len(active) != 1:
         return None
     return sp.cancel(_flow(manifold)[active[0]][0].diff(active[0]).subs(state).subs(manifold.small, 0))
 

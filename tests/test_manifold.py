@@ -227,6 +227,25 @@ def test_a_manifold_without_rest_has_none_and_one_with_two_says_so():
     assert "several" in rest_state_error(drifting)
 
 
+def test_a_flow_that_no_slow_variable_determines_rests_nowhere_in_particular_and_drifts():
+    free = ap.slow_manifold(ap.System.smooth({u: v}, {v: 2 - v}, mu), {v: 2})
+    assert rest_state(free).drift == sp.Dict({u: 2})
+    assert rest_state(free).rate is None
+
+
+@pytest.mark.parametrize(
+    ("slow", "message"),
+    [
+        ({u: v, w: w + u}, "rates depend on w"),
+        ({u: mu, w: u}, "u rests everywhere at mu = 0"),
+        ({u: v + w, w: u}, "the flow is that of u, w"),
+    ],
+)
+def test_integral_curves_that_are_no_quadrature_are_refused(slow, message):
+    with pytest.raises(NotDerivable, match=message):
+        integral_curves(ap.slow_manifold(ap.System.smooth(slow, {v: u - v}, mu), {v: u}))
+
+
 def rest_state_error(system):
     with pytest.raises(NotDerivable) as caught:
         rest_state(ap.slow_manifold(system, {v: u}))
