@@ -4,10 +4,10 @@ A run in doubles keeps account of its own rounding errors. Where they would show
 told, or where the range of doubles ends, the same flow is followed on mpmath numbers instead and rounded at the end.
 """
 
-from fractions import Fraction
+from functools import lru_cache
 from typing import Any, NamedTuple
 
-from asympk.arithmetic import Doubles, Undecided, exact, multiprecision
+from asympk.arithmetic import Doubles, Undecided, multiprecision
 from asympk.dense import Dense
 from asympk.errors import InputError, TooLarge
 from asympk.flow import Flow, beginning, follow
@@ -54,9 +54,15 @@ def _in_doubles(scene):
     return _path(scene, *_certified(case, 17), _double, None)
 
 
+@lru_cache(maxsize=64)
+def _flow_in_doubles(sigma, sigma0, mu):
+    return Flow(Doubles, sigma, sigma0, mu)
+
+
 def solution_of(m, case):
     """Return the solution of ``case`` in the numbers of ``m``."""
-    flow = Flow(m, *map(m.number, (case.sigma, case.sigma0, case.mu)))
+    parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
+    flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
     start, deviation = beginning(flow, case)
     return follow(flow, start, m.number(case.until), deviation)
 

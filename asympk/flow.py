@@ -15,8 +15,9 @@ from typing import NamedTuple
 
 from asympk.arithmetic import Undecided
 from asympk.errors import TooManyEvents
+from asympk.fastslow import FastSlow
 from asympk.path import Event
-from asympk.segment import mode
+from asympk.smooth import Smooth
 
 MOST_EVENTS = 1000
 MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
@@ -29,21 +30,21 @@ class Flow:
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
         self._modes = {}
 
+    def load(self, name):
+        """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
+        return (0, 1) if name == "stick" else (1, self.sigma + 4 if name == "slip_same" else -self.sigma)
+
     def mode(self, name):
-        """Return the closed form of the mode: (2.7), (2.8) or (2.9)."""
+        """Return the closed form of the mode that suits its parameters."""
         if name not in self._modes:
-            self._modes[name] = mode(self.m, *self.load(name), self.mu)
+            a, b = self.load(name)
+            form = FastSlow if b and -2 <= self.mu / b <= 0.125 else Smooth
+            self._modes[name] = form(self.m, a, b, self.mu)
         return self._modes[name]
 
-    def start(self, name, x, y, s, z, deviation=None):
-        """Return the segment of the mode from a state, whose deviation from the slow line may be known apart."""
-        if deviation is None:
-            return self.mode(name).start(x, y, s, z)
-        return mode(self.m, *self.load(name), self.mu, split=True).start(x, y, s, z, deviation)
-
-    def load(self, name):
-        """Return (a, b) of the mode ``mu y' = a - b s``."""
-        return (0, 1) if name == "stick" else (1, self.sigma + 4 if name == "slip_same" else -self.sigma)
+    def split(self, name):
+        """Return the closed form by two real exponentials, for starts given relative to the slow line."""
+        return FastSlow(self.m, *self.load(name), self.mu)
 
     def edges(self, s):
         """Return the edges (near zero, far from zero or None) of the static cone's part on the side of ``s``."""
@@ -74,28 +75,33 @@ class Solution(NamedTuple):
     starts: list
     segments: list
     spans: list
-    final: tuple
+    final: list
 
 
 def follow(flow, start, until, deviation=None):
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start."""
     x, y, s, z, s_sign, z_sign = start
     t = 0 * until
-    events, modes, starts, segments, spans = [], [], [], [], []
+    solution = Solution([], [], [], [], [], [])
+    events, modes, starts, segments, spans, final = solution
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
-        segment = flow.start(name, x, y, s, z, deviation)
-        deviation = None
+        if deviation is None:
+            segment = flow.mode(name).start(x, y, s, z)
+        else:
+            segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
+        if z_sign:
+            kind, dt, state = slip(segment, s_sign, z_sign, until - t)
+        else:
+            kind, dt, state = stick(flow, segment, s_sign, until - t)
         modes.append(name)
         starts.append(t)
         segments.append(segment)
-        left = until - t
-        found = slip_end(segment, s_sign, z_sign, left) if z_sign else stick_end(flow, segment, s_sign, left)
-        if not found:
-            spans.append(left)
-            return Solution(events, modes, starts, segments, spans, segment.state(left))
-        kind, dt, (x, y, s, z) = found
         spans.append(dt)
+        if kind is None:
+            final.extend(state)
+            return solution
+        x, y, s, z = state
         t = t + dt
         events.append(Event(kind, t, x, y, z))
         if len(events) > MOST_EVENTS:
@@ -108,42 +114,45 @@ def follow(flow, start, until, deviation=None):
             z_sign = 0 if flow.sticks(s, segment.s_size(dt)) else -z_sign
 
 
-def slip_end(segment, s_sign, z_sign, left):
-    """Return (kind, time, state) of the event that ends a slip within the time ``left``, or None."""
+def slip(segment, s_sign, z_sign, left):
+    """Return (kind, time, state) of the event that ends a slip, or (None, left, state) when the time ends first."""
     mode = segment.mode
-    m, fall = mode.m, 1 - mode.b
+    m, a, fall = mode.m, mode.a, mode.fall
     end = segment.horizon(left)
-    lo, opening = 0, z_sign * (mode.a + fall * segment.s0) > 0 or not segment.z0
+    lo, opening = 0, not segment.z0 or z_sign * (a + fall * segment.s0) > 0
     for hi in stretches(segment, end):
-        _, _, s, z = segment.state(hi)
-        opens = z_sign * (mode.a + fall * s) > 0
-        t = _z_root(segment, z_sign, lo, hi, z, opening, opens)
-        if t is not None:
-            state = segment.on_plane(t)
-            if decided(m, s_sign * state[2], segment.s_size(t)) > 0:
-                return "velocity_zero", t, state
-            hi, s = t, state[2]
-        if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(hi)) < 0:
-            t = segment.s_root(0, lo, hi, -s_sign)
+        state = segment.state(hi)
+        s = state[2]
+        opens = z_sign * (a + fall * s) > 0
+        t = hi
+        if decided(m, z_sign * state[3], segment.z_size(hi)) < 0:
+            t = segment.z_root(_leaving(segment, lo, hi, s) if opening else lo, hi, -z_sign)
+        elif opens and not opening:
+            t = _dip(segment, z_sign, lo, hi) or hi
+        if t is not hi:
+            landed = segment.on_plane(t)
+            s = landed[2]
+            if decided(m, s_sign * s, segment.s_size(t)) >= 0:
+                return "velocity_zero", t, landed
+        if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(t)) < 0:
+            t = segment.s_root(0, lo, t, -s_sign)
             return "force_zero", t, segment.on_level(0, t)
         lo, opening = hi, opens
     if end < left:
         raise Undecided
-    return None
+    return None, left, state
 
 
-def _z_root(segment, z_sign, lo, hi, z, opening, opens):
-    """Return the time in (lo, hi) at which z leaves its side, or None; s is monotone there.
+def _leaving(segment, lo, hi, s):
+    """Return a time in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
+    if lo or segment.z0:
+        return lo
+    return segment.s_root(segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
 
-    ``opening`` and ``opens`` tell whether |z| grows at lo and at hi.
-    """
+
+def _dip(segment, z_sign, lo, hi):
+    """Return the time in (lo, hi) at which z leaves its side though it is back at hi, or None."""
     mode = segment.mode
-    if decided(mode.m, z_sign * z, segment.z_size(hi)) < 0:
-        if not segment.z0 and opening and not lo:
-            lo = segment.s_root(mode.a / (mode.b - 1), lo, hi, 1 if segment.state(hi)[2] > segment.s0 else -1)
-        return segment.z_root(lo, hi, -z_sign)
-    if opening or not opens:
-        return None
     level = mode.a / (mode.b - 1)
     least = segment.s_root(level, lo, hi, z_sign if mode.b < 1 else -z_sign)
     if decided(mode.m, z_sign * segment.state(least)[3], segment.z_size(least)) < 0:
@@ -151,30 +160,31 @@ def _z_root(segment, z_sign, lo, hi, z, opening, opens):
     return None
 
 
-def stick_end(flow, segment, s_sign, left):
-    """Return the slip onset within the time ``left`` as (kind, time, state), or None."""
+def stick(flow, segment, s_sign, left):
+    """Return (kind, time, state) of the slip onset, or (None, left, state) when the time ends first."""
     near, far = flow.edges(segment.s0)
     lo = 0
     for hi in stretches(segment, left):
-        s = segment.state(hi)[2]
+        state = segment.state(hi)
+        s, size = state[2], segment.s_size(hi)
         for edge, side in ((near, -s_sign), (far, 1)):
             if edge is None or (not lo and segment.s0 == edge):
                 continue
-            if decided(flow.m, side * (s - edge), abs(edge) + segment.s_size(hi)) > 0:
+            if decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
                 t = segment.s_root(edge, lo, hi, side)
                 return "slip_onset", t, segment.on_level(edge, t)
         lo = hi
-    return None
+    return None, left, state
 
 
 def stretches(segment, end):
-    """Yield the ends of the stretches of (0, end) on which s is monotone, as far as they matter."""
+    """Return the ends of the stretches of (0, end) on which s is monotone, as far as they matter."""
     turn = segment.turning()
-    if turn is not None and turn < end:
-        yield turn
-        if segment.half_period and turn + segment.half_period < end:
-            yield turn + segment.half_period
-    yield end
+    if turn is None or turn >= end:
+        return (end,)
+    if segment.half_period is None or turn + segment.half_period >= end:
+        return turn, end
+    return turn, turn + segment.half_period, end
 
 
 def _too_many(until, event):
@@ -206,7 +216,7 @@ def beginning(flow, case):
 def beside_line(flow, manifold, x, z, offset):
     """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
     name = MODE_OF[manifold]
-    line = mode(flow.m, *flow.load(name), flow.mu, split=True)
+    line = flow.split(name)
     s = line.line + line.lift * x + offset
     y = line.slow_rate * (x - line.rest) + offset
     return (x, y, s, z, _sign(s), _sign(z)), offset

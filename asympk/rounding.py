@@ -5,7 +5,7 @@ proportion, because its exponents are rounded. The errors that a segment starts 
 of the flow. An event turns the error of what vanishes there into one of the time; at ``until`` time is exact again.
 """
 
-from asympk.segment import FastSlowSegment
+from asympk.fastslow import FastSlowSegment
 
 UNIT = 2.0**-53
 

@@ -1,0 +1,159 @@
+r"""One mode in closed form where mu is small against b: a fast and a slow exponential, however small mu is.
+
+With k = mu/b, ``rho = (1 + sqrt(1 - 4k))/2`` the roots of ``mu l^2 + b l + b = 0`` are ``l1 = -rho/k`` (fast) and
+``l2 = -1/rho`` (slow), and ``1 + l2 = -k/rho^2``, ``l1 - l2 = -sqrt(1 - 4k)/k``: nothing cancels. The exact slow line
+is ``s = a/(b rho) + (1 + l2) x``; let F be the deviation of s from it at the start, and C the rest of x. Then
+
+    x = a/b + F e^{l1 t}/(l1 - l2) + C e^{l2 t},    s = a/b + (1 + l1)(...) + (1 + l2)(...),
+    z = z0 + (a/b) t + k (b-1)(y - y0).
+"""
+
+from asympk.roots import fast_slow_root
+from asympk.smooth import s_root, short_responses, short_time, superposed, z_root
+
+
+class FastSlow:
+    """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the share of F in x, and so on."""
+
+    __slots__ = ("a", "b", "beta", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap", "lift", "line",
+                 "load", "m", "mu", "rest", "short", "slow_rate", "slow_z", "turn")
+
+    def __init__(self, m, a, b, mu):
+        self.m, self.a, self.b, self.mu = m, a, b, mu
+        self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
+        self.short = short_time(m, b, mu)
+        k = mu / b
+        root = m.sqrt(1 - 4 * k)
+        rho = (1 + root) / 2
+        self.fast_rate, self.slow_rate, self.gap = -rho / k, -1 / rho, -root / k
+        self.lift = -k / (rho * rho)
+        self.rest = a / b
+        self.line = a / (b * rho)
+        self.fast_x = 1 / self.gap
+        self.fast_y = self.fast_rate / self.gap
+        self.fast_s = (1 + self.fast_rate) / self.gap
+        self.fast_z = self.fall * rho / self.gap
+        self.slow_z = self.fall * k / rho
+        self.turn = -(self.lift * self.slow_rate) / (self.fast_s * self.fast_rate)
+
+    def start(self, x, y, s, z, deviation=None):
+        """Return the motion from a state; its ``deviation`` from the slow line may be known better than the state."""
+        return FastSlowSegment(self, x, y, s, z, deviation)
+
+
+class FastSlowSegment:
+    """The motion in one mode from ``(x0, y0, s0, z0)`` at t = 0."""
+
+    __slots__ = ("fast", "known", "mode", "s0", "short", "slow", "x0", "y0", "z0")
+
+    half_period = None
+
+    def __init__(self, mode, x, y, s, z, deviation=None):
+        self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
+        self.known = deviation is not None
+        self.fast = deviation if self.known else s - mode.line - mode.lift * x
+        self.slow = x - mode.rest - self.fast * mode.fast_x
+        # the two exponentials nearly cancel at short times when the rest a/b or the slow part is large
+        delicate = -0.5 < mode.b < 0.5 or not -1 < mode.lift * self.slow < 1
+        self.short = mode.short if delicate and not self.known else 0
+
+    def horizon(self, until):
+        """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
+        m, rate = self.mode.m, self.mode.fast_rate
+        if rate * until < m.most_exponent or not self.fast:
+            return until
+        return min(until, (m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
+
+    def turning(self):
+        """Return the time after 0 at which s has its extremum, or None."""
+        mode = self.mode
+        ratio = mode.turn * self.slow / self.fast if self.fast else 0
+        if ratio <= 0:
+            return None
+        t = mode.m.log(ratio) / mode.gap
+        return t if t > 0 else None
+
+    def state(self, t):
+        """Return (x, y, s, z)."""
+        if t < self.short:
+            return self._soon(t)
+        m, p = self.mode.m, self.mode.fast_rate * t
+        return self._joined(t, self.fast * m.exp(p), self.fast * m.expm1(p))
+
+    def _soon(self, t):
+        mode = self.mode
+        if not t:
+            return self.x0, self.y0, self.s0, self.z0
+        return superposed(self, t, short_responses(mode.m, mode.beta, t))
+
+    def _joined(self, t, fast, gained):
+        mode = self.mode
+        p = mode.slow_rate * t
+        kept, lost = self.slow * mode.m.exp(p), self.slow * mode.m.expm1(p)
+        return (
+            self.x0 + mode.fast_x * gained + lost,
+            mode.fast_y * fast + mode.slow_rate * kept,
+            mode.rest + mode.fast_s * fast + mode.lift * kept,
+            self.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost,
+        )
+
+    def s_size(self, t):
+        """Bound the terms that make up s where s is small."""
+        return abs(self.mode.rest) + abs(self.mode.lift * self.slow)
+
+    def z_size(self, t):
+        """Bound the terms that make up z where z is small."""
+        return abs(self.z0) + abs(self.mode.rest * t) + abs(self.mode.slow_z * self.slow)
+
+    def s_root(self, level, lo, hi, sign_hi):
+        """Return the time in (lo, hi) at which s = level."""
+        mode = self.mode
+        if lo < self.short:
+            if hi <= self.short or (self.state(self.short)[2] - level) * sign_hi > 0:
+                return s_root(self, level, lo, min(hi, self.short), sign_hi)
+            lo = self.short
+        return fast_slow_root(mode.m, mode.rest - level, 0, mode.fast_s * self.fast, mode.fast_rate,
+                              mode.lift * self.slow, mode.slow_rate, lo, hi, sign_hi)
+
+    def z_root(self, lo, hi, sign_hi):
+        """Return the time in (lo, hi) at which z = 0."""
+        mode = self.mode
+        if lo < self.short:
+            if hi <= self.short or self.state(self.short)[3] * sign_hi > 0:
+                return z_root(self, lo, min(hi, self.short), sign_hi)
+            lo = self.short
+        fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow
+        return fast_slow_root(mode.m, self.z0 - fast - slow, mode.rest, fast, mode.fast_rate,
+                              slow, mode.slow_rate, lo, hi, sign_hi)
+
+    def on_level(self, level, t):
+        """Return the state at the time t at which s = level.
+
+        A fast part that has changed by orders of magnitude is read off the equation, not off its exponent.
+        """
+        mode = self.mode
+        if t < self.short:
+            x, _, _, z = self._soon(t)
+            return x, level - x, level, z
+        p = mode.fast_rate * t
+        fast = self.fast * mode.m.exp(p)
+        rest = mode.rest + mode.lift * self.slow * mode.m.exp(mode.slow_rate * t)
+        if abs(p * fast * mode.fast_s) > abs(level) + abs(rest):
+            fast = (level - rest) / mode.fast_s
+        x, _, _, z = self._joined(t, fast, fast - self.fast)
+        return x, level - x, level, z
+
+    def on_plane(self, t):
+        """Return the state at the time t at which z = 0, the fast part likewise."""
+        mode = self.mode
+        if t < self.short:
+            x, y, s, _ = self._soon(t)
+            return x, y, s, x - x
+        m, p = mode.m, mode.fast_rate * t
+        fast, gained = self.fast * m.exp(p), self.fast * m.expm1(p)
+        drifted, lost = mode.rest * t, mode.slow_z * self.slow * m.expm1(mode.slow_rate * t)
+        if abs(p * fast * mode.fast_z) > abs(self.z0) + abs(drifted) + abs(lost):
+            gained = -(self.z0 + drifted + lost) / mode.fast_z
+            fast = self.fast + gained
+        x, y, s, _ = self._joined(t, fast, gained)
+        return x, y, s, x - x
