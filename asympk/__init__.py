@@ -18,6 +18,7 @@ _HOME = {
     "stick_regions": "stick",
     "lower": "lowering",
     "Scene": "scene",
+    "read_scene": "scenefile",
     "Path": "path",
     "Event": "path",
     "solve": "methods",

@@ -14,6 +14,9 @@ def main(arguments=None):
     options = _parser().parse_args(arguments)
     try:
         return options.run(options) or 0
+    except BrokenPipeError:  # whoever read the output has seen enough
+        sys.stdout = None
+        return 141
     except (AsympkError, OSError) as error:
         if options.debug:
             raise
@@ -68,9 +71,17 @@ def _parser():
     export.add_argument("--target", choices=("c", "python"), required=True)
     export.add_argument("--out", required=True, metavar="DIR", help="directory to write into")
 
+    scenes = commands.add_parser("scenes", help="list the scenes that ship, or print one as TOML")
+    scenes.set_defaults(run=_scenes)
+    scenes.add_argument("name", nargs="?", help="print this scene's file")
+
     solve = commands.add_parser("solve", help="follow one scene")
     solve.set_defaults(run=_solve)
-    _scene_arguments(solve)
+    solve.add_argument("scene", nargs="?", help="a scene that ships (asympk scenes), or a TOML file")
+    _scene_arguments(solve, required=False)
+    solve.add_argument("--physical", action="store_true", help="tell the path in the units of the scene's file")
+    solve.add_argument("--csv", metavar="FILE", help="write the path as CSV")
+    solve.add_argument("--plot", metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     solve.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
     solve.add_argument("--digits", type=int, help="run on that many digits")
     solve.add_argument("--json", action="store_true")
@@ -84,11 +95,11 @@ def _root(parser):
     parser.add_argument("--root", default=".", metavar="DIR", help="the checkout with derivations/ and paper/ (here)")
 
 
-def _scene_arguments(parser):
-    parser.add_argument("--sigma", required=True, help="friction parameter f tan(alpha) - 2, above -2")
-    parser.add_argument("--mu", required=True, help="compliance, above 0")
-    parser.add_argument("--start", required=True, nargs=3, metavar=("X", "Y", "Z"), help="rho, rho', v")
-    parser.add_argument("--until", required=True, help="horizon in units of h l")
+def _scene_arguments(parser, required=True):
+    parser.add_argument("--sigma", required=required, help="friction parameter f tan(alpha) - 2, above -2")
+    parser.add_argument("--mu", required=required, help="compliance, above 0")
+    parser.add_argument("--start", required=required, nargs=3, metavar=("X", "Y", "Z"), help="rho, rho', v")
+    parser.add_argument("--until", required=required, help="horizon in units of h l")
     parser.add_argument("--sigma0", help="static friction, sigma by default")
 
 
@@ -96,6 +107,31 @@ def _scene(options):
     from asympk.scene import Scene
 
     return Scene(options.sigma, options.mu, tuple(options.start), options.until, options.sigma0)
+
+
+def _scene_file(options):
+    """Return the ``SceneFile`` that the options of ``solve`` name, their own numbers replacing the file's."""
+    from asympk.errors import InputError
+    from asympk.scenefile import SceneFile, changed, load
+
+    numbers = {name: getattr(options, name) for name in ("sigma", "mu", "start", "until", "sigma0")}
+    numbers = {name: value for name, value in numbers.items() if value is not None}
+    if options.scene is not None:
+        found = load(options.scene)
+        return SceneFile(changed(found, numbers), found.about, found.units)
+    missing = [f"--{name}" for name in ("sigma", "mu", "start", "until") if name not in numbers]
+    if missing:
+        raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that ship")
+    return SceneFile(_scene(options))
+
+
+def _scenes(options):
+    from asympk.scenefile import load, names, shipped
+    from asympk.terminal import scenes_as_text
+
+    if options.name is not None:
+        load(options.name)
+    print(scenes_as_text(names()) if options.name is None else shipped(options.name).rstrip())
 
 
 def _everything(options):
@@ -133,10 +169,29 @@ def _export(options):
 def _solve(options):
     from asympk.methods import solve
     from asympk.terminal import path_as_json, path_as_text
+    from asympk.trace import frame_of, plot, write_csv
 
-    chosen = {} if options.digits is None else {"digits": options.digits}
-    path = solve(_scene(options), options.method, **chosen)
-    print(path_as_json(path, options.digits) if options.json else path_as_text(path))
+    found = _scene_file(options)
+    units = _units(found) if options.physical else None
+    path = solve(found.scene, options.method, **({} if options.digits is None else {"digits": options.digits}))
+    if units:
+        from asympk.units import physical
+
+        path = physical(path, units)
+    frame = frame_of(units)
+    if options.csv:
+        write_csv(options.csv, path, frame)
+    if options.plot:
+        plot(options.plot, path, frame)
+    print(path_as_json(path, options.digits) if options.json else path_as_text(path, frame.columns[:4]))
+
+
+def _units(found):
+    from asympk.errors import InputError
+
+    if not found.units:
+        raise InputError("--physical: the scene has no physical quantities; give a file with m, P, f, alpha, l, k, h")
+    return found.units
 
 
 def _bench(options):

@@ -26,15 +26,23 @@ def path_as_json(path, digits=None):
     return json.dumps(told, indent=2)
 
 
-def path_as_text(path):
+def path_as_text(path, columns=("t", "x", "y", "z")):
     """Return a path as a table of modes with the time and state at which each begins, and the final state."""
     scene = path.scene
     begins = [("start", 0, *scene.start), *path.events]
-    lines = [f"{'t':>14}  {'x':>14}  {'y':>14}  {'z':>14}  event -> mode"]
+    lines = [f"{'  '.join(f'{name:>14}' for name in columns)}  event -> mode"]
     for (kind, *state), mode in zip(begins, path.modes, strict=True):
         lines.append(f"{_columns(state)}  {kind} -> {mode}")
     lines.append(f"{_columns((scene.until, *path.final))}  until ({path.model})")
     return "\n".join(lines)
+
+
+def scenes_as_text(names):
+    """Return a line on each of the scenes that ship."""
+    from asympk.scenefile import about
+
+    width = max(map(len, names))
+    return "\n".join(f"{name:<{width}}  {about(name)}" for name in names)
 
 
 def _columns(numbers):

@@ -13,15 +13,17 @@ PACKAGE = Path(asympk.__file__).parent
 
 # from left to right; a module imports only from its own stage or from stages to its left
 STAGES = (
-    ("errors", "arithmetic", "files", "path", "tape", "rows"),
+    ("errors", "arithmetic", "files", "tomlfile", "style", "path", "tape", "rows"),
     ("conditions", "system", "systems", "ratio", "series"),
     ("diffring", "expansion", "critical", "manifold", "stability", "linear", "itinerary", "layers", "jump"),
     ("lowering", "regions", "stick", "export", "regimes"),
-    ("scene", "segment", "roots", "rounding", "dense", "flow", "exact", "piecewise", "integrators", "integrate", "replay"),
+    ("scene", "segment", "roots", "rounding", "dense", "flow", "exact", "piecewise", "integrators", "integrate", "replay",
+     "hybrid", "collocation",
+     "scenefile", "units", "trace"),
     ("asymptotic", "kernels", "ensemble", "methods"),
     ("divide", "compare", "least", "bench"),
     ("ledger",),
-    ("tabular", "tables", "style", "figures"),
+    ("tabular", "tables", "figures"),
     ("chart", "terminal", "regenerate"),
     ("__main__",),
 )

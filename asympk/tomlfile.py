@@ -1,0 +1,54 @@
+"""TOML as the package reads it: decimals as they are written, and no key that is not known."""
+
+import tomllib
+from decimal import Decimal
+from difflib import get_close_matches
+from pathlib import Path
+
+from asympk.errors import InputError
+
+LARGEST = 1_000_000  # bytes
+
+
+def read_table(path):
+    """Return the table in the file ``path``; raises ``InputError`` unless it is a readable TOML file."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    if path.stat().st_size > LARGEST:
+        raise InputError(f"{path}: {path.stat().st_size} bytes; a file of settings has at most {LARGEST}")
+    return parse_table(path.read_bytes(), path)
+
+
+def parse_table(raw, where):
+    """Return the table in the bytes ``raw``, every decimal a ``Decimal``, so that 0.2 stays 1/5."""
+    try:
+        return tomllib.loads(raw.decode("utf-8"), parse_float=Decimal)
+    except (ValueError, RecursionError, ArithmeticError) as reason:
+        raise InputError(f"{where}: not TOML in UTF-8: {str(reason)[:200]}") from None
+
+
+def refuse_unknown(table, known, where):
+    """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest that is."""
+    for key in table:
+        if key not in known:
+            raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {nearest(key, known)!r}")
+
+
+def nearest(word, known):
+    """Return the one of ``known`` that is spelt most like ``word``."""
+    found = get_close_matches(word[:60].lower(), [*known], n=1, cutoff=0)
+    return found[0] if found else next(iter(known))
+
+
+def plain(value):
+    """Return ``value`` with a ``Decimal`` as the string that spells it, as ``Scene`` takes numbers."""
+    return str(value) if isinstance(value, Decimal) else value
+
+
+def word(table, key, where, default=""):
+    """Return the string ``table[key]``; raises ``InputError`` when it is something else."""
+    value = table.get(key, default)
+    if not isinstance(value, str):
+        raise InputError(f"{where}: {key} = {value!r:.60}: it must be a string")
+    return value

@@ -1,0 +1,217 @@
+"""Scenes in TOML: exact decimals, physical quantities through the derived groups, and the scenes that ship."""
+
+import csv
+import json
+import math
+import sys
+from fractions import Fraction
+
+import mpmath
+import pytest
+
+import asympk as ap
+from asympk import scenefile, units
+from asympk.__main__ import main
+from asympk.errors import InputError, MissingPackage, UnknownName
+from asympk.trace import plot, trace
+
+ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
+       "start": "[1, -3, -0.1]", "until": "0.03"}  # fmt: skip
+PLAIN = {"sigma": 1, "mu": "1e-3", "start": "[0, 0.2, -1]", "until": 5}
+
+
+def _file(tmp_path, entries, name="scene.toml"):
+    path = tmp_path / name
+    path.write_text("".join(f"{key} = {value}\n" for key, value in entries.items()), encoding="utf-8")
+    return path
+
+
+def test_a_decimal_in_a_file_is_the_number_it_spells(tmp_path):
+    scene = ap.read_scene(_file(tmp_path, {**PLAIN, "start": '[1_0.1, "1/3", -1]'}))
+    assert scene.start == (Fraction(101, 10), Fraction(1, 3), -1)
+    assert scene.mu == Fraction(1, 1000)
+    assert scene == ap.Scene(1, "1e-3", ("10.1", "1/3", -1), 5, name="scene")
+
+
+def test_physical_quantities_become_the_groups_of_section_two(tmp_path):
+    scene = ap.read_scene(_file(tmp_path, ROD))
+    m, P, f, f0, l, k, h = 2, 10, 3, 3.5, 0.5, 1e5, 0.02
+    a = math.pi / 3
+    expected = {
+        "sigma": f * math.tan(a) - 2,
+        "mu": m / (k * h**2 * l * math.cos(a) ** 2),
+        "sigma0": f0 * math.tan(a) - 2,
+        "until": 0.03 / (h * l),
+    }
+    assert {name: float(getattr(scene, name)) for name in expected} == pytest.approx(expected, rel=1e-15)
+    state = (math.cos(a) / P, -3 * h * l * math.cos(a) / P, -0.1 * m / (P * h * l))
+    assert [float(v) for v in scene.start] == pytest.approx(state, rel=1e-15)
+
+
+def test_conversion_keeps_a_hundred_digits(tmp_path):
+    scene = ap.read_scene(_file(tmp_path, ROD))
+    with mpmath.workdps(120):
+        wanted = 3 * mpmath.sqrt(3) - 2
+        assert abs(mpmath.mpf(scene.sigma.numerator) / scene.sigma.denominator - wanted) < mpmath.mpf(10) ** -97
+
+
+def test_converting_there_and_back_returns_the_start(tmp_path):
+    found = scenefile.load(_file(tmp_path, ROD))
+    given = (*found.units.state(*found.scene.start), found.units.moment(found.scene.until))
+    assert [float(v) for v in given] == pytest.approx([1, -3, -0.1, 0.03], rel=1e-15)
+
+
+def test_velocity_comes_back_in_units_of_the_force_acting_for_one_unit_of_time(tmp_path):
+    found = scenefile.load(_file(tmp_path, {**ROD, "start": "[0, 0, 1]"}))
+    path = ap.solve(found.scene)
+    told = units.physical(path, found.units)
+    assert float(told.final[2]) == pytest.approx(path.final[2] * 10 * (0.02 * 0.5) / 2, rel=1e-15)
+    assert float(told.scene.until) == pytest.approx(0.03, rel=1e-15)
+
+
+def test_physical_digits_survive_the_way_back(tmp_path):
+    found = scenefile.load(_file(tmp_path, ROD))
+    coarse, fine = (units.physical(ap.solve(found.scene, digits=d), found.units).final[0] for d in (40, 60))
+    assert 0 <= abs(coarse - fine) < abs(fine) * mpmath.mpf(10) ** -38
+
+
+@pytest.mark.parametrize("name", scenefile.names())
+def test_every_scene_that_ships_runs_and_says_what_it_shows(name):
+    scene = ap.read_scene(name)
+    assert scene.name == name
+    assert 30 < len(scenefile.about(name)) < 125
+    assert ap.solve(scene).final
+
+
+@pytest.mark.parametrize(
+    ("name", "modes"),
+    [
+        ("backward", ["slip_opposite", "stick", "slip_same"]),
+        ("forward", ["slip_same"]),
+        ("wrong-side", ["slip_opposite", "stick", "slip_opposite", "slip_same"]),
+        ("shallow", ["slip_opposite", "stick", "slip_same"]),
+        ("shallow-crossing", ["slip_opposite", "slip_same"]),
+    ],
+)
+def test_named_scenes_do_what_their_line_says(name, modes):
+    assert list(ap.solve(ap.read_scene(name)).modes) == modes
+
+
+def test_repeated_collisions_are_repeated():
+    kinds = [event.kind for event in ap.solve(ap.read_scene("collisions")).events]
+    assert kinds.count("velocity_zero") == 2
+
+
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ({**PLAIN, "sgima": 1}, "'sgima' is unknown; the nearest known one is 'sigma'"),
+        ({**PLAIN, "Start": 1}, "'Start' is unknown; the nearest known one is 'start'"),
+        ({**PLAIN, "m": 1}, "m is physical and sigma is not"),
+        ({"sigma": 1}, "mu, start, until missing"),
+        ({k: v for k, v in ROD.items() if k != "k"}, "k missing"),
+        ({**ROD, "alpha": '"95 deg"'}, "between 0 and 90 deg"),
+        ({**ROD, "alpha": "1.6"}, "between 0 and pi/2"),
+        ({**ROD, "m": "-1"}, "m = -1: it must be positive"),
+        ({**ROD, "f0": "1"}, "sigma0"),
+        ({**ROD, "until": "-1"}, "t = -1"),
+        ({**ROD, "start": "[1, 2]"}, "three numbers"),
+        ({**PLAIN, "start": '"abc"'}, "three numbers"),
+        ({**PLAIN, "mu": "true"}, "mu = True"),
+        ({**PLAIN, "mu": "nan"}, "mu"),
+        ({**PLAIN, "mu": "1e999999999"}, "mu"),
+        ({**PLAIN, "mu": "1979-05-27"}, "mu"),
+        ({**PLAIN, "name": "3"}, "name = 3: it must be a string"),
+        ({**PLAIN, "mu": "[[["}, "not TOML"),
+        ({**PLAIN, "mu": "[" * 5000}, "not TOML"),
+        ({**PLAIN, "near": "{x = 1}"}, "in place of start"),
+        ({"sigma": 1, "mu": 1, "until": 1, "near": "{manifold = 'Pi3', x = 0, offset = 0, z = 1}"}, "manifold"),
+    ],
+)
+def test_what_is_not_a_scene_is_refused_by_name(tmp_path, entries, said):
+    with pytest.raises(InputError) as caught:
+        ap.read_scene(_file(tmp_path, entries))
+    assert said in str(caught.value)
+    assert "scene.toml" in str(caught.value)
+
+
+def test_an_unknown_name_is_answered_with_the_nearest():
+    with pytest.raises(UnknownName, match="nearest is 'backward'"):
+        ap.read_scene("backwards")
+
+
+def test_options_replace_numbers_of_a_nondimensional_scene_alone(capsys):
+    assert main(["solve", "backward", "--sigma", "2", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["final"] == list(ap.solve(ap.Scene(2, "1e-6", (0, "0.2", -1), 5)).final)
+    for tied in ("chalk", "escape"):
+        assert main(["solve", tied, "--mu", "1e-3"]) == 2
+        assert "tied to" in capsys.readouterr().err
+
+
+def test_solve_tells_physical_units_on_request(capsys):
+    assert main(["solve", "chalk", "--physical"]) == 0
+    out = capsys.readouterr().out
+    assert out.split()[:4] == ["t", "R_1", "dR_1", "u"]
+    assert out.splitlines()[-1].split()[0] == "0.05"
+    assert main(["solve", "backward", "--physical"]) == 2
+    assert "no physical quantities" in capsys.readouterr().err
+
+
+def test_scenes_are_listed_and_printed_as_files(capsys, tmp_path):
+    assert main(["scenes"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(scenefile.names())
+    assert main(["scenes", "static"]) == 0
+    (tmp_path / "copy.toml").write_text(capsys.readouterr().out)
+    assert ap.read_scene(tmp_path / "copy.toml").sigma0 == 2
+
+
+def test_the_csv_file_follows_the_path_and_passes_through_its_events(tmp_path):
+    target = tmp_path / "path.csv"
+    assert main(["solve", "wrong-side", "--csv", str(target)]) == 0
+    path = ap.solve(ap.read_scene("wrong-side"))
+    with target.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    times = [float(row["t"]) for row in rows]
+    assert times == sorted(times)
+    assert {float(event.t) for event in path.events} <= set(times)
+    assert [float(rows[-1][axis]) for axis in "xyz"] == list(path.final)
+    for row in rows[5::97]:
+        assert [float(row[axis]) for axis in "xyz"] == [float(v) for v in path(float(row["t"]))]
+        assert float(row["s"]) == float(row["x"]) + float(row["y"])
+
+
+def test_physical_csv_has_the_rod_force_as_load(tmp_path):
+    target = tmp_path / "path.csv"
+    assert main(["solve", "chalk", "--physical", "--csv", str(target)]) == 0
+    with target.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    last = rows[-1]
+    assert float(last["R"]) == pytest.approx(float(last["R_1"]) + 0.05 * 0.08 * float(last["dR_1"]), rel=1e-14)
+    assert float(last["t"]) == 0.05
+
+
+def test_samples_resolve_every_layer():
+    path = ap.solve(ap.read_scene("wrong-side"))
+    inside = [row for row in trace(path) if row[0] < path.events[-1].t]
+    assert len(inside) > 1000
+    assert len(trace(path)) < 5000
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_a_plot_is_the_same_bytes_every_time(tmp_path, suffix):
+    path = ap.solve(ap.read_scene("collisions"))
+    first, second = (plot(tmp_path / f"{n}{suffix}", path).read_bytes() for n in "ab")
+    assert first == second
+    assert len(first) > 5000
+
+
+def test_a_plot_of_another_kind_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"one of \.pdf, \.svg, \.png"):
+        plot(tmp_path / "a.gif", ap.solve(ap.read_scene("forward")))
+
+
+def test_without_matplotlib_the_error_gives_the_pip_line(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(MissingPackage, match=r"pip install 'asympk\[plot\]'"):
+        plot(tmp_path / "a.png", ap.solve(ap.read_scene("forward")))
+    assert list(tmp_path.iterdir()) == []
