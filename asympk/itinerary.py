@@ -29,6 +29,21 @@ class LoadLine:
         p, q = self.fast[mode]
         return -p / q
 
+    def side(self, mode, sign):
+        """Return the sign of the velocity where the critical manifold of a mode lies; 0 where there is none."""
+        if sign(self.fast[mode][1]) == 0:
+            return 0
+        return sign(self.rest(mode)) * {"slip_same": 1, "slip_opposite": -1, "stick": 0}[mode]
+
+    def acceleration(self, mode):
+        """Return z' on the critical manifold of a mode."""
+        h0, h1 = self.rate[mode]
+        return h0 + h1 * self.rest(mode)
+
+    def returns(self, mode, sign):
+        """Tell whether the slow motion on the critical manifold of a mode heads for the switching plane."""
+        return self.side(mode, sign) * sign(self.acceleration(mode)) < 0
+
     def edges(self):
         """Yield the levels ``drive = k static s``, k = 1 and -1, and the loads there."""
         for name, k in (("upper", 1), ("lower", -1)):
@@ -67,17 +82,17 @@ def _slip(line, load, side, sign):
         raise OutOfRange(f"{mode}: the load neither settles nor grows at a fast rate (mu s' = {p} + {q} s)")
     if attracts < 0:
         if sign(line.rest(mode)) == of_load:
-            return Step(mode), load, 0
-        return Step(mode, "force_zero", "load"), 0 * p, 0
+            return Step(mode, side), load, 0
+        return Step(mode, side, "force_zero", "load"), 0 * p, 0
     away = sign(p + q * load)
     if away == 0:
         raise OutOfRange(f"the start lies on the repelling manifold of {mode}, s = {line.rest(mode)}: the sides differ")
     if away != of_load:
-        return Step(mode, "force_zero", "load"), 0 * p, 0
+        return Step(mode, side, "force_zero", "load"), 0 * p, 0
     if sign(line.rate[mode][1]) * away != -side:
         raise NotDerivable(f"{mode}: the load grows without bound and the velocity with it")
     _require_hold_far(line, mode, sign)
-    return Step(mode, "velocity_zero", "velocity"), load, away
+    return Step(mode, side, "velocity_zero", "velocity"), load, away
 
 
 def _stick(line, load, far, sign):
@@ -90,11 +105,11 @@ def _stick(line, load, far, sign):
         if sign(rest - edge) == way and (far or sign(edge - load) == way)
     ]
     if not ahead:
-        return Step("stick"), rest
+        return Step("stick", 0), rest
     first = ahead[0]
     for other in ahead[1:]:
         first = other if sign(first[1] - other[1]) == way else first
-    return Step("stick", "slip_onset", first[0]), first[1]
+    return Step("stick", 0, "slip_onset", first[0]), first[1]
 
 
 def _holds(line, load, sign):

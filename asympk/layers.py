@@ -2,14 +2,14 @@ r"""Fast layers of a linear system with dry friction, as series in mu and L = lo
 
 In a mode x' = f, mu y' = g, z' = h, affine in x and y, the motion from a start is
 
-    x = x* + A e^(slow t) + B e^(fast t),    y likewise,    z = c + drift t + ... ,
+    x = x* + A e^(slow t) + B e^(fast t),    y likewise,    z = c + rate t + ... ,
 
 with fast = O(1/mu), slow = O(1). A layer ends where an affine function of (x, y, z) vanishes. With E = e^(fast t) for
 unknown, so t = log(E)/fast = O(mu L), that is
 
-    const + rate t + ks e^(slow t) + kf E = 0,
+    c + rate t + ks e^(slow t) + kf E = 0,
 
-and the last term balances the others: E = -(const + ...)/kf, a contraction by mu, solved by ``series.balance``.
+and the last term balances the others: E = -(c + ...)/kf, a contraction by mu, solved by ``series.balance``.
 The same text serves coefficients that are symbols, numbers, or arrays of numbers.
 """
 
@@ -30,9 +30,10 @@ class Field(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A mode, the event that ends it, and the name of the level that is reached there; or no event."""
+    """A mode, the sign of the velocity in it, the event that ends it, and the level reached there; or no event."""
 
     mode: str
+    side: int
     event: str | None = None
     level: str | None = None
 
@@ -50,7 +51,10 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True)
 class Segment:
-    """One mode from the time ``began`` on: each state is (constant, rate, slow part, fast part) in local time."""
+    """One mode from the time ``began`` on; each state is (start, rate, slow part, fast part, centre) in local time.
+
+    It stands for ``centre + rate t + slow part e^(slow t) + fast part e^(fast t)``, or ``start`` and both parts less 1.
+    """
 
     mode: str
     began: Series
@@ -61,20 +65,19 @@ class Segment:
     z: tuple
 
     def along(self, level):
-        """Return const, rate, ks, kf of an affine function of the state."""
+        """Return the rate, the slow part, the fast part and the centre of an affine function of the state."""
         constant, *weights = level
-        parts = [sum(w * s[i] for w, s in zip(weights, (self.x, self.y, self.z), strict=True)) for i in range(4)]
-        return parts[0] + constant, *parts[1:]
+        parts = [sum(w * s[i] for w, s in zip(weights, (self.x, self.y, self.z), strict=True)) for i in range(1, 5)]
+        return *parts[:3], parts[3] + constant
 
 
 @dataclass(frozen=True)
 class Layers:
-    """The segments and events of a jump, and the (x, z) at t = 0 of the slow motion that it ends on."""
+    """The segments and events of a jump; ``landing`` is the slow motion that it ends on, as if begun at t = 0."""
 
     segments: tuple[Segment, ...]
     turns: tuple[Turn, ...]
-    x: Series
-    z: Series
+    landing: Segment
 
 
 def follow(model, steps, start, order, log):
@@ -83,41 +86,41 @@ def follow(model, steps, start, order, log):
     ``model`` gives the ``fields`` by mode and the ``levels`` by name.
     """
     began, state, segments, turns = series(0), tuple(map(series, start)), [], []
-    for mode, event, level in steps:
+    for mode, _, event, level in steps:
         segments.append(_segment(mode, model.fields[mode], state, began, order))
         if event:
             turns.append(_turn(segments[-1], event, model.levels[level], order, log))
             began, state = turns[-1].t, turns[-1][2:5]
-    return Layers(tuple(segments), tuple(turns), *_landing(segments[-1], order))
+    return Layers(tuple(segments), tuple(turns), _landing(segments[-1], model.fields[mode], order))
 
 
 def on_slow_line(field, x, order):
     """Return y on the slow line of a mode at ``x``."""
     slow, _ = _rates(field, order)
     at_x, at_y = _rest(field)
-    return (at_y + _slope(field, slow) * (x - at_x)).cut(order)
+    return series(at_y + _slope(field, slow) * (x - at_x)).cut(order)
 
 
-def _segment(mode, field, state, began, order):
+def _segment(mode, field, state, began, order, b=None):
     slow, fast = _rates(field, order)
     at_x, at_y = _rest(field)
     x, y, z = state
     up, down = _slope(field, fast), _slope(field, slow)
-    b = _relative((y - at_y - down * (x - at_x)) / (up - down), order)
+    if b is None:
+        b = _relative((y - at_y - down * (x - at_x)) / (up - down), order)
     a = (x - at_x - b).cut(order)
-    _, hx, hy = field.h
-    zs, zf = (hx + hy * down) / slow * a, (hx + hy * up) / fast * b
-    drift = series(field.h[0] + hx * at_x + hy * at_y)
+    h0, hx, hy = field.h
+    za, zb = (hx + hy * down) / slow * a, _relative((hx + hy * up) / fast * b, order)
     return Segment(
         mode, began, slow, fast,
-        x=(series(at_x), series(0), a, b),
-        y=(series(at_y), series(0), (down * a).cut(order), _relative(up * b, order)),
-        z=((z - zs - zf).cut(order), drift, zs.cut(order), _relative(zf, order)),
+        x=(x, series(0), a, b, series(at_x)),
+        y=(y, series(0), (down * a).cut(order), _relative(up * b, order), series(at_y)),
+        z=(z, series(h0 + hx * at_x + hy * at_y), za.cut(order), zb, (z - za - zb).cut(order)),
     )
 
 
 def _turn(segment, event, level, order, log):
-    const, rate, ks, kf = segment.along(level)
+    rate, ks, kf, centre = segment.along(level)
     per = kf.inverse()
 
     def after(growth):
@@ -125,13 +128,13 @@ def _turn(segment, event, level, order, log):
 
     def step(growth):
         t = after(growth)
-        return -(const + rate * t + ks * (segment.slow * t).exp()) * per
+        return -(centre + rate * t + ks * (segment.slow * t).exp()) * per
 
-    first = -(const + ks) * per
+    first = -(centre + ks) * per
     growth = balance(step, series({first.size: first.leading}), order)
     t = after(growth)
-    weights = (series(1), t, (segment.slow * t).exp(), growth)
-    x, y, z = (sum(w * part for w, part in zip(weights, s, strict=True)) for s in (segment.x, segment.y, segment.z))
+    fade = (segment.slow * t).exp()
+    x, y, z = (c + r * t + a * fade + b * growth for _, r, a, b, c in (segment.x, segment.y, segment.z))
     x, y, z = _pinned(level, x.cut(order), y, z)
     return Turn(event, segment.began + t, x, y.cut(order + min(0, y.size[0])), z, growth)
 
@@ -143,11 +146,11 @@ def _pinned(level, x, y, z):
     return x, -(constant + in_x * x) / in_y, z
 
 
-def _landing(segment, order):
+def _landing(segment, field, order):
     past = -segment.began
-    decay = (segment.slow * past).exp()
-    x, z = (s[0] + s[1] * past + s[2] * decay for s in (segment.x, segment.z))
-    return x.cut(order), z.cut(order)
+    fade = (segment.slow * past).exp()
+    x, z = ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
+    return _segment(segment.mode, field, (x, on_slow_line(field, x, order), z), series(0), order, series(0))
 
 
 def _rates(field, order):

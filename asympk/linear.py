@@ -15,6 +15,9 @@ from asympk.itinerary import LoadLine
 from asympk.layers import Field
 
 
+SLIP = ("slip_same", "slip_opposite")
+
+
 @dataclass(frozen=True)
 class Linear:
     """Coefficients, affine in (x, y), of the modes, the load and the drive; and the static friction."""

@@ -7,6 +7,9 @@ from asympk.errors import UnknownName
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
 METHODS = {
     "exact": "exact",
+    "rigid": "asymptotic",
+    "slow": "asymptotic",
+    "jump": "asymptotic",
     "rk45": "integrate",
     "dop853": "integrate",
     "radau": "integrate",

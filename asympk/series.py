@@ -44,6 +44,8 @@ class Series:
     remainder: tuple[int, int] | None = None
     small: Any = None
 
+    __array_ufunc__ = None  # an array times a series is a series
+
     def __post_init__(self):
         kept = [m for m in self.terms if not _vanishes(self.terms[m]) and self._keeps(m)]
         object.__setattr__(self, "terms", {m: self.terms[m] for m in sorted(kept, key=_rank)})

@@ -1,0 +1,119 @@
+"""A derivation recorded once and replayed on numbers: straight-line code, for floats, mpmath numbers and arrays.
+
+A ``Node`` adds, multiplies and divides like any coefficient, but writes down what it is asked for; ``Tape.function``
+compiles the lines that the outputs need. Whole numbers and fractions stay in the text, exactly.
+"""
+
+from fractions import Fraction
+
+
+class Node:
+    """A number that is not known yet: the name of a line on a tape."""
+
+    __slots__ = ("name", "tape")
+
+    def __init__(self, tape, name):
+        self.tape, self.name = tape, name
+
+    def __add__(self, other):
+        return self.tape.write("+", self, other)
+
+    def __radd__(self, other):
+        return self.tape.write("+", other, self)
+
+    def __sub__(self, other):
+        return self.tape.write("-", self, other)
+
+    def __rsub__(self, other):
+        return self.tape.write("-", other, self)
+
+    def __mul__(self, other):
+        return self.tape.write("*", self, other)
+
+    def __rmul__(self, other):
+        return self.tape.write("*", other, self)
+
+    def __truediv__(self, other):
+        return self.tape.write("/", self, other)
+
+    def __rtruediv__(self, other):
+        return self.tape.write("/", other, self)
+
+    def __neg__(self):
+        return self.tape.write("-", 0, self)
+
+
+class Tape:
+    """Lines ``t1 = a * b``, each distinct one once, in the order in which they are needed."""
+
+    def __init__(self, *inputs):
+        self.inputs = inputs
+        self.lines = {}
+
+    def node(self, name):
+        """Return the input called ``name``."""
+        return Node(self, name)
+
+    def write(self, operation, a, b):
+        """Return ``a operation b``: a node, or less where a constant makes it trivial."""
+        if not all(isinstance(c, Node | int | Fraction) for c in (a, b)):
+            return NotImplemented
+        trivial = _trivial(operation, a, b)
+        if trivial is not None:
+            return trivial
+        if isinstance(a, Fraction) or isinstance(b, Fraction):
+            return self._fraction(operation, a, b)
+        return self._line(f"{_text(a)} {operation} {_text(b)}")
+
+    def _fraction(self, operation, a, b):
+        # p/q in the text would be rounded to a float, whatever the numbers are
+        (a, p), (b, q) = ((c.numerator, c.denominator) if isinstance(c, Fraction) else (c, 1) for c in (a, b))
+        if operation == "*":
+            return self.write("/", self.write("*", a, b), p * q)
+        if operation == "/":
+            return self.write("/", self.write("*", a, q), self.write("*", b, p))
+        return self.write("/", self.write(operation, self.write("*", a, q), self.write("*", b, p)), p * q)
+
+    def log(self, a):
+        """Return the logarithm of a node."""
+        return self._line(f"log({_text(a)})")
+
+    def _line(self, text):
+        return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"))
+
+    def function(self, outputs):
+        """Compile ``f(*inputs)``, which returns the tuple of ``outputs``; an input named log takes the logarithms."""
+        wanted = {_text(o) for o in outputs}
+        body = []
+        for text, name in reversed(self.lines.items()):
+            if name in wanted:
+                wanted.update(text.replace("(", " ").replace(")", " ").split())
+                body.append(f"    {name} = {text}")
+        head = f"def replay({', '.join(self.inputs)}):"
+        source = "\n".join([head, *reversed(body), f"    return ({''.join(_text(o) + ', ' for o in outputs)})"])
+        space = {}
+        exec(source, space)
+        return space["replay"]
+
+
+def _text(a):
+    if isinstance(a, Node):
+        return a.name
+    return str(a) if isinstance(a, int) and a >= 0 else f"({a})"
+
+
+def _trivial(operation, a, b):
+    """Return the value of an operation that needs no line, or None."""
+    if operation == "*" and any(c == 0 and not isinstance(c, Node) for c in (a, b)):
+        return 0
+    if operation == "/" and not isinstance(a, Node) and a == 0:
+        return 0
+    if operation in "+-" and not isinstance(b, Node) and b == 0:
+        return a
+    if operation == "+" and not isinstance(a, Node) and a == 0:
+        return b
+    if operation in "*/" and not isinstance(b, Node) and b == 1:
+        return a
+    if operation == "*" and not isinstance(a, Node) and a == 1:
+        return b
+    return None
