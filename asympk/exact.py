@@ -46,7 +46,7 @@ def _in_doubles(scene):
     case = Case(*map(float, (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)), near)
     try:
         solution = solution_of(Doubles, case)
-        error = estimate(solution)
+        error = estimate(solution, TRUSTED)
         if error <= TRUSTED:
             return _path(scene, solution, error, _same, None)
     except (Undecided, OverflowError, ZeroDivisionError):

@@ -84,7 +84,11 @@ class FastSlowSegment:
         mode = self.mode
         if not t:
             return self.x0, self.y0, self.s0, self.z0
-        return superposed(self, t, short_responses(mode.m, mode.beta, t))
+        return superposed(self, t, self.responses(t))
+
+    def responses(self, t):
+        """Return (g', g, h, h + H) at a short time t."""
+        return short_responses(self.mode.m, self.mode.beta, t)
 
     def _joined(self, t, fast, gained):
         mode = self.mode

@@ -1,8 +1,10 @@
-r"""How far rounding carries a run in doubles: a first-order account, taken for the worst in every sign.
+r"""How far rounding carries a run in doubles: a first-order account that a run gives of itself.
 
 Each closed form is a sum, and is wrong by the rounding of its largest terms; it also runs on a clock that is wrong in
-proportion, because its exponents are rounded. The errors that a segment starts with are carried on by the derivative
-of the flow. An event turns the error of what vanishes there into one of the time; at ``until`` time is exact again.
+proportion, because its exponents are rounded. An event turns the error of what vanishes there into one of the time;
+at ``until`` time is exact again. ``forward`` carries bounds from event to event, all signs taken for the worst: quick,
+and tight for a few events. Over many events such bounds grow without reason, and ``backward`` carries the derivative
+of the final state instead, from the end to the start, so that each error is weighed by what becomes of it.
 """
 
 from asympk.fastslow import FastSlowSegment
@@ -10,26 +12,41 @@ from asympk.fastslow import FastSlowSegment
 UNIT = 2.0**-53
 
 
-def estimate(solution):
-    """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z| on the path."""
+def estimate(solution, enough):
+    """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
+    error = forward(solution)
+    return error if error <= enough else backward(solution)
+
+
+def legs(solution):
+    """Return (segment, duration, kind of the event that ends it or "", state (x, y, s, z) there) in order of time."""
+    segments = solution.segments
+    ends = [(after.x0, after.y0, after.s0, after.z0) for after in segments[1:]]
+    kinds = [event.kind for event in solution.events]
+    return list(zip(segments, solution.spans, [*kinds, ""], [*ends, solution.final], strict=True))
+
+
+def largest(solution):
+    """Return the largest of 1, |x|, |z| at the start, the events and the end."""
+    x, _, _, z = solution.final
+    return max(1.0, abs(x), abs(z), *[max(abs(leg.x0), abs(leg.z0)) for leg in solution.segments])
+
+
+def rates(segment, state):
+    """Return (x', s', z') at a state."""
+    mode, (_, y, s, _) = segment.mode, state
+    return y, y + (mode.a - mode.b * s) / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
+
+
+def forward(solution):
+    """Bound the error at the end by carrying bounds of the errors of x, s, z and of the time."""
     ex = es = ez = late = 0.0
-    largest = 1.0
-    segments, last = solution.segments, len(solution.segments) - 1
-    for i, segment in enumerate(segments):
-        if i < last:
-            after, kind = segments[i + 1], solution.events[i].kind
-            state = after.x0, after.y0, after.s0, after.z0
-        else:
-            kind, state = "", solution.final
-        t = solution.spans[i]
+    for segment, t, kind, state in legs(solution):
         spread = _fast_slow if type(segment) is FastSlowSegment else _smooth
         ex, es, ez, lag = spread(segment, t, kind, state, ex, es, ez)
         late += lag + UNIT * t
-        largest = max(largest, abs(segment.x0), abs(segment.z0), abs(state[0]), abs(state[3]))
-    _, y, s, _ = state
-    mode = segment.mode
-    fall = abs(mode.a + (1 - mode.b) * s) if solution.modes[last] != "stick" else 0.0
-    return max(ex + abs(y) * late, ez + fall * late) / largest
+    dx, _, dz = rates(segment, state)
+    return max(ex + abs(dx) * late, ez + abs(dz) * late) / largest(solution)
 
 
 def _fast_slow(segment, t, kind, state, ex, es, ez):
@@ -50,40 +67,104 @@ def _fast_slow(segment, t, kind, state, ex, es, ez):
     if kind == "velocity_zero" and p * fast * fast_z > sums:
         lag = off / (fast * abs(mode.fast_rate))
         gained = (bent + (abs(mode.rest) + slow_z * slow0) * lag) / fast_z + UNIT * fast
-        return (ex + fast_x * gained + slow0 * lag, abs(mode.fast_s) * (gained + ef) + lift * ec, 0.0, lag)
-    gained = off + min(1.0, p) * ef + UNIT * min(1.0, p) * max(fast, fast0)
+        return ex + fast_x * gained + slow0 * lag, abs(mode.fast_s) * (gained + ef) + lift * ec, 0.0, lag
+    gained = off + min(1.0, p) * (ef + UNIT * max(fast, fast0))
     es = abs(mode.fast_s) * off + lift * ec + UNIT * (abs(mode.rest) + abs(state[2]))
-    return _projected(mode, kind, state, ex + fast_x * gained, es, bent + fast_z * gained)
+    return _projected(segment, kind, state, ex + fast_x * gained, es, bent + fast_z * gained)
 
 
 def _smooth(segment, t, kind, state, ex, es, ez):
+    rate, g, h, _ = map(abs, segment.responses(t) if t else (1.0, 0.0, 0.0, 0.0))
+    lx, ls, lz, clock = _rounded(segment, t, state)
+    dx, ds, dz = map(abs, rates(segment, state))
     mode = segment.mode
-    rate, g, h, k = map(abs, segment.responses(t)) if t else (1.0, 0.0, 0.0, 0.0)
-    x0, y0, s0, load, beta, bend = map(abs, (
-        segment.x0, segment.y0, segment.s0, mode.a / mode.mu, mode.beta, 1 - mode.b))
-    eh, ek = UNIT * h, UNIT * k
-    if t >= segment.short:
-        eh, ek = UNIT * ((1 + rate) / beta + g), UNIT * (t + g) / beta
-    _, y, s, _ = state
-    clock = 3 * UNIT * t
-    x1 = (ex * (1 + beta * h + g) + es * g + UNIT * (x0 * (1 + beta * h) + y0 * g + load * h)
-          + (load + beta * x0) * eh + clock * abs(y))
-    s1 = es * (rate + g) + ex * g + UNIT * (s0 * rate + y0 * g + load * (g + h)) + load * eh + clock * (
-        abs(y) + abs(mode.a - mode.b * s) / mode.mu)
-    z1 = (ez + bend * (es * (g + h) + ex * h) + UNIT * (abs(segment.z0) + mode.a * t)
-          + bend * (UNIT * (s0 * g + y0 * h + load * k) + y0 * eh + load * ek)
-          + clock * abs(mode.a + (1 - mode.b) * s))
-    return _projected(mode, kind, state, x1, s1, z1)
+    x = ex * (1 + abs(mode.beta) * h + g) + es * g + lx + clock * dx
+    s = es * (rate + g) + ex * g + ls + clock * ds
+    z = ez + abs(mode.fall) * (es * (g + h) + ex * h) + lz + clock * dz
+    return _projected(segment, kind, state, x, s, z)
 
 
-def _projected(mode, kind, state, ex, es, ez):
-    """Return the errors after the event, and that of its time."""
-    _, y, s, _ = state
-    fall, drift = abs(mode.a + (1 - mode.b) * s), abs(y + (mode.a - mode.b * s) / mode.mu)
+def _projected(segment, kind, state, ex, es, ez):
+    """Return the errors of x, s, z after the event, and that of its time."""
+    if not kind:
+        return ex, es, ez, 0.0
+    dx, ds, dz = map(abs, rates(segment, state))
     if kind == "velocity_zero":
-        lag = ez / fall
-        return ex + abs(y) * lag, es + drift * lag, 0.0, lag
-    if kind:
-        lag = es / drift
-        return ex + abs(y) * lag, 0.0, (ez + fall * lag if kind == "force_zero" else 0.0), lag
-    return ex, es, ez, 0.0
+        lag = ez / dz
+        return ex + dx * lag, es + ds * lag, 0.0, lag
+    lag = es / ds
+    return ex + dx * lag, 0.0, ez + dz * lag, lag
+
+
+def _rounded(segment, t, state):
+    """Return the rounding errors of x, s, z that a segment makes by itself, and that of its clock."""
+    mode = segment.mode
+    x, _, s, _ = map(abs, state)
+    if type(segment) is FastSlowSegment and t >= segment.short:
+        fast0, slow = abs(segment.fast), abs(segment.slow) * min(1.0, abs(mode.slow_rate) * t)
+        p = abs(mode.fast_rate * t)
+        fast = min(1.0, p) * max(fast0, fast0 * mode.m.exp(mode.fast_rate * t))
+        lz = abs(segment.z0) + abs(mode.rest) * t + abs(mode.fast_z) * fast + abs(mode.slow_z) * slow
+        lx = x + abs(segment.x0) + abs(mode.fast_x) * fast + slow
+        return UNIT * lx, UNIT * (abs(mode.rest) + s), UNIT * lz, UNIT * 2 * t
+    rate, g, h, k = map(abs, segment.responses(t) if t else (1.0, 0.0, 0.0, 0.0))
+    x, y, s, beta = abs(segment.x0), abs(segment.y0), abs(segment.s0), abs(mode.beta)
+    eh, ek = (h, k) if t < segment.short else ((1 + rate) / beta + g, (t + g) / beta)
+    lx = x + (beta * x + mode.load) * (h + eh) + y * g
+    ls = s * rate + y * g + mode.load * (g + h + eh)
+    lz = abs(segment.z0) + mode.a * t + abs(mode.fall) * (s * g + y * (h + eh) + mode.load * (k + ek))
+    return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
+
+
+def backward(solution):
+    """Bound the error at the end by the derivatives of the final (x, z) with respect to every state before."""
+    steps = legs(solution)
+    clocks = []
+    time = 0.0
+    for _, t, _, _ in steps:
+        time += t
+        clocks.append(UNIT * time)
+    segment, _, _, state = steps[-1]
+    dx, _, dz = rates(segment, state)
+    total = 0.0
+    for row in ((1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)):
+        total = max(total, _weighed(steps, clocks, row))
+    return total / largest(solution)
+
+
+def _weighed(steps, clocks, row):
+    px, ps, pz, pt = row
+    error = 0.0
+    for (segment, t, kind, state), late in zip(reversed(steps), reversed(clocks), strict=True):
+        dx, ds, dz = rates(segment, state)
+        if kind == "velocity_zero":
+            pz = -(px * dx + ps * ds + pt) / dz
+        elif kind:
+            ps = -(px * dx + pz * dz + pt) / ds
+        lx, ls, lz, clock = _rounded(segment, t, state)
+        error += abs(px) * lx + abs(ps) * ls + abs(pz) * lz + abs(pt) * (clock + late)
+        mode = segment.mode
+        rate, g, h = _derivatives(segment, t)
+        px, ps = (px * (1 - mode.beta * h - g) - ps * g - pz * mode.fall * h,
+                  px * g + ps * (rate + g) + pz * mode.fall * (g + h))
+        error += abs(ps) * _misplaced(segment)
+    return error
+
+
+def _derivatives(segment, t):
+    """Return (g', g, h) at t: the derivatives of the state by the start are made of them."""
+    mode = segment.mode
+    if type(segment) is not FastSlowSegment or t < segment.short:
+        return segment.responses(t)[:3] if t else (1.0, 0.0, 0.0)
+    fast, slow = mode.m.exp(mode.fast_rate * t), mode.m.exp(mode.slow_rate * t)
+    g = (fast - slow) / mode.gap
+    rate = (mode.fast_rate * fast - mode.slow_rate * slow) / mode.gap
+    return rate, g, (1 - rate) / mode.beta - g
+
+
+def _misplaced(segment):
+    """Return the error of s at the start that rounding the deviation from the slow line amounts to."""
+    if type(segment) is not FastSlowSegment or segment.known:
+        return UNIT * abs(segment.s0)
+    mode = segment.mode
+    return UNIT * (abs(segment.s0) + abs(mode.line) + abs(mode.lift * segment.x0))
