@@ -31,6 +31,8 @@ def assumed_range(parameter, assumptions):
 def _within(parameter, relations, assumptions):
     allowed = assumed_range(parameter, assumptions)
     found = _solutions(relations, parameter)
+    if found.has(sp.ConditionSet):
+        return sp.And(*relations)
     if allowed.is_subset(found):
         return sp.true
     both = found & allowed

@@ -15,6 +15,7 @@ of monomials is a sum of integers, and the lexicographically leading one is the 
 kept by a denominator that is an integer. The hard function is ``DifferentialRing.__init__``.
 """
 
+from functools import cmp_to_key
 from heapq import heapify, heappop, heappush
 from math import gcd, lcm, prod
 from typing import NamedTuple
@@ -25,6 +26,7 @@ from sympy.polys.fields import FracField
 from asympk.errors import InputError
 
 WIDTH = 32  # bits for one exponent; the highest one is a guard that shows a borrow
+_CANONICAL = cmp_to_key(sp.Basic.compare)
 NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
 
 
@@ -112,12 +114,12 @@ class DifferentialRing:
         monomials = [_unpack(m, len(self.atoms)) for m in a.numerator]
         common = [min(column) for column in zip(*monomials, strict=True)]
         terms = [
-            sp.Mul(c // content, *self._factors(map(int.__sub__, m, common)))
+            self._term(c // content, map(int.__sub__, m, common))
             for m, c in zip(monomials, a.numerator.values(), strict=True)
         ]
         outer = sp.Rational(content, self._integer ** a.exponents[0])
         below = [d.as_expr() ** -e for d, e in zip(self._bases, a.exponents[1:], strict=True) if e]
-        return sp.Mul(outer, *self._factors(common), sp.Add(*terms), *below)
+        return sp.Mul(outer, *self._factors(common), self._total(terms), *below)
 
     @property
     def zero(self):
@@ -151,6 +153,20 @@ class DifferentialRing:
 
     def _shift(self, atom):
         return WIDTH * (len(self.atoms) - 1 - self.atoms.index(atom))
+
+    def _term(self, coefficient, exponents):
+        """Return ``Mul(coefficient, *factors)``; powers of symbols are already flat and need but be sorted."""
+        factors = self._factors(exponents)
+        if not all(atom.is_Symbol for atom in self.atoms):
+            return sp.Mul(coefficient, *factors)
+        factors.sort(key=_CANONICAL)
+        return sp.Mul._from_args(([] if coefficient == 1 else [sp.Integer(coefficient)]) + factors)
+
+    def _total(self, terms):
+        """Return ``Add(*terms)``; different monomials in symbols need but be sorted, a number first."""
+        if not all(atom.is_Symbol for atom in self.atoms):
+            return sp.Add(*terms)
+        return sp.Add._from_args(sorted(terms, key=lambda term: (not term.is_Number, _CANONICAL(term))))
 
     def _factors(self, exponents):
         return [a**e for a, e in zip(self.atoms, exponents, strict=True) if e]

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from asympk.diffring import DifferentialRing
 from asympk.errors import InputError
+from asympk.manifold import slow_manifold
+from asympk.system import System
 
 x, a = sp.symbols("x a")
 BY_X = {x: lambda e: e.diff(x)}
@@ -68,3 +70,14 @@ def test_sums_products_and_derivatives_agree_with_sympy(p, q, m, n):
 def test_floats_and_kinks_are_refused(expr, message):
     with pytest.raises(InputError, match=message):
         DifferentialRing([expr], BY_X, depth=1)
+
+
+def test_expressions_put_together_term_by_term_are_those_sympy_makes():
+    """Skipping SymPy's flattening must not give an expression that SymPy would hold to be another."""
+    x, a, b = sp.symbols("x a b")
+    system = System.smooth(slow={x: b * x - a}, fast={b: x + a - (x + a**2 + 3) * b}, small=sp.Symbol("mu"))
+    manifold = slow_manifold(system, {b: (x + a) / (x + a**2 + 3)}, order=4)
+    for coefficient in manifold.coefficients:
+        assert coefficient.func(*coefficient.args) == coefficient
+        rebuilt = sp.sympify(str(coefficient), locals={"x": x, "a": a, "b": b})
+        assert rebuilt == coefficient
