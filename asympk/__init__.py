@@ -27,6 +27,8 @@ _HOME = {
     "Event": "path",
     "solve": "methods",
     "solve_many": "ensemble",
+    "least_model": "least",
+    "atlas": "least",
     "claims": "ledger",
     "jump_map": "jump",
     "systems": None,

@@ -86,6 +86,13 @@ def _parser():
     solve.add_argument("--digits", type=int, help="run on that many digits")
     solve.add_argument("--json", action="store_true")
 
+    least = commands.add_parser("least", help="find the least model that a scene needs")
+    least.set_defaults(run=_least)
+    least.add_argument("scene", nargs="?", help="a scene that ships (asympk scenes), or a TOML file")
+    _scene_arguments(least, required=False)
+    least.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1, |x|, |z| (1e-3)")
+    least.add_argument("--json", action="store_true")
+
     bench = commands.add_parser("bench", help="measure speed as ratios in one run")
     bench.set_defaults(run=_bench)
     return parser
@@ -192,6 +199,14 @@ def _units(found):
     if not found.units:
         raise InputError("--physical: the scene has no physical quantities; give a file with m, P, f, alpha, l, k, h")
     return found.units
+
+
+def _least(options):
+    from asympk.least import least_model
+    from asympk.terminal import ladder_as_json, ladder_as_text
+
+    ladder = least_model(_scene_file(options).scene, options.rtol)
+    print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))
 
 
 def _bench(options):

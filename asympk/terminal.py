@@ -57,6 +57,23 @@ def _plain(value, digits):
     return mpmath.nstr(value, digits, strip_zeros=True)
 
 
+def ladder_as_json(ladder):
+    """Return a ladder of models as JSON: model, predicted, rtol, rungs."""
+    return json.dumps(ladder.as_dict(), indent=2)
+
+
+def ladder_as_text(ladder):
+    """Return a ladder of models as a table, lowest rung first, with an arrow at the least model that will do."""
+    lines = [f"   {'model':<8}{'predicted':>11}{'measured':>11}{'time/exact':>12}"]
+    for rung in ladder.rungs:
+        mark = "->" if rung.model == ladder.model else "  "
+        numbers = (rung.predicted, rung.measured, rung.cost)
+        shown = [f"{n:.1e}" if n is not None else "--" for n in numbers[:2]] + [f"{rung.cost:.1f}" if rung.cost else "--"]
+        lines.append(f"{mark} {rung.model:<8}{shown[0]:>11}{shown[1]:>11}{shown[2]:>12}")
+        lines += wrap(rung.reason, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
+    return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])
+
+
 def claims_as_json(found):
     """Return claims with all their evidence as JSON."""
     return json.dumps([claim.as_dict() for claim in found], indent=1, ensure_ascii=False) + "\n"
