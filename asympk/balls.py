@@ -1,0 +1,72 @@
+"""Ball arithmetic (python-flint's ``arb``): numbers and expressions as balls that certainly contain them.
+
+A ball is never made from a rounded number: a Fraction becomes a quotient of integers, a float the dyadic rational it
+is. A comparison of balls is true only when it holds for every point of both.
+"""
+
+from fractions import Fraction
+
+from asympk.errors import MissingPackage
+
+
+def flint():
+    """Return the module ``flint``; raises ``MissingPackage`` where it is not installed."""
+    try:
+        import flint as module
+    except ImportError:
+        raise MissingPackage("a certificate needs python-flint: pip install 'asympk[certified]'") from None
+    return module
+
+
+def ball(value):
+    """Return an int, float or Fraction as a ball, exact up to the working precision."""
+    exact = Fraction(value)
+    module = flint()
+    return module.arb(module.fmpq(exact.numerator, exact.denominator))
+
+
+def between(low, high):
+    """Return a ball that contains the interval from ``low`` to ``high``, rationals or balls."""
+    ends = [end if isinstance(end, flint().arb) else ball(end) for end in (low, high)]
+    return ends[0] if low == high else ends[0].union(ends[1])
+
+
+def sign(value):
+    """Return 1 or -1 where the ball has that sign throughout, 0 where that is not certain."""
+    return 1 if value > 0 else -1 if value < 0 else 0
+
+
+def common(first, second):
+    """Return a ball that contains what two enclosures of one number have in common."""
+    return first.intersection(second) if first.overlaps(second) else first
+
+
+def ball_of(expr, values):
+    """Return a SymPy expression as a ball, ``values`` mapping its symbols to balls.
+
+    Raises ``TypeError`` for a function that has no ball here; a float never gets in.
+    """
+    import sympy as sp
+
+    if expr.is_Symbol:
+        return values[expr]
+    if expr.is_Rational:
+        return ball(Fraction(int(expr.p), int(expr.q)))
+    if expr is sp.pi:
+        return flint().arb.pi()
+    parts = [ball_of(argument, values) for argument in expr.args]
+    if expr.is_Add:
+        return sum(parts[1:], parts[0])
+    if expr.is_Mul:
+        product = parts[0]
+        for part in parts[1:]:
+            product *= part
+        return product
+    if expr.is_Pow and expr.exp.is_Integer:
+        return parts[0] ** int(expr.exp)
+    if expr.is_Pow and abs(expr.exp) == sp.Rational(1, 2):
+        return parts[0].sqrt() if expr.exp > 0 else parts[0].rsqrt()
+    named = {sp.sin: "sin", sp.cos: "cos", sp.tan: "tan", sp.Abs: "__abs__"}
+    if expr.func in named:
+        return getattr(parts[0], named[expr.func])()
+    raise TypeError(f"{expr} has no enclosure")
