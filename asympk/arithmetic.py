@@ -4,34 +4,60 @@ import math
 from fractions import Fraction
 
 
-class Undecided(ArithmeticError):
-    """A sign on which the course of events hangs is within the rounding errors: more digits must decide."""
-
-
 class Doubles:
     """Python's floats and ``math``; ``margin`` is the relative size below which a sign is not trusted."""
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
     sin, cos, atan2, pi = math.sin, math.cos, math.atan2, math.pi
-    eps, root_tol, margin, most_exponent = 2.0**-52, 1e-9, 1e-13, 700.0
+    prec, eps, root_tol, margin, most_exponent = 53, 2.0**-52, 1e-9, 1e-13, 700.0
     number = float
 
+    @staticmethod
+    def guess(segment, find, *arguments):
+        """Return None: a root in doubles is found from the bracket alone."""
 
-def multiprecision(digits, number=None, margin=True):
-    """Return a private mpmath context of ``digits`` digits; mpmath's global precision is not touched."""
+
+def context():
+    """Return a private mpmath context that can serve as ``m``; mpmath's own precision is not touched."""
     import mpmath
 
     m = mpmath.MPContext()
-    m.dps = digits
-    m.root_tol = m.mpf(10) ** (-0.6 * digits)
-    m.margin = m.mpf(10) ** (-0.6 * digits) if margin else m.zero
+    m.expm1 = lambda p: _expm1(m, p)
+    m.log1p = lambda p: m.log(1 + p)
+    m.guess = lambda segment, find, *arguments: _guess(m, segment, find, *arguments)
+    m.number = lambda value: _exact(m, value)
     m.most_exponent = m.inf
-    m.number = number or (lambda value: exact(m, value))
     return m
 
 
-def exact(m, value):
-    """Return an int, float or Fraction as a number of ``m``."""
+def set_digits(m, digits, tie=False):
+    """Let the context work with ``digits`` digits from now on; with ``tie`` every sign counts as it is."""
+    m.dps = digits
+    m.root_tol = m.mpf(10) ** (-0.6 * digits)
+    m.margin = m.zero if tie else m.mpf(10) ** (-0.8 * digits)
+
+
+def _exact(m, value):
     if isinstance(value, Fraction):
         return m.mpf(value.numerator) / value.denominator
     return m.mpf(value)
+
+
+def _expm1(m, p):
+    lost = -m.mag(p) if p else 0
+    if lost > m.prec:
+        return p
+    m.prec += max(0, lost)
+    try:
+        return m.exp(p) - 1
+    finally:
+        m.prec -= max(0, lost)
+
+
+def _guess(m, segment, find, *arguments):
+    """Return the root that doubles find for the same motion, or None where they cannot."""
+    try:
+        shadow = segment.rounded(Doubles)
+        return m.mpf(getattr(shadow, find)(*map(float, arguments)))
+    except (ArithmeticError, ValueError):
+        return None

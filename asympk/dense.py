@@ -1,10 +1,45 @@
+"""Dense output: the closed form of a path at any time."""
+
+from bisect import bisect_right
+
+from asympk.errors import InputError
+from asympk.scene import number
+
+
 class Dense:
-    def __init__(self, solution):
-        self.solution = solution
+    """The state (x, y, z) of a solved scene as a function of time; it is pickled as the scene, and solved again."""
+
+    def __init__(self, scene, digits, solution, convert):
+        self.scene, self.digits, self.solution, self.convert = scene, digits, solution, convert
+
+    def __reduce__(self):
+        return _solved, (self.scene, self.digits)
 
     def __call__(self, t):
-        s = self.solution
-        for start, piece in zip(reversed(s.starts), reversed(s.segments)):
-            if t >= start:
-                x, y, _, z = piece.state(t - start)
-                return x, y, z
+        """Return an array of shape ``(3,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
+        if self.digits is not None and not hasattr(t, "__len__"):
+            return self._state(t)
+        import numpy as np
+
+        times = np.asarray(t, dtype=object)
+        states = [self._state(time) for time in times.ravel()]
+        kind = float if self.digits is None else object
+        return np.array(states, dtype=kind).reshape((*times.shape, 3)).transpose(times.ndim, *range(times.ndim))
+
+    def _state(self, t):
+        t, until = number("t", t), self.scene.until
+        if self.digits is None:
+            t, until = float(t), float(until)
+        if not 0 <= t <= until:
+            raise InputError(f"t = {t}: it must be from 0 to until = {until}")
+        starts, segments = self.solution.starts, self.solution.segments
+        t = segments[0].mode.m.number(t)
+        last = bisect_right(starts, t) - 1
+        x, y, _, z = segments[last].state(t - starts[last])
+        return tuple(map(self.convert, (x, y, z)))
+
+
+def _solved(scene, digits):
+    from asympk.exact import run
+
+    return run(scene, digits=digits).at

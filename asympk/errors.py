@@ -56,5 +56,9 @@ class TooLarge(AsympkError, OverflowError):
     """A state or an intermediate quantity leaves the range of the numbers in use."""
 
 
+class Undecided(AsympkError, ArithmeticError):
+    """A sign on which the course of events hangs is within the rounding errors: only more digits can tell."""
+
+
 class NotDerivable(AsympkError, ValueError):
     """A derivation does not go through for the model it was given."""

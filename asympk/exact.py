@@ -7,14 +7,16 @@ told, or where the range of doubles ends, the same flow is followed on mpmath nu
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from asympk.arithmetic import Doubles, Undecided, multiprecision
+from asympk.arithmetic import Doubles, context, set_digits
 from asympk.dense import Dense
-from asympk.errors import InputError, TooLarge
+from asympk.errors import InputError, TooLarge, Undecided
 from asympk.flow import Flow, beginning, follow
 from asympk.path import Event, Path
-from asympk.rounding import estimate
+from asympk.rounding import estimate, largest
 
 MOST_DIGITS = 1000
+DIGITS_OF_DOUBLES = 17
+ROUNDED = 2.0**-53
 TRUSTED = 2e-15
 
 
@@ -32,26 +34,32 @@ class Case(NamedTuple):
 
 
 def run(scene, method="exact", *, digits=None):
-    """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000)."""
+    """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
+
+    ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
+    """
     if digits is None:
         return _in_doubles(scene)
     if isinstance(digits, bool) or not isinstance(digits, int) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
     case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
-    return _path(scene, *_certified(case, digits), _mpf, digits)
+    solution, error = _certified(case, digits)
+    return _path(scene, digits, solution, _mpf(error), _mpf)
 
 
 def _in_doubles(scene):
     near = scene.near_to and (scene.near_to[0], float(scene.near_to[1]))
-    case = Case(*map(float, (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)), near)
+    case = Case(float(scene.sigma), float(scene.sigma0), float(scene.mu), *map(float, scene.start),
+                float(scene.until), near)
     try:
         solution = solution_of(Doubles, case)
         error = estimate(solution, TRUSTED)
         if error <= TRUSTED:
-            return _path(scene, solution, error, _same, None)
+            return _path(scene, None, solution, error, float)
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
-    return _path(scene, *_certified(case, 17), _double, None)
+    solution, _ = _certified(case, DIGITS_OF_DOUBLES, _in_range)
+    return _path(scene, None, solution, ROUNDED, _double)
 
 
 @lru_cache(maxsize=64)
@@ -67,47 +75,64 @@ def solution_of(m, case):
     return follow(flow, start, m.number(case.until), deviation)
 
 
-def _certified(case, digits):
-    """Return (solution, error): two runs at different precision agree to ``digits`` digits, the error is their distance."""
-    working, most = digits + 12, 4 * digits + 1200
-    while True:
-        try:
-            coarse = solution_of(multiprecision(working), case)
-            fine = solution_of(multiprecision(working + 8 + digits // 4), case)
-            error = _distance(coarse, fine)
+def _certified(case, digits, check=lambda solution: None):
+    """Return (solution, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
+
+    The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
+    rounding is taken as it is.
+    """
+    m = context()
+    most = 4 * digits + 1200
+    working = digits + 12
+    while working < 2 * most:
+        coarse = _tried(m, working, working >= most, case)
+        if coarse:
+            check(coarse)
+            fine = _tried(m, working + 8 + digits // 4, working >= most, case)
+            error = _distance(coarse, fine) if fine else None
             if error is not None and error * 10**digits < 1:
                 return fine, error
-        except Undecided:
-            pass
-        if working > most:
-            raise Undecided
         working *= 2
+    raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
+                    "not decide, or grows beyond them; take a smaller until or another start")
+
+
+def _tried(m, digits, tie, case):
+    set_digits(m, digits, tie)
+    try:
+        return solution_of(m, case)
+    except Undecided:
+        return None
 
 
 def _distance(coarse, fine):
+    """Return the distance of the final (x, z), relative to the largest on the path; None when the events differ."""
     if coarse.modes != fine.modes:
         return None
     x, _, _, z = fine.final
-    largest = max(1, *(max(abs(segment.x0), abs(segment.z0)) for segment in fine.segments), abs(x), abs(z))
-    return max(abs(coarse.final[0] - x), abs(coarse.final[3] - z)) / largest
+    return max(abs(coarse.final[0] - x), abs(coarse.final[3] - z)) / largest(fine)
 
 
-def _path(scene, solution, error, convert, digits):
-    events, (x, y, _, z) = solution.events, solution.final
-    if convert is not _same:
-        events = [Event(e[0], *map(convert, e[1:])) for e in events]
-    return Path(scene, "exact", (convert(x), convert(y), convert(z)), tuple(events),
-                tuple(solution.modes), Dense(solution), error)
+def _in_range(solution):
+    for event in solution.events:
+        for value in event[2:]:
+            _double(value)
 
 
-def _same(value):
-    return value
+def _path(scene, digits, solution, error, convert):
+    x, y, _, z = solution.final
+    events = solution.events
+    if convert is not float:
+        events = [Event(event[0], *map(convert, event[1:])) for event in events]
+    return Path(scene, "exact", (convert(x), convert(y), convert(z)), tuple(events), tuple(solution.modes),
+                Dense(scene, digits, solution, convert), error)
 
 
 def _double(value):
     rounded = float(value)
     if abs(rounded) == float("inf"):
-        raise TooLarge(f"the path reaches {value!s:.12}, beyond the range of doubles: ask for digits=")
+        raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
+                       "ask for digits=, or a smaller until")
     return rounded
 
 

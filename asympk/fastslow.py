@@ -57,6 +57,12 @@ class FastSlowSegment:
         delicate = -0.5 < mode.b < 0.5 or not -1 < mode.lift * self.slow < 1
         self.short = mode.short if delicate and not self.known else 0
 
+    def rounded(self, m):
+        """Return the same motion in the numbers of ``m``."""
+        mode, number = self.mode, m.number
+        state = self.x0, self.y0, self.s0, self.z0, self.fast
+        return FastSlow(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
+
     def horizon(self, until):
         """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
         m, rate = self.mode.m, self.mode.fast_rate
@@ -81,7 +87,6 @@ class FastSlowSegment:
         return self._joined(t, self.fast * m.exp(p), self.fast * m.expm1(p))
 
     def _soon(self, t):
-        mode = self.mode
         if not t:
             return self.x0, self.y0, self.s0, self.z0
         return superposed(self, t, self.responses(t))
@@ -117,7 +122,8 @@ class FastSlowSegment:
                 return s_root(self, level, lo, min(hi, self.short), sign_hi)
             lo = self.short
         return fast_slow_root(mode.m, mode.rest - level, 0, mode.fast_s * self.fast, mode.fast_rate,
-                              mode.lift * self.slow, mode.slow_rate, lo, hi, sign_hi)
+                              mode.lift * self.slow, mode.slow_rate, lo, hi, sign_hi,
+                              mode.m.guess(self, "s_root", level, lo, hi, sign_hi))
 
     def z_root(self, lo, hi, sign_hi):
         """Return the time in (lo, hi) at which z = 0."""
@@ -128,7 +134,7 @@ class FastSlowSegment:
             lo = self.short
         fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow
         return fast_slow_root(mode.m, self.z0 - fast - slow, mode.rest, fast, mode.fast_rate,
-                              slow, mode.slow_rate, lo, hi, sign_hi)
+                              slow, mode.slow_rate, lo, hi, sign_hi, mode.m.guess(self, "z_root", lo, hi, sign_hi))
 
     def on_level(self, level, t):
         """Return the state at the time t at which s = level.

@@ -11,10 +11,11 @@ numbers in use cannot decide raises ``Undecided``, and the flow is followed agai
 """
 
 from fractions import Fraction
+from functools import partial
+from math import isqrt
 from typing import NamedTuple
 
-from asympk.arithmetic import Undecided
-from asympk.errors import TooManyEvents
+from asympk.errors import TooManyEvents, Undecided
 from asympk.fastslow import FastSlow
 from asympk.path import Event
 from asympk.smooth import Smooth
@@ -44,7 +45,8 @@ class Flow:
 
     def split(self, name):
         """Return the closed form by two real exponentials, for starts given relative to the slow line."""
-        return FastSlow(self.m, *self.load(name), self.mu)
+        usual = self.mode(name)
+        return usual if type(usual) is FastSlow else FastSlow(self.m, *self.load(name), self.mu)
 
     def edges(self, s):
         """Return the edges (near zero, far from zero or None) of the static cone's part on the side of ``s``."""
@@ -62,7 +64,7 @@ class Flow:
 
 def decided(m, value, size):
     """Return the sign of ``value``; raise ``Undecided`` when it is small against ``size``."""
-    if abs(value) <= m.margin * abs(size) and m.margin:
+    if abs(value) <= m.margin * size and m.margin:
         raise Undecided
     return _sign(value)
 
@@ -188,57 +190,88 @@ def stretches(segment, end):
 
 
 def _too_many(until, event):
-    kind, t, x, y, z = event
+    _, t, x, y, z = event
     return (f"more than {MOST_EVENTS} events by t = {float(t):.6g} of until = {float(until):.6g}, where (x, y, z) = "
             f"({float(x):.6g}, {float(y):.6g}, {float(z):.6g}); take a smaller until")
 
 
 def beginning(flow, case):
-    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``."""
+    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
+
+    The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
+    the scene, and one that is close to an unstable line from exact arithmetic.
+    """
     m = flow.m
     x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
     if case.near:
         manifold, offset = case.near
         return beside_line(flow, manifold, x, z, m.number(offset))
     s = x + y
-    if s and z:
-        return (x, y, s, z, _sign(s), _sign(z)), None
-    s_sign, z_sign, on_edge = first_signs(*map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z)))
+    try:
+        s_sign, z_sign, on_edge = first_signs(partial(decided, m), flow.sigma0, flow.mu, x, y, z)
+    except Undecided:
+        exact = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
+        s_sign, z_sign, on_edge = first_signs(lambda value, size: _sign(value), *exact)
     if not z_sign:
-        edges = [edge for edge in flow.edges(s) if edge is not None]
-        nearest = min(edges, key=lambda edge: abs(s - edge))
-        s = nearest if on_edge else s
-        if not on_edge:
-            decided(m, s - nearest, nearest)
-    return (x, y, s, z, s_sign, z_sign), None
+        s = _beside_edge(flow, s, on_edge)
+    deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
+    return (x, y, s, z, s_sign, z_sign), deviation
 
 
 def beside_line(flow, manifold, x, z, offset):
     """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
-    name = MODE_OF[manifold]
-    line = flow.split(name)
+    line = flow.split(MODE_OF[manifold])
     s = line.line + line.lift * x + offset
     y = line.slow_rate * (x - line.rest) + offset
     return (x, y, s, z, _sign(s), _sign(z)), offset
 
 
-def first_signs(sigma0, mu, x, y, z):
-    r"""Return the signs of s and z just after a start, and whether it sticks on an edge, in rational arithmetic.
+def first_signs(sign, sigma0, mu, x, y, z):
+    r"""Return the signs of s and z just after a start, and whether it sticks on an edge; ``sign(value, size)``.
 
     At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
     the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
     """
     s = x + y
-    s_sign = _sign(s) or _sign(1 + mu * y) or 1
-    grip = (sigma0 + 2) * abs(s) - abs(1 - s)
-    if z or grip < 0:
-        return s_sign, _sign(z) or _sign(1 - s), False
-    if grip > 0:
-        return s_sign, 0, False
+    s_sign = _sign(s) or sign(1 + mu * y, 1) or 1
+    if z:
+        return s_sign, _sign(z), False
+    grip = sign((sigma0 + 2) * abs(s) - abs(1 - s), 1)
+    if grip:
+        return s_sign, _sign(1 - s) if grip < 0 else 0, False
     widening = (sigma0 + 2) * s_sign + _sign(1 - s)
     if widening * (mu * y - s or -s) > 0:
         return s_sign, 0, True
     return s_sign, _sign(1 - s), False
+
+
+def _beside_edge(flow, s, on_edge):
+    """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
+    nearest = min((edge for edge in flow.edges(s) if edge is not None), key=lambda edge: abs(s - edge))
+    if on_edge:
+        return nearest
+    decided(flow.m, s - nearest, abs(nearest))
+    return s
+
+
+def _from_unstable_line(flow, case, x, s):
+    """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
+    m, line = flow.m, flow.split("slip_opposite")
+    size = abs(s) + abs(line.line) + abs(line.lift * x)
+    if abs(s - line.line - line.lift * x) > size / 64:
+        return None
+    return m.number(exact_deviation(*map(Fraction, (case.sigma, case.mu, case.x, case.y)), 8 * m.prec))
+
+
+def exact_deviation(sigma, mu, x, y, bits):
+    """Return s - s_slow(x) on the unstable line of slip_opposite as a Fraction, right to about ``bits`` bits."""
+    k = -mu / sigma
+    if not y and sigma * x == -1:
+        return 0
+    square = 1 - 4 * k
+    root = Fraction(isqrt(square.numerator * square.denominator << 2 * bits), square.denominator << bits)
+    rho = (1 + root) / 2
+    return x + y + 1 / (sigma * rho) + k * x / rho**2
 
 
 def _sign(value):

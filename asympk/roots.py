@@ -29,7 +29,7 @@ def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
     return t
 
 
-def fast_slow_root(m, u, k, fast, rate, slow, slow_rate, lo, hi, sign_hi):
+def fast_slow_root(m, u, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
     r"""Return the root in (lo, hi) of ``u + k t + fast e^{rate t} + slow e^{slow_rate t}``.
 
     Where the fast part can balance the rest r(t) = -(u + k t + slow e^{slow_rate t}) the step is Newton's for
@@ -39,7 +39,7 @@ def fast_slow_root(m, u, k, fast, rate, slow, slow_rate, lo, hi, sign_hi):
         return smooth_root(m, lambda t: _rest(m, u, k, slow, slow_rate, t), lo, hi, sign_hi)
     positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast))
-    t = lo
+    t = guess if guess is not None and lo < guess < hi else lo
     for _ in range(MOST_STEPS):
         g = slow * m.exp(slow_rate * t) if t else slow
         r, dr = -(u + k * t + g), -(k + slow_rate * g)

@@ -29,7 +29,7 @@ def legs(solution):
 def largest(solution):
     """Return the largest of 1, |x|, |z| at the start, the events and the end."""
     x, _, _, z = solution.final
-    return max(1.0, abs(x), abs(z), *[max(abs(leg.x0), abs(leg.z0)) for leg in solution.segments])
+    return max(1, abs(x), abs(z), *[max(abs(leg.x0), abs(leg.z0)) for leg in solution.segments])
 
 
 def rates(segment, state):

@@ -108,7 +108,7 @@ def _exact(name, value):
 def _parsed(name, text):
     bare = text.strip()
     if len(bare) > _LONGEST or not _DECIMAL.fullmatch(bare):
-        raise InputError(f"{name} = {_short(text)}: it must be a decimal such as '0.2' or '1e-6', or a ratio such as '1/3'")
+        raise InputError(f"{name} = {_short(text)}: it must be a decimal such as '0.2' or '1e-6', or a ratio, '1/3'")
     try:
         return Fraction(bare)
     except ZeroDivisionError:
@@ -117,7 +117,7 @@ def _parsed(name, text):
 
 def _from_mpf(name, value):
     sign, mantissa, exponent, _ = value._mpf_
-    if not mantissa and exponent or abs(exponent) > 40000:
+    if (not mantissa and exponent) or abs(exponent) > 40000:
         raise InputError(f"{name} = {value!r}: it must be finite and of ordinary size")
     return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
 

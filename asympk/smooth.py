@@ -88,7 +88,8 @@ def s_root(segment, level, lo, hi, sign_hi):
         _, y, s, _ = segment.state(t)
         return s - level, y + (mode.a - mode.b * s) / mode.mu
 
-    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi)
+    guess = mode.m.guess(segment, "s_root", level, lo, hi, sign_hi)
+    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
 
 
 def z_root(segment, lo, hi, sign_hi):
@@ -99,7 +100,8 @@ def z_root(segment, lo, hi, sign_hi):
         _, _, s, z = segment.state(t)
         return z, mode.a + mode.fall * s
 
-    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi)
+    guess = mode.m.guess(segment, "z_root", lo, hi, sign_hi)
+    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
 
 
 class SmoothSegment:
@@ -110,6 +112,12 @@ class SmoothSegment:
     def __init__(self, mode, x, y, s, z):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
         self.short = mode.short
+
+    def rounded(self, m):
+        """Return the same motion in the numbers of ``m``."""
+        mode, number = self.mode, m.number
+        state = self.x0, self.y0, self.s0, self.z0
+        return Smooth(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
     @property
     def half_period(self):
