@@ -1,0 +1,44 @@
+"""How often the rough mass comes to rest: counts over mu x0 and z0, for an undisturbed start y0 = 0."""
+
+from dataclasses import dataclass
+
+from asympk.methods import solve
+from asympk.rows import provenance, write_rows
+from asympk.scene import Scene
+
+SIGMA, MUS, UNTIL = 1, ("1e-3", "3"), 60
+EXPONENTS_X, EXPONENTS_Z = (-2.03, 3.03), (-1.03, 2.03)  # no grid point on a border between whole powers
+CELLS = (44, 30)
+
+
+@dataclass(frozen=True)
+class Row:
+    """The number of times at which z becomes 0 from x0 = scaled_x / mu, y0 = 0 and z0 = z."""
+
+    mu: float
+    scaled_x: float
+    z: float
+    count: int
+
+
+def rows(mus=MUS, cells=CELLS):
+    """Return the rows of a logarithmic grid for every mu, both signs of z0."""
+    across, up = (_grid(*ends, n) for ends, n in zip((EXPONENTS_X, EXPONENTS_Z), cells, strict=True))
+    return [Row(float(mu), scaled, z, _count(mu, scaled, z))
+            for mu in mus for scaled in across for height in up for z in (-height, height)]  # fmt: skip
+
+
+def write(out):
+    """Compute all rows and write them to ``out``/collisions.csv; return the file."""
+    path = out / "collisions.csv"
+    write_rows(path, rows(), provenance(sigma=SIGMA, until=UNTIL, start="(x0, 0, z0)", method="exact flow"))
+    return path
+
+
+def _grid(low, high, count):
+    return [10 ** (low + (high - low) * k / (count - 1)) for k in range(count)]
+
+
+def _count(mu, scaled, z):
+    path = solve(Scene(SIGMA, mu, (scaled / float(mu), 0, z), UNTIL))
+    return sum(event.kind == "velocity_zero" for event in path.events)
