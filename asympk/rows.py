@@ -14,6 +14,7 @@ from platform import python_version
 
 from asympk import __version__
 from asympk.errors import InputError
+from asympk.files import write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
 _READ = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
@@ -34,11 +35,9 @@ def write_rows(path, rows, provenance):
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows([_cell(row[name], kinds[name]) for name in columns] for row in rows)
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(buffer.getvalue(), encoding="utf-8")
+    write_text(path, buffer.getvalue())
     story = json.dumps({**provenance, "columns": kinds}, indent=1, sort_keys=True, ensure_ascii=False)
-    path.with_suffix(".json").write_text(story + "\n", encoding="utf-8")
+    write_text(Path(path).with_suffix(".json"), story + "\n")
 
 
 def read_rows(path):

@@ -27,6 +27,7 @@ RC = {
     "legend.handlelength": 2.4,
     "mathtext.fontset": "dejavusans",
     "svg.hashsalt": "asympk",
+    "hatch.linewidth": 0.5,
     "pdf.fonttype": 42,
 }
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
@@ -34,29 +35,33 @@ BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
 
 # method -> (name in print, colour, marker, line); explicit methods dash, implicit ones are solid, crude ones dot
 METHODS = {
-    "exact": ("exact flow", BLACK, "*", "none"),
     "rk45": ("RK45", SKY, "^", "--"),
     "dop853": ("DOP853", BLUE, "v", "--"),
     "heyoka": ("heyoka", PURPLE, "d", "--"),
+    "kvaerno5": ("Kvaerno5", PURPLE, "h", "-"),
     "radau": ("Radau", GREEN, "s", "-"),
     "bdf": ("BDF", BLUE, "p", "-"),
     "lsoda": ("LSODA", ORANGE, "o", "-"),
     "cvode": ("CVODE", RED, "D", "-"),
-    "kvaerno5": ("Kvaerno5", PURPLE, "h", "-"),
-    "sign": ("one field, sign(z)", "0.45", "1", ":"),
-    "tanh": ("one field, tanh(z/ε)", "0.45", "2", ":"),
-    "moreau": ("Moreau-Jean", "0.45", "3", ":"),
+    "moreau": ("Moreau-Jean", "0.4", "X", ":"),
+    "sign": ("one field, sign(z)", "0.4", "P", ":"),
+    "tanh": ("one field, tanh(z/ε)", "0.4", "<", ":"),
 }
+SHORT = {"sign": "sign(z)", "tanh": "tanh(z/ε)"}
 MODELS = {
+    "exact": ("exact flow", BLACK, "*", "none"),
     "rigid": ("rigid", BLACK, "$r$", "none"),
-    "slow": ("slow planes", BLACK, "$s$", "none"),
+    "slow": ("slow flow alone", BLACK, "$s$", "none"),
     "jump 0": ("jump map, order 0", BLACK, "$0$", "none"),
     "jump 1": ("jump map, order 1", BLACK, "$1$", "none"),
+    "jump 2": ("jump map, order 2", BLACK, "$2$", "none"),
 }
 
 
 def line(method):
     """Return matplotlib's keywords for a curve of ``method``; hollow markers keep overlaps readable."""
     name, colour, marker, dash = {**METHODS, **MODELS}[method]
-    hollow = {} if marker in "123*" or marker.startswith("$") else {"markerfacecolor": "white"}
-    return {"label": name, "color": colour, "marker": marker, "linestyle": dash, **hollow}
+    shape = {"markerfacecolor": "white"}
+    if marker == "*" or marker.startswith("$"):
+        shape = {"markersize": 4.4, "markeredgewidth": 0.2}
+    return {"label": name, "color": colour, "marker": marker, "linestyle": dash, **shape}

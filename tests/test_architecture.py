@@ -21,10 +21,10 @@ STAGES = (
      "hybrid", "collocation",
      "scenefile", "units", "trace"),
     ("asymptotic", "kernels", "ensemble", "methods"),
-    ("divide", "compare", "least", "bench"),
+    ("divide", "compare", "least", "bench", "convergence", "collisions"),
     ("ledger",),
-    ("tabular", "tables", "figures"),
-    ("chart", "terminal", "regenerate"),
+    ("tabular", "tables", "figures", "drawings", "portraits", "maps"),
+    ("chart", "terminal", "regenerate", "gallery", "numbers", "paper", "page"),
     ("__main__",),
 )
 STAGE = {name: number for number, names in enumerate(STAGES) for name in names}

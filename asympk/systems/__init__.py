@@ -2,7 +2,7 @@
 
 from importlib import import_module
 
-__all__ = ["painleve_klein"]
+__all__ = ["nonlinear_rod", "painleve_klein"]
 
 
 def __getattr__(name):
