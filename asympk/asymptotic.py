@@ -9,20 +9,26 @@ A path carries the error that the first omitted terms predict. Where an expansio
 """
 
 import math
+from fractions import Fraction
 from types import SimpleNamespace
 
 from asympk import composite
-from asympk.arithmetic import multiprecision
-from asympk.errors import AsympkError, InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
+from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
 from asympk.linear import SLIP
 from asympk.path import Event, Path
 from asympk.replay import coefficient, model
 
 HIGHEST_ORDER = 6
-TOO_LARGE = 0.5
+MOST_EXPONENT = 709.0
+
+
+def _bounded(function):
+    return lambda v: function(v) if v < MOST_EXPONENT else math.inf
+
+
 FLOATS = SimpleNamespace(
-    number=float, out=float, exp=math.exp, expm1=math.expm1, log=math.log, eps=2.0**-52, pick=composite.state,
-    where=lambda condition, a, b: a if condition else b,
+    number=float, out=float, exp=_bounded(math.exp), expm1=_bounded(math.expm1), log=math.log, eps=2.0**-52,
+    pick=composite.state, where=lambda condition, a, b: a if condition else b,
 )
 
 
@@ -32,24 +38,54 @@ def run(scene, method, *, order=None, digits=None):
     ``digits`` computes on mpmath numbers. Raises ``OrderError``, ``OutOfRange``; ``"slow"`` also ``NoManifold``,
     ``"rigid"`` also ``NoMotion`` and ``TwoMotions``.
     """
-    order = _order(method, order)
+    order = checked_order(method, order)
     m = FLOATS if digits is None else _multiprecision(digits)
     sigma, sigma0, mu, x, y, z, until = map(
         m.number, (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)
     )
-    line, here = line_of(sigma, sigma0), f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
-    course = composite.course_of(line, x + y, z, sign)
-    if method != "jump":
-        _REFUSE[method](line, course, z, here)
+    here = f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
+    course = course_for(method, line_of(sigma, sigma0), x + y, z, sign, here)
     try:
         found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
-        _require_range(course, found, until, m, here)
         motion, error = composite.chosen(found, method == "jump", until, m)
-        return _path(scene, method, motion, error, until, m, here)
-    except (OverflowError, ZeroDivisionError, ValueError) as error:
-        if isinstance(error, AsympkError):
-            raise
+        for holds, words in composite.checks(course, found, error, until, m):
+            if not holds:
+                raise OutOfRange(f"{words}: {_largest_of(sigma, mu, x, y, z)} is not small ({here}); use method='exact'")
+        return _path(scene, method, motion, error, until, m)
+    except (OverflowError, ZeroDivisionError, ValueError):
         raise OutOfRange(f"the expansion breaks down: its terms have no finite value ({here})") from None
+
+
+def _largest_of(sigma, mu, x, y, z):
+    """Name the small number of the expansion that is largest."""
+    numbers = {"mu (|x| + |y|)": mu * (abs(x) + abs(y))}
+    if z:
+        numbers["mu/|z|"] = mu / abs(z)
+    if sigma and 1 + sigma * (x + y):
+        numbers["mu log(1/mu)/|sigma|"] = abs(mu * math.log(mu) / sigma)
+        numbers["mu |x + 1/sigma|/|1 + sigma s|"] = mu * abs(x + 1 / sigma) / abs(1 + sigma * (x + y))
+    name = max(numbers, key=numbers.get)
+    return f"{name} = {float(numbers[name]):.3g}"
+
+
+def course_for(method, line, load, velocity, sign, here):
+    """Return the course of a start, or raise what keeps ``method`` from following it."""
+    course = composite.course_of(line, load, velocity, sign)
+    through = " -> ".join(step.mode for step in course.steps)
+    stops = any(step.event == "velocity_zero" for step in course.steps)
+    if method == "slow" and stops:
+        raise NoManifold(f"the fast motion meets z = 0 before it settles on a slow manifold: {through} ({here}); "
+                         "use method='jump'")
+    if method == "rigid":
+        motions = rigid_motions(line, velocity, sign)
+        if not motions:
+            raise NoMotion(f"the rigid rod has no motion; the elastic one stops at once, {through} ({here}); "
+                           "use method='jump'")
+        if len(motions) > 1:
+            raise TwoMotions(f"the rigid rod has two motions, {' and '.join(motions)}; the elastic one "
+                             f"{'stops at once and then ' * stops}takes {course.steps[-1].mode} ({here}); "
+                             "use method='jump'")
+    return course
 
 
 def line_of(sigma, sigma0):
@@ -62,38 +98,13 @@ def sign(value):
     return (value > 0) - (value < 0)
 
 
-def _order(method, order):
+def checked_order(method, order):
+    """Return the order to take; raises ``OrderError``."""
     highest = 0 if method == "rigid" else HIGHEST_ORDER
     order = min(1, highest) if order is None else order
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= highest:
         raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {highest}")
     return order
-
-
-def _require_range(course, found, until, m, here):
-    for holds, words in composite.checks(course, [layers for layers, _ in found], until, m):
-        if not holds:
-            raise OutOfRange(f"{words} ({here}); use method='exact'")
-
-
-def _refuse_slow(line, course, z, here):
-    hit = [step.mode for step in course.steps if step.event == "velocity_zero"]
-    if hit:
-        raise NoManifold(f"the fast motion from this start runs from {hit[0]} to z = 0 and settles on no slow manifold "
-                         f"before ({here}); use method='jump'")
-
-
-def _refuse_rigid(line, course, z, here):
-    motions = rigid_motions(line, z, sign)
-    if not motions:
-        raise NoMotion(f"the rigid rod has no motion with v = {z} < 0; the elastic one jumps to v = 0 through "
-                       f"{' -> '.join(s.mode for s in course.steps)} ({here}); use method='jump'")
-    if len(motions) > 1:
-        raise TwoMotions(f"the rigid rod has two motions, {_told(line, motions)}; the elastic one {_selected(line, course)} "
-                         f"({here}); use method='jump'")
-
-
-_REFUSE = {"slow": _refuse_slow, "rigid": _refuse_rigid}
 
 
 def rigid_motions(line, velocity, sign):
@@ -103,21 +114,8 @@ def rigid_motions(line, velocity, sign):
     return [m for m, side in sides if side and side == (wanted or sign(line.acceleration(m)))]
 
 
-def _told(line, motions):
-    return " and ".join(f"v' = {float(line.acceleration(mode)):.6g} in {mode}" for mode in motions)
-
-
-def _selected(line, course):
-    last = course.steps[-1].mode
-    stops = any(step.event == "velocity_zero" for step in course.steps)
-    return f"{'stops at once and then ' if stops else ''}takes v' = {float(line.acceleration(last)):.6g} in {last}"
-
-
-def _path(scene, method, motion, error, until, m, here):
+def _path(scene, method, motion, error, until, m):
     final = composite.state(motion, until, m)
-    scale = composite.largest(1, final[0], final[2], m=m)
-    if error * scale > TOO_LARGE * composite.largest(scale, final[1], m=m):
-        raise OutOfRange(f"the first omitted terms are as large as what is kept ({here}); use method='exact'")
     turns = [turn for turn in motion.turns if turn.t < until]
     events = tuple(Event(t.kind, *map(m.out, t[1:5])) for t in turns)
     modes = tuple(piece.mode for piece in motion.pieces[: len(turns) + 1])
@@ -155,8 +153,14 @@ def arrays():
 def _multiprecision(digits):
     import mpmath
 
-    m = multiprecision(digits + 10)
+    m = mpmath.MPContext()
+    m.dps = digits + 10
+
+    def number(value):
+        return m.mpf(value.numerator) / value.denominator if isinstance(value, Fraction) else m.mpf(value)
+
     return SimpleNamespace(
-        number=m.number, exp=m.exp, expm1=m.expm1, log=m.log, eps=m.eps, pick=composite.state, where=FLOATS.where,
+        number=number,
         out=lambda value: mpmath.mp.make_mpf(m.mpf(value)._mpf_),
+        exp=m.exp, expm1=m.expm1, log=m.log, eps=m.eps, pick=composite.state, where=FLOATS.where,
     )

@@ -15,7 +15,7 @@ from asympk.replay import Piece, Turn, replay
 SPREAD = 0.5  # an event whose first correction exceeds this part of its leading term is not where the layer says
 
 
-NEAR = "it does not in the limit mu -> 0, |z| is not large against mu"
+TOO_LARGE = 0.5
 
 
 class Motion(NamedTuple):
@@ -138,29 +138,32 @@ def chosen(found, layers, t, m):
     return found[0][1], error + _distance(now, slowly, m) / largest(1, slowly[0], slowly[2], m=m)
 
 
-def checks(course, found, t, m):
+def checks(course, found, error, t, m):
     """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
-    _, coarse, fine = found
+    now, coarse, fine = (motion for motion, _ in found)
     steps = course.steps + course.then
     for i, (step, piece, end) in enumerate(zip(steps, fine.pieces, _ends(fine, t, m), strict=True)):
         later, turn = t <= piece.began, fine.turns[i] if i < len(fine.turns) else None
-        yield later | (abs(piece.fast) > 4), f"the fast rate in {step.mode} is not fast: 4 mu >= |b|"
+        yield later | (abs(piece.fast) > 4), f"the fast rate in {step.mode} is not fast, 4 mu >= |b|"
         if turn:
             yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= piece.began)), (
-                f"the layer does not separate: {step.mode} does not end with {turn.kind} where the limit mu -> 0 puts it"
+                f"{step.mode} does not end with {turn.kind} as in the limit mu -> 0"
             )
-            yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}: {NEAR}"
+            yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
             if turn.kind == "velocity_zero":
                 end = m.where(t < turn.t, end, piece.began)
         for at in (end, *_turning(piece, end, m)) if step.side else ():
             z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
             yield later | (step.side * z >= -2 * abs(z - rough) - 100 * m.eps * (1 + abs(piece.z[0]))), (
-                f"the motion meets z = 0 in {step.mode}: {NEAR}"
+                f"the motion meets z = 0 in {step.mode} unexpectedly"
             )
         if step.event is None:
             s = sum(w[4] + w[2] for w in (piece.x, piece.y))
             sign = step.side if step.mode == "slip_same" else -step.side
-            yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}: mu |x| is not small"
+            yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
+    final = m.pick(now, t, m)
+    scale = largest(1, final[0], final[2], m=m)
+    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "the first omitted terms are as large as the rest"
 
 
 def _turning(piece, end, m):

@@ -44,11 +44,11 @@ class LoadLine:
         """Tell whether the slow motion on the critical manifold of a mode heads for the switching plane."""
         return self.side(mode, sign) * sign(self.acceleration(mode)) < 0
 
-    def edges(self):
+    def edges(self, sign):
         """Yield the levels ``drive = k static s``, k = 1 and -1, and the loads there."""
         for name, k in (("upper", 1), ("lower", -1)):
             slope = k * self.static - self.drive[1]
-            if slope != 0:
+            if sign(slope):
                 yield name, self.drive[0] / slope
 
 
@@ -101,7 +101,7 @@ def _stick(line, load, far, sign):
         raise NotDerivable("stick: the load does not settle")
     way = -far or sign(rest - load)
     ahead = [
-        (name, edge) for name, edge in line.edges()
+        (name, edge) for name, edge in line.edges(sign)
         if sign(rest - edge) == way and (far or sign(edge - load) == way)
     ]
     if not ahead:

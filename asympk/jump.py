@@ -121,10 +121,9 @@ def _derive(system, order, start, arrival):
 
     events = tuple(Turn(t.kind, *map(out, t[1:])) for t in layers.turns)
     domain = reduce_under(sp.And(*(c.subs(load, _load(model)) for c in signs.asked)), system.assumptions)
-    return JumpMap(
-        *(out(state[0].truncated(order)) for state in (layers.landing.x, layers.landing.z)), events, tuple(s.mode for s in steps),
-        domain, order, sp.cancel(model.line.rest(steps[-1].mode)),
-    )
+    x, z = (out(state[0].truncated(order)) for state in (layers.landing.x, layers.landing.z))
+    rest = sp.cancel(model.line.rest(steps[-1].mode))
+    return JumpMap(x, z, events, tuple(s.mode for s in steps), domain, order, rest)
 
 
 def _load(model):

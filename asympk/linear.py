@@ -14,7 +14,6 @@ from asympk.errors import NotDerivable
 from asympk.itinerary import LoadLine
 from asympk.layers import Field
 
-
 SLIP = ("slip_same", "slip_opposite")
 
 

@@ -67,17 +67,9 @@ def replay(steps, order, extra=2, arrival=None):
     numbers = model().map(lambda c: coefficient(c)(sigma, sigma0)[0])
     y = on_slow_line(numbers.fields[arrival], x, order + extra) if arrival else numbers.fast_state(x, s)
     layers = follow(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
-    flat = []
-    shapes = [
-        _flatten(_numbers(layers, k, lambda w: _value(w, mu, large)), flat) for k in range(order, order + extra + 1)
-    ]
-    function = tape.function(flat)
-
-    def numbers_of(*start):
-        found = function(*start)
-        return tuple(_restore(shape, found) for shape in shapes)
-
-    return numbers_of
+    return tape.function(
+        tuple(_numbers(layers, k, lambda w: _value(w, mu, large)) for k in range(order, order + extra + 1))
+    )
 
 
 @lru_cache(maxsize=64)
@@ -115,23 +107,3 @@ def _power(base, k):
     for _ in range(abs(k)):
         result = result * base if k > 0 else result / base
     return result
-
-
-def _flatten(value, flat):
-    """Append the numbers in nested tuples to ``flat``; return the nest with their places instead."""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, tuple):
-        parts = [_flatten(v, flat) for v in value]
-        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
-    flat.append(value)
-    return len(flat) - 1
-
-
-def _restore(shape, numbers):
-    if isinstance(shape, str):
-        return shape
-    if isinstance(shape, tuple):
-        parts = [_restore(s, numbers) for s in shape]
-        return type(shape)(*parts) if hasattr(shape, "_fields") else tuple(parts)
-    return numbers[shape]

@@ -81,19 +81,32 @@ class Tape:
     def _line(self, text):
         return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"))
 
-    def function(self, outputs):
-        """Compile ``f(*inputs)``, which returns the tuple of ``outputs``; an input named log takes the logarithms."""
-        wanted = {_text(o) for o in outputs}
-        body = []
-        for text, name in reversed(self.lines.items()):
+    def function(self, result):
+        """Compile ``f(*inputs)``, which returns ``result``, nested tuples of nodes and words, in numbers.
+
+        An input named log takes the logarithms.
+        """
+        space, wanted, body = {}, set(), []
+        text = _nest(result, wanted, space)
+        for line, name in reversed(self.lines.items()):
             if name in wanted:
-                wanted.update(text.replace("(", " ").replace(")", " ").split())
-                body.append(f"    {name} = {text}")
+                wanted.update(line.replace("(", " ").replace(")", " ").split())
+                body.append(f"    {name} = {line}")
         head = f"def replay({', '.join(self.inputs)}):"
-        source = "\n".join([head, *reversed(body), f"    return ({''.join(_text(o) + ', ' for o in outputs)})"])
-        space = {}
-        exec(source, space)
+        exec("\n".join([head, *reversed(body), f"    return {text}"]), space)
         return space["replay"]
+
+
+def _nest(value, names, space):
+    """Return the text of nested tuples; add the names in it to ``names``, the kinds of tuple to ``space``."""
+    if isinstance(value, str):
+        return repr(value)
+    if not isinstance(value, tuple):
+        names.add(_text(value))
+        return _text(value)
+    kind = type(value).__name__ if hasattr(value, "_fields") else ""
+    space |= {kind: type(value)} if kind else {}
+    return f"{kind}({''.join(_nest(v, names, space) + ', ' for v in value)})"
 
 
 def _text(a):
