@@ -109,16 +109,20 @@ def states(motion, t, m):
 
 
 def predicted_error(found, t, m):
-    """Return the error at ``t`` to expect of the first of three motions, relative to the largest of 1, |x|, |z|."""
+    """Return the absolute error at ``t`` to expect of the first of three motions."""
     now, next_, last = (m.pick(motion, t, m) for motion in found)
     error = _distance(now, next_, m) + 4 * _distance(next_, last, m) + 4 * found[0].left
     error = error + _distance(now, m.pick(found[0], t * (1 + 4 * m.eps), m), m)
     late = [abs(a.t - b.t) + abs(b.t - c.t) for a, b, c in zip(*(motion.turns for motion in found), strict=True)]
     for i, turn in enumerate(found[0].turns):
         error = error + _at_event(found[0].pieces[i : i + 2], turn.t, 2 * late[i], t, m)
-    scale = largest(1, now[0], now[2], m=m)
-    rounding = 16 * m.eps * largest(1, *(c for p in found[0].pieces for w in (p.x, p.z) for c in w), m=m)
-    return (error + rounding) / m.where(error < scale / 2, scale - error, scale / 2)
+    return error + 16 * m.eps * largest(1, *(c for p in found[0].pieces for w in (p.x, p.z) for c in w), m=m)
+
+
+def _relative(error, state, m):
+    """Return an absolute error relative to the largest of 1, |x|, |z| of the true state, which it leaves uncertain."""
+    scale = largest(1, state[0], state[2], m=m)
+    return error / m.where(error < scale / 2, scale - error, scale / 2)
 
 
 def _at_event(pieces, when, window, t, m):
@@ -132,10 +136,10 @@ def _at_event(pieces, when, window, t, m):
 def chosen(found, layers, t, m):
     """Return the motion to the lowest order, with or without its layers, and the error to expect at ``t``."""
     error = predicted_error([motion for motion, _ in found], t, m)
-    if layers:
-        return found[0][0], error
     now, slowly = (m.pick(motion, t, m) for motion in found[0])
-    return found[0][1], error + _distance(now, slowly, m) / largest(1, slowly[0], slowly[2], m=m)
+    if layers:
+        return found[0][0], _relative(error, now, m)
+    return found[0][1], _relative(error + _distance(now, slowly, m), slowly, m)
 
 
 def checks(course, found, error, t, m):

@@ -4,7 +4,7 @@ Each rung predicts its own error at ``until``, from the first terms it omits; th
 prediction is below the tolerance. That the prediction bounds the true error is measured, against the exact flow.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 
 from asympk.errors import AsympkError, InputError
@@ -59,8 +59,9 @@ def least_model(scene, rtol=1e-3):
     """
     rtol = _tolerance(rtol)
     reference = solve(scene, digits=REFERENCE_DIGITS).final
-    unit = _seconds(scene, "exact", {})
-    rungs = tuple(_measured(rung, scene, reference, unit) for rung in predictions(scene))
+    rungs = [_measured(rung, scene, reference) for rung in predictions(scene)]
+    unit = rungs[-1].cost
+    rungs = tuple(replace(rung, cost=rung.cost and rung.cost / unit) for rung in rungs)
     chosen = lowest(rungs, rtol)
     return Ladder(chosen.model, chosen.predicted, rtol, rungs)
 
@@ -111,12 +112,13 @@ def _predicted(name, scene):
         return Rung(name, None, reason=f"{type(error).__name__}: {error}")
 
 
-def _measured(rung, scene, reference, unit):
+def _measured(rung, scene, reference):
+    """Add the measured error, and the cost in seconds."""
     if rung.predicted is None:
         return rung
     method, options = LADDER[rung.model]
     final = solve(scene, method, **options).final
-    return Rung(rung.model, rung.predicted, _distance(final, reference), _seconds(scene, method, options) / unit)
+    return replace(rung, measured=_distance(final, reference), cost=_seconds(scene, method, options))
 
 
 def _distance(final, reference):

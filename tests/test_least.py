@@ -1,0 +1,105 @@
+"""The ladder of models: its predictions bound the truth, its refusals are named, its choice is the lowest that will do."""
+
+import json
+import random
+
+import numpy as np
+import pytest
+
+from asympk.errors import InputError
+from asympk.least import LADDER, atlas, least_model, lowest, predictions
+from asympk.methods import solve
+from asympk.scene import Scene
+from asympk.terminal import ladder_as_json, ladder_as_text
+
+BACKWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, -1), until=2)
+FORWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, 1), until=2)
+SHALLOW = Scene(sigma=-1, mu=1e-4, start=(0, 0.2, -1), until=2)
+
+
+def _random_scenes(seed, count):
+    drawn = random.Random(seed)
+    for _ in range(count):
+        sigma = drawn.choice([drawn.uniform(-1.99, 4), drawn.choice([-1.7, -1.2, -0.5, 0.5, 1.0, 3.0])])
+        start = tuple(drawn.uniform(-3, 3) for _ in range(3))
+        sigma0 = sigma + drawn.choice([0, 0, drawn.uniform(0, 3)])
+        yield Scene(sigma, 10 ** drawn.uniform(-8, -1), start, drawn.uniform(0.1, 5), sigma0)
+
+
+def test_every_prediction_bounds_the_measured_error_on_random_scenes():
+    applied = 0
+    for scene in _random_scenes(seed=1991, count=250):
+        reference = solve(scene, digits=25).final
+        scale = max(1, abs(reference[0]), abs(reference[2]))
+        for rung in predictions(scene):
+            if rung.predicted is not None:
+                method, options = LADDER[rung.model]
+                final = solve(scene, method, **options).final
+                measured = max(abs(a - b) for a, b in zip(final[::2], reference[::2], strict=True)) / scale
+                assert measured <= rung.predicted, (scene, rung)
+                applied += 1
+    assert applied > 900
+
+
+def test_predictions_are_not_idle_the_first_omitted_term_is_nearly_the_error():
+    ladder = least_model(BACKWARD)
+    for rung in ladder.rungs:
+        if rung.model.startswith("jump"):
+            assert 0.9 < rung.measured / rung.predicted <= 1
+
+
+@pytest.mark.parametrize(
+    ("scene", "rtol", "model"),
+    [
+        (BACKWARD, 1e-3, "jump-0"),
+        (BACKWARD, 1e-5, "jump-1"),
+        (BACKWARD, 1e-9, "exact"),
+        (FORWARD, 1e-3, "slow"),
+        (SHALLOW, 1e-3, "rigid"),
+        (SHALLOW, 1e-7, "slow"),
+    ],
+)
+def test_the_least_model_is_the_lowest_rung_below_the_tolerance(scene, rtol, model):
+    ladder = least_model(scene, rtol)
+    assert ladder.model == model
+    assert ladder.predicted < rtol
+    below = [rung for rung in ladder.rungs[: list(LADDER).index(model)] if rung.predicted is not None]
+    assert all(rung.predicted >= rtol for rung in below)
+
+
+def test_where_the_rigid_rod_has_no_motion_or_two_its_rung_says_so():
+    rigid = {name: predictions(scene)[0] for name, scene in (("back", BACKWARD), ("forth", FORWARD))}
+    assert rigid["back"].reason.startswith("NoMotion: the rigid rod has no motion")
+    assert rigid["forth"].reason.startswith("TwoMotions: the rigid rod has two motions")
+    assert rigid["back"].predicted is None
+
+
+def test_the_table_marks_the_chosen_rung_and_the_json_has_every_rung():
+    ladder = least_model(BACKWARD, 1e-5)
+    assert "-> jump-1" in ladder_as_text(ladder)
+    assert ladder_as_text(ladder).splitlines()[-1].endswith("jump-1")
+    told = json.loads(ladder_as_json(ladder))
+    assert [rung["model"] for rung in told["rungs"]] == list(LADDER)
+    assert told["rungs"][-1]["cost"] == 1
+
+
+def test_the_atlas_is_the_least_model_place_by_place():
+    z = np.array([[-1.0], [1.0]])
+    sigma = np.array([-1.0, 1.0, 2.0])
+    found = atlas(sigma, 1e-4, 0.0, 0.2, z, 2.0)
+    names = list(LADDER)
+    for place in np.ndindex(found.shape):
+        scene = Scene(sigma[place[1]], 1e-4, (0.0, 0.2, z[place[0], 0]), 2.0)
+        assert names[found[place]] == lowest(predictions(scene), 1e-3).model
+
+
+def test_the_atlas_tells_its_progress():
+    shares = []
+    atlas(1.0, 1e-3, 0.0, 0.2, np.linspace(-1, -0.5, 3), 1.0, progress=shares.append)
+    assert shares[0] == 0
+
+
+@pytest.mark.parametrize("rtol", [0, -1, 1e-16, float("nan"), float("inf"), "small", None])
+def test_a_tolerance_that_is_none_is_refused(rtol):
+    with pytest.raises(InputError, match="rtol = "):
+        least_model(BACKWARD, rtol)
