@@ -9,6 +9,7 @@ trajectory is the slow motion from there, for the time t. One integral is common
 and fixes the limit: over the layer the drift vanishes and mu y returns to zero, so with z -> 0 it leaves x -> x - z.
 """
 
+import itertools
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -96,34 +97,39 @@ def jump_map(system, order=1, start=None, arrival=None):
             f"order = {order!r}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
             "solve(scene, method='jump', order=n) takes higher orders in numbers"
         )
-    return _derive(system, order, tuple(sorted((start or {}).items(), key=str)), arrival)
+    model = linear(system)
+    values = _sample(system, model, dict(start or {}), arrival)
+    moving = values[model.states[2]] != 0
+    load = sp.Symbol("s", real=True)
+    signs = _Signs({**values, load: _load(model).subs(values)})
+    steps = itinerary(
+        model.line, model.line.rest(arrival) if arrival else load, model.states[2] if moving else sp.S.Zero, signs
+    )
+    x, z, events = _expansion(system, steps, order, arrival, moving)
+    domain = _domain(tuple(signs.asked), system.assumptions).subs(load, _load(model))
+    rest = sp.cancel(model.line.rest(steps[-1].mode))
+    return JumpMap(x, z, events, tuple(s.mode for s in steps), domain, order, rest)
 
 
 @lru_cache(maxsize=64)
-def _derive(system, order, start, arrival):
+def _expansion(system, steps, order, arrival, moving):
+    """Return x and z after the layer, and its events, in symbols: they depend on the itinerary alone."""
     model = linear(system)
-    values = _sample(system, model, dict(start), arrival)
     x, _, z = model.states
     load = sp.Symbol("s", real=True)
-    velocity = z if values[z] != 0 else sp.S.Zero
-    signs = _Signs({**values, load: _load(model).subs(values)})
-    steps = itinerary(model.line, model.line.rest(arrival) if arrival else load, velocity, signs)
-    exact = Ratios((*model.parameters, x, load, z), len(steps))
+    exact = Ratios((*model.parameters, x, load, z), len(steps), shown=(*model.parameters, x, _load(model), z))
     numbers = model.map(exact)
     fast = (
         on_slow_line(numbers.fields[arrival], exact(x), order) if arrival
         else numbers.fast_state(exact(x), exact(load))
     )
-    layers = follow(numbers, steps, (exact(x), fast, exact(velocity)), order, exact.log)
+    layers = follow(numbers, steps, (exact(x), fast, exact(z if moving else 0)), order, exact.log)
 
     def out(series):
-        return series.map(lambda c: exact.expr(c).subs(load, _load(model)), system.small)
+        return series.map(exact.expr, system.small)
 
     events = tuple(Turn(t.kind, *map(out, t[1:])) for t in layers.turns)
-    domain = reduce_under(sp.And(*(c.subs(load, _load(model)) for c in signs.asked)), system.assumptions)
-    x, z = (out(state[0].truncated(order)) for state in (layers.landing.x, layers.landing.z))
-    rest = sp.cancel(model.line.rest(steps[-1].mode))
-    return JumpMap(x, z, events, tuple(s.mode for s in steps), domain, order, rest)
+    return out(layers.x.truncated(order)), out(layers.z.truncated(order)), events
 
 
 def _load(model):
@@ -149,6 +155,38 @@ def _sample(system, model, start, arrival):
 
 def _allowed(system, values):
     return all(c.subs(values) != sp.false for c in sp.And.make_args(system.assumptions))
+
+
+@lru_cache(maxsize=256)
+def _domain(asked, assumptions):
+    """Return the conjunction of what was asked for, without what follows from the rest."""
+    kept = list(sp.And.make_args(reduce_under(sp.And(*asked), assumptions)))
+    for relation in sorted(kept, key=lambda r: (-r.count_ops(), str(r))):
+        others = [r for r in kept if r != relation]
+        if any(_follows(relation, bounds) for bounds in _bounds([*others, *sp.And.make_args(assumptions)])):
+            kept = others
+    return sp.And(*kept)
+
+
+def _bounds(relations):
+    """Yield choices of one bound for each symbol, as ``{symbol: bound +- something positive}``."""
+    found = {}
+    for r in relations:
+        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.gts.is_Symbol:
+            found.setdefault(r.gts, []).append(r.lts + sp.Dummy(positive=True))
+        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.lts.is_Symbol:
+            found.setdefault(r.lts, []).append(r.gts - sp.Dummy(positive=True))
+    for choice in itertools.product(*found.values()):
+        yield dict(zip(found, choice, strict=True))
+
+
+def _follows(relation, bounds):
+    if not isinstance(relation, sp.Gt | sp.Lt | sp.Ge | sp.Le):
+        return False
+    difference = relation.gts - relation.lts
+    for _ in bounds:  # a bound may name another symbol that has one
+        difference = difference.subs(bounds)
+    return bool(sp.factor(difference).is_positive)
 
 
 class _Signs:

@@ -73,11 +73,12 @@ class Segment:
 
 @dataclass(frozen=True)
 class Layers:
-    """The segments and events of a jump; ``landing`` is the slow motion that it ends on, as if begun at t = 0."""
+    """The segments and events of a jump, and the (x, z) at t = 0 of the slow motion that it lands on."""
 
     segments: tuple[Segment, ...]
     turns: tuple[Turn, ...]
-    landing: Segment
+    x: Series
+    z: Series
 
 
 def follow(model, steps, start, order, log):
@@ -91,7 +92,7 @@ def follow(model, steps, start, order, log):
         if event:
             turns.append(_turn(segments[-1], event, model.levels[level], order, log))
             began, state = turns[-1].t, turns[-1][2:5]
-    return Layers(tuple(segments), tuple(turns), _landing(segments[-1], model.fields[mode], order))
+    return Layers(tuple(segments), tuple(turns), *_landing(segments[-1], order))
 
 
 def on_slow_line(field, x, order):
@@ -99,6 +100,12 @@ def on_slow_line(field, x, order):
     slow, _ = _rates(field, order)
     at_x, at_y = _rest(field)
     return series(at_y + _slope(field, slow) * (x - at_x)).cut(order)
+
+
+def slow_motion(field, layers, order):
+    """Return the slow motion that the layers land on as a segment that begins at t = 0."""
+    mode, x = layers.segments[-1].mode, layers.x
+    return _segment(mode, field, (x, on_slow_line(field, x, order), layers.z), series(0), order, series(0))
 
 
 def _segment(mode, field, state, began, order, b=None):
@@ -146,11 +153,10 @@ def _pinned(level, x, y, z):
     return x, -(constant + in_x * x) / in_y, z
 
 
-def _landing(segment, field, order):
+def _landing(segment, order):
     past = -segment.began
     fade = (segment.slow * past).exp()
-    x, z = ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
-    return _segment(segment.mode, field, (x, on_slow_line(field, x, order), z), series(0), order, series(0))
+    return ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
 
 
 def _rates(field, order):

@@ -6,6 +6,7 @@ ratios, or numbers: ``Linear.map`` takes one into the other.
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
@@ -66,6 +67,7 @@ class Linear:
         return (load - self.load[0] - self.load[1] * x) / self.load[2]
 
 
+@lru_cache(maxsize=16)
 def linear(system):
     """Read a ``System``; raises ``NotDerivable`` where it is not linear, not planar, or not driven by the load."""
     if system.friction is None:

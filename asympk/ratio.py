@@ -12,6 +12,7 @@ from typing import Any
 import sympy as sp
 
 PRIME = 2**31 - 1
+HIGHEST_POWER = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,7 @@ class Ratio:
         return str(self.expr)
 
     def __eq__(self, other):
-        return not (self - other).numerator
+        return not (self.numerator if isinstance(other, int) and other == 0 else (self - other).numerator)
 
     __hash__ = None
 
@@ -39,8 +40,8 @@ class Ratio:
 
     def __add__(self, other):
         other = self._like(other)
-        if other is NotImplemented:
-            return NotImplemented
+        if other is NotImplemented or not other.numerator:
+            return NotImplemented if other is NotImplemented else self
         common = {
             u: min(self.units.get(u, 0), other.units.get(u, 0)) for u in {**self.units, **other.units}
         }
@@ -101,11 +102,15 @@ class Ratio:
 
 
 class Ratios:
-    """The ratios in ``symbols``; the last ``logarithms`` of them are named as logarithms are asked for."""
+    """The ratios in ``symbols``, and in ``logarithms`` more generators, named as logarithms are asked for.
 
-    def __init__(self, symbols, logarithms=0):
+    ``shown`` replaces the symbols in expressions.
+    """
+
+    def __init__(self, symbols, logarithms=0, shown=None):
         self._names = sp.symbols(f"Lambda1:{logarithms + 1}")
         self._ring = sp.polys.rings.PolyRing((*symbols, *self._names), sp.QQ)
+        self._shown = (*(shown or symbols), *self._names)
         self._known = []
 
     def __call__(self, expr):
@@ -122,20 +127,25 @@ class Ratios:
         return self(self._names[len(self._known) - 1])
 
     def expr(self, ratio):
-        """Return the SymPy expression of a ratio: one factored term for each product of logarithms."""
+        """Return the SymPy expression of a ratio: one cancelled term for each product of logarithms."""
         if not isinstance(ratio, Ratio):
             return sp.sympify(ratio)
-        logs = [sp.log(sp.factor(known.expr)) for known in self._known]
         first = self._ring.ngens - len(self._names)
         parts = {}
         for monomial, c in ratio.numerator.terms():
-            key = monomial[first:]
-            part = parts.setdefault(key, self._ring.zero)
-            part[monomial[:first] + (0,) * len(key)] = c
+            part = parts.setdefault(monomial[first:], self._ring.zero)
+            part[monomial[:first] + (0,) * len(self._names)] = c
         return sp.Add(*(
-            sp.Mul(_cancel(part, ratio.units).expr, *(l**k for l, k in zip(logs, key, strict=False)))
+            sp.Mul(self._plain(_cancel(part, ratio.units)), *(self._logarithm(i) ** k for i, k in enumerate(key) if k))
             for key, part in parts.items()
         ))
+
+    def _plain(self, ratio):
+        units = (sp.factor_terms(u.as_expr(*self._shown)) ** k for u, k in ratio.units.items())
+        return sp.Mul(ratio.numerator.as_expr(*self._shown), *units)
+
+    def _logarithm(self, i):
+        return sp.log(self._plain(self._known[i]))
 
 
 def _cancel(numerator, units):
@@ -155,29 +165,33 @@ def _cancel(numerator, units):
 
 def _may_divide(unit, numerator):
     # most trial divisions fail, and a zero of the unit modulo a prime tells so at a fraction of the cost
-    point = _zero(unit)
-    return point is None or _residue(numerator, point) == 0
+    powers = _powers_of_zero(unit)
+    return powers is None or _residue(numerator, powers) == 0
 
 
 @lru_cache(maxsize=256)
-def _zero(unit):
-    """Return a point, modulo a prime, where the unit vanishes; None when it is linear in no generator."""
+def _powers_of_zero(unit):
+    """Return the powers, modulo a prime, of a point where the unit vanishes; None if it is linear in no generator."""
     for i in range(unit.ring.ngens):
         if unit.degree(i) == 1:
             point = [pow(7, 1 + 3 * j, PRIME) for j in range(unit.ring.ngens)]
-            at = [_residue(unit, [*point[:i], value, *point[i + 1 :]]) for value in (0, 1)]
+            at = [_residue(unit, [*map(_powers, [*point[:i], value, *point[i + 1 :]])]) for value in (0, 1)]
             if (slope := at[1] - at[0]) % PRIME:
                 point[i] = -at[0] * pow(slope, -1, PRIME) % PRIME
-                return tuple(point)
+                return tuple(map(_powers, point))
     return None
 
 
-def _residue(polynomial, point):
+def _powers(base):
+    return [pow(base, k, PRIME) for k in range(HIGHEST_POWER)]
+
+
+def _residue(polynomial, powers):
     total = 0
     for monomial, c in polynomial.items():
-        term = int(c.numerator) * pow(int(c.denominator), -1, PRIME) if c.denominator != 1 else int(c.numerator)
-        for base, exponent in zip(point, monomial, strict=True):
+        term = c.numerator if c.denominator == 1 else c.numerator * pow(c.denominator, -1, PRIME)
+        for table, exponent in zip(powers, monomial, strict=True):
             if exponent:
-                term = term * pow(base, exponent, PRIME) % PRIME
+                term = term * (table[exponent] if exponent < HIGHEST_POWER else pow(table[1], exponent, PRIME)) % PRIME
         total += term
     return total % PRIME

@@ -12,7 +12,7 @@ holds uniformly, from the start of the segment to its end, where e^(fast t) may 
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from asympk.layers import follow, on_slow_line
+from asympk.layers import follow, on_slow_line, slow_motion
 from asympk.linear import linear
 from asympk.lowering import lower
 from asympk.systems import painleve_klein
@@ -67,8 +67,9 @@ def replay(steps, order, extra=2, arrival=None):
     numbers = model().map(lambda c: coefficient(c)(sigma, sigma0)[0])
     y = on_slow_line(numbers.fields[arrival], x, order + extra) if arrival else numbers.fast_state(x, s)
     layers = follow(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
+    slowly = slow_motion(numbers.fields[steps[-1].mode], layers, order + extra)
     return tape.function(
-        tuple(_numbers(layers, k, lambda w: _value(w, mu, large)) for k in range(order, order + extra + 1))
+        tuple(_numbers(layers, slowly, k, lambda w: _value(w, mu, large)) for k in range(order, order + extra + 1))
     )
 
 
@@ -78,7 +79,7 @@ def coefficient(expr):
     return lower(model().parameters, expr, "math").compiled
 
 
-def _numbers(layers, order, value):
+def _numbers(layers, slowly, order, value):
     def relative(w):
         return value(w.cut(w.size[0] + order)) if w.terms else 0
 
@@ -90,7 +91,7 @@ def _numbers(layers, order, value):
         return Piece(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
 
     turns = [Turn(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value)) for t in layers.turns]
-    return Layer(tuple(map(piece, layers.segments)), tuple(turns), piece(layers.landing))
+    return Layer(tuple(map(piece, layers.segments)), tuple(turns), piece(slowly))
 
 
 def _spread(growth, value):

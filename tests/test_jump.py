@@ -1,0 +1,166 @@
+"""The jump map: derived for every layer, and right to the last term that is claimed."""
+
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+import asympk as ap
+from asympk.errors import NotDerivable, OrderError, OutOfRange
+from asympk.jump import first_integral, jump_map
+from asympk.lowering import lower
+from asympk.system import System
+from asympk.systems import painleve_klein as pk
+
+SYSTEM = pk.system()
+x, y, z, mu, sigma, sigma0 = pk.x, pk.y, pk.z, SYSTEM.small, pk.sigma, pk.sigma0
+MUS = [f"1e-{k}" for k in (2, 3, 4, 6, 8, 10, 12)]
+
+FROM_BELOW = ("slip_opposite", "stick", "slip_same")
+FROM_BELOW_TENSE = ("slip_same", *FROM_BELOW)
+FROM_ABOVE = ("slip_opposite", "stick", "slip_opposite", "slip_same")
+STEEP = {
+    FROM_BELOW: [(1, (0, "1/5", -1)), ("1/2", ("3/10", "1/5", -2)), (3, (-1, 2, "-1/2"))],
+    FROM_BELOW_TENSE: [(1, (0, -1, -1)), ("1/2", ("-1/3", -1, -2)), (3, (1, -2, "-3/2"))],
+    FROM_ABOVE: [(1, (0, -2, 1)), ("1/2", ("1/3", -4, 2)), (3, ("-1/2", -1, 1))],
+    ("slip_opposite", "slip_same"): [(1, (0, "-1/2", 1)), (3, (1, "-11/10", 1))],
+    ("slip_same",): [(1, (0, "1/2", 1)), (3, (-1, 3, 2))],
+}
+SHALLOW = {
+    ("slip_opposite",): [("-1/2", (0, "1/5", -1)), ("-17/10", (-1, 2, -1))],
+    ("slip_same", "slip_opposite"): [("-6/5", (0, -1, -1))],
+    ("slip_opposite", "slip_same"): [("-17/10", (0, -1, 1)), ("-1/2", (1, -3, 1))],
+}
+CASES = [(s, start, way) for ways in (STEEP, SHALLOW) for way, starts in ways.items() for s, start in starts]
+
+
+def values(s, start, static=None):
+    named = {sigma: s, sigma0: static or s, x: start[0], y: start[1], z: start[2]}
+    return {symbol: sp.Rational(value) for symbol, value in named.items()}
+
+
+@cache
+def derived(s, start, order, static=None):
+    return jump_map(SYSTEM, order, values(s, start, static))
+
+
+def in_numbers(series, at, mu_text):
+    symbols = sorted(at, key=str)
+    found = lower((*symbols, mu), series.expr, "mpmath")
+    return found(*(Fraction(int(at[v].p), int(at[v].q)) for v in symbols), mu_text)
+
+
+def landed(path, scene):
+    """Return (x, z) at t = 0 of the exact slow motion that the path is on at its end."""
+    b = mpmath.mpf(scene.sigma.numerator) / scene.sigma.denominator
+    b = b + 4 if path.modes[-1] == "slip_same" else -b
+    m, t = (mpmath.mpf(v.numerator) / v.denominator for v in (scene.mu, scene.until))
+    slow = (-b + mpmath.sqrt(b * b - 4 * m * b)) / (2 * m) if b > 0 else -2 / (1 + mpmath.sqrt(1 - 4 * m / b))
+    rest, (last, _, velocity) = 1 / b, path.final
+    part = (last - rest) * mpmath.exp(-slow * t)
+    per = (1 - b) * (1 + slow) / slow
+    return rest + part, velocity - rest * t - per * part * (mpmath.exp(slow * t) - 1)
+
+
+def exact(s, start, mu_text, until, static=None):
+    scene = ap.Scene(str(s), mu_text, tuple(map(str, start)), until, sigma0=None if static is None else str(static))
+    return ap.solve(scene, digits=60), scene
+
+
+@pytest.fixture(autouse=True)
+def many_digits():
+    with mpmath.workdps(70):
+        yield
+
+
+# structure
+
+
+def test_the_integral_with_a_slow_drift_is_found():
+    found = first_integral(SYSTEM)
+    assert sp.expand(found.expr - (z - mu * y - x)) == 0
+    assert found.rate == x
+    for mode in SYSTEM.modes:
+        rate = sum(sp.diff(found.expr, v) * f for v, f in mode.slow.items())
+        assert sp.expand(rate + sp.diff(found.expr, y) / mu * mode.fast[y] - x) == 0
+
+
+@pytest.mark.parametrize("way", [FROM_BELOW, FROM_BELOW_TENSE, FROM_ABOVE])
+def test_in_the_limit_the_velocity_vanishes_and_x_takes_it_over(way):
+    for s, start in STEEP[way]:
+        jump = derived(s, start, 0)
+        assert jump.itinerary == way
+        assert jump.z.coefficient(0) == 0
+        assert sp.expand(jump.x.coefficient(0) - (x - z)) == 0
+
+
+@pytest.mark.parametrize("way", [FROM_BELOW, FROM_BELOW_TENSE, FROM_ABOVE])
+def test_mid_jump_on_the_switching_plane_y_is_of_order_one_over_mu(way):
+    hit = next(e for e in derived(*STEEP[way][0], 0).events if e.kind == "velocity_zero")
+    assert sp.cancel(hit.y.coefficient(-1) + sigma * z / (sigma + 1)) == 0
+    assert sp.cancel(hit.x.coefficient(0) - (x - z / (sigma + 1))) == 0
+
+
+def test_the_plane_is_met_after_mu_log_over_sigma_and_left_after_mu_log_more():
+    jump = derived(*STEEP[FROM_BELOW][0], 1)
+    assert jump.t_hit.coefficient(1, 1) == 1 / sigma
+    assert sp.cancel((jump.t_leave - jump.t_hit).coefficient(1, 1)) == 1
+
+
+@pytest.mark.parametrize(("s", "start", "way"), CASES)
+def test_a_lower_order_is_the_beginning_of_a_higher_one(s, start, way):
+    low, high = derived(s, start, 0), derived(s, start, 1)
+    assert low.itinerary == high.itinerary == way
+    for name in ("x", "z"):
+        difference = getattr(high, name).truncated(0) - getattr(low, name)
+        assert not any(sp.cancel(c) for c in difference.terms.values())
+
+
+@pytest.mark.parametrize(("s", "start", "way"), CASES)
+def test_the_start_satisfies_the_domain_of_its_layer(s, start, way):
+    assert derived(s, start, 0).domain.subs(values(s, start)) == sp.true
+
+
+def test_domains_are_the_quadrants_of_the_phase_space():
+    assert derived(*STEEP[FROM_BELOW][0], 1).domain == sp.And(sigma > 0, z < 0, x + y > 0)
+    assert derived(*STEEP[FROM_BELOW_TENSE][0], 1).domain == sp.And(sigma > 0, z < 0, x + y < 0)
+    assert derived(*STEEP[("slip_same",)][0], 1).domain == sp.And(z > 0, x + y > 0)
+    above = derived(*STEEP[FROM_ABOVE][0], 1).domain
+    assert above == sp.And(sigma > 0, z > 0, x + y < 0, -sigma * (x + y) - 1 > 0)
+
+
+def test_the_shallow_rod_sticks_on_arrival_above_minus_three_halves_and_crosses_below():
+    ways = {s: jump_map(SYSTEM, 0, {sigma: sp.Rational(s)}, arrival="slip_opposite").itinerary
+            for s in ("-1/2", "-6/5", "-149/100", "-151/100", "-17/10")}
+    assert [ways[s] for s in ("-1/2", "-6/5", "-149/100")] == [("stick", "slip_same")] * 3
+    assert [ways[s] for s in ("-151/100", "-17/10")] == [("slip_same",)] * 2
+
+
+def test_an_arrival_on_the_shallow_side_changes_x_and_z_by_order_mu_alone():
+    for s in ("-1/2", "-6/5", "-17/10"):
+        jump = jump_map(SYSTEM, 1, {sigma: sp.Rational(s)}, arrival="slip_opposite")
+        assert jump.x.coefficient(0) == x
+        assert jump.z.coefficient(0) == jump.z.coefficient(1, 1) == jump.x.coefficient(1, 1) == 0
+
+
+# against the exact flow
+
+
+@pytest.mark.parametrize(("s", "start", "way"), CASES)
+@pytest.mark.parametrize("order", [0, 1])
+def test_error_of_the_jump_map_tends_to_its_first_omitted_terms(s, start, way, order):
+    jump, at = derived(s, start, order + 1), values(s, start)
+    for series, truth in ((jump.x, 0), (jump.z, 1)):
+        closeness = []
+        for mu_text in MUS:
+            path, scene = exact(s, start, mu_text, 1 if way[-1] == "slip_same" else "1/4")
+            assert path.modes == way
+            error = landed(path, scene)[truth] - in_numbers(series.truncated(order), at, mu_text)
+            closeness.append(abs(error / in_numbers(series.power(order + 1), at, mu_text) - 1))
+        assert closeness[-1] < 1e-7
+        assert all(b < a for a, b in pairwise(closeness[-4:]))
