@@ -1,0 +1,110 @@
+"""Arguments that broadcast: read, checked, and handed out a few rows at a time, without a copy of the whole."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from asympk.errors import InputError
+from asympk.scene import number
+
+LARGEST = 2.0**1023
+
+
+@dataclass(frozen=True)
+class Column:
+    """One argument of a computation over the flat rows of the broadcast ``shape``."""
+
+    values: np.ndarray
+    shape: tuple
+
+    def rows(self, which):
+        """Return the rows of a slice or of an array of indices as contiguous doubles, or the one value of all."""
+        if self.values.size == 1:
+            return float(self.values.reshape(-1)[0])
+        if self.values.shape == self.shape and self.values.flags.c_contiguous:
+            found = self.values.reshape(-1)[which]
+        else:
+            found = np.broadcast_to(self.values, self.shape).flat[which]
+        return np.ascontiguousarray(found, dtype=float)
+
+    def array(self, which):
+        """Return the rows as an array, also of one value."""
+        found = self.rows(which)
+        if isinstance(found, float):
+            size = len(range(*which.indices(_size(self.shape)))) if isinstance(which, slice) else len(which)
+            return np.full(size, found)
+        return found
+
+
+def columns(limits, **arguments):
+    """Return (shape, {name: Column}) of arguments that broadcast.
+
+    ``limits[name]`` is (allowed, words) for the values of an argument beyond being finite. Raises ``InputError``.
+    """
+    read = {name: numbers(name, value, *limits.get(name, ())) for name, value in arguments.items()}
+    shape = ()
+    for name, values in read.items():
+        try:
+            shape = np.broadcast_shapes(shape, values.shape)
+        except ValueError:
+            raise InputError(f"{name} has shape {values.shape}: it must broadcast with the shape {shape} "
+                             "of the arguments before it") from None
+    return shape, {name: Column(values, shape) for name, values in read.items()}
+
+
+def numbers(name, value, allowed=None, words="a finite number"):
+    """Return ``value`` as an array of finite, allowed real numbers; integers and short floats stay as they are."""
+    try:
+        values = np.asarray(value)
+    except ValueError:
+        raise InputError(f"{name} = {_short(value)}: it must be a number or an array of numbers") from None
+    if values.dtype.kind in "OUS":
+        values = _read_each(name, values)
+    if values.dtype.kind not in "iuf":
+        raise InputError(f"{name} = {_short(value)}: it must be a number or an array of numbers")
+    _require(name, values, lambda v: np.abs(v) <= LARGEST, "a finite number")
+    if allowed:
+        _require(name, values, allowed, words)
+    return values
+
+
+def require_order(name, column, least_name, least):
+    """Require ``column >= least``, row by row of what these two alone broadcast to."""
+    above, below = np.broadcast_arrays(column.values, least.values)
+    bad = above < below
+    if bad.any():
+        at = _first(bad)
+        raise InputError(f"{_place(name, at)} = {above[at]}: it must be at least {least_name} = {below[at]}")
+
+
+def _read_each(name, values):
+    read = np.empty(values.shape)
+    for at, value in np.ndenumerate(values):
+        read[at] = float(number(_place(name, at), value))
+    return read
+
+
+def _require(name, values, allowed, words):
+    flat = values.reshape(-1)
+    if not values.size or (allowed(flat.min()) and allowed(flat.max())):
+        return
+    at = _first(~allowed(values))
+    raise InputError(f"{_place(name, at)} = {values[at]}: it must be {words}")
+
+
+def _first(bad):
+    return tuple(int(i) for i in np.unravel_index(np.argmax(bad), bad.shape))
+
+
+def _place(name, at):
+    return f"{name}[{', '.join(map(str, at))}]" if at else name
+
+
+def _size(shape):
+    return int(np.prod(shape))
+
+
+def _short(value: Any):
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,0 +1,215 @@
+r"""The common courses of a trajectory for sigma > 0 and small mu, each a chain of branch-free kernels.
+
+The signs of z and of s = x + y at the start, and in z > 0 > s the side of the unstable plane, name the course:
+
+    z > 0 < s   slip_same
+    z < 0 < s   slip_opposite, stick, slip_same                                   (claims C23, C24)
+    z < 0 > s   slip_same, slip_opposite, stick, slip_same
+    z > 0 > s   slip_opposite, slip_same, or slip_opposite, stick, slip_opposite, slip_same          (C25, C26)
+
+What makes these courses certain is that the slow part of every s is small (``reach``). Each course returns, with the
+final state, where it applies; nothing is promised elsewhere.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from asympk.kernels import deviation, force_zero, mode, pick, release, slide, slow_part, velocity_zero
+
+SAFE = 1e-10
+BLOCK = 8192
+NONE = np.array([], dtype=np.intp)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Parameters of the trajectories: floats, or arrays of one length."""
+
+    sigma: Any
+    sigma0: Any
+    mu: Any
+
+    def rows(self, rows):
+        """Return the parameters of some of the trajectories."""
+        values = self.sigma, self.sigma0, self.mu
+        return Setting(*pick(rows, *values)) if any(isinstance(v, np.ndarray) for v in values) else self
+
+    @cached_property
+    def same(self):
+        return mode(1.0, self.sigma + 4, self.mu)
+
+    @cached_property
+    def opposite(self):
+        return mode(1.0, -self.sigma, self.mu)
+
+    @cached_property
+    def stick(self):
+        return mode(0.0, 1.0, self.mu)
+
+    @cached_property
+    def upper_edge(self):
+        return 1 / (self.sigma0 + 3)
+
+    @cached_property
+    def lower_edge(self):
+        return -1 / (self.sigma0 + 1)
+
+    @cached_property
+    def reach(self):
+        r"""Bound on |x|, |z| and mu |y| below which the courses hold, or 0.
+
+        It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2 (sigma+1) and 2/edge: then s and
+        s' have at most one zero in a mode of a course, and so has z or it has none.
+        """
+        separate = (self.mu <= 0.0625 * np.minimum(self.sigma, 1.0)) & (self.mu >= 1e-200)
+        most = 0.3 / (self.mu * (2.3 * self.sigma0 + 7)) - 0.3 / self.sigma - 0.3
+        return np.where(separate, np.minimum(most, 1e4), 0.0)
+
+
+def direct(p, x, y, z, until, log):
+    """z > 0 < s: slip_same to the end, unless the first fall of z is too deep."""
+    m = p.same
+    fast_x = m.to_x * deviation(m, x, y)
+    end_x, end_y, gone = slide(m, x, y, x - m.rest - fast_x, until)
+    return (end_x, end_y, z + gone), z > (m.bend * m.fast) * fast_x
+
+
+def lifted(p, x, y, z, until, log):
+    """z < 0 < s: the load grows until z = 0, sticks, and slips."""
+    t, x, y = velocity_zero(p.opposite, x, y, z)
+    log("velocity_zero", t, x, y, 0.0)
+    return _stuck(p, t, x, y, until, log)
+
+
+def turned(p, x, y, z, until, log):
+    """z < 0 > s: the load changes its sign first."""
+    m = p.same
+    t, end_x = force_zero(m, x, y, x + y)
+    end_z = z + m.rest * t - m.bend * (end_x + y)
+    log("force_zero", t, end_x, -end_x, end_z)
+    below = end_z < SAFE * (z - m.bend * np.abs(y))
+    dt, x, y = velocity_zero(p.opposite, end_x, -end_x, end_z)
+    t = t + dt
+    log("velocity_zero", t, x, y, 0.0)
+    end, fits = _stuck(p, t, x, y, until, log)
+    return end, fits & below
+
+
+def raised(p, x, y, z, until, log):
+    """z > 0 > s above the unstable plane: the load grows through zero."""
+    s = x + y
+    end, fits, t = _freed(p, 0.0, x, y, s, z, until, log)
+    high = (s * (p.sigma + 1) >= -1) | (z * p.sigma > (p.sigma + 3) * t)
+    return end, fits & high & _clear(p, x, y)
+
+
+def thrown(p, x, y, z, until, log):
+    """z > 0 > s below the unstable plane: the load grows downwards until z = 0, sticks, and slips."""
+    edge = p.lower_edge
+    clear = _clear(p, x, y)
+    t, x, y = velocity_zero(p.opposite, x, y, z)
+    log("velocity_zero", t, x, y, 0.0)
+    grips = x + y < edge * (1 + SAFE)
+    dt, x = release(p.stick, x, y, edge)
+    t, y = t + dt, edge - x
+    log("slip_onset", t, x, y, 0.0)
+    end, fits, _ = _freed(p, t, x, y, edge, 0.0, until, log)
+    return end, fits & grips & clear
+
+
+def _stuck(p, t, x, y, until, log):
+    edge = p.upper_edge
+    grips = x + y > edge * (1 + SAFE)
+    dt, x = release(p.stick, x, y, edge)
+    t, y = t + dt, edge - x
+    log("slip_onset", t, x, y, 0.0)
+    left = until - t
+    return slide(p.same, x, y, slow_part(p.same, x, edge), left), grips & (left > SAFE * until)
+
+
+def _freed(p, t, x, y, s, z, until, log):
+    m = p.opposite
+    dt, end_x = force_zero(m, x, y, s)
+    z = z + m.rest * dt - m.bend * (end_x + y)
+    t = t + dt
+    log("force_zero", t, end_x, -end_x, z)
+    left = until - t
+    x, y, gone = slide(p.same, end_x, -end_x, slow_part(p.same, end_x, 0.0), left)
+    return (x, y, z + gone), left > SAFE * until, dt
+
+
+def _clear(p, x, y):
+    """Tell where the distance from the unstable plane is known so well that its rounding does not show."""
+    doubt = np.maximum(4 * p.mu / p.sigma, SAFE) * (np.abs(x) + np.abs(y) + 1 / p.sigma)
+    return np.abs(deviation(p.opposite, x, y)) > doubt
+
+
+EVENTS = {direct: 0, lifted: 2, turned: 3, raised: 1, thrown: 3}
+
+
+def follow(p, x, y, z, until, final, count, note=None):
+    """Put final states and numbers of events of the trajectories on common courses in place; return the other rows.
+
+    ``note(kind, rows, t, x, y, z)`` is told the events, those of a trajectory in order of time.
+    """
+    others = [NONE]
+    for course, rows in _sorted_out(p, x, y, z, until):
+        if course is None:
+            others.append(_indices(rows))
+            continue
+        others += [_along(course, block, p, x, y, z, until, final, count, note) for block in _blocks(rows)]
+    return np.concatenate(others)
+
+
+def _sorted_out(p, x, y, z, until):
+    """Yield (course, its rows), at last (None, the rows of no course)."""
+    s = x + y
+    common = (np.abs(x) < p.reach) & (np.abs(z) < p.reach) & (p.mu * np.abs(y) < p.reach) & (until > 0)
+    above, below = common & (z > 0), common & (z < 0)
+    pushed, pulled = s > 0, s < 0
+    yield direct, _where(above & pushed)
+    yield lifted, _where(below & pushed)
+    yield turned, _where(below & pulled)
+    split = _where(above & pulled)
+    rising = deviation(p.rows(split).opposite, x[split], y[split]) > 0
+    yield raised, _indices(split)[rising]
+    yield thrown, _indices(split)[~rising]
+    yield None, _where(~(above | below) | (s == 0))
+
+
+def _where(mask):
+    return slice(0, mask.size) if mask.all() else np.flatnonzero(mask)
+
+
+def _indices(rows):
+    return np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
+
+
+def _blocks(rows):
+    """Cut rows in blocks that stay in a processor's cache."""
+    if isinstance(rows, slice):
+        return [slice(i, min(i + BLOCK, rows.stop)) for i in range(rows.start, rows.stop, BLOCK)]
+    return [rows[i : i + BLOCK] for i in range(0, rows.size, BLOCK)]
+
+
+def _along(course, rows, p, x, y, z, until, final, count, note):
+    """Follow one course, put its results in place, and return the rows it does not fit."""
+    told = []
+    log = (lambda *event: told.append(event)) if note else _ignore
+    end, fits = course(p.rows(rows), *pick(rows, x, y, z, until), log)
+    for axis, values in zip(final, end, strict=True):
+        axis[rows] = values
+    count[rows] = EVENTS[course]
+    if fits.all() and not told:
+        return NONE
+    rows = _indices(rows)
+    for kind, *state in told:
+        note(kind, rows[fits], *pick(fits, *state))
+    return rows[~fits]
+
+
+def _ignore(*event):
+    pass

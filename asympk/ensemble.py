@@ -1,0 +1,158 @@
+r"""The exact flow of many trajectories: arrays in, arrays out.
+
+    rows of the arguments -> common courses, by branch-free kernels
+                          -> the others, by the safeguarded flow over arrays
+                          -> what is left, one by one by the scalar flow
+
+Work goes through the rows in chunks, so that beyond the result the memory in use does not grow with their number. What
+happens to a trajectory depends on its own numbers alone: results are the same bit for bit however rows are grouped.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk import courses, exact
+from asympk.columns import columns, require_order
+from asympk.courses import NONE, Setting
+from asympk.errors import InputError, TooLarge, TooManyEvents
+from asympk.path import KINDS
+from asympk.scene import Scene
+
+CHUNK = 32768
+LIMITS = {
+    "sigma": (lambda v: v > -2, "greater than -2"),
+    "mu": (lambda v: v > 0, "positive"),
+    "until": (lambda v: v >= 0, "zero or positive"),
+}
+
+
+class Events(NamedTuple):
+    """Events of many trajectories, one after the other: arrays of one length, in order of time per trajectory.
+
+    ``trajectory`` counts the trajectories in the order of ``final.reshape(3, -1)``; ``kind`` is as in ``Path``.
+    """
+
+    trajectory: np.ndarray
+    kind: np.ndarray
+    t: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """What became of many trajectories: ``final`` (3, ...) and ``n_events`` of the broadcast shape (...)."""
+
+    final: np.ndarray
+    n_events: np.ndarray
+    _job: Any = field(repr=False)
+    _events: Events | None = field(repr=False)
+
+    def events(self):
+        """Return the ``Events``; where they were not kept, the trajectories are followed once more for them.
+
+        Raises ``InputError`` when the arrays given to ``solve_many`` have been changed since.
+        """
+        if self._events is not None:
+            return self._events
+        again = _follow(self._job, keep=True, progress=None)
+        if not (np.array_equal(again.final, self.final) and np.array_equal(again.n_events, self.n_events)):
+            raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
+        return again._events
+
+
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, *, events=False, progress=None):
+    """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
+
+    ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not
+    copied. ``progress(done, total)`` is called after each chunk. Raises ``InputError``, ``TooManyEvents`` and
+    ``TooLarge``.
+    """
+    given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
+    if sigma0 is not None:
+        given["sigma0"] = sigma0
+    shape, job = columns(LIMITS, **given)
+    if sigma0 is None:
+        job["sigma0"] = job["sigma"]
+    else:
+        require_order("sigma0", job["sigma0"], "sigma", job["sigma"])
+    return _follow((shape, job), events, progress)
+
+
+def _follow(job, keep, progress):
+    shape, arguments = job
+    size = int(np.prod(shape))
+    result = _Result(np.empty((3, size)), np.zeros(size, dtype=np.int64), [] if keep else None)
+    others, waiting = [], 0
+    for start in range(0, size, CHUNK):
+        stop = min(start + CHUNK, size)
+        others.append(_common(arguments, start, stop, result))
+        waiting += others[-1].size
+        if waiting >= CHUNK or stop == size:
+            _uncommon(arguments, np.concatenate(others), result)
+            others, waiting = [], 0
+        if progress:
+            progress(stop, size)
+    kept = _in_order(result.notes) if keep else None
+    return Ensemble(result.final.reshape(3, *shape), result.count.reshape(shape), job, kept)
+
+
+class _Result(NamedTuple):
+    """Where results go, by the flat index of the trajectory; ``notes`` are blocks of events, or None."""
+
+    final: np.ndarray
+    count: np.ndarray
+    notes: list | None
+
+    def note(self, offset):
+        """Return the function that takes note of events of the rows from ``offset`` on, or None."""
+        if self.notes is None:
+            return None
+        return lambda kind, rows, *state: self.notes.append((rows + offset, KINDS.index(kind), *state))
+
+
+def _common(arguments, start, stop, result):
+    """Follow those of the trajectories from ``start`` to ``stop`` that take a common course; return the others."""
+    rows = slice(start, stop)
+    p = Setting(*(arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu")))
+    x, y, z = (arguments[name].array(rows) for name in "xyz")
+    with np.errstate(all="ignore"):
+        left = courses.follow(p, x, y, z, arguments["until"].rows(rows), result.final[:, rows], result.count[rows],
+                              result.note(start))
+    return left + start
+
+
+def _uncommon(arguments, rows, result):
+    for row in rows.tolist():
+        _alone(arguments, row, result)
+
+
+def _alone(arguments, row, result):
+    """Follow one trajectory by the scalar flow."""
+    which = np.array([row])
+    of = {name: column.array(which)[0].item() for name, column in arguments.items()}
+    scene = Scene(of["sigma"], of["mu"], (of["x"], of["y"], of["z"]), of["until"], of["sigma0"])
+    try:
+        path = exact.run(scene)
+    except (TooLarge, TooManyEvents) as error:
+        raise type(error)(f"trajectory {row}: {error}") from None
+    result.final[:, row] = path.final
+    result.count[row] = len(path.events)
+    if result.notes is not None:
+        note = result.note(row)
+        for kind, *state in path.events:
+            note(kind, np.zeros(1, dtype=np.intp), *([value] for value in state))
+
+
+def _in_order(notes):
+    """Join blocks of events, in each of which and from each to the next the time of a trajectory grows."""
+    sizes = [block[0].size for block in notes]
+    trajectory = np.concatenate([NONE, *(block[0] for block in notes)])
+    order = np.argsort(trajectory, kind="stable")
+    kind = np.repeat(np.array([block[1] for block in notes], dtype=np.intp), sizes)
+    state = [np.concatenate([[], *(np.broadcast_to(block[i], block[0].shape) for block in notes)])[order]
+             for i in range(2, 6)]
+    return Events(trajectory[order], np.array(KINDS)[kind[order]], *state)
