@@ -13,6 +13,7 @@ from asympk.scene import Scene
 PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
 STEEP, SHALLOW = 1, Fraction(-1, 2)
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
+README = ("phase", "jump", "regimes")
 SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
 
 

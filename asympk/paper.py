@@ -1,0 +1,74 @@
+"""From symbols to a finished PDF: rows, figures, tables and numbers under paper/generated, then latexmk."""
+
+import logging
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+from asympk import collisions, convergence, numbers
+from asympk.errors import InputError
+from asympk.figures import save
+from asympk.files import write_text
+from asympk.gallery import README, pictures
+from asympk.regenerate import project, write_tables
+
+PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
+ROWS = {"convergence": convergence.write, "collisions": collisions.write}
+LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build", "main.tex")
+
+
+def build(root, progress=None):
+    """Write all that the paper is made of, and the PDF where latexmk is installed; return a line for each outcome.
+
+    Rows that exist are kept. Raises ``InputError`` with the first complaint of TeX when the paper does not compile.
+    """
+    root, tell = project(root), progress or (lambda message: None)
+    generated = root / "paper" / "generated"
+    made = [*write_rows(generated / "rows", tell), *write_figures(root, tell), *write_tables(root)]
+    tell("writing numbers")
+    made.append(write_text(generated / "numbers.tex", numbers.as_latex(numbers.macros(root))))
+    lines = [f"wrote {len(made)} files under {generated}"]
+    if not shutil.which("latexmk"):
+        return [*lines, f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {PACKAGES}"]
+    tell("running latexmk")
+    return [*lines, f"wrote {typeset(root / 'paper')}"]
+
+
+def write_rows(out, tell):
+    """Compute the rows that the paper's own figures need and that are not there; return the files written."""
+    written = []
+    for name, write in ROWS.items():
+        if not (out / f"{name}.csv").is_file():
+            tell(f"computing {name}")
+            written.append(write(out))
+    return written
+
+
+def write_figures(root, tell):
+    """Draw every picture as PDF for the paper, those of the README as SVG as well; return the files."""
+    logging.getLogger("fontTools").setLevel(logging.ERROR)  # it remarks on the age of matplotlib's fonts
+    out, written = root / "paper" / "generated" / "figures", []
+    for picture in pictures(root):
+        tell(f"drawing {picture.name}")
+        figure = picture.draw()
+        kinds = ("pdf", "svg") if picture.name in README else ("pdf",)
+        written += [save(figure, out / f"{picture.name}.{kind}") for kind in kinds]
+    return written
+
+
+def typeset(paper):
+    """Run latexmk in ``paper`` and return the PDF, whose bytes depend on what it is made of alone."""
+    fixed = {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "TZ": "UTC"}
+    run = subprocess.run(LATEXMK, cwd=paper, env={**os.environ, **fixed}, capture_output=True, text=True, errors="replace")
+    if run.returncode:
+        raise InputError(f"{paper / 'main.tex'} does not compile: {first_complaint(run.stdout)}; see {paper}/build/main.log")
+    return Path(paper) / "build" / "main.pdf"
+
+
+def first_complaint(log):
+    """Return TeX's first error with the line it names, or the last line of the log."""
+    found = re.search(r"^! (.+?)$(?:.*?^(l\.\d+.*?)$)?", log, re.MULTILINE | re.DOTALL)
+    lines = [part.strip() for part in found.groups() if part] if found else log.strip().splitlines()[-1:]
+    return " at ".join(lines) or "latexmk says nothing"
