@@ -138,19 +138,21 @@ def _step(scheme, state, h):
     for _ in range(60):
         stages = [_moved(state, row, slopes, h) for row in a]
         residual = [_minus(piece.rhs(0, w), k) for w, k in zip(stages, slopes, strict=True)]
-        size = max(abs(v) for row in residual for v in row) * h
-        if size <= scheme.tolerance * 1e-4:
-            return slopes
-        if not size < (1e30 if previous is None else 2 * previous):
-            return None
-        previous = size
         exponent = max(abs(v) for row in residual for v in row)
+        if exponent == 0:
+            return slopes
         blocks = np.array([scheme.doubles.jac(0, map(float, w)) for w in stages])
         steps = scheme.tableau.floats * float(h)
         matrix = np.eye(3 * len(a)) - np.einsum("ikl,ij->ikjl", blocks, steps).reshape(2 * (3 * len(a),))
         scaled = np.array([float(v / exponent) for row in residual for v in row])
         change = np.linalg.solve(matrix, scaled).reshape(-1, 3).tolist()
         slopes = [_minus(k, [-exponent * v for v in d]) for k, d in zip(slopes, change, strict=True)]
+        size = h * exponent * max(abs(v) for d in change for v in d)
+        if size <= scheme.tolerance * 1e-4:
+            return slopes
+        if not size < (1e30 if previous is None else 2 * previous):
+            return None
+        previous = size
     return None
 
 

@@ -46,7 +46,10 @@ def _step(solver, steps, limits):
         return STEP_LIMIT
     if monotonic() > limits.deadline:
         return "time limit reached"
-    reason = solver.step()
+    from numpy import errstate
+
+    with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
+        reason = solver.step()
     if solver.status == "failed":
         return f"stalled ({reason.rstrip('.').lower()})"
     return "" if all(v - v == 0 for v in solver.y.tolist()) else "left the range of floats"
