@@ -93,6 +93,16 @@ def _parser():
     least.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1, |x|, |z| (1e-3)")
     least.add_argument("--json", action="store_true")
 
+    certify = commands.add_parser("certify", help="prove what a scene does, in ball arithmetic")
+    certify.set_defaults(run=_certify)
+    certify.add_argument("scene", nargs="?", help="a scene that ships, or a TOML file")
+    certify.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
+                         help="let sigma, mu, sigma0, x, y, z or until vary; may be repeated")  # fmt: skip
+    certify.add_argument("--pieces", type=int, default=64, help="cut the box into at most so many pieces (64)")
+    certify.add_argument("--digits", type=int, default=15, help="digits of the final state (15)")
+    certify.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
+    certify.add_argument("--json", action="store_true")
+
     bench = commands.add_parser("bench", help="measure speed as ratios in one run")
     bench.set_defaults(run=_bench)
     return parser
@@ -207,6 +217,37 @@ def _least(options):
 
     ladder = least_model(_scene_file(options).scene, options.rtol)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))
+
+
+def _certify(options):
+    from asympk.errors import InputError
+
+    if options.claims == (options.scene is not None) or (options.claims and options.box):
+        raise InputError("certify takes either a scene, with a --box or without, or --claims")
+    if not (1 <= options.digits <= 300 and 1 <= options.pieces <= 100_000):
+        raise InputError("--digits must be from 1 to 300, --pieces from 1 to 100000")
+    return _prove_claims() if options.claims else _prove_scene(options)
+
+
+def _prove_claims():
+    from asympk.proofs import inequalities, prove
+    from asympk.terminal import proofs_as_text
+
+    found = [prove(inequality) for inequality in inequalities()]
+    print(proofs_as_text(found))
+    return 0 if all(proof.proven for proof in found) else 1
+
+
+def _prove_scene(options):
+    from asympk.certify import certify, cover
+    from asympk.scenefile import load
+    from asympk.terminal import certificates_as_json, certificates_as_text
+
+    box = {name: ends for name, *ends in options.box or ()}
+    scene = load(options.scene)
+    found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
+    print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
+    return 0 if all(one.proven for one in found) else 1
 
 
 def _bench(options):

@@ -9,6 +9,10 @@ from fractions import Fraction
 from asympk.errors import MissingPackage
 
 
+class Refused(ArithmeticError):
+    """What cannot be proven, by name; the message says where."""
+
+
 def flint():
     """Return the module ``flint``; raises ``MissingPackage`` where it is not installed."""
     try:
@@ -38,7 +42,19 @@ def sign(value):
 
 def common(first, second):
     """Return a ball that contains what two enclosures of one number have in common."""
-    return first.intersection(second) if first.overlaps(second) else first
+    if not (first.is_finite() and second.is_finite()):
+        return second if second.is_finite() else first
+    if not first.overlaps(second):
+        raise Refused(f"contradiction: {first} and {second} are to enclose one number")
+    return first.intersection(second)
+
+
+def times(first, second):
+    """Return the product; of two wide balls by their ends, since the product of balls as such may lose its sign."""
+    signs = sign(first) * sign(second)
+    if not signs or first.rel_accuracy_bits() > 8 or second.rel_accuracy_bits() > 8:
+        return first * second
+    return signs * (first.abs_lower() * second.abs_lower()).union(first.abs_upper() * second.abs_upper())
 
 
 def ball_of(expr, values):

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from asympk.balls import ball, ball_of, between, common, flint, sign
-from asympk.enclosure import Guard, Refused, Segment, State, first_event
+from asympk.balls import Refused, ball, ball_of, between, common, flint, sign
+from asympk.enclosure import Guard, State, first_event, segment
 from asympk.errors import InputError
 from asympk.path import Event
 from asympk.scene import number
@@ -21,14 +21,15 @@ COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 MOST_EVENTS = 200
 MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
 _BITS = (96, 192, 384, 768, 1536, 3072)
+_FINEST_IN_BOX = 2.0**-16
 
 
 @dataclass(frozen=True)
 class Certificate:
     """A proof of what ``scene`` does, or why there is none.
 
-    ``proven`` certificates have ``modes``, ``events`` (Event of balls) and ``final``, three balls that contain the exact
-    (x, y, z) at ``until`` for every point of ``box``; others have ``reason``, whose first words name the obstacle.
+    ``proven`` certificates have ``modes``, ``events`` (Event of balls) and ``final``, three balls that contain the
+    exact (x, y, z) at ``until`` for every point of ``box``; others have ``reason``, which begins with the obstacle.
     ``bits`` is the working precision.
     """
 
@@ -48,7 +49,7 @@ class Certificate:
 
 
 class Case(NamedTuple):
-    """The balls of a scene; ``excess`` is sigma0 - sigma >= 0; ``exact`` are the Fractions of a single start, or None."""
+    """The balls of a scene; ``exact`` are the Fractions (sigma0, mu, x, y, z) of a single one, or None."""
 
     sigma: Any
     mu: Any
@@ -57,9 +58,9 @@ class Case(NamedTuple):
     y: Any
     z: Any
     until: Any
-    excess: Any
     exact: tuple | None
     near: tuple | None
+    finest: float
 
 
 def certify(scene, box=None, digits=15):
@@ -71,12 +72,36 @@ def certify(scene, box=None, digits=15):
     found = scene if hasattr(scene, "quantities") else _Alone(scene)
     sides = _sides(found.scene, box or {})
     last = None
-    for bits in _BITS[1:4:2] if sides else _BITS:
+    for bits in _BITS[1:2] if sides else _BITS:
         with flint().ctx.workprec(bits):
             last = _attempt(found, sides, bits)
             if last.proven and (sides or _sharp(last.final, digits)):
                 return last
     return last
+
+
+def cover(scene, box, pieces=64):
+    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all."""
+    done, todo = [], [certify(scene, box)]
+    while todo:
+        found = todo.pop(0)
+        if found.proven or len(done) + len(todo) + 1 >= pieces or not _widest(found.box, box):
+            done.append(found)
+        else:
+            todo += [certify(scene, half) for half in _halves(found.box, _widest(found.box, box))]
+    return tuple(done)
+
+
+def _widest(piece, box):
+    """Return the side of the piece that is longest against that of the box, or None for a point."""
+    lengths = {name: Fraction(high) - Fraction(low) for name, (low, high) in box.items()}
+    parts = {name: (high - low) / lengths[name] for name, (low, high) in piece.items() if high > low}
+    return max(parts, key=parts.get, default=None)
+
+
+def _halves(piece, name):
+    low, high = piece[name]
+    return tuple({**piece, name: half} for half in ((low, (low + high) / 2), ((low + high) / 2, high)))
 
 
 class _Alone(NamedTuple):
@@ -102,7 +127,7 @@ def _sides(scene, box):
     for name, ends in box.items():
         if name not in COORDINATES:
             raise InputError(f"box: {name!r} is no coordinate; the nearest is {nearest(name, COORDINATES)!r}")
-        low, high = (Fraction(number(f"box {name}", end)) for end in ends)
+        low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
         if low > high:
             raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
         sides[name] = (low, high)
@@ -112,9 +137,18 @@ def _sides(scene, box):
             raise InputError(f"box: {name} must be above {bound}; it starts at {sides[name][0]}")
     if scene.near_to and sides.keys() & {"x", "y", "z"}:
         raise InputError("box: a scene that starts beside a slow line has no box of starts")
-    if "sigma0" in sides and sides["sigma0"][0] < sides.get("sigma", (0, Fraction(scene.sigma)))[1]:
-        raise InputError("box: sigma0 must not be below sigma anywhere")
+    largest = sides.get("sigma", (0, Fraction(scene.sigma)))[1]
+    if scene.sigma0 != scene.sigma or "sigma0" in sides:
+        least = sides.get("sigma0", (Fraction(scene.sigma0),))[0]
+        if least < largest:
+            raise InputError(f"box: sigma0 must not be below sigma anywhere; it is {least} where sigma is {largest}")
     return sides
+
+
+def _pair(name, ends):
+    if isinstance(ends, str) or len(ends) != 2:
+        raise InputError(f"box: {name} = {ends!r:.60}: it must be two numbers (low, high)")
+    return ends
 
 
 def _case(found, sides):
@@ -126,13 +160,12 @@ def _case(found, sides):
         values, same = _from_rod(found.quantities)
     values |= {name: between(*ends) for name, ends in sides.items()}
     if same and "sigma0" not in sides:
-        values["sigma0"], excess = values["sigma"], ball(0)
-    else:
-        excess = (values["sigma0"] - values["sigma"]).max(ball(0))
+        values["sigma0"] = values["sigma"]
     exact = None
     if not sides and not found.quantities:
         exact = tuple(map(Fraction, (scene.sigma0, scene.mu, *scene.start)))
-    return Case(**values, excess=excess, exact=exact, near=scene.near_to)
+    finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
+    return Case(**values, exact=exact, near=scene.near_to, finest=finest)
 
 
 def _from_rod(quantities):
@@ -155,30 +188,31 @@ def _follow(case):
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         modes.append(name)
-        segment = _segment(case, name, state, deviation)
+        mode = _mode(case, name, state, deviation)
         left = case.until - t
-        found = first_event(segment, _guards(case, state, s_sign, z_sign, touching), left)
+        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, case.finest)
         if found is None:
-            end = segment.state(left)
+            end = mode.state(left)
             return modes, events, (end.x, end.y, end.z if z_sign else ball(0))
         guard, dt = found
         if not dt < left:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(case.until.mid()):.10g}")
-        state, s_sign, z_sign, touching = _after(case, guard, segment.state(dt), s_sign, z_sign)
+        state, s_sign, z_sign, touching = _after(case, guard, mode.at(guard, dt), s_sign, z_sign)
         deviation, t = None, t + dt
         events.append(Event(guard.kind, t, state.x, state.y, state.z))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
 
 
-def _segment(case, name, state, deviation):
+def _mode(case, name, state, deviation):
     a, b = (0, ball(1)) if name == "stick" else (1, case.sigma + 4 if name == "slip_same" else -case.sigma)
-    return Segment(a, b, case.mu, state, deviation)
+    return segment(a, b, case.mu, state, deviation)
 
 
 def _guards(case, state, s_sign, z_sign, touching):
     if z_sign:
-        return [Guard("force_zero", "s", s_sign, 0, "s" in touching), Guard("velocity_zero", "z", z_sign, 0, "z" in touching)]
+        pairs = (("force_zero", "s", s_sign), ("velocity_zero", "z", z_sign))
+        return [Guard(kind, axis, side, 0, axis in touching) for kind, axis, side in pairs]
     near, far = _edges(case, s_sign)
     guards = [Guard("slip_onset", "s", s_sign, near, "near" in touching)]
     return guards if far is None else [*guards, Guard("slip_onset", "s", -1, far, "far" in touching)]
@@ -255,7 +289,7 @@ def _sticks(case, s, s_sign):
         return False
     inside = [sign(s_sign * (s - near))] + ([] if far is None else [sign(far - s)])
     if 0 in inside:
-        raise Refused(f"edge: z = 0 is met at x + y = {float(s.mid()):.10g}, on an edge of the static cone within the radius")
+        raise Refused(f"edge: z = 0 is met at x + y = {s.str(6)}, within the radius of an edge of the static cone")
     return all(side > 0 for side in inside)
 
 

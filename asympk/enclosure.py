@@ -9,15 +9,11 @@ then encloses the root. Nothing here relies on the closed-form roots or the extr
 
 from typing import Any, NamedTuple
 
-from asympk.balls import common, flint, sign
+from asympk.balls import Refused, common, flint, sign, times
 
 _CUTS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.0625, 0.9375)
 _MOST_PIECES = 1500
 _NEWTON_STEPS = 200
-
-
-class Refused(ArithmeticError):
-    """What cannot be proven, by name; the message says where."""
 
 
 class State(NamedTuple):
@@ -39,36 +35,35 @@ class Guard(NamedTuple):
     touching: bool = False
 
 
-class Segment:
-    """The closed form of the mode ``mu y' = a - b s`` from a state, ``deviation`` that from its slow line if known."""
+def segment(a, b, mu, start, deviation=None):
+    """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is that from its slow line."""
+    if not b.contains(0):
+        square = 1 - 4 * mu / b
+        if square > 0:
+            return Exponentials(a, b, mu, start, square.sqrt(), deviation)
+        if square < 0:
+            return Oscillation(a, b, mu, start)
+    return MatrixExponential(a, b, mu, start)
 
-    def __init__(self, a, b, mu, start, deviation=None):
+
+class MatrixExponential:
+    """A mode followed by the exponential of its matrix: for b and 1 - 4 mu/b that may vanish."""
+
+    unstable = False
+
+    def __init__(self, a, b, mu, start):
         self.a, self.b, self.mu, self.start = a, b, mu, start
-        self.form, self.unstable = _generic, False
-        if not b.contains(0):
-            self.rest = a / b
-            square = 1 - 4 * mu / b
-            if square > 0:
-                self._exponentials(square.sqrt(), deviation)
-            elif square < 0:
-                self.form, self.turns = _oscillating, (b / mu - (b / (2 * mu)) ** 2).sqrt()
-
-    def _exponentials(self, root, deviation):
-        """Split the start into a fast and a slow part; rates l1 = -rho b / mu, l2 = -1/rho with rho = (1 + root)/2."""
-        k, rho, start = self.mu / self.b, (1 + root) / 2, self.start
-        self.form, self.rates, self.lift = _exponential, (-rho / k, -1 / rho), -k / (rho * rho)
-        fast = deviation
-        if fast is None:
-            fast = (start.s - self.a / (self.b * rho)) - self.lift * start.x
-        self.parts = fast * (-k / root), start.x - self.rest + fast * k / root
-        self.unstable = sign(self.b) < 0 and fast.contains(0)
 
     def state(self, t):
         """Return the state on the time ball ``t``."""
-        return self.form(self, t)
+        a, b, mu, start = self.a, self.b, self.mu, self.start
+        rates = [[0, 1, 0, 0], [-b / mu, -b / mu, 0, a / mu], [1 - b, 1 - b, 0, a], [0, 0, 0, 0]]
+        flow = flint().arb_mat([[t * entry for entry in row] for row in rates]).exp()
+        x, y, moved = (flow[row, 0] * start.x + flow[row, 1] * start.y + flow[row, 3] for row in range(3))
+        return State(x, y, x + y, start.z + moved)
 
     def jet(self, guard, t):
-        """Return the guard's value, slope and slope's slope on the time ball ``t``."""
+        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
         state = self.state(t)
         drift = (self.a - self.b * state.s) / self.mu
         slope = state.y + drift
@@ -78,47 +73,108 @@ class Segment:
             values = state.z - guard.level, self.a - (self.b - 1) * state.s, (1 - self.b) * slope
         return tuple(guard.side * value for value in values)
 
+    def newton(self, guard, middle, time):
+        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
+        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        return middle - value / slope, sign(value)
 
-def _exponential(segment, t):
-    (fast, slow), (l1, l2), start = segment.parts, segment.rates, segment.start
-    p, q = fast * (l1 * t).exp(), slow * (l2 * t).exp()
-    y = l1 * p + l2 * q
-    s = segment.rest + (1 + l1) * p + segment.lift * q
-    return _joined(segment, t, State(segment.rest + p + q, y, s, start.z))
-
-
-def _oscillating(segment, t):
-    beta, start = segment.b / segment.mu, segment.start
-    decay, angle = (-beta * t / 2).exp(), segment.turns * t
-    g = decay * angle.sin() / segment.turns
-    rate = decay * angle.cos() - beta * g / 2
-    away = start.x - segment.rest
-    x, y = segment.rest + away * (rate + beta * g) + start.y * g, start.y * rate - beta * away * g
-    return _joined(segment, t, State(x, y, x + y, start.z))
+    def at(self, guard, t):
+        """Return the state at the root of the guard."""
+        return self.state(t)
 
 
-def _joined(segment, t, state):
-    """Add z = z0 + (a/b) t + (mu/b)(b-1)(y - y0), which follows from the two rates."""
-    moved = segment.rest * t + segment.mu * (1 - 1 / segment.b) * (state.y - segment.start.y)
-    return state._replace(z=segment.start.z + moved)
+class Oscillation(MatrixExponential):
+    """A mode with complex rates."""
+
+    def __init__(self, a, b, mu, start):
+        super().__init__(a, b, mu, start)
+        self.rest, self.turns = a / b, (b / mu - (b / (2 * mu)) ** 2).sqrt()
+
+    def state(self, t):
+        """Return the state on ``t``; z = z0 + (a/b) t + mu (1 - 1/b)(y - y0) follows from the two rates."""
+        beta, start = self.b / self.mu, self.start
+        decay, angle = (-beta * t / 2).exp(), self.turns * t
+        g = decay * angle.sin() / self.turns
+        rate = decay * angle.cos() - beta * g / 2
+        away = start.x - self.rest
+        x, y = self.rest + away * (rate + beta * g) + start.y * g, start.y * rate - beta * away * g
+        return State(x, y, x + y, start.z + self.rest * t + self.mu * (1 - 1 / self.b) * (y - start.y))
 
 
-def _generic(segment, t):
-    """Follow the linear system by the exponential of its matrix, where the closed forms degenerate."""
-    a, b, mu, start = segment.a, segment.b, segment.mu, segment.start
-    rates = [[0, 1, 0, 0], [-b / mu, -b / mu, 0, a / mu], [1 - b, 1 - b, 0, a], [0, 0, 0, 0]]
-    flow = flint().arb_mat([[t * entry for entry in row] for row in rates]).exp()
-    x, y, moved = (
-        flow[row, 0] * start.x + flow[row, 1] * start.y + flow[row, 3] for row in range(3)
-    )
-    return State(x, y, x + y, start.z + moved)
+class Exponentials(MatrixExponential):
+    """A mode with two real rates: x = a/b + P e^{l1 t} + Q e^{l2 t}, l1 = -rho b / mu, l2 = -1/rho, rho = (1 + root)/2.
+
+    Where l1 > 0 the jets are divided by e^{l1 t}, so that their signs do not drown in its growth.
+    """
+
+    def __init__(self, a, b, mu, start, root, deviation):
+        super().__init__(a, b, mu, start)
+        k, rho = mu / b, (1 + root) / 2
+        self.rest, self.coupling = a / b, mu * (1 - 1 / b)
+        self.rates, self.lift = (-rho / k, -1 / rho), -k / (rho * rho)
+        fast = (start.s - a / (b * rho)) - self.lift * start.x if deviation is None else deviation
+        self.parts = fast * (-k / root), start.x - self.rest + fast * k / root
+        self.grows = b < 0
+        self.unstable = self.grows and fast.contains(0)
+        self._factors = {}
+
+    def state(self, t):
+        """Return the state on the time ball ``t``."""
+        (fast, slow), (l1, l2) = self.parts, self.rates
+        return self._joined(t, fast * (l1 * t).exp(), slow * (l2 * t).exp())
+
+    def _joined(self, t, p, q):
+        (l1, l2), start = self.rates, self.start
+        y = l1 * p + l2 * q
+        z = start.z + self.rest * t + self.coupling * (y - start.y)
+        return State(self.rest + p + q, y, self.rest + (1 + l1) * p + self.lift * q, z)
+
+    def jet(self, guard, t):
+        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
+        (l1, l2), start, arb = self.rates, self.start, flint().arb
+        one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.grows else (
+            arb(1), (l1 * t).exp(), (l2 * t).exp())
+        still, drift = self.rest - guard.level, 0
+        if guard.axis == "z":
+            still, drift = start.z - guard.level + self.rest * t - self.coupling * start.y, self.rest
+        values = [times(of_fast, p) + times(of_slow, q) for of_fast, of_slow in self._coefficients(guard.axis)]
+        return tuple(guard.side * value for value in (values[0] + still * one, values[1] + drift * one, values[2]))
+
+    def _coefficients(self, axis):
+        """Return the factors of the fast and the slow exponential in s or z, and in its first and second derivative."""
+        if axis not in self._factors:
+            (l1, l2), k = self.rates, self.coupling
+            heads = (1 + l1, self.lift) if axis == "s" else (k * l1, k * l2)
+            first = [times(head, part) for head, part in zip(heads, self.parts, strict=True)]
+            second = [times(rate, factor) for rate, factor in zip(self.rates, first, strict=True)]
+            self._factors[axis] = first, second, [times(r, f) for r, f in zip(self.rates, second, strict=True)]
+        return self._factors[axis]
+
+    def newton(self, guard, middle, time):
+        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
+        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        factor = (self.rates[0] * (middle - time)).exp() if self.grows else 1
+        return middle - value / slope * factor, sign(value)
+
+    def at(self, guard, t):
+        """Return the state at the root of the guard, the fast part from its equation where that is sharper."""
+        (fast, slow), (l1, l2), start = self.parts, self.rates, self.start
+        q = slow * (l2 * t).exp()
+        if guard.axis == "s":
+            p = (guard.level - self.rest - self.lift * q) / (1 + l1)
+        else:
+            p = (start.y - (start.z + self.rest * t) / self.coupling - l2 * q) / l1
+        return self._joined(t, common(p, fast * (l1 * t).exp()), q)
 
 
-def first_event(segment, guards, left):
-    """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None; or ``Refused``."""
+def first_event(segment, guards, left, finest):
+    """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None.
+
+    Raises ``Refused`` where a piece of time, relative to its end, would have to be shorter than ``finest``.
+    """
     arb = flint().arb
     pieces, lo = [left.upper().mid()], arb(0)
-    for _ in range(_MOST_PIECES):
+    for count in range(_MOST_PIECES + 1):
         if not pieces:
             return None
         hi = pieces[-1]
@@ -128,9 +184,12 @@ def first_event(segment, guards, left):
         elif verdicts.count("falls") == 1 and "unknown" not in verdicts:
             guard = guards[verdicts.index("falls")]
             return guard, _root(segment, guard, lo, hi)
+        elif count == _MOST_PIECES or not hi - lo > hi * finest:
+            unproven = [guard for guard, verdict in zip(guards, verdicts, strict=True) if verdict != "positive"]
+            raise _refused(segment, unproven, hi, left)
         else:
-            pieces.append(_cut(segment, guards, lo, hi, verdicts, left))
-    raise _refused(segment, guards, lo, pieces[-1], left)
+            pieces.append(_cut(segment, guards, lo, hi))
+    raise _refused(segment, guards, lo, left)
 
 
 def _verdict(segment, guard, lo, hi):
@@ -144,10 +203,8 @@ def _verdict(segment, guard, lo, hi):
     return "unknown"
 
 
-def _cut(segment, guards, lo, hi, verdicts, left):
+def _cut(segment, guards, lo, hi):
     """Return a time between, where if possible the sign of every guard is certain."""
-    if not (hi - lo) * 2 ** (flint().ctx.prec // 2) > hi:
-        raise _refused(segment, [g for g, v in zip(guards, verdicts, strict=True) if v != "positive"], lo, hi, left)
     for part in _CUTS:
         middle = (lo + (hi - lo) * part).mid()
         if all(sign(segment.jet(guard, middle)[0]) for guard in guards):
@@ -160,18 +217,16 @@ def _root(segment, guard, lo, hi):
     for _ in range(_NEWTON_STEPS):
         time = lo.union(hi)
         middle = ((lo + hi) / 2).mid()
-        value, slope = segment.jet(guard, middle)[0], segment.jet(guard, time)[1]
-        if not slope < 0:
-            return time
-        lower, upper = (middle, hi) if value > 0 else (lo, middle) if value < 0 else (lo, hi)
-        new = common(lower.union(upper), middle - value / slope)
+        step, side = segment.newton(guard, middle, time)
+        lower, upper = (middle, hi) if side > 0 else (lo, middle) if side < 0 else (lo, hi)
+        new = common(lower.union(upper), step) if step.is_finite() else lower.union(upper)
         if not new.rad() < time.rad() * 0.9:
             return new
         lo, hi = new.lower().mid(), new.upper().mid()
     return lo.union(hi)
 
 
-def _refused(segment, guards, lo, hi, left):
+def _refused(segment, guards, hi, left):
     near = float(hi)
     if segment.unstable:
         return Refused(f"unstable plane: the start of this mode cannot be told from Pi2 with {flint().ctx.prec} bits")

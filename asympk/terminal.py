@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from math import prod
 from textwrap import wrap
 
 from asympk.ledger.nouns import VERDICTS
@@ -72,6 +73,76 @@ def ladder_as_text(ladder):
         lines.append(f"{mark} {rung.model:<8}{shown[0]:>11}{shown[1]:>11}{shown[2]:>12}")
         lines += wrap(rung.reason, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
     return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])
+
+
+def certificates_as_text(found, digits):
+    """Return certificates as text: one in full, those of the pieces of a box counted by what they prove."""
+    if len(found) == 1:
+        return _certificate_as_text(found[0], digits)
+    proven = [piece for piece in found if piece.proven]
+    outcomes = Counter(" -> ".join(piece.modes) if piece.proven else f"undecided, {piece.obstacle}" for piece in found)
+    lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {covered(found):.6g} of its volume"]
+    lines += [f"{count:>6}  {words}" for words, count in outcomes.most_common()]
+    if proven:
+        hull = [_hull([piece.final[axis] for piece in proven]) for axis in range(3)]
+        lines += ["  final, over the proven pieces", *_balls("xyz", hull, digits)]
+    return "\n".join(lines)
+
+
+def _hull(balls):
+    whole = balls[0]
+    for ball in balls[1:]:
+        whole = whole.union(ball)
+    return whole
+
+
+def covered(found):
+    """Return the proven part of the volume of a box, cut into pieces."""
+    sizes = [prod(high - low for low, high in piece.box.values() if high > low) for piece in found]
+    return float(sum(size for size, piece in zip(sizes, found, strict=True) if piece.proven) / sum(sizes))
+
+
+def _certificate_as_text(one, digits):
+    if not one.proven:
+        return f"undecided: {one.reason}"
+    lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
+    for kind, *state in one.events:
+        lines += [f"  {kind}", *_balls("txyz", state, digits)]
+    return "\n".join([*lines, "  final", *_balls("xyz", one.final, digits)])
+
+
+def _balls(names, values, digits):
+    return [f"    {name} = {value.str(digits)}" for name, value in zip(names, values, strict=True)]
+
+
+def certificates_as_json(found, digits):
+    """Return certificates as a list in JSON; a ball is a string "[middle +/- radius]"."""
+    return json.dumps([_certificate_as_dict(one, digits) for one in found], indent=1)
+
+
+def _certificate_as_dict(one, digits):
+    box = {name: [str(low), str(high)] for name, (low, high) in one.box.items()}
+    if not one.proven:
+        return {"proven": False, "reason": one.reason, "bits": one.bits, "box": box}
+    events = [{"kind": kind, "t": t.str(digits), "state": [v.str(digits) for v in state]}
+              for kind, t, *state in one.events]  # fmt: skip
+    return {"proven": True, "modes": list(one.modes), "events": events, "final": [v.str(digits) for v in one.final],
+            "bits": one.bits, "box": box}  # fmt: skip
+
+
+def proofs_as_text(found):
+    """Return a line on each inequality that was to be proven, with its box."""
+    lines = []
+    for proof in found:
+        box = ", ".join(f"{symbol} from {_decimal(low)} to {_decimal(high)}"
+                        for symbol, (low, high) in proof.inequality.box.items())  # fmt: skip
+        verdict = "proven" if proof.proven else "undecided"
+        lines.append(f"{proof.inequality.claim}  {verdict}: {proof.inequality.statement} ({box})")
+    return "\n".join(lines)
+
+
+def _decimal(value):
+    return f"{float(value):.7g}"
 
 
 def claims_as_json(found):

@@ -1,0 +1,253 @@
+"""Certificates: balls that contain the exact flow, and refusals by name where nothing can be proven."""
+
+import json
+import random
+from fractions import Fraction
+from itertools import pairwise
+
+import pytest
+
+import asympk as ap
+from asympk import scenefile
+from asympk.__main__ import main
+from asympk.errors import InputError, MissingPackage
+
+flint = pytest.importorskip("flint")
+
+from asympk.balls import Refused, ball, ball_of, between, common, times  # noqa: E402
+from asympk.certify import certify, cover  # noqa: E402
+from asympk.proofs import Inequality, inequalities, prove  # noqa: E402
+
+BACKWARD = ap.Scene(1, "1e-6", (0, "0.2", -1), 5)
+
+
+def _fraction(value):
+    sign, mantissa, exponent, _ = value._mpf_
+    return Fraction(-int(mantissa) if sign else int(mantissa)) * Fraction(2) ** int(exponent)
+
+
+def _holds(certificate, path, slack=10**-55):
+    """Tell whether every number of a path of 60 digits lies in its ball, and the sequences are the same."""
+    pairs = [*zip(path.final, certificate.final, strict=True)]
+    for event, enclosed in zip(path.events, certificate.events, strict=True):
+        pairs += zip(event[1:], enclosed[1:], strict=True)
+    kinds = [event.kind for event in path.events] == [event.kind for event in certificate.events]
+    return kinds and path.modes == certificate.modes and all(_contains(b, v, slack) for v, b in pairs)
+
+
+def _contains(enclosure, value, slack=0):
+    exact = _fraction(value) if hasattr(value, "_mpf_") else Fraction(value)
+    with flint.ctx.workprec(600):
+        room = flint.arb(0, 1) * ball(Fraction(slack) * max(1, abs(exact)))
+        return bool((enclosure + room).contains(ball(exact)))
+
+
+def _random_scene(rnd):
+    sigma = Fraction(rnd.randint(-1999, 8000), 1000)
+    mu = Fraction(rnd.randint(1, 99)) / 10 ** rnd.randint(0, 7)
+    x, y, z = (Fraction(rnd.randint(-3000, 3000), 1000) for _ in range(3))
+    kind = rnd.choice(["free"] * 6 + ["z = 0", "s = 0", "both", "sigma = 0", "sigma = -1"])
+    y = -x if kind in ("s = 0", "both") else y
+    z = Fraction(0) if kind in ("z = 0", "both") else z
+    sigma = {"sigma = 0": Fraction(0), "sigma = -1": Fraction(-1)}.get(kind, sigma)
+    excess = Fraction(rnd.randint(0, 2000), 1000) if rnd.random() < 0.3 else 0
+    return ap.Scene(sigma, mu, (x, y, z), 5, sigma + excess)
+
+
+def test_certificates_hold_on_random_scenes_against_sixty_digits():
+    rnd = random.Random(20)
+    for _ in range(120):
+        scene = _random_scene(rnd)
+        certificate = certify(scene)
+        assert certificate.proven, (certificate.reason, scene)
+        assert _holds(certificate, ap.solve(scene, digits=60)), scene
+
+
+@pytest.mark.parametrize("name", scenefile.names())
+def test_every_scene_that_ships_is_proven(name):
+    found = scenefile.load(name)
+    certificate = certify(found)
+    assert certificate.proven
+    slack = 10**-55 if found.units is None else 10**-50
+    assert _holds(certificate, ap.solve(found.scene, digits=60), slack)
+
+
+def test_radii_shrink_to_the_digits_asked_for():
+    assert all(value.rad() < flint.arb(10) ** -40 for value in certify(BACKWARD, digits=40).final)
+
+
+def test_a_wrong_digit_is_not_in_the_ball():
+    path = ap.solve(BACKWARD, digits=60)
+    certificate = certify(BACKWARD)
+    assert not _contains(certificate.final[0], _fraction(path.final[0]) + Fraction(1, 10**18))
+
+
+def test_a_decimal_that_became_a_float_gets_another_ball():
+    """0.1 the double is not 1/10: each certificate holds for its own number and excludes the other's path."""
+    decimal, double = (ap.Scene(1, mu, (0, "0.2", -1), 5) for mu in ("0.1", 0.1))
+    certificates = [certify(scene, digits=25) for scene in (decimal, double)]
+    paths = [ap.solve(scene, digits=60) for scene in (decimal, double)]
+    assert [[_holds(c, p) for c in certificates] for p in paths] == [[True, False], [False, True]]
+
+
+@pytest.mark.parametrize("value", [Fraction(1, 3), Fraction(1, 10), Fraction(10**40 + 1, 7), -Fraction(1, 10**30)])
+def test_a_ball_of_a_fraction_contains_it_where_the_float_does_not(value):
+    enclosure = ball(value) * value.denominator
+    assert enclosure.contains(ball(value.numerator))
+    with flint.ctx.workprec(400):
+        assert ball(float(value)).is_exact()
+        assert ball(float(value)) * value.denominator != value.numerator
+
+
+def test_a_product_of_wide_balls_keeps_its_sign():
+    wide, other = between(Fraction(1, 10), 2), between(Fraction(-3), Fraction(-1, 3))
+    assert (wide * other).contains(0)
+    assert times(wide, other) < 0
+    assert times(wide, other).contains(ball(-6))
+    assert times(wide, other).contains(ball(Fraction(-1, 30)))
+
+
+def test_enclosures_of_one_number_that_have_nothing_in_common_are_an_error():
+    with pytest.raises(Refused, match="contradiction"):
+        common(ball(1), ball(2))
+
+
+def test_an_expression_as_a_ball_agrees_with_sixty_digits():
+    import sympy as sp
+
+    a, b = sp.symbols("a b")
+    expr = sp.sqrt(a) * sp.tan(b) / (1 + a**2) - sp.cos(sp.pi / 7) + sp.Rational(1, 3)
+    with flint.ctx.workprec(200):
+        enclosure = ball_of(expr, {a: ball(Fraction(2, 7)), b: ball(Fraction(1, 9))})
+    exact = expr.subs({a: sp.Rational(2, 7), b: sp.Rational(1, 9)}).evalf(80)
+    assert _contains(enclosure, exact, Fraction(1, 10**55))
+    with pytest.raises(TypeError, match="no enclosure"):
+        ball_of(sp.gamma(a), {a: ball(1)})
+
+
+# sigma = 0 makes slip_opposite polynomial, so that coincidences can be had exactly
+@pytest.mark.parametrize(
+    ("obstacle", "start", "until"),
+    [
+        ("grazing", ("-1/2", -1, "1/3"), 5),
+        ("horizon", ("1/2", -1, 5), 1),
+        ("simultaneous", ("19/8", -2, "-7/12"), 5),
+        ("edge", ("65/24", -2, "-3/4"), 5),
+    ],
+)
+def test_coincidences_are_refused_by_name(obstacle, start, until):
+    refused = certify(ap.Scene(0, 1, start, until))
+    assert not refused.proven
+    assert refused.obstacle == obstacle
+    assert refused.final == ()
+
+
+@pytest.mark.parametrize("sigma", [1, 2, 5])
+def test_a_start_on_the_unstable_plane_is_refused(sigma):
+    refused = certify(ap.Scene(sigma, "1e-4", (Fraction(-1, sigma), 0, 1), 5))
+    assert refused.obstacle == "unstable plane"
+
+
+@pytest.mark.parametrize("nudge", [Fraction(1, 10**30), -Fraction(1, 10**30)])
+def test_beside_a_coincidence_the_certificate_tells_the_sides_apart(nudge):
+    scene = ap.Scene(0, 1, (Fraction(-1, 2), -1, Fraction(1, 3) + nudge), 5)
+    certificate = certify(scene)
+    assert certificate.proven
+    assert (certificate.events[0].kind == "velocity_zero") == (nudge < 0)
+    assert _holds(certificate, ap.solve(scene, digits=60))
+
+
+def test_starts_on_edges_of_the_static_cone_are_decided_exactly():
+    """On s = 1/4, sticking moves s at the rate y - 25: inwards above y = 25, outwards below."""
+    for y, first in ((0, "slip_same"), (24, "slip_same"), (26, "stick"), (30, "stick")):
+        scene = ap.Scene(1, "1e-2", (Fraction(1, 4) - y, y, 0), 5)
+        certificate = certify(scene)
+        assert certificate.modes[0] == first
+        assert _holds(certificate, ap.solve(scene, digits=60))
+
+
+@pytest.mark.parametrize(
+    "box",
+    [
+        {"y": ("0.1", "0.3")},
+        {"mu": ("1e-6", "1.1e-6")},
+        {"sigma": ("0.9", "1.1")},
+        {"x": ("-0.01", "0.01"), "z": ("-1.1", "-0.9"), "until": (4, 5)},
+    ],
+)
+def test_a_certificate_on_a_box_holds_at_its_corners_and_inside(box):
+    certificate = certify(BACKWARD, box)
+    assert certificate.modes == ("slip_opposite", "stick", "slip_same")
+    rnd = random.Random(3)
+    for part in (0, 1, Fraction(rnd.randint(1, 99), 100)):
+        at = {name: Fraction(low) + (Fraction(high) - Fraction(low)) * part for name, (low, high) in box.items()}
+        start = tuple(at.get(axis, value) for axis, value in zip("xyz", BACKWARD.start, strict=True))
+        point = ap.Scene(at.get("sigma", 1), at.get("mu", Fraction(1, 10**6)), start, at.get("until", 5))
+        assert _holds(certificate, ap.solve(point, digits=60))
+
+
+def test_the_pieces_of_a_box_cover_it_and_hold():
+    scene = ap.Scene(1, "1e-3", (0, 0, 1), 5)
+    pieces = cover(scene, {"x": (-2, 2)}, pieces=32)
+    ends = sorted(piece.box["x"] for piece in pieces)
+    assert ends[0][0] == -2
+    assert ends[-1][1] == 2
+    assert all(a[1] == b[0] for a, b in pairwise(ends))
+    assert {piece.obstacle for piece in pieces if not piece.proven} <= {"unstable plane", "start", "edge"}
+    for piece in pieces:
+        low, high = piece.box["x"]
+        middle = ap.Scene(1, "1e-3", ((low + 2 * high) / 3, 0, 1), 5)
+        assert not piece.proven or _holds(piece, ap.solve(middle, digits=60))
+
+
+@pytest.mark.parametrize(
+    ("box", "said"),
+    [
+        ({"q": (0, 1)}, "no coordinate"),
+        ({"x": (1, 0)}, "empty"),
+        ({"x": (1,)}, "two numbers"),
+        ({"mu": (0, 1)}, "above 0"),
+        ({"sigma": (-3, 1)}, "above -2"),
+        ({"sigma0": (0, 1)}, "below sigma"),
+        ({"x": ("a", 1)}, "decimal"),
+    ],
+)
+def test_what_is_no_box_is_refused(box, said):
+    with pytest.raises(InputError, match=said):
+        certify(BACKWARD, box)
+
+
+def test_the_claims_that_are_inequalities_are_proven_on_their_boxes():
+    proofs = [prove(inequality) for inequality in inequalities()]
+    assert all(proof.proven for proof in proofs)
+    assert {proof.inequality.claim for proof in proofs} == {"C16", "C19", "C22", "C27", "C29", "C30", "C31"}
+
+
+def test_a_false_inequality_is_not_proven():
+    from asympk.systems.painleve_klein import sigma
+
+    assert not prove(Inequality("C22", "false beyond 1", (1 - sigma,), {sigma: (0, 2)})).proven
+    assert not prove(Inequality("C22", "false at 1 alone", ((1 - sigma) ** 2,), {sigma: (0, 3)})).proven
+
+
+def test_the_command_tells_a_proof_from_a_refusal(capsys, tmp_path):
+    assert main(["certify", "backward", "--json"]) == 0
+    (told,) = json.loads(capsys.readouterr().out)
+    assert told["modes"] == ["slip_opposite", "stick", "slip_same"]
+    assert "+/-" in told["final"][0]
+    grazing = tmp_path / "grazing.toml"
+    grazing.write_text('sigma = 0\nmu = 1\nstart = ["-1/2", -1, "1/3"]\nuntil = 5\n')
+    assert main(["certify", str(grazing)]) == 1
+    assert capsys.readouterr().out.startswith("undecided: grazing")
+    assert main(["certify", "backward", "--box", "sigma", "0.5", "2"]) == 0
+    assert "pieces of the box proven, 1 of its volume" in capsys.readouterr().out
+    assert main(["certify", "--claims"]) == 0
+    assert "undecided" not in capsys.readouterr().out
+
+
+def test_without_python_flint_the_error_gives_the_pip_line(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "flint", None)
+    with pytest.raises(MissingPackage, match=r"pip install 'asympk\[certified\]'"):
+        certify(BACKWARD)
