@@ -10,6 +10,7 @@ class Doubles:
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
     sin, cos, atan2, pi = math.sin, math.cos, math.atan2, math.pi
     prec, eps, root_tol, margin, most_exponent = 53, 2.0**-52, 1e-9, 1e-13, 700.0
+    soon = 0.5
     number = float
 
     @staticmethod
@@ -23,10 +24,10 @@ def context():
 
     m = mpmath.MPContext()
     m.expm1 = lambda p: _expm1(m, p)
-    m.log1p = lambda p: m.log(1 + p)
     m.guess = lambda segment, find, *arguments: _guess(m, segment, find, *arguments)
     m.number = lambda value: _exact(m, value)
     m.most_exponent = m.inf
+    m.soon = m.mpf(2) ** -16
     return m
 
 

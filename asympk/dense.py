@@ -17,7 +17,7 @@ class Dense:
 
     def __call__(self, t):
         """Return an array of shape ``(3,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
-        if self.digits is not None and not hasattr(t, "__len__"):
+        if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):
             return self._state(t)
         import numpy as np
 

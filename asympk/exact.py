@@ -15,9 +15,10 @@ from asympk.path import Event, Path
 from asympk.rounding import estimate, largest
 
 MOST_DIGITS = 1000
+SPARE_DIGITS = 30
 DIGITS_OF_DOUBLES = 17
 ROUNDED = 2.0**-53
-TRUSTED = 2e-15
+TRUSTED = 1.5e-15
 
 
 class Case(NamedTuple):
@@ -83,7 +84,7 @@ def _certified(case, digits, check=lambda solution: None):
     """
     m = context()
     most = 4 * digits + 1200
-    working = digits + 12
+    working = digits + SPARE_DIGITS
     while working < 2 * most:
         coarse = _tried(m, working, working >= most, case)
         if coarse:

@@ -54,7 +54,7 @@ class FastSlowSegment:
         self.fast = deviation if self.known else s - mode.line - mode.lift * x
         self.slow = x - mode.rest - self.fast * mode.fast_x
         # the two exponentials nearly cancel at short times when the rest a/b or the slow part is large
-        delicate = -0.5 < mode.b < 0.5 or not -1 < mode.lift * self.slow < 1
+        delicate = -0.5 < mode.b < 0.5 or abs(mode.lift * self.slow) > abs(s) + abs(mode.rest)
         self.short = mode.short if delicate and not self.known else 0
 
     def rounded(self, m):
@@ -121,8 +121,9 @@ class FastSlowSegment:
             if hi <= self.short or (self.state(self.short)[2] - level) * sign_hi > 0:
                 return s_root(self, level, lo, min(hi, self.short), sign_hi)
             lo = self.short
-        return fast_slow_root(mode.m, mode.rest - level, 0, mode.fast_s * self.fast, mode.fast_rate,
-                              mode.lift * self.slow, mode.slow_rate, lo, hi, sign_hi,
+        slow = mode.lift * self.slow
+        return fast_slow_root(mode.m, mode.rest - level + slow, 0, mode.fast_s * self.fast, mode.fast_rate,
+                              slow, mode.slow_rate, lo, hi, sign_hi,
                               mode.m.guess(self, "s_root", level, lo, hi, sign_hi))
 
     def z_root(self, lo, hi, sign_hi):
@@ -132,9 +133,9 @@ class FastSlowSegment:
             if hi <= self.short or self.state(self.short)[3] * sign_hi > 0:
                 return z_root(self, lo, min(hi, self.short), sign_hi)
             lo = self.short
-        fast, slow = mode.fast_z * self.fast, mode.slow_z * self.slow
-        return fast_slow_root(mode.m, self.z0 - fast - slow, mode.rest, fast, mode.fast_rate,
-                              slow, mode.slow_rate, lo, hi, sign_hi, mode.m.guess(self, "z_root", lo, hi, sign_hi))
+        fast = mode.fast_z * self.fast
+        return fast_slow_root(mode.m, self.z0 - fast, mode.rest, fast, mode.fast_rate,
+                              mode.slow_z * self.slow, mode.slow_rate, lo, hi, sign_hi, mode.m.guess(self, "z_root", lo, hi, sign_hi))
 
     def on_level(self, level, t):
         """Return the state at the time t at which s = level.

@@ -15,6 +15,7 @@ from functools import partial
 from math import isqrt
 from typing import NamedTuple
 
+from asympk.arithmetic import Doubles
 from asympk.errors import TooManyEvents, Undecided
 from asympk.fastslow import FastSlow
 from asympk.path import Event
@@ -257,8 +258,10 @@ def _beside_edge(flow, s, on_edge):
 def _from_unstable_line(flow, case, x, s):
     """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
     m, line = flow.m, flow.split("slip_opposite")
+    if m is Doubles and line is not flow.mode("slip_opposite"):
+        return None
     size = abs(s) + abs(line.line) + abs(line.lift * x)
-    if abs(s - line.line - line.lift * x) > size / 64:
+    if not abs(s - line.line - line.lift * x) <= size / 64:
         return None
     return m.number(exact_deviation(*map(Fraction, (case.sigma, case.mu, case.x, case.y)), 8 * m.prec))
 

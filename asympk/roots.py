@@ -29,49 +29,48 @@ def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
     return t
 
 
-def fast_slow_root(m, u, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
-    r"""Return the root in (lo, hi) of ``u + k t + fast e^{rate t} + slow e^{slow_rate t}``.
+def fast_slow_root(m, base, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
+    r"""Return the root in (lo, hi) of ``base + k t + fast e^{rate t} + slow (e^{slow_rate t} - 1)``.
 
-    Where the fast part can balance the rest r(t) = -(u + k t + slow e^{slow_rate t}) the step is Newton's for
-    ``rate t = log(r/fast)``; where it cannot, the rest itself must vanish; otherwise the step is that of the whole.
+    Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). Where the fast part grows or decays by a factor of e or more
+    before it balances r, the step is Newton's for ``rate t = log(r/fast)``; where its sign is wrong for that, r itself
+    must vanish first; otherwise the step is Newton's for the whole.
     """
-    if fast == 0:
-        return smooth_root(m, lambda t: _rest(m, u, k, slow, slow_rate, t), lo, hi, sign_hi)
-    positive, rising = fast > 0, sign_hi > 0
-    size = m.log(abs(fast))
+    start, positive, rising = base + fast, fast > 0, sign_hi > 0
+    size = m.log(abs(fast)) if fast else -m.most_exponent
     t = guess if guess is not None and lo < guess < hi else lo
     for _ in range(MOST_STEPS):
-        g = slow * m.exp(slow_rate * t) if t else slow
-        r, dr = -(u + k * t + g), -(k + slow_rate * g)
-        p = size + rate * t
-        f = m.exp(p if p < m.most_exponent else m.most_exponent)
-        if not positive:
-            f = -f
+        p, q = rate * t, slow_rate * t
+        lost = slow * m.expm1(q)
+        r, dr = -(base + k * t + lost), -(k + slow_rate * (slow + lost))
+        f = fast * m.exp(p if p < m.most_exponent else m.most_exponent)
+        value = f - r if not -1 < p < 1 else start + k * t + fast * m.expm1(p) + lost
         if t > 0:
-            if (f > r) == rising:
+            if (value > 0) == rising:
                 hi = t
             else:
                 lo = t
         new = -1
-        if r and (r > 0) == positive and abs(f * rate) > abs(dr):
+        log_r = m.log(abs(r)) - size if r and fast and (r > 0) == positive else 0
+        if (not -1 < log_r < 1 or not -1 < p < 1) and log_r and abs(f * rate) > abs(dr):
             slope = rate - dr / r
-            new = t + (m.log(abs(r)) - p) / slope if slope else -1
-        elif (r > 0) == positive or abs(f) <= abs(r):
+            new = t + (log_r - p) / slope if slope else -1
+        elif not fast or (r > 0) == positive or abs(f) <= abs(r):
             slope = f * rate - dr
-            new = t + (r - f) / slope if slope else -1
+            new = t - value / slope if slope else -1
         elif rate < 0 and abs(r) > m.root_tol * t * abs(dr):
             new = t - r / dr if dr else -1
         if abs(new - t) <= m.root_tol * t:
             return new
         if not lo < new < hi:
-            new = m.sqrt(lo) * m.sqrt(hi) if lo > 0 and hi > 4 * lo else (lo + hi) / 2 if lo > 0 else min(
-                hi / 2, 4 / abs(rate))
+            new = _middle(m, lo, hi, rate)
             if not lo < new < hi:
                 break
         t = new
     return t
 
 
-def _rest(m, u, k, slow, slow_rate, t):
-    g = slow * m.exp(slow_rate * t)
-    return u + k * t + g, k + slow_rate * g
+def _middle(m, lo, hi, rate):
+    if not lo:
+        return min(hi / 2, 4 / abs(rate))
+    return m.sqrt(lo) * m.sqrt(hi) if hi > 4 * lo else (lo + hi) / 2

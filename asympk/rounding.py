@@ -69,7 +69,7 @@ def _fast_slow(segment, t, kind, state, ex, es, ez):
         gained = (bent + (abs(mode.rest) + slow_z * slow0) * lag) / fast_z + UNIT * fast
         return ex + fast_x * gained + slow0 * lag, abs(mode.fast_s) * (gained + ef) + lift * ec, 0.0, lag
     gained = off + min(1.0, p) * (ef + UNIT * max(fast, fast0))
-    es = abs(mode.fast_s) * off + lift * ec + UNIT * (abs(mode.rest) + abs(state[2]))
+    es = abs(mode.fast_s) * off + lift * ec + UNIT * (abs(mode.rest) + lift * slow0 + abs(state[2]))
     return _projected(segment, kind, state, ex + fast_x * gained, es, bent + fast_z * gained)
 
 
@@ -101,12 +101,13 @@ def _rounded(segment, t, state):
     mode = segment.mode
     x, _, s, _ = map(abs, state)
     if type(segment) is FastSlowSegment and t >= segment.short:
-        fast0, slow = abs(segment.fast), abs(segment.slow) * min(1.0, abs(mode.slow_rate) * t)
-        p = abs(mode.fast_rate * t)
+        fast0, slow0, rest = abs(segment.fast), abs(segment.slow), abs(mode.rest)
+        p, q = abs(mode.fast_rate * t), min(1.0, abs(mode.slow_rate) * t)
         fast = min(1.0, p) * max(fast0, fast0 * mode.m.exp(mode.fast_rate * t))
-        lz = abs(segment.z0) + abs(mode.rest) * t + abs(mode.fast_z) * fast + abs(mode.slow_z) * slow
-        lx = x + abs(segment.x0) + abs(mode.fast_x) * fast + slow
-        return UNIT * lx, UNIT * (abs(mode.rest) + s), UNIT * lz, UNIT * 2 * t
+        lx = x + abs(segment.x0) + abs(mode.fast_x) * fast + (slow0 + rest) * q
+        ls = s + rest + abs(mode.lift) * slow0
+        lz = abs(segment.z0) + rest * t + abs(mode.fast_z) * fast + abs(mode.slow_z) * (slow0 + rest) * q
+        return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 2 * t
     rate, g, h, k = map(abs, segment.responses(t) if t else (1.0, 0.0, 0.0, 0.0))
     x, y, s, beta = abs(segment.x0), abs(segment.y0), abs(segment.s0), abs(mode.beta)
     eh, ek = (h, k) if t < segment.short else ((1 + rate) / beta + g, (t + g) / beta)

@@ -48,8 +48,8 @@ class Smooth:
 
 
 def short_time(m, b, mu):
-    """Return half the time at which ``|beta| (t + t^2)`` reaches order one."""
-    return min(mu / abs(b), m.sqrt(mu / abs(b))) / 2 if b else m.eps**-2
+    """Return the time up to which ``|beta| (t + t^2)`` is small enough for the series."""
+    return min(mu / abs(b), m.sqrt(mu / abs(b))) * m.soon if b else m.eps**-2
 
 
 def short_responses(m, beta, t):
