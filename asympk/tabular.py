@@ -8,12 +8,21 @@ from typing import Any
 
 import sympy as sp
 
-_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}", "\\": r"\textbackslash{}"}
-_SPECIAL |= {"^2": "$^2$", "~": r"\~{}", "<=": r"$\le$", ">=": r"$\ge$", "<": "$<$", ">": "$>$", "->": r"$\to$"}
-_SPECIAL |= {"|": "$|$", "+-": r"$\pm$"}
-_GREEK = ("sigma", "mu", "beta", "alpha", "Pi", "Gamma", "Delta")
-_NAME = re.compile(rf"\b({'|'.join(_GREEK)})([0-9]?)\b")
-_TOKEN = re.compile("|".join(map(re.escape, sorted(_SPECIAL, key=len, reverse=True))))
+_SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}",
+            "\\": r"\textbackslash{}", "~": r"\~{}"}  # fmt: skip
+_RELATIONS = {"<=": r"\le ", ">=": r"\ge ", "->": r"\to ", "+-": r"\pm ", "<": "<", ">": ">", "|": "|"}
+_PIECE = re.compile(
+    rf"""(?P<relation>{"|".join(map(re.escape, _RELATIONS))})
+    |(?P<special>[{re.escape("".join(_SPECIAL))}])
+    |\b(?P<function>cos|sin|tan|ln|log)\b(?P<square>\^2)?(?P<angle>\ a\b)?
+    |(?P<infinity>\boo\b)
+    |(?P<sign>(?<![\w)'])-)?(?:
+        \b(?P<greek>sigma|mu|beta|alpha|Pi|Gamma|Delta)(?P<index>\d?)\b
+        |(?<![\w'.])(?P<factor>\d*)(?P<letter>[xyzsfmklhuvwCFLPROG])(?P<place>\d?)(?P<primes>'*)(?!\w)
+        |(?<![\w.])(?P<number>\d+(?:/\d+)?)(?!\.?\w))""",
+    re.VERBOSE,
+)
+_JOINT = re.compile(r"(?<!\\)\$(?! \()([-+=/( ]*)\$")  # between two formulas nothing but operators: they are one
 
 
 @dataclass(frozen=True)
@@ -57,9 +66,24 @@ def text(table):
 
 
 def words(sentence):
-    """Make a cell of plain words; Greek names and relations in them become symbols in LaTeX."""
-    typeset = _TOKEN.sub(lambda found: _SPECIAL[found[0]], sentence)
-    return Cell(_NAME.sub(_greek, typeset).replace("$$", ""), sentence)
+    """Make a cell of plain words; symbols, relations and numbers in them become formulas in LaTeX."""
+    return Cell(_JOINT.sub(r"\1", _PIECE.sub(_typeset, sentence)), sentence)
+
+
+def _typeset(found):
+    return _SPECIAL[found["special"]] if found["special"] else f"${_formula(found)}$"
+
+
+def _formula(found):
+    if found["relation"]:
+        return _RELATIONS[found["relation"]]
+    if found["function"]:
+        return rf"\{found['function']}{found['square'] or ''}" + (r" \alpha" if found["angle"] else "")
+    if found["infinity"]:
+        return r"\infty"
+    name = rf"\{found['greek']}" if found["greek"] else found["number"] or f"{found['factor']}{found['letter']}"
+    index = found["index"] or found["place"]
+    return (found["sign"] or "") + name + (f"_{index}" if index else "") + (found["primes"] or "")
 
 
 def values_of(symbol, values):
@@ -99,7 +123,3 @@ def _cell(cell):
         return Cell(cell, re.sub(r"\\([A-Za-z]+)", r"\1", cell).replace("$", ""))
     return Cell(f"${sp.latex(cell)}$", str(cell))
 
-
-def _greek(found):
-    name, index = found.groups()
-    return f"$\\{name}" + (f"_{index}$" if index else "$")
