@@ -41,7 +41,7 @@ class Row:
     z: float
     until: float
     method: str
-    options: str
+    options: str | None
     rtol: float | None
     final_error: float | None
     time_error: float | None
@@ -81,7 +81,7 @@ def _row(scene, method, rtol, truth, repeats, label, follow, options):
 
 def _as_row(scene, label, options, rtol, errors, work, ratio, status):
     place = [float(v) for v in (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)]
-    words = " ".join(f"{k}={v}" for k, v in options.items())
+    words = " ".join(f"{k}={v}" for k, v in options.items()) or None
     measures = [errors.get(k) for k in ("final_error", "time_error", "path_error", "same_modes")]
     costs = [work.get(k) for k in ("calls", "steps", "jacobians")]
     return Row(scene.name, *place, label, words, rtol, *measures, *costs, ratio, status)
@@ -107,18 +107,15 @@ def path_distance(path, truth, scene):
     times = quiet_times(truth, float(scene.mu), float(scene.until))
     if not times or path.at is None or truth.at is None:
         return None
-    if path.info:  # an integrator runs again for every call
-        states = path(times).T
-    else:
-        states = [path(t) for t in times]
+    states = path(times).T if path.info else map(path, times)  # an integrator runs again for every call
     return max(_distance(state, truth(t)) for state, t in zip(states, times, strict=True))
 
 
 def quiet_times(truth, mu, until, count=GRID):
-    """Return the equidistant times in (0, until] outside windows of 4 mu log(1/mu) around the start and the events."""
+    """Return the equidistant times in (0, until) outside windows of 4 mu log(1/mu) around the start and the events."""
     width = 4 * mu * max(1.0, log(1 / mu))
     centres = [0.0, *(float(e.t) for e in truth.events)]
-    grid = [until * k / count for k in range(1, count + 1)]
+    grid = [until * k / count for k in range(1, count)]
     return [t for t in grid if all(abs(t - c) > width for c in centres)]
 
 

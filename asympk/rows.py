@@ -78,6 +78,8 @@ def _kind(name, values):
 def _cell(value, kind):
     if value is None:
         return ""
+    if value == "":
+        raise InputError("a cell is an empty word, which would read back as None; give None")
     if value != value:
         raise InputError("a cell is NaN; leave it empty (None) and say why in a word beside it")
     if kind == "bool":

@@ -1,0 +1,144 @@
+"""The rod with its geometry kept: from mechanics to the chart, by routes that do not share the derivation."""
+
+import math
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk import chart, collocation, hybrid, integrate, piecewise
+from asympk.errors import InputError
+from asympk.systems import nonlinear_rod as nl
+from asympk.systems import painleve_klein as pk
+
+PHYSICAL = {"m": 1.3, "P": 2.1, "f": 0.9, "l": 0.7, "k": 55.0, "h": 0.11, "alpha": 1.2}
+
+
+def newton(delta, rate, u, m, P, f, l, k, h, alpha):
+    """Return (delta'', u') of the rod from its length, Kelvin-Voigt's law, Coulomb's law and Newton's, in SI units."""
+    gap, height = l * math.cos(alpha) - delta, l * math.sin(alpha)
+    length = math.hypot(gap, height)
+    reaction = k * (l - length) / l + h * k * gap / length * rate
+    friction = -f * abs(reaction * height / length) * math.copysign(1, u)
+    first = (P + friction - reaction * gap / length) / m
+    return first - reaction * gap / length / m, first
+
+
+@pytest.mark.parametrize("state", [(0.3, 0.4, 1.0), (0.3, 0.4, -1.0), (-2.0, -1.0, 0.5), (-2.0, -1.0, -0.5)])
+def test_the_nondimensional_modes_are_newtons_law_for_the_rod_in_physical_units(state):
+    q = PHYSICAL
+    x, y, z = state
+    time, cosine = q["h"] * q["l"], math.cos(q["alpha"])
+    length = q["P"] * q["l"] / (q["k"] * cosine**2)  # delta = length x, by Hooke's law and the small angle
+    speed = q["P"] * time / q["m"]
+    numbers = {
+        nl.mu: q["m"] / (q["k"] * q["l"] * (q["h"] * cosine) ** 2), nl.sigma: q["f"] * math.tan(q["alpha"]) - 2,
+        nl.sigma0: 0, nl.kappa: q["P"] * q["l"] * q["h"] ** 2 / (q["m"] * cosine), nl.c2: cosine**2,
+    }  # fmt: skip
+    relative, first = newton(length * x, length * y / time, speed * z, **q)
+    problem = hybrid.problem(nl.system(), numbers)
+    load = problem.load(x, y, z, problem.parameters(piecewise.Phase(1, 1)))
+    p = problem.parameters(piecewise.Phase(piecewise.sign(load), piecewise.sign(z)))
+    assert np.allclose(problem.rhs(x, y, z, p), (y, relative * time**2 / length, first * time / speed), rtol=1e-12)
+
+
+def test_the_ratio_of_the_scales_does_not_depend_on_the_stiffness():
+    m, P, l, k, h, alpha = sp.symbols("m P l k h alpha", positive=True)
+    found = nl.span_ratio()
+    named = found.subs({s: sp.Symbol(s.name, positive=True) for s in found.free_symbols})
+    assert sp.simplify(named - P * l * h**2 / (m * sp.cos(alpha))) == 0
+    assert k not in named.free_symbols
+
+
+def test_without_strain_the_modes_are_those_of_the_small_angle():
+    for kept, small in zip(nl.system().modes, pk.system().modes, strict=True):
+        assert kept.name == small.name
+        for mine, theirs in ((kept.fast, small.fast), (kept.slow, small.slow)):
+            assert all(sp.simplify(mine[s].subs(nl.kappa, 0) - theirs[s]) == 0 for s in theirs)
+
+
+def test_the_fields_do_not_cancel_as_the_strain_vanishes():
+    values = {nl.mu: 1e-17, nl.sigma: 1, nl.sigma0: 1, nl.kappa: 1, nl.c2: 0.1}
+    kept, small = hybrid.problem(nl.system(), values), piecewise.rod(ap.Scene(1, 1e-17, (0, 0, 1), 1))
+    phase = piecewise.Phase(1, 1)
+    for state in ((0.3, 0.4, 1.0), (1.7, 2.0, 0.1)):
+        ours, theirs = (p.rhs(*state, p.parameters(phase)) for p in (kept, small))
+        assert np.allclose(ours, theirs, rtol=1e-14)
+
+
+# from a System to numbers
+
+
+@pytest.mark.parametrize("phase", [(1, 1), (1, -1), (-1, 1), (1, 0)])
+def test_a_lowered_system_is_the_plain_rod(phase):
+    where = ap.Scene(1, "1/64", (0, 0, 1), 1, sigma0=2)
+    plain = piecewise.rod(where)
+    lowered = hybrid.problem(pk.system(), {pk.mu: where.mu, pk.sigma: 1, pk.sigma0: 2})
+    phase, state = piecewise.Phase(*phase), (0.25, -1.5, 0.75)
+    ours, theirs = ((p.rhs(*state, p.parameters(phase)), p.jac(*state, p.parameters(phase))) for p in (lowered, plain))
+    assert np.allclose(ours[0], theirs[0], rtol=1e-14)
+    assert np.allclose(ours[1], theirs[1], rtol=1e-14)
+    assert (lowered.static, lowered.load(*state, lowered.parameters(phase))) == (plain.static, -1.25)
+
+
+def test_only_systems_with_friction_and_one_fast_state_become_problems():
+    x, y, mu = sp.symbols("x y mu")
+    with pytest.raises(InputError, match="friction"):
+        hybrid.problem(ap.System.smooth(slow={x: y}, fast={y: -y}, small=mu), {mu: 1})
+
+
+@pytest.mark.parametrize("method", ["lsoda", "radau", "dop853"])
+def test_integrators_follow_the_kept_geometry_to_the_reference(method):
+    row = stored()[1.0, "1e-2"]
+    where, truth = chart._truth(row)
+    path = chart._nonlinear(1, where, method, rtol=1e-9)
+    assert path.info["status"] == integrate.FINISHED
+    assert path.modes == truth.modes
+    assert np.allclose([float(v) for v in path.final], [float(v) for v in truth.final], atol=1e-7)
+    assert np.allclose([e.t for e in path.events], [float(e.t) for e in truth.events], atol=1e-7)
+
+
+# the reference
+
+
+def test_collocation_is_the_exact_flow_to_twenty_digits():
+    where = ap.Scene(1, "1e-1", (-1, -1, 1), 1)
+    found = collocation.reference(where, pk.system(), {pk.mu: where.mu, pk.sigma: 1, pk.sigma0: 1}, digits=20)
+    truth = ap.solve(where, digits=30)
+    assert found.modes == truth.modes
+    with mpmath.workdps(30):
+        assert max(abs(a - b) for a, b in zip(found.final, truth.final, strict=True)) < mpmath.mpf(10) ** -20
+        assert max(abs(a.t - b.t) for a, b in zip(found.events, truth.events, strict=True)) < mpmath.mpf(10) ** -20
+    assert found.error < mpmath.mpf(10) ** -20
+
+
+def stored():
+    from pathlib import Path
+
+    from asympk.rows import read_rows
+
+    file = Path(__file__).parent.parent / "paper" / "generated" / "rows" / "nonlinear-reference.csv"
+    return {(row["kappa"], row["mu"]): row for row in read_rows(file)}
+
+
+def test_the_kept_references_are_right_to_thirty_digits():
+    assert all(row["error"] < 1e-30 for row in stored().values())
+    assert {mu for kappa, mu in stored() if kappa == 1} == set(chart.MUS)
+
+
+def test_the_small_angle_costs_an_error_that_tends_to_a_multiple_of_kappa_mu():
+    for kappa in (0.1, 1.0, 10.0):
+        mus = sorted((mu for k, mu in stored() if k == kappa), key=float, reverse=True)
+        costs = []
+        for mu in mus:
+            small = ap.solve(ap.Scene(1, mu, (0, "0.2", -1), 5), digits=30).final
+            with mpmath.workdps(30):
+                truth = [mpmath.mpf(stored()[kappa, mu][name]) for name in "xyz"]
+                gap = max(abs(a - b) for a, b in zip(small, truth, strict=True))
+            costs.append(float(gap) / (kappa * float(mu)))
+        steps = [abs(b - a) for a, b in pairwise(costs)]
+        assert 0.1 < costs[-1] < 1
+        assert all(b < a for a, b in pairwise(steps))
