@@ -93,6 +93,13 @@ def _parser():
     least.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1, |x|, |z| (1e-3)")
     least.add_argument("--json", action="store_true")
 
+    sweep = commands.add_parser("sweep", help="follow a grid or a random ensemble, chunk by chunk; resumable")
+    sweep.set_defaults(run=_sweep)
+    sweep.add_argument("file", help="TOML: sigma, mu, start, until, each a number, a grid or random")
+    sweep.add_argument("--out", required=True, metavar="DIR", help="directory of the chunks; run again to resume")
+    sweep.add_argument("--workers", type=int, metavar="N", help="compute in N processes")
+    sweep.add_argument("--dask", metavar="ADDRESS", help="compute on the dask cluster with this scheduler")
+
     certify = commands.add_parser("certify", help="prove what a scene does, in ball arithmetic")
     certify.set_defaults(run=_certify)
     certify.add_argument("scene", nargs="?", help="a scene that ships, or a TOML file")
@@ -217,6 +224,21 @@ def _least(options):
 
     ladder = least_model(_scene_file(options).scene, options.rtol)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))
+
+
+def _sweep(options):
+    from asympk.executors import executor
+    from asympk.meter import Meter
+    from asympk.summary import as_text, summarise
+    from asympk.sweep import run
+    from asympk.sweepfile import read_sweep
+
+    sweep = read_sweep(options.file)
+    meter = Meter(sweep.total, sys.stderr)
+    with executor(options.workers, options.dask) as chosen:
+        run(sweep, options.out, chosen, meter.add)
+    meter.close()
+    print(as_text(summarise(options.out)))
 
 
 def _certify(options):

@@ -62,3 +62,7 @@ class Undecided(AsympkError, ArithmeticError):
 
 class NotDerivable(AsympkError, ValueError):
     """A derivation does not go through for the model it was given."""
+
+
+class WorkersLost(AsympkError, RuntimeError):
+    """Worker processes die again and again without getting anything done."""

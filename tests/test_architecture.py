@@ -13,14 +13,14 @@ PACKAGE = Path(asympk.__file__).parent
 
 # from left to right; a module imports only from its own stage or from stages to its left
 STAGES = (
-    ("errors", "arithmetic", "files", "tomlfile", "style", "path", "tape", "rows"),
+    ("errors", "arithmetic", "files", "tomlfile", "lock", "meter", "executors", "style", "path", "tape", "rows"),
     ("conditions", "system", "systems", "ratio", "series"),
     ("diffring", "expansion", "critical", "manifold", "stability", "linear", "itinerary", "layers", "jump"),
     ("lowering", "regions", "stick", "export", "regimes"),
     ("scene", "smooth", "fastslow", "roots", "rounding", "dense", "flow", "exact", "piecewise", "integrators",
      "integrate", "replay", "hybrid", "collocation",
      "scenefile", "units", "trace", "balls", "enclosure", "certify", "proofs"),
-    ("asymptotic", "columns", "kernels", "courses", "careful", "ensemble", "methods"),
+    ("sweepfile", "asymptotic", "columns", "kernels", "courses", "careful", "ensemble", "methods"),
     ("divide", "compare", "least", "bench", "convergence", "collisions"),
     ("ledger",),
     ("tabular", "tables", "figures", "drawings", "portraits", "maps"),

@@ -1,0 +1,98 @@
+"""Where chunks are computed: in this process, in worker processes that may die, or on a dask cluster."""
+
+import os
+import signal
+import threading
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+
+from asympk.errors import InputError, MissingPackage
+
+
+class Here(Executor):
+    """Compute in this process, at once."""
+
+    def submit(self, function, /, *arguments):
+        """Return a ``Future`` that is done."""
+        future = Future()
+        try:
+            future.set_result(function(*arguments))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class Processes(Executor):
+    """Compute in worker processes; when one is killed, a new pool takes the place of the broken one.
+
+    Workers ignore Ctrl-C, which is for the process that gave them work, and leave when that process is gone.
+    """
+
+    def __init__(self, workers):
+        self._workers, self._pool = workers, None
+
+    def submit(self, function, /, *arguments):
+        """Return the ``Future`` of a call in a worker; it ends in ``BrokenProcessPool`` when a worker is killed."""
+        try:
+            return self._running().submit(function, *arguments)
+        except BrokenProcessPool:
+            self.shutdown()
+            return self._running().submit(function, *arguments)
+
+    def shutdown(self, wait=True, *, cancel_futures=False):
+        """Let the workers go."""
+        if self._pool:
+            self._pool.shutdown(wait, cancel_futures=cancel_futures)
+            self._pool = None
+
+    def _running(self):
+        if self._pool is None:
+            from multiprocessing import get_context
+
+            self._pool = ProcessPoolExecutor(self._workers, get_context("spawn"), _start_worker)
+        return self._pool
+
+
+def _start_worker():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+
+
+def _leave_with_parent():
+    from multiprocessing import parent_process
+
+    parent_process().join()
+    os._exit(1)
+
+
+@contextmanager
+def executor(workers=None, dask=None):
+    """Yield the ``Executor`` for a number of worker processes, or for the dask cluster at an address.
+
+    Raises ``InputError`` where there is no such cluster, ``MissingPackage`` without dask.
+    """
+    if workers is not None and dask is not None:
+        raise InputError("either --workers or --dask: a cluster has its own workers")
+    if dask is not None:
+        with _client(dask) as client:
+            yield client.get_executor(pure=False)
+        return
+    if workers is not None and not 1 <= workers <= 1024:
+        raise InputError(f"workers = {workers}: it must be from 1 to 1024")
+    pool = Processes(workers) if workers else Here()
+    try:
+        yield pool
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _client(address):
+    try:
+        from distributed import Client
+    except ImportError:
+        raise MissingPackage("--dask needs dask.distributed: pip install 'asympk[sweep]'") from None
+    try:
+        return Client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"--dask {address}: there is no dask scheduler ({str(error)[:80]})") from None

@@ -1,0 +1,71 @@
+"""One writer per directory: a lock that the operating system takes back when its holder dies, however it dies."""
+
+import json
+import os
+import platform
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from asympk.errors import InputError
+
+NAME = ".lock"
+
+
+@contextmanager
+def locked(directory):
+    """Hold the lock of ``directory``, making it if need be; raises ``InputError`` while another process holds it.
+
+    A lock file left by a process that is gone holds nobody up.
+    """
+    directory = Path(directory)
+    directory.mkdir(parents=True, exist_ok=True)
+    path = directory / NAME
+    handle = _take(path)
+    try:
+        os.ftruncate(handle, 0)
+        os.write(handle, json.dumps({"pid": os.getpid(), "host": platform.node()}).encode())
+        yield
+    finally:
+        with suppress(OSError):
+            path.unlink()
+        os.close(handle)
+
+
+def _take(path):
+    while True:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            _lock(handle)
+            if _same(handle, path):
+                return handle
+        except (BlockingIOError, PermissionError):
+            holder = _holder(handle)
+            os.close(handle)
+            raise InputError(f"{path.parent}: {holder} is sweeping into it; wait, or take another --out") from None
+        os.close(handle)  # the holder removed the file between our opening and locking it
+
+
+def _lock(handle):
+    try:
+        import fcntl
+    except ImportError:
+        import msvcrt
+
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _same(handle, path):
+    try:
+        return os.path.samestat(os.fstat(handle), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+def _holder(handle):
+    try:
+        told = json.loads(os.read(handle, 1000))
+        return f"process {told['pid']} on {told['host']}"
+    except (ValueError, KeyError, TypeError, OSError):
+        return "another process"
