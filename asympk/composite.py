@@ -7,6 +7,7 @@ The predicted error is what the next order changes at the time asked for, and fo
 that a first omitted term that happens to vanish does not hide the rest.
 """
 
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.itinerary import itinerary
@@ -48,35 +49,43 @@ def motions(course, order, extra, start, m):
     """
     sigma, sigma0, mu, x, s, z = start
     large = -m.log(mu)
-    layers = replay(course.steps, order, extra)(sigma, sigma0, mu, large, x, s, z, m.log)
+    begin = replay(course.steps, order, extra + bool(course.then))
+    layers = begin(sigma, sigma0, mu, large, x, s, z, m.log)
     if not course.then:
         return [(Motion(layer.pieces, layer.turns), Motion((layer.landing,), ())) for layer in layers]
     second = replay(course.then, order, extra, course.steps[-1].mode)
     found = []
-    for k, layer in enumerate(layers):
-        there, left = _arrival(layer, m)
+    for k, (layer, finer) in enumerate(pairwise(layers)):
+        # a time right to mu^n is right to mu^(n - 1) in the units of a layer, which takes the next order therefore
+        (t, left), (slow_t, _) = _arrival(finer, m), _arrival(layer, m)
+        there, slowly = (Turn("velocity_zero", u, *state_of(layer.landing, u, m)[:2], 0 * u, left) for u in (t, slow_t))
         later = second(sigma, sigma0, mu, large, there.x, 0, 0, m.log)[k]
-        pieces, turns = ([v._replace(**{f: getattr(v, f) + there.t}) for v in vs]
-                         for f, vs in (("began", (*later.pieces, later.landing)), ("t", later.turns)))
+        onward = second(sigma, sigma0, mu, large, slowly.x, 0, 0, m.log)[k].landing
+        pieces = [p._replace(began=p.began + t) for p in later.pieces]
+        turns = [turn._replace(t=turn.t + t) for turn in later.turns]
+        trace = left * _trace(layer)
         found.append((
-            Motion(layer.pieces + tuple(pieces[:-1]), (*layer.turns, there, *turns), left),
-            Motion((layer.landing, pieces[-1]), (there,), left),
+            Motion((*layer.pieces, *pieces), (*layer.turns, there, *turns), trace),
+            Motion((layer.landing, onward._replace(began=slow_t)), (slowly,), trace),
         ))
     return found
 
 
+def _trace(layer):
+    """Return how much of the fast motion shows in x and, by the time of arrival too, in z."""
+    last = layer.pieces[-1]
+    return abs(last.x[3]) + abs(last.z[3]) * (1 + 1 / abs(last.z[1]))
+
+
 def _arrival(layer, m):
-    """Return the event z = 0 of a slow motion, by Newton's method on a nearly straight line, and the fast part left."""
+    """Return when a slow motion meets z = 0, by Newton's method on a nearly straight line, and e^(fast t) by then."""
     _, rate, part, _, centre = layer.landing.z
     slow, last = layer.landing.slow, layer.pieces[-1]
     t = -centre / rate
     for _ in range(8):
         fade = m.exp(slow * t)
         t = t - (centre + rate * t + part * fade) / (rate + part * slow * fade)
-    x, y, _ = state_of(layer.landing, t, m)
-    left = m.exp(m.where(t > last.began, last.fast * (t - last.began), 0))
-    turn = Turn("velocity_zero", t, x, y, 0 * x, left)
-    return turn, left * (abs(last.x[3]) + abs(last.z[3]) * (1 + 1 / abs(rate)))
+    return t, m.exp(m.where(t > last.began, last.fast * (t - last.began), 0))
 
 
 def state_of(piece, t, m):
@@ -167,7 +176,7 @@ def checks(course, found, error, t, m):
             yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
     final = m.pick(now, t, m)
     scale = largest(1, final[0], final[2], m=m)
-    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "the first omitted terms are as large as the rest"
+    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
 
 
 def _turning(piece, end, m):

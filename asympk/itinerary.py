@@ -62,8 +62,10 @@ def itinerary(line, load, velocity, sign):
     while not steps or steps[-1].event:
         if len(steps) == LONGEST:
             raise NotDerivable(f"the layer passes through more than {LONGEST} modes: {[s.mode for s in steps]}")
-        if side == 0 and (far or _holds(line, load, sign)):
+        step = None
+        if side == 0 and (far or _hold(line, load, sign) >= 0):
             step, load = _stick(line, load, far, sign)
+        if step:
             side, far = _direction(line, load, sign) if step.event else 0, 0
         else:
             side = side or _direction(line, load, sign)
@@ -96,6 +98,7 @@ def _slip(line, load, side, sign):
 
 
 def _stick(line, load, far, sign):
+    """Return the stick step and the load at its end; no step where the load leaves the cone at once."""
     rest = line.rest("stick")
     if sign(line.fast["stick"][1]) >= 0:
         raise NotDerivable("stick: the load does not settle")
@@ -105,16 +108,16 @@ def _stick(line, load, far, sign):
         if sign(rest - edge) == way and (far or sign(edge - load) == way)
     ]
     if not ahead:
-        return Step("stick", 0), rest
+        return (Step("stick", 0), rest) if _hold(line, rest, sign) >= 0 else (None, load)
     first = ahead[0]
     for other in ahead[1:]:
         first = other if sign(first[1] - other[1]) == way else first
     return Step("stick", 0, "slip_onset", first[0]), first[1]
 
 
-def _holds(line, load, sign):
-    drive = line.drive[0] + line.drive[1] * load
-    return sign(line.static * abs(load) - abs(drive)) >= 0
+def _hold(line, load, sign):
+    """Return the sign of what static friction can hold less what it must."""
+    return sign(line.static * abs(load) - abs(line.drive[0] + line.drive[1] * load))
 
 
 def _require_hold_far(line, mode, sign):

@@ -1,5 +1,6 @@
 """The jump map: derived for every layer, and right to the last term that is claimed."""
 
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -164,3 +165,142 @@ def test_error_of_the_jump_map_tends_to_its_first_omitted_terms(s, start, way, o
             closeness.append(abs(error / in_numbers(series.power(order + 1), at, mu_text) - 1))
         assert closeness[-1] < 1e-7
         assert all(b < a for a, b in pairwise(closeness[-4:]))
+
+
+@pytest.mark.parametrize("way", [FROM_BELOW, FROM_BELOW_TENSE, FROM_ABOVE])
+def test_errors_of_event_times_and_states_tend_to_their_first_omitted_terms(way):
+    s, start = STEEP[way][0]
+    jump, at = derived(s, start, 1), values(s, start)
+    for i, event in enumerate(jump.events):
+        for name, kept, omitted in (("t", 1, 2), ("x", 0, 1), ("y", event.y.size[0], event.y.size[0] + 1)):
+            series, closeness = getattr(event, name), []
+            for mu_text in MUS:
+                true = exact(s, start, mu_text, 1)[0].events[i]
+                assert true.kind == event.kind
+                error = getattr(true, name) - in_numbers(series.truncated(kept), at, mu_text)
+                closeness.append(abs(error / in_numbers(series.power(omitted), at, mu_text) - 1))
+            assert closeness[-1] < 1e-7
+            assert all(b < a for a, b in pairwise(closeness[-4:]))
+
+
+@pytest.mark.parametrize("start", [(0, "1/5", -1), (0, -2, 1)])
+def test_static_friction_enters_at_order_mu_and_as_the_exact_flow_says(start):
+    jump, at = derived(1, start, 2, 3), values(1, start, 3)
+    assert not any(sigma0 in jump.x.coefficient(p, q).free_symbols for p, q in ((0, 0), (1, 1)))
+    closeness = []
+    for mu_text in MUS:
+        path, scene = exact(1, start, mu_text, 1, 3)
+        error = landed(path, scene)[0] - in_numbers(jump.x.truncated(1), at, mu_text)
+        closeness.append(abs(error / in_numbers(jump.x.power(2), at, mu_text) - 1))
+    assert closeness[-1] < 1e-7
+    assert all(b < a for a, b in pairwise(closeness[-4:]))
+
+
+# other systems
+
+
+def other_system():
+    a, b, v, force, small = *sp.symbols("a b v F", real=True), sp.Symbol("epsilon", positive=True)
+    load = 2 * a + b - 1
+    return System.with_friction(
+        slow={a: b - a / 2}, fast={b: 1 - 2 * load + force}, velocity={v: 1 - load + force}, force=force,
+        load=load, kinetic=3, static=sp.Rational(7, 2), small=small,
+    )
+
+
+def integrated(system, start, jump, small):
+    """Return x at t = 0 of the slow motion that an integration, mode by mode, ends on."""
+    (fast,), velocity = system.modes[0].fast, system.friction.velocity
+    states = (next(v for v in system.modes[0].slow if v != velocity), fast, velocity)
+    friction, t, state = system.friction, 0.0, [float(start[v]) for v in states]
+    edge = friction.drive - friction.static * friction.load
+    levels = {"velocity_zero": velocity, "slip_onset": edge, "force_zero": friction.load}
+    for mode, event in zip(jump.itinerary, [*jump.events, None], strict=True):
+        rates = system.mode(mode)
+        field = lower(states, [rates.slow[states[0]], rates.fast[fast] / small, rates.slow[velocity]], "math")
+        stop = []
+        if event:
+            level = lower(states, levels[event.kind], "math")
+            stop = [lambda t, u, level=level: level(*u)]
+            stop[0].terminal = True
+        found = solve_ivp(lambda t, u, field=field: field(*u), (t, t + 0.2), state, "Radau", events=stop,
+                          rtol=1e-10, atol=1e-12, first_step=float(small) * 1e-4)  # fmt: skip
+        t, state = found.t[-1], list(found.y[:, -1])
+    equations = sp.Matrix([rates.slow[states[0]], rates.fast[fast] / small])
+    matrix = np.array(equations.jacobian(states[:2]), dtype=float)
+    rest = np.linalg.solve(matrix, -np.array(equations.subs(dict.fromkeys(states, 0)), dtype=float).ravel())
+    speeds, vectors = np.linalg.eig(matrix)
+    parts = np.linalg.solve(vectors, np.array(state[:2]) - rest)
+    k = np.argmin(abs(speeds))
+    return rest[0] + parts[k] * vectors[0, k] * np.exp(-speeds[k] * t)
+
+
+def test_another_system_jumps_as_its_equations_say():
+    system = other_system()
+    a, b = sp.symbols("a b", real=True)
+    start = {a: sp.Rational(1, 3), b: sp.Rational(3, 2), system.friction.velocity: -1}
+    jump = jump_map(system, 2, start)
+    assert jump.itinerary == FROM_BELOW
+    closeness = []
+    for small in ("1/100", "1/200", "1/400"):
+        at = {system.small: sp.Rational(small), **start}
+        error = integrated(system, start, jump, sp.Rational(small)) - float(jump.x.truncated(1).expr.subs(at))
+        closeness.append(abs(error / float(jump.x.power(2).expr.subs(at)) - 1))
+    assert closeness[0] > closeness[1] > closeness[2]
+    assert closeness[2] < 0.05
+
+
+def test_a_system_without_a_common_integral_says_so():
+    found = first_integral(other_system())
+    assert found.rate.free_symbols == {sp.Symbol("a", real=True)}
+    stick = replace(SYSTEM.mode("stick"), fast=sp.Dict({y: -2 * x - 2 * y}))
+    with pytest.raises(NotDerivable, match="free of the fast motion"):
+        first_integral(replace(SYSTEM, modes=(*SYSTEM.modes[:2], stick)))
+
+
+# refusals
+
+
+@pytest.mark.parametrize("order", [-1, 4, 1.0, True, "1"])
+def test_an_order_that_is_not_known_is_refused(order):
+    with pytest.raises(OrderError, match="orders 0"):
+        jump_map(SYSTEM, order)
+
+
+def test_coefficients_beyond_the_order_are_refused():
+    jump = derived(*STEEP[FROM_BELOW][0], 1)
+    with pytest.raises(OrderError, match="not known"):
+        jump.x.coefficient(2)
+    with pytest.raises(OrderError, match="asked for"):
+        jump.z.truncated(2)
+
+
+def test_a_start_on_the_divide_has_no_layer():
+    with pytest.raises(OutOfRange, match="repelling manifold of slip_opposite"):
+        jump_map(SYSTEM, 1, {sigma: 1, x: 0, y: -1, z: 1})
+
+
+def test_without_a_fast_rate_there_is_no_layer():
+    with pytest.raises(OutOfRange, match="neither settles nor grows"):
+        jump_map(SYSTEM, 1, {sigma: 0, sigma0: 0})
+
+
+def test_a_layer_that_meets_no_event_of_a_kind_says_so():
+    with pytest.raises(NotDerivable, match="slip_same has no velocity_zero"):
+        _ = derived(*STEEP[("slip_same",)][0], 0).t_hit
+
+
+def test_systems_without_a_jump_are_refused():
+    with pytest.raises(NotDerivable, match="no dry friction"):
+        jump_map(System.smooth(slow={x: y}, fast={y: -y - x}, small=mu))
+    cubic = System.with_friction(
+        slow={x: y}, fast={y: -(y**3) - x + sigma0}, velocity={z: -y + sigma0}, force=sigma0, load=x + y, kinetic=1,
+        static=1, small=mu,
+    )
+    with pytest.raises(NotDerivable, match="not affine"):
+        jump_map(cubic)
+
+
+def test_an_unknown_symbol_in_the_start_is_refused():
+    with pytest.raises(ap.errors.InputError, match="not states or parameters"):
+        jump_map(SYSTEM, 0, {sp.Symbol("q"): 1})

@@ -1,0 +1,346 @@
+"""The asymptotic models: right to the order they claim, uniformly in time, and silent where they do not hold."""
+
+from functools import cache
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import pytest
+
+import asympk as ap
+from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
+from asympk.finals import finals
+
+MUS = [f"1e-{k}" for k in (2, 3, 4, 6, 8, 10, 12)]
+SIGMAS = ["-17/10", "-6/5", "-1/2", "1/2", "1", "3"]
+STARTS = [("0", "1/5", "-1"), ("1/3", "-1", "-3/2"), ("0", "-3", "1"), ("-1/2", "1/7", "3/4")]
+UNTIL = 3  # beyond the arrival of the shallow rod at z = 0
+
+
+@pytest.fixture(autouse=True)
+def many_digits():
+    with mpmath.workdps(70):
+        yield
+
+
+@cache
+def exact(sigma, mu, start):
+    return ap.solve(ap.Scene(sigma, mu, start, UNTIL), digits=60)
+
+
+@cache
+def model(sigma, mu, start, order, method="jump"):
+    return ap.solve(ap.Scene(sigma, mu, start, UNTIL), method, order=order, digits=60)
+
+
+def distance(a, b):
+    return max(abs(p - q) for p, q in zip(a, b, strict=True))
+
+
+def relative(a, b):
+    return distance(a, b) / max(1, abs(b[0]), abs(b[2]))
+
+
+# the order of the error
+
+
+@pytest.mark.parametrize("sigma", SIGMAS)
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_error_over_first_omitted_terms_tends_to_one(sigma, start, order):
+    for k in (0, 2):
+        closeness = []
+        for mu in MUS:
+            now, finer = (model(sigma, mu, start, n).final[k] for n in (order, order + 1))
+            closeness.append(abs((exact(sigma, mu, start).final[k] - now) / (finer - now) - 1))
+        assert closeness[-1] < 1e-8
+        assert all(b < a for a, b in pairwise(closeness[-4:]))
+
+
+@pytest.mark.parametrize("sigma", SIGMAS)
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("order", [0, 1])
+def test_error_is_bounded_by_powers_of_mu_log(sigma, start, order):
+    for mu in MUS[1:]:
+        small = mpmath.mpf(mu) * mpmath.log(1 / mpmath.mpf(mu))
+        assert relative(model(sigma, mu, start, order).final, exact(sigma, mu, start).final) < 4 * small ** (order + 1)
+
+
+@pytest.mark.parametrize("sigma", SIGMAS)
+@pytest.mark.parametrize("start", STARTS)
+def test_order_one_is_right_to_eight_digits_at_a_millionth(sigma, start):
+    for until in (1, UNTIL):
+        scene = ap.Scene(sigma, "1e-6", start, until)
+        assert relative(ap.solve(scene, "jump", order=1).final, ap.solve(scene, digits=30).final) < 1e-8
+
+
+@pytest.mark.parametrize("sigma", SIGMAS)
+@pytest.mark.parametrize("start", STARTS)
+def test_modes_and_events_are_those_of_the_exact_flow(sigma, start):
+    for mu in MUS[1:5]:
+        found, truth = model(sigma, mu, start, 1), exact(sigma, mu, start)
+        assert found.modes == truth.modes
+        for a, b in zip(found.events, truth.events, strict=True):
+            assert a.kind == b.kind
+            assert abs(a.t - b.t) < 40 * (mpmath.mpf(mu) * mpmath.log(mpmath.mpf(mu))) ** 2
+
+
+@pytest.mark.parametrize("sigma", SIGMAS)
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("order", [0, 1])
+def test_the_composite_holds_uniformly_in_time(sigma, start, order):
+    scaled = []
+    for mu in ("1e-3", "1e-4", "1e-5"):
+        small = float(mu) * np.log(1 / float(mu))
+        truth, found = exact(sigma, mu, start), ap.solve(ap.Scene(sigma, mu, start, UNTIL), "jump", order=order)
+        ends = [0, *(float(e.t) for e in truth.events), UNTIL]
+        inner = [u for a, b in pairwise(ends) for u in np.linspace(a + 0.02 * (b - a), b - 0.02 * (b - a), 9)]
+        times = np.array([*inner, *(float(mu) * k for k in range(20))])
+        states = np.array([truth(t) for t in times], dtype=float).T
+        error = abs(found(times) - states) / np.array([[1], [1 + abs(states[1]).max()], [1]])
+        scaled.append(error.max() / small ** (order + 1))
+    assert max(scaled) < 30
+
+
+# the predicted error
+
+
+def random_scenes(count, wild):
+    rng = np.random.default_rng(4)
+    for _ in range(count):
+        sigma = rng.choice([-1.7, -1.2, -0.5, 0.5, 1, 3]) if rng.random() < 0.5 else rng.uniform(-1.9, 5)
+        mu, start = 10 ** rng.uniform(-9, -2), rng.uniform(-2, 2, 3)
+        until = rng.choice([1, 5, 10 ** rng.uniform(-3, 1)])
+        if wild:
+            sigma = rng.choice([sigma, 10 ** rng.uniform(-6, 1), -1.9 * 10 ** rng.uniform(-6, 0)])
+            mu, start = 10 ** rng.uniform(-10, 0.5), rng.choice([-1, 1], 3) * 10 ** rng.uniform(-6, 4, 3)
+            start[2] *= rng.random() > 0.2
+        static = sigma + rng.choice([0, rng.uniform(0, 2)])
+        yield ap.Scene(float(sigma), float(mu), tuple(map(float, start)), float(until), float(static))
+
+
+@pytest.mark.parametrize("wild", [False, True])
+@pytest.mark.parametrize(
+    ("method", "order"), [("jump", 0), ("jump", 1), ("jump", 2), ("slow", 0), ("slow", 1), ("rigid", 0)]
+)
+def test_the_predicted_error_bounds_the_measured_one(method, order, wild):
+    followed = 0
+    for scene in random_scenes(250, wild):
+        try:
+            path = ap.solve(scene, method, order=order)
+        except (OutOfRange, NoManifold, NoMotion, TwoMotions):
+            continue
+        followed += 1
+        assert relative(path.final, ap.solve(scene).final) <= path.error + 2e-15
+    assert followed > (40 if wild else 60)
+
+
+def test_ordinary_scenes_are_hardly_ever_refused():
+    found = sum(_follows(scene) for scene in random_scenes(250, False))
+    assert found >= 245
+
+
+def _follows(scene):
+    try:
+        return bool(ap.solve(scene, "jump"))
+    except OutOfRange:
+        return False
+
+
+def test_a_higher_order_predicts_and_has_a_smaller_error():
+    scene = ap.Scene(1, "1e-4", (0, "1/5", -1), 1)
+    truth = ap.solve(scene, digits=40)
+    paths = [ap.solve(scene, "jump", order=n, digits=40) for n in range(6)]
+    errors = [relative(path.final, truth.final) for path in paths]
+    assert all(b < a / 300 for a, b in pairwise(errors))
+    assert all(0.3 * path.error < error <= path.error for path, error in zip(paths, errors, strict=True))
+
+
+# where it fails
+
+
+@pytest.mark.parametrize(
+    ("sigma", "mu", "start", "words"),
+    [
+        (1, 1e-3, (0, 0.2, -1e-3), "mu/|z| = 1 is not small"),
+        (1, 1e-3, (0, -2, -1e-4), "mu/|z| = 10 is not small"),
+        (1, 1e-3, (0, -1.0001, 1), "mu |x + 1/sigma|/|1 + sigma s| = 10 is not small"),
+        (1, 1e-3, (300, 0.2, -1), "mu (|x| + |y|) = 0.3 is not small"),
+        (1, 1e-3, (-400, 0.2, -1), "mu (|x| + |y|) = 0.4 is not small"),
+        (1e-3, 1e-4, (0, 0.2, -1), "mu log(1/mu)/|sigma| = 0.921 is not small"),
+        (-1e-4, 1e-4, (0, 0.2, -1), "mu log(1/mu)/|sigma| = 9.21 is not small"),
+    ],
+)
+def test_a_refusal_names_the_number_that_is_not_small(sigma, mu, start, words):
+    with pytest.raises(OutOfRange) as refusal:
+        ap.solve(ap.Scene(sigma, mu, start, 1), "jump")
+    assert words in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    "scenes",
+    [
+        [(1, 1e-6, (0, 0.2, -z)) for z in (1e-3, 1e-4, 1e-5, 1e-6)],
+        [(1, 1e-6, (0, -1 + d, 1)) for d in (0.5, 1e-2, 1e-4, 1e-5, 1e-6)],
+        [(1, 1e-6, (0, -1 - d, 1)) for d in (0.5, 1e-2, 1e-4, 1e-5, 1e-6)],
+        [(1, 1e-6, (-x, 0.2 + x, -1)) for x in (1e2, 1e3, 1e4, 1e5, 1e6)],
+        [(s, 1e-6, (0, 0.2, -1)) for s in (1, 1e-1, 1e-3, 1e-4, 1e-6)],
+    ],
+    ids=["small z", "above the divide", "below the divide", "large x", "small sigma"],
+)
+def test_towards_the_edge_of_its_range_the_error_grows_as_predicted_until_it_is_refused(scenes):
+    predicted = []
+    for sigma, mu, start in scenes:
+        scene = ap.Scene(sigma, mu, start, 1)
+        try:
+            path = ap.solve(scene, "jump")
+        except OutOfRange:
+            predicted.append(np.inf)
+            continue
+        predicted.append(path.error)
+        assert relative(path.final, ap.solve(scene).final) <= path.error + 2e-15
+    assert predicted[-1] == np.inf
+    assert predicted[0] < 1e-9
+    assert all(a < b or a == b == np.inf for a, b in pairwise(predicted))
+
+
+def test_repeated_collisions_begin_where_mu_x_reaches_one_and_are_never_predicted():
+    # on Pi1 the load is (1 - mu x)/(sigma + 4) to first order
+    for mu_x, collides in ((0.9, False), (1.1, True)):
+        scene = ap.Scene(1, 1e-4, (mu_x * 1e4, 0.2 - mu_x * 1e4, -1), 1)
+        assert (len(ap.solve(scene).modes) > 3) == collides
+        with pytest.raises(OutOfRange):
+            ap.solve(scene, "jump")
+
+
+def test_stick_lasts_where_mu_x_passes_the_edge_of_the_cone_and_is_never_predicted():
+    # in stick the load settles on -mu x to first order, which must lie below the edge 1/(sigma + 3)
+    for mu_x, lasts in ((-0.2, False), (-0.3, True)):
+        scene = ap.Scene(1, 1e-4, (mu_x * 1e4, 0.2 - mu_x * 1e4, -1), 1)
+        hit, leave = ap.solve(scene).events
+        assert (leave.t - hit.t > 0.1) == lasts
+        with pytest.raises(OutOfRange):
+            ap.solve(scene, "jump")
+
+
+def test_starts_on_the_divide_and_at_sigma_zero_are_refused_by_name():
+    with pytest.raises(OutOfRange, match="repelling manifold"):
+        ap.solve(ap.Scene(1, 1e-3, (0, -1, 1), 1), "jump")
+    with pytest.raises(OutOfRange, match="neither settles nor grows"):
+        ap.solve(ap.Scene(0, 1e-3, (0, 1, -1), 1), "jump")
+
+
+@pytest.mark.parametrize(("method", "order"), [("jump", -1), ("jump", 7), ("jump", 1.5), ("slow", True), ("rigid", 1)])
+def test_an_order_that_is_not_known_is_refused(method, order):
+    with pytest.raises(OrderError, match="known to the orders"):
+        ap.solve(ap.Scene(1, 1e-3, (0, 1, 1), 1), method, order=order)
+
+
+# the rigid system
+
+
+def test_the_steep_rigid_rod_has_no_motion_backwards():
+    with pytest.raises(NoMotion, match="stops at once, slip_opposite -> stick -> slip_same"):
+        ap.solve(ap.Scene(1, 1e-4, (0, 0.2, -1), 1), "rigid")
+
+
+@pytest.mark.parametrize(("y", "words"), [(0.2, "the elastic one takes slip_same"), (-2, "stops at once and then")])
+def test_the_steep_rigid_rod_has_two_motions_forwards_and_the_elastic_one_selects(y, words):
+    with pytest.raises(TwoMotions, match=words):
+        ap.solve(ap.Scene(1, 1e-4, (0, y, 1), 1), "rigid")
+
+
+@pytest.mark.parametrize("sigma", [-1.7, -0.5, -0.01])
+@pytest.mark.parametrize("z", [-0.3, 0, 0.3])
+def test_the_shallow_rigid_rod_has_one_motion_with_the_accelerations_of_the_limit(sigma, z):
+    path = ap.solve(ap.Scene(sigma, 1e-7, (0.3, 0.1, z), 2), "rigid")
+    stop = -sigma * 0.3 if z < 0 else 0
+    assert path.modes == (("slip_opposite", "slip_same") if z < 0 else ("slip_same",))
+    assert path.final[2] == pytest.approx(max(z, 0) + (2 - stop) / (sigma + 4), abs=1e-12)
+    assert [e.t for e in path.events] == pytest.approx([stop] if z < 0 else [], abs=1e-12)
+
+
+def test_at_rest_the_steep_rigid_rod_has_the_one_motion_forwards():
+    path = ap.solve(ap.Scene(1, 1e-6, (0, 0.2, 0), 1), "rigid")
+    assert path.modes == ("slip_same",)
+    assert path.final[2] == pytest.approx(0.2, abs=1e-12)
+
+
+# slow flow
+
+
+def test_slow_flow_begins_where_the_fast_fibre_through_the_start_meets_the_manifold():
+    scene = ap.Scene(1, "1e-4", ("1/2", 3, 1), 1)
+    for order in (0, 1, 2):
+        path = ap.solve(scene, "slow", order=order, digits=40)
+        assert path.modes == ("slip_same",)
+        assert relative(path.final, ap.solve(scene, digits=40).final) < 100 * mpmath.mpf("1e-4") ** (order + 1)
+    x, y, _ = path(0)
+    assert abs(x + y - mpmath.mpf(1) / 5) < 1e-3
+    assert abs(x - mpmath.mpf(1) / 2) < 1e-3
+
+
+def test_slow_flow_is_refused_where_the_fast_motion_meets_the_plane_first():
+    with pytest.raises(NoManifold, match="slip_opposite -> stick -> slip_same"):
+        ap.solve(ap.Scene(1, 1e-4, (0, 0.2, -1), 1), "slow")
+
+
+def test_slow_flow_predicts_how_far_the_first_layer_still_is_from_it():
+    scene = ap.Scene(1, 1e-4, (0.5, 3, 1), 1e-4)
+    path = ap.solve(scene, "slow")
+    assert 1e-3 < relative(path.final, ap.solve(scene).final) <= path.error
+    with pytest.raises(OutOfRange, match="left out"):
+        ap.solve(ap.Scene(1, 1e-4, (0.5, 3, 1), 1e-5), "slow")
+
+
+# arrays and numbers
+
+
+@pytest.mark.parametrize(("method", "order"), [("jump", 1), ("slow", 0), ("rigid", 0)])
+def test_arrays_agree_with_single_scenes(method, order):
+    scenes = [*random_scenes(60, False), *random_scenes(60, True)]
+    columns = np.array([(s.sigma, s.mu, *s.start, s.until, s.sigma0) for s in scenes]).T
+    found = finals(*columns[:6], method, order, sigma0=columns[6])
+    for k, scene in enumerate(scenes):
+        try:
+            path = ap.solve(scene, method, order=order)
+        except (OutOfRange, NoManifold, NoMotion, TwoMotions):
+            assert found.reason[k] >= 0
+            assert found.error[k] == np.inf
+            continue
+        assert found.reason[k] == -1
+        assert relative(found.final[:, k], path.final) < 1e-9 * path.error + 1e-13
+        assert found.error[k] == pytest.approx(path.error, rel=0.1, abs=1e-13)
+
+
+def test_arrays_broadcast_and_every_refusal_has_its_words():
+    found = finals(1.0, np.array([[1e-3], [1e-6]]), 0.0, 0.2, np.array([-1, -0.5, -1e-7]), 1.0)
+    assert found.final.shape == (3, 2, 3)
+    assert found.error.shape == found.reason.shape == (2, 3)
+    assert (found.reason[:, 2] >= 0).all()
+    assert (found.error[1, :2] < found.error[0, :2] / 1e4).all()
+    assert all(found.reasons)
+
+
+def test_not_a_number_in_an_array_is_refused():
+    with pytest.raises(InputError, match="finite"):
+        finals(1.0, 1e-3, np.array([0, np.nan]), 0.2, -1.0, 1.0)
+
+
+def test_dense_output_has_the_shape_of_the_times_and_ends_in_the_final_state():
+    path = ap.solve(ap.Scene(1, 1e-3, (0, 0.2, -1), 1), "jump")
+    times = np.linspace(0, 1, 12).reshape(3, 4)
+    assert path(times).shape == (3, 3, 4)
+    assert path(0.5).shape == (3,)
+    assert np.allclose(path(1.0), path.final, rtol=1e-14)
+    with pytest.raises(InputError, match=r"within \[0, 1"):
+        path(1.5)
+
+
+def test_more_digits_give_mpf_states_and_events_on_the_plane():
+    path = ap.solve(ap.Scene(1, "1e-5", (0, "0.2", -1), 1), "jump", order=4, digits=30)
+    assert all(isinstance(v, mpmath.mpf) for v in path.final)
+    assert path.events[0].z == 0
+    assert abs(path.events[1].x + path.events[1].y - mpmath.mpf(1) / 4) < mpmath.mpf(10) ** -35
+    assert path(np.array([0.1, 0.2])).shape == (3, 2)
