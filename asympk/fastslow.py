@@ -106,6 +106,14 @@ class FastSlowSegment:
             self.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost,
         )
 
+    def thrust(self, t, s):
+        """Return mu y' = a - b s at t, without cancellation where s is near a/b."""
+        mode, m = self.mode, self.mode.m
+        if t < self.short:
+            return mode.a - mode.b * s
+        fast, kept = self.fast * m.exp(mode.fast_rate * t), self.slow * m.exp(mode.slow_rate * t)
+        return -mode.b * (mode.fast_s * fast + mode.lift * kept)
+
     def s_size(self, t):
         """Bound the terms that make up s where s is small."""
         return abs(self.mode.rest) + abs(self.mode.lift * self.slow)
@@ -122,7 +130,7 @@ class FastSlowSegment:
                 return s_root(self, level, lo, min(hi, self.short), sign_hi)
             lo = self.short
         slow = mode.lift * self.slow
-        return fast_slow_root(mode.m, mode.rest - level + slow, 0, mode.fast_s * self.fast, mode.fast_rate,
+        return fast_slow_root(mode.m, self.s0 - level, mode.rest - level + slow, 0, mode.fast_s * self.fast, mode.fast_rate,
                               slow, mode.slow_rate, lo, hi, sign_hi,
                               mode.m.guess(self, "s_root", level, lo, hi, sign_hi))
 
@@ -134,37 +142,5 @@ class FastSlowSegment:
                 return z_root(self, lo, min(hi, self.short), sign_hi)
             lo = self.short
         fast = mode.fast_z * self.fast
-        return fast_slow_root(mode.m, self.z0 - fast, mode.rest, fast, mode.fast_rate,
+        return fast_slow_root(mode.m, self.z0, self.z0 - fast, mode.rest, fast, mode.fast_rate,
                               mode.slow_z * self.slow, mode.slow_rate, lo, hi, sign_hi, mode.m.guess(self, "z_root", lo, hi, sign_hi))
-
-    def on_level(self, level, t):
-        """Return the state at the time t at which s = level.
-
-        A fast part that has changed by orders of magnitude is read off the equation, not off its exponent.
-        """
-        mode = self.mode
-        if t < self.short:
-            x, _, _, z = self._soon(t)
-            return x, level - x, level, z
-        p = mode.fast_rate * t
-        fast = self.fast * mode.m.exp(p)
-        rest = mode.rest + mode.lift * self.slow * mode.m.exp(mode.slow_rate * t)
-        if abs(p * fast * mode.fast_s) > abs(level) + abs(rest):
-            fast = (level - rest) / mode.fast_s
-        x, _, _, z = self._joined(t, fast, fast - self.fast)
-        return x, level - x, level, z
-
-    def on_plane(self, t):
-        """Return the state at the time t at which z = 0, the fast part likewise."""
-        mode = self.mode
-        if t < self.short:
-            x, y, s, _ = self._soon(t)
-            return x, y, s, x - x
-        m, p = mode.m, mode.fast_rate * t
-        fast, gained = self.fast * m.exp(p), self.fast * m.expm1(p)
-        drifted, lost = mode.rest * t, mode.slow_z * self.slow * m.expm1(mode.slow_rate * t)
-        if abs(p * fast * mode.fast_z) > abs(self.z0) + abs(drifted) + abs(lost):
-            gained = -(self.z0 + drifted + lost) / mode.fast_z
-            fast = self.fast + gained
-        x, y, s, _ = self._joined(t, fast, gained)
-        return x, y, s, x - x

@@ -133,13 +133,13 @@ def slip(segment, s_sign, z_sign, left):
         elif opens and not opening:
             t = _dip(segment, z_sign, lo, hi) or hi
         if t is not hi:
-            landed = segment.on_plane(t)
+            time, landed = on_plane(segment, t)
             s = landed[2]
             if decided(m, s_sign * s, segment.s_size(t)) >= 0:
-                return "velocity_zero", t, landed
+                return "velocity_zero", time, landed
         if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(t)) < 0:
             t = segment.s_root(0, lo, t, -s_sign)
-            return "force_zero", t, segment.on_level(0, t)
+            return "force_zero", *on_level(segment, 0, t)
         lo, opening = hi, opens
     if end < left:
         raise Undecided
@@ -175,9 +175,30 @@ def stick(flow, segment, s_sign, left):
                 continue
             if decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
                 t = segment.s_root(edge, lo, hi, side)
-                return "slip_onset", t, segment.on_level(edge, t)
+                return "slip_onset", *on_level(segment, edge, t)
         lo = hi
     return None, left, state
+
+
+def on_plane(segment, t):
+    """Return the time and the state where z = 0: those at the root t, moved by the step that t is too coarse for."""
+    mode, (x, y, s, z) = segment.mode, segment.state(t)
+    fall = mode.a + mode.fall * s
+    if not fall:
+        return t, (x, y, s, z - z)
+    dx, dy = z * (y / fall), z / mode.mu * (segment.thrust(t, s) / fall)
+    return t - z / fall, (x - dx, y - dy, s - dx - dy, z - z)
+
+
+def on_level(segment, level, t):
+    """Return the time and the state where s = level, likewise."""
+    mode, (x, y, s, z) = segment.mode, segment.state(t)
+    rate, fall = y + segment.thrust(t, s) / mode.mu, mode.a + mode.fall * s if mode.a else 0
+    if not rate:
+        return t, (x, level - x, level, z)
+    missing = level - s
+    x = x + missing * (y / rate)
+    return t + missing / rate, (x, level - x, level, z + missing * (fall / rate))
 
 
 def stretches(segment, end):

@@ -29,14 +29,14 @@ def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
     return t
 
 
-def fast_slow_root(m, base, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
-    r"""Return the root in (lo, hi) of ``base + k t + fast e^{rate t} + slow (e^{slow_rate t} - 1)``.
+def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
+    r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). Where the fast part grows or decays by a factor of e or more
+    ``base`` is ``start - fast``, which may be known better than both. Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). Where the fast part grows or decays by a factor of e or more
     before it balances r, the step is Newton's for ``rate t = log(r/fast)``; where its sign is wrong for that, r itself
     must vanish first; otherwise the step is Newton's for the whole.
     """
-    start, positive, rising = base + fast, fast > 0, sign_hi > 0
+    positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent
     t = guess if guess is not None and lo < guess < hi else lo
     for _ in range(MOST_STEPS):

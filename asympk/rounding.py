@@ -14,8 +14,17 @@ UNIT = 2.0**-53
 
 def estimate(solution, enough):
     """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
+    if not _finite(solution):
+        return float("inf")
     error = forward(solution)
     return error if error <= enough else backward(solution)
+
+
+def _finite(solution):
+    total = sum(solution.final)
+    for segment in solution.segments:
+        total += segment.x0 + segment.y0 + segment.z0
+    return total - total == 0
 
 
 def legs(solution):
@@ -32,10 +41,10 @@ def largest(solution):
     return max(1, abs(x), abs(z), *[max(abs(leg.x0), abs(leg.z0)) for leg in solution.segments])
 
 
-def rates(segment, state):
-    """Return (x', s', z') at a state."""
+def rates(segment, t, state):
+    """Return (x', s', z') at t."""
     mode, (_, y, s, _) = segment.mode, state
-    return y, y + (mode.a - mode.b * s) / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
+    return y, y + segment.thrust(t, s) / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
 
 
 def forward(solution):
@@ -45,7 +54,7 @@ def forward(solution):
         spread = _fast_slow if type(segment) is FastSlowSegment else _smooth
         ex, es, ez, lag = spread(segment, t, kind, state, ex, es, ez)
         late += lag + UNIT * t
-    dx, _, dz = rates(segment, state)
+    dx, _, dz = rates(segment, t, state)
     return max(ex + abs(dx) * late, ez + abs(dz) * late) / largest(solution)
 
 
@@ -70,25 +79,25 @@ def _fast_slow(segment, t, kind, state, ex, es, ez):
         return ex + fast_x * gained + slow0 * lag, abs(mode.fast_s) * (gained + ef) + lift * ec, 0.0, lag
     gained = off + min(1.0, p) * (ef + UNIT * max(fast, fast0))
     es = abs(mode.fast_s) * off + lift * ec + UNIT * (abs(mode.rest) + lift * slow0 + abs(state[2]))
-    return _projected(segment, kind, state, ex + fast_x * gained, es, bent + fast_z * gained)
+    return _projected(segment, t, kind, state, ex + fast_x * gained, es, bent + fast_z * gained)
 
 
 def _smooth(segment, t, kind, state, ex, es, ez):
     rate, g, h, _ = map(abs, segment.responses(t) if t else (1.0, 0.0, 0.0, 0.0))
     lx, ls, lz, clock = _rounded(segment, t, state)
-    dx, ds, dz = map(abs, rates(segment, state))
+    dx, ds, dz = map(abs, rates(segment, t, state))
     mode = segment.mode
     x = ex * (1 + abs(mode.beta) * h + g) + es * g + lx + clock * dx
     s = es * (rate + g) + ex * g + ls + clock * ds
     z = ez + abs(mode.fall) * (es * (g + h) + ex * h) + lz + clock * dz
-    return _projected(segment, kind, state, x, s, z)
+    return _projected(segment, t, kind, state, x, s, z)
 
 
-def _projected(segment, kind, state, ex, es, ez):
+def _projected(segment, t, kind, state, ex, es, ez):
     """Return the errors of x, s, z after the event, and that of its time."""
     if not kind:
         return ex, es, ez, 0.0
-    dx, ds, dz = map(abs, rates(segment, state))
+    dx, ds, dz = map(abs, rates(segment, t, state))
     if kind == "velocity_zero":
         lag = ez / dz
         return ex + dx * lag, es + ds * lag, 0.0, lag
@@ -125,8 +134,8 @@ def backward(solution):
     for _, t, _, _ in steps:
         time += t
         clocks.append(UNIT * time)
-    segment, _, _, state = steps[-1]
-    dx, _, dz = rates(segment, state)
+    segment, t, _, state = steps[-1]
+    dx, _, dz = rates(segment, t, state)
     total = 0.0
     for row in ((1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)):
         total = max(total, _weighed(steps, clocks, row))
@@ -137,7 +146,7 @@ def _weighed(steps, clocks, row):
     px, ps, pz, pt = row
     error = 0.0
     for (segment, t, kind, state), late in zip(reversed(steps), reversed(clocks), strict=True):
-        dx, ds, dz = rates(segment, state)
+        dx, ds, dz = rates(segment, t, state)
         if kind == "velocity_zero":
             pz = -(px * dx + ps * ds + pt) / dz
         elif kind:

@@ -152,6 +152,10 @@ class SmoothSegment:
         mode = self.mode
         return short_responses(mode.m, mode.beta, t) if t < self.short else mode.responses(t)
 
+    def thrust(self, t, s):
+        """Return mu y' = a - b s at t."""
+        return self.mode.a - self.mode.b * s
+
     def s_size(self, t):
         """Bound the terms that make up s."""
         mode, (rate, g, h, _) = self.mode, self.responses(t)
@@ -168,13 +172,3 @@ class SmoothSegment:
 
     def z_root(self, lo, hi, sign_hi):
         return z_root(self, lo, hi, sign_hi)
-
-    def on_level(self, level, t):
-        """Return the state at the time t at which s = level."""
-        x, _, _, z = self.state(t)
-        return x, level - x, level, z
-
-    def on_plane(self, t):
-        """Return the state at the time t at which z = 0."""
-        x, y, s, _ = self.state(t)
-        return x, y, s, x - x
