@@ -174,7 +174,9 @@ def _derivatives(segment, t):
 
 def _misplaced(segment):
     """Return the error of s at the start that rounding the deviation from the slow line amounts to."""
-    if type(segment) is not FastSlowSegment or segment.known:
+    if type(segment) is not FastSlowSegment:
         return UNIT * abs(segment.s0)
+    if segment.known:
+        return UNIT * abs(segment.fast)
     mode = segment.mode
     return UNIT * (abs(segment.s0) + abs(mode.line) + abs(mode.lift * segment.x0))
