@@ -7,9 +7,10 @@ from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
 
-from asympk import figures, hybrid
+from asympk import figures, hybrid, style
 from asympk.collocation import reference
 from asympk.compare import workprec
+from asympk.files import write_text
 from asympk.integrate import endpoints, follow
 from asympk.methods import METHODS
 from asympk.path import Event
@@ -17,6 +18,7 @@ from asympk.path import Path as Trajectory
 from asympk.rows import provenance, read_provenance, read_rows, write_rows
 from asympk.scene import Scene
 from asympk.systems import nonlinear_rod
+from asympk.tabular import Cell, Table, latex, text
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
 MODELS = {
@@ -205,19 +207,46 @@ def _truth(row):
     return scene, Trajectory(scene, "collocation", final, events, tuple(row["modes"].split()), at=None)
 
 
+def method_table(rows, accuracy=1e-5):
+    """Count what became of every method's runs; the least cost of an error below ``accuracy``, over scenes and mu."""
+    body = []
+    for method in (*style.METHODS, *style.MODELS):
+        mine = [row for row in rows if row["method"] == method]
+        counts = [sum(figures.outcome(row["status"]) == key for row in mine) for key in figures.OUTCOMES]
+        places = {(row["scene"], row["mu"]) for row in mine}
+        costs = [cost for scene in {s for s, _ in places}
+                 for cost in figures.cheapest([r for r in mine if r["scene"] == scene], accuracy).values() if cost]
+        span = f"{_rounded(min(costs))} to {_rounded(max(costs))}" if costs else "--"
+        if mine:
+            name = style.line(method)["label"]
+            dressed = Cell(name.replace("z/ε", r"$z/\varepsilon$").replace("(z)", "($z$)"), name)
+            body.append((dressed, *map(str, counts), f"{len(costs)} of {len(places)}", span))
+    header = ("method", "right", "modes missed", "wrong end", "stalled", "budget spent", "refused",
+              f"error below ${figures.power(accuracy)}$", "CPU time / exact flow")
+    return Table("methods", "lrrrrrrrl", header, tuple(body))
+
+
+def _rounded(ratio):
+    return f"{ratio:.1f}" if ratio < 10 else f"{float(f'{ratio:.2g}'):.0f}"
+
+
 def draw(out, tell=lambda line: None):
-    """Draw all figures from the rows under ``out``/rows into ``out``/figures and return their files."""
+    """Draw all figures and the table from the rows under ``out``/rows, and return their files."""
     out = Path(out)
     tell("drawing")
-    drawn = {}
+    drawn, tables = {}, []
     if (out / "rows" / "work.csv").exists():
         drawn |= _drawn_work(out / "rows" / "work.csv")
+        table = method_table(read_rows(out / "rows" / "work.csv"))
+        tables = [write_text(out / "tables" / f"{table.name}{end}", dress(table))
+                  for end, dress in ((".tex", latex), (".csv", text))]
     if (out / "rows" / "plane.csv").exists():
         drawn["plane"] = figures.plane_map(read_rows(out / "rows" / "plane.csv"))
     if (out / "rows" / "nonlinear.csv").exists():
         rows = read_rows(out / "rows" / "nonlinear.csv")
         drawn["nonlinear"] = figures.nonlinear(rows, _note(out / "rows" / "nonlinear.csv"))
-    return [figures.save(figure, out / "figures" / f"chart-{name}.pdf") for name, figure in drawn.items()]
+    saved = [figures.save(figure, out / "figures" / f"chart-{name}.pdf") for name, figure in drawn.items()]
+    return saved + tables
 
 
 def _drawn_work(path):

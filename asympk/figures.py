@@ -73,7 +73,7 @@ def work_precision(rows, scene, mus, note=""):
     with sheet(1.5 * lines, lines, 2, entries=len(methods), note=note, sharex=True, sharey=True) as (figure, axes):
         for ax, mu in zip(axes.flat, mus, strict=False):
             _precision_panel(ax, [row for row in rows if row["mu"] == mu], methods)
-            ax.set_title(rf"$\mu = {_power(mu)}$", pad=2)
+            ax.set_title(rf"$\mu = {power(mu)}$", pad=2)
         for ax in axes.flat[len(mus):]:
             ax.set_visible(False)
         for ax in axes[:, 0]:
@@ -107,7 +107,7 @@ def cost_against_mu(rows, scenes, accuracy, note=""):
         for ax, scene in zip(axes.flat, scenes, strict=True):
             _cost_panel(ax, [row for row in rows if row["scene"] == scene], methods, accuracy)
             ax.set(ylabel="CPU time / exact flow")
-            ax.set_title(f"scene ({scene}), error below ${_power(accuracy)}$", pad=2)
+            ax.set_title(f"scene ({scene}), error below ${power(accuracy)}$", pad=2)
         axes.flat[-1].set_xlabel(r"$\mu$")
         axes.flat[-1].margins(x=0.07)
         axes.flat[-1].invert_xaxis()
@@ -117,7 +117,7 @@ def cost_against_mu(rows, scenes, accuracy, note=""):
 def _cost_panel(ax, rows, methods, accuracy):
     ax.set(xscale="log", yscale="log")
     ax.minorticks_off()
-    curves = {method: _cheapest([r for r in rows if r["method"] == method], accuracy) for method in methods}
+    curves = {method: cheapest([r for r in rows if r["method"] == method], accuracy) for method in methods}
     top = 3 * max(cost for curve in curves.values() for cost in curve.values() if cost)
     lost = [m for m in methods if None in curves[m].values()]
     ax.set_ylim(0.4, top * 2.2 ** (len(lost) + 1))
@@ -136,7 +136,7 @@ def _cost_panel(ax, rows, methods, accuracy):
             ax.plot(never, [level] * len(never), **{**looks, "linestyle": "none", "label": None})
 
 
-def _cheapest(rows, accuracy):
+def cheapest(rows, accuracy):
     """Return {mu: least ratio among the runs with an error below ``accuracy``, or None}."""
     found = {}
     for mu, group in groupby(sorted(rows, key=lambda r: r["mu"]), key=lambda r: r["mu"]):
@@ -157,7 +157,7 @@ def nonlinear(rows, note=""):
         _model_panel(figure.add_subplot(grid[0, :]), rows)
         for ax, mu in zip(axes[1], panels, strict=True):
             _precision_panel(ax, [row for row in rows if row["mu"] == mu and row["kappa"] == 1], methods)
-            ax.set_title(rf"$\kappa = 1$, $\mu = {_power(mu)}$", pad=2)
+            ax.set_title(rf"$\kappa = 1$, $\mu = {power(mu)}$", pad=2)
             ax.set_xlabel("error of the final state")
         axes[1, 0].set_ylabel("CPU time / exact flow")
         axes[1, 0].set_ylim(0.3, 3 * max(row["ratio"] for row in rows if row["ratio"]))
@@ -233,7 +233,7 @@ def _map_panel(ax, rows, along, places):
         if not values:
             axis.set_ticks([])
             continue
-        axis.set_ticks([0, len(values) - 1], [f"${_power(values[k])}$" for k in (0, -1)])
+        axis.set_ticks([0, len(values) - 1], [f"${power(values[k])}$" for k in (0, -1)])
 
 
 def _outcome_handle(key):
@@ -250,7 +250,8 @@ def _methods(rows):
     return [method for method in (*style.METHODS, *style.MODELS) if method in present]
 
 
-def _power(value):
+def power(value):
+    """Return ``value`` as a power of ten in LaTeX, or as it is."""
     exponent = log10(abs(value))
     power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"
     return f"-{power}" if value < 0 else power

@@ -188,6 +188,19 @@ def test_figures_are_saved_to_the_same_bytes_and_leave_rows_alone(few, tmp_path)
     assert json.dumps([work, plane]) == before
 
 
+def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, tmp_path):
+    pytest.importorskip("matplotlib")
+    work, plane = few
+    for name, found in (("work", work), ("plane", plane)):
+        rows.write_rows(tmp_path / "rows" / f"{name}.csv", found, {"note": "options"})
+    files = chart.draw(tmp_path)
+    assert all(File(file).stat().st_size > 0 for file in files)
+    assert {File(file).suffix for file in files} == {".pdf", ".tex", ".csv"}
+    table = chart.method_table(work)
+    assert sum(int(cell) for row in table.rows for cell in row[1:7]) == len(work)
+    assert not any("nan" in str(cell) for row in table.rows for cell in row)
+
+
 @pytest.mark.parametrize(("status", "key"), [
     ("finished", "finished"), ("wrong branch", "wrong branch"), ("events missed", "events missed"),
     ("stalled (x) at t = 1", "stalled"), ("step limit reached at t = 1", "limit"),
