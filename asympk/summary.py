@@ -9,7 +9,9 @@ from asympk.files import write_text
 from asympk.sweep import results
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
-_BITS, _LEVELS = 16, 4
+_WIDTHS = (20, 16, 14, 14)  # bits of a double that one pass decides
+_GATHERED = 4_000_000  # doubles that may be held at once
+_COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisions", "itineraries": "itinerary"}
 
 
 def summarise(out):
@@ -18,9 +20,8 @@ def summarise(out):
     Quantiles are exact: the ones at p are the elements of rank floor(p (n - 1)) of the final x, y, z.
     """
     out = Path(out)
-    counts = {"outcomes": Counter(), "events": Counter(), "collisions": Counter(), "itineraries": Counter()}
-    for _, _, columns in results(out):
-        _count(columns, counts)
+    counts = {name: Counter() for name in _COLUMNS}
+    found = quantiles(lambda first: _finals(out, counts if first else None), PROBABILITIES)
     told = {
         "trajectories": sum(counts["outcomes"].values()),
         "outcomes": {OUTCOMES[k]: n for k, n in sorted(counts["outcomes"].items())},
@@ -28,81 +29,123 @@ def summarise(out):
         "collisions": {str(k): n for k, n in sorted(counts["collisions"].items())},
         "itineraries": {itinerary(k): n for k, n in sorted(counts["itineraries"].items(), key=lambda p: (-p[1], p[0]))},
         "probabilities": list(PROBABILITIES),
-        "quantiles": quantiles(lambda: _finals(out), PROBABILITIES),
+        "quantiles": found,
     }
     write_text(out / "summary.json", json.dumps(told, indent=1) + "\n")
     return told
 
 
-def _count(columns, counts):
+def _finals(out, counts):
+    """Yield {axis: final values} of every chunk, counting its other columns on the way when ``counts`` are given."""
+    for _, _, columns in results(out, None if counts else ("x", "y", "z", "outcome")):
+        good = columns["outcome"] == 0
+        if counts:
+            _count(columns, good, counts)
+        yield {axis: columns[axis][good] for axis in "xyz"}
+
+
+def _count(columns, good, counts):
     import numpy as np
 
-    good = columns["outcome"] == 0
-    names = {"outcomes": "outcome", "events": "n_events", "collisions": "collisions", "itineraries": "itinerary"}
-    for name, column in names.items():
+    for name, column in _COLUMNS.items():
         if column in columns:
             values = columns[column] if name == "outcomes" else columns[column][good]
             counts[name].update(dict(zip(*(a.tolist() for a in np.unique(values, return_counts=True)), strict=True)))
 
 
-def _finals(out):
-    for _, _, columns in results(out):
-        good = columns["outcome"] == 0
-        yield {axis: columns[axis][good] for axis in "xyz"}
-
-
 def quantiles(parts, probabilities):
-    """Return {axis: quantiles} of all that ``parts()`` yields, {axis: array} at a time, in four passes.
+    """Return {axis: quantiles} of all that ``parts(first)`` yields, {axis: array} at a time, in a few passes.
 
-    A double is ranked as an unsigned integer of the same order; each pass counts the next 16 bits of those that agree
-    with a wanted quantile so far.
+    A double is ranked as the integer of the same order. A pass counts the next bits of those that agree with a wanted
+    quantile so far; once they are few they are gathered and sorted. ``first`` tells the first pass from the others.
     """
-    import numpy as np
-
-    ranks, prefixes = {}, {}
-    for level in range(_LEVELS):
-        counts = {}
-        for part in parts():
+    searches, shift = {}, 64
+    for width in _WIDTHS:
+        first, shift = shift == 64, shift - width
+        for part in parts(first):
             for axis, values in part.items():
-                _count_digits(_keys(values), level, prefixes.get(axis), counts.setdefault(axis, {}))
-        for axis, tables in counts.items():
-            if level == 0:
-                total = int(tables[0].sum())
-                ranks[axis] = [int(p * (total - 1)) for p in probabilities] if total else []
-                prefixes[axis] = [0] * len(ranks[axis])
-            for k, rank in enumerate(ranks[axis]):
-                below = np.cumsum(tables[prefixes[axis][k]])
-                digit = int(np.searchsorted(below, rank, side="right"))
-                ranks[axis][k] = rank - (int(below[digit - 1]) if digit else 0)
-                prefixes[axis][k] = prefixes[axis][k] << _BITS | digit
-    return {axis: [_double(prefix) for prefix in found] for axis, found in prefixes.items()}
+                searches.setdefault(axis, _Search(probabilities)).look(_keys(values), shift, width)
+        for search in searches.values():
+            search.narrow(shift, width)
+        if all(search.found is not None for search in searches.values()):
+            break
+    return {axis: [_double(key) for key in search.found] for axis, search in searches.items()}
 
 
-def _count_digits(keys, level, prefixes, tables):
-    """Add to ``tables[prefix]`` how often each value of the next digit occurs among keys that begin so."""
-    import numpy as np
+class _Search:
+    """The ranks that are wanted of one axis, and the leading bits of the keys there as far as they are known."""
 
-    shift = 64 - _BITS * (level + 1)
-    for prefix in sorted(set(prefixes)) if level else [0]:
-        chosen = keys[keys >> np.uint64(shift + _BITS) == np.uint64(prefix)] if level else keys
-        digits = ((chosen >> np.uint64(shift)) & np.uint64(2**_BITS - 1)).astype(np.int64)
-        tables[prefix] = tables.get(prefix, 0) + np.bincount(digits, minlength=2**_BITS)
+    def __init__(self, probabilities):
+        self.probabilities, self.ranks, self.prefixes = probabilities, None, [0]
+        self.found, self.few, self.tables, self.gathered = None, False, {}, {}
+
+    def look(self, keys, shift, width):
+        """Count, or gather, those of ``keys`` that begin with a wanted prefix."""
+        if self.found is not None:
+            return
+        for prefix in sorted(set(self.prefixes)):
+            chosen = keys if self.ranks is None else keys[keys >> (shift + width) == prefix]
+            if self.few:
+                self.gathered.setdefault(prefix, []).append(chosen)
+            elif chosen.size:
+                lowest = -(1 << width - 1) if self.ranks is None else prefix << width
+                self._tally(prefix, (chosen >> shift) - lowest, width)
+
+    def _tally(self, prefix, digits, width):
+        import numpy as np
+
+        if prefix not in self.tables:
+            self.tables[prefix] = np.zeros(1 << width, dtype=np.int64)
+        least = int(digits.min())
+        counted = np.bincount(digits - least)
+        self.tables[prefix][least:least + counted.size] += counted
+
+    def narrow(self, shift, width):
+        """Learn the next bits of every wanted key from what was counted, or all of them from what was gathered."""
+        import numpy as np
+
+        if self.found is not None:
+            return
+        if self.few:
+            pools = {prefix: np.sort(np.concatenate(pieces)) for prefix, pieces in self.gathered.items()}
+            self.found = [int(pools[p][r]) for p, r in zip(self.prefixes, self.ranks, strict=True)]
+            return
+        first = self.ranks is None
+        if first:
+            total = int(sum(table.sum() for table in self.tables.values()))
+            self.ranks = [int(p * (total - 1)) for p in self.probabilities] if total else []
+            self.prefixes = [0] * len(self.ranks)
+        self._descend(width, -(1 << width - 1) if first else 0)
+        self.tables = {}
+        if not shift:
+            self.found = self.prefixes
+
+    def _descend(self, width, lowest):
+        import numpy as np
+
+        sizes = {}
+        for k, (prefix, rank) in enumerate(zip(self.prefixes, self.ranks, strict=True)):
+            table = self.tables[prefix]
+            below = np.cumsum(table)
+            digit = int(np.searchsorted(below, rank, side="right"))
+            self.ranks[k] = rank - (int(below[digit - 1]) if digit else 0)
+            self.prefixes[k] = (prefix << width) + digit + lowest
+            sizes[self.prefixes[k]] = int(table[digit])
+        self.few = sum(sizes.values()) <= _GATHERED
 
 
 def _keys(values):
-    """Return doubles as unsigned integers in the same order."""
+    """Return doubles as integers in the same order; -0.0 counts as 0.0."""
     import numpy as np
 
-    bits = (values + 0.0).view(np.uint64)
-    top = np.uint64(1 << 63)
-    return np.where(bits & top, ~bits, bits | top)
+    bits = (values + 0.0).view(np.int64)
+    return bits ^ (bits >> 63 & 2**63 - 1)
 
 
 def _double(key):
     import struct
 
-    bits = key ^ (1 << 63) if key >> 63 else ~key & (2**64 - 1)
-    return struct.unpack("<d", struct.pack("<Q", bits))[0]
+    return struct.unpack("<d", struct.pack("<q", key ^ (key >> 63 & 2**63 - 1)))[0]
 
 
 def as_text(told):

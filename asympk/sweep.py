@@ -150,14 +150,13 @@ def _write(sweep, out, index, story, content):
     write_bytes(out / chunks.name(sweep, index), content)
 
 
-def results(out):
-    """Yield (sweep's chunk name, provenance, {name: array}) of the chunks in ``out``, one at a time.
+def results(out, only=None):
+    """Yield (file name, provenance, {name: array}) of the chunks in ``out``, one at a time, or ``only`` some arrays.
 
-    Raises ``InputError`` for a directory without a sweep, or one that is not complete.
+    Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.
     """
-    out = Path(out)
     for path in files(out):
-        yield (path.name, *chunks.read(path))
+        yield (path.name, *chunks.read(path, only))
 
 
 def files(out):
