@@ -142,3 +142,22 @@ def test_the_small_angle_costs_an_error_that_tends_to_a_multiple_of_kappa_mu():
         steps = [abs(b - a) for a, b in pairwise(costs)]
         assert 0.1 < costs[-1] < 1
         assert all(b < a for a, b in pairwise(steps))
+
+
+def test_the_reference_ends_on_the_slow_manifold_of_the_kept_rod_up_to_its_first_omitted_term():
+    mode = nl.system().mode("slip_same")
+    field = {nl.x: mode.slow[nl.x]}
+    numbers = {nl.sigma: 1, nl.kappa: 1, nl.c2: sp.Rational(1, 10)}
+    smooth = ap.System.smooth(field, {nl.y: mode.fast[nl.y].subs(numbers)}, nl.mu)
+    manifold = ap.slow_manifold(smooth, branch={nl.y: sp.Rational(1, 5) - nl.x}, order=2)
+    for order in (0, 1):
+        gaps = []
+        for mu in chart.MUS:
+            row = stored()[1.0, mu]
+            with mpmath.workdps(32):
+                x, y, small = mpmath.mpf(row["x"]), mpmath.mpf(row["y"]), mpmath.mpf(mu)
+                terms = [ap.lower((nl.x,), c, target="mpmath")(x) for c in manifold.coefficients]
+                kept = sum(terms[k] * small**k for k in range(order + 1))
+                gaps.append(abs((y - kept) / (terms[order + 1] * small ** (order + 1)) - 1))
+        assert all(b < a for a, b in pairwise(gaps[1:]))
+        assert gaps[-1] < 1e-6
