@@ -9,7 +9,7 @@ class Doubles:
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
     sin, cos, atan2, pi = math.sin, math.cos, math.atan2, math.pi
-    prec, eps, root_tol, margin, most_exponent = 53, 2.0**-52, 1e-9, 1e-13, 700.0
+    prec, eps, root_tol, margin, most_exponent = 53, 2.0**-52, 1e-5, 1e-13, 700.0
     soon = 0.5
     number = float
 
@@ -34,7 +34,7 @@ def context():
 def set_digits(m, digits, tie=False):
     """Let the context work with ``digits`` digits from now on; with ``tie`` every sign counts as it is."""
     m.dps = digits
-    m.root_tol = m.mpf(10) ** (-0.6 * digits)
+    m.root_tol = m.mpf(10) ** (-0.35 * digits)
     m.margin = m.zero if tie else m.mpf(10) ** (-0.8 * digits)
 
 

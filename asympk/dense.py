@@ -35,7 +35,7 @@ class Dense:
         starts, segments = self.solution.starts, self.solution.segments
         t = segments[0].mode.m.number(t)
         last = bisect_right(starts, t) - 1
-        x, y, _, z = segments[last].state(t - starts[last])
+        x, y, _, z, _ = segments[last].state(t - starts[last])
         return tuple(map(self.convert, (x, y, z)))
 
 

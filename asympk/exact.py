@@ -110,8 +110,8 @@ def _distance(coarse, fine):
     """Return the distance of the final (x, z), relative to the largest on the path; None when the events differ."""
     if coarse.modes != fine.modes:
         return None
-    x, _, _, z = fine.final
-    return max(abs(coarse.final[0] - x), abs(coarse.final[3] - z)) / largest(fine)
+    there, here = coarse.ends[-1], fine.ends[-1]
+    return max(abs(there[0] - here[0]), abs(there[3] - here[3])) / largest(fine)
 
 
 def _in_range(solution):
@@ -121,7 +121,7 @@ def _in_range(solution):
 
 
 def _path(scene, digits, solution, error, convert):
-    x, y, _, z = solution.final
+    x, y, _, z, _ = solution.ends[-1]
     events = solution.events
     if convert is not float:
         events = [Event(event[0], *map(convert, event[1:])) for event in events]

@@ -2,9 +2,9 @@ r"""One mode in closed form where mu is small against b: a fast and a slow expon
 
 With k = mu/b, ``rho = (1 + sqrt(1 - 4k))/2`` the roots of ``mu l^2 + b l + b = 0`` are ``l1 = -rho/k`` (fast) and
 ``l2 = -1/rho`` (slow), and ``1 + l2 = -k/rho^2``, ``l1 - l2 = -sqrt(1 - 4k)/k``: nothing cancels. The exact slow line
-is ``s = a/(b rho) + (1 + l2) x``; let F be the deviation of s from it at the start, and C the rest of x. Then
+is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the start, and C the rest of x; then
 
-    x = a/b + F e^{l1 t}/(l1 - l2) + C e^{l2 t},    s = a/b + (1 + l1)(...) + (1 + l2)(...),
+    x = a/b + F e^{l1 t}/(l1 - l2) + C e^{l2 t},    s = a/b + (1 + l1) F e^{l1 t}/(l1 - l2) + (1 + l2) C e^{l2 t},
     z = z0 + (a/b) t + k (b-1)(y - y0).
 """
 
@@ -16,7 +16,7 @@ class FastSlow:
     """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the share of F in x, and so on."""
 
     __slots__ = ("a", "b", "beta", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap", "lift", "line",
-                 "load", "m", "mu", "rest", "short", "slow_rate", "slow_z", "turn")
+                 "load", "m", "mu", "rest", "short", "sizes", "slow_rate", "slow_z", "turn")
 
     def __init__(self, m, a, b, mu):
         self.m, self.a, self.b, self.mu = m, a, b, mu
@@ -42,19 +42,20 @@ class FastSlow:
 
 
 class FastSlowSegment:
-    """The motion in one mode from ``(x0, y0, s0, z0)`` at t = 0."""
+    """The motion in one mode from ``(x0, y0, s0, z0)`` at t = 0; ``fast`` is F and ``slow`` is C."""
 
-    __slots__ = ("fast", "known", "mode", "s0", "short", "slow", "x0", "y0", "z0")
+    __slots__ = ("fast", "known", "mode", "s0", "short", "slow", "slow_s", "x0", "y0", "z0")
 
     half_period = None
 
     def __init__(self, mode, x, y, s, z, deviation=None):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
         self.known = deviation is not None
-        self.fast = deviation if self.known else s - mode.line - mode.lift * x
-        self.slow = x - mode.rest - self.fast * mode.fast_x
+        self.fast = fast = deviation if self.known else s - mode.line - mode.lift * x
+        self.slow = slow = x - mode.rest - fast * mode.fast_x
+        self.slow_s = slow_s = mode.lift * slow
         # the two exponentials nearly cancel at short times when the rest a/b or the slow part is large
-        delicate = -0.5 < mode.b < 0.5 or abs(mode.lift * self.slow) > abs(s) + abs(mode.rest)
+        delicate = -0.5 < mode.b < 0.5 or abs(slow_s) > abs(s) + abs(mode.rest)
         self.short = mode.short if delicate and not self.known else 0
 
     def rounded(self, m):
@@ -80,47 +81,34 @@ class FastSlowSegment:
         return t if t > 0 else None
 
     def state(self, t):
-        """Return (x, y, s, z)."""
+        """Return (x, y, s, z, mu y') at t."""
         if t < self.short:
-            return self._soon(t)
-        m, p = self.mode.m, self.mode.fast_rate * t
-        return self._joined(t, self.fast * m.exp(p), self.fast * m.expm1(p))
-
-    def _soon(self, t):
-        if not t:
-            return self.x0, self.y0, self.s0, self.z0
-        return superposed(self, t, self.responses(t))
+            return superposed(self, t, self.responses(t))
+        mode, fast, slow = self.mode, self.fast, self.slow
+        m, p, q = mode.m, mode.fast_rate * t, mode.slow_rate * t
+        gained, lost = fast * m.expm1(p), slow * m.expm1(q)
+        fast, slow = fast * m.exp(p), slow * m.exp(q)
+        off = mode.fast_s * fast + mode.lift * slow
+        return (
+            self.x0 + mode.fast_x * gained + lost,
+            mode.fast_y * fast + mode.slow_rate * slow,
+            mode.rest + off,
+            self.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost,
+            -mode.b * off,
+        )
 
     def responses(self, t):
         """Return (g', g, h, h + H) at a short time t."""
         return short_responses(self.mode.m, self.mode.beta, t)
 
-    def _joined(self, t, fast, gained):
-        mode = self.mode
-        p = mode.slow_rate * t
-        kept, lost = self.slow * mode.m.exp(p), self.slow * mode.m.expm1(p)
-        return (
-            self.x0 + mode.fast_x * gained + lost,
-            mode.fast_y * fast + mode.slow_rate * kept,
-            mode.rest + mode.fast_s * fast + mode.lift * kept,
-            self.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost,
-        )
-
-    def thrust(self, t, s):
-        """Return mu y' = a - b s at t, without cancellation where s is near a/b."""
-        mode, m = self.mode, self.mode.m
-        if t < self.short:
-            return mode.a - mode.b * s
-        fast, kept = self.fast * m.exp(mode.fast_rate * t), self.slow * m.exp(mode.slow_rate * t)
-        return -mode.b * (mode.fast_s * fast + mode.lift * kept)
-
     def s_size(self, t):
         """Bound the terms that make up s where s is small."""
-        return abs(self.mode.rest) + abs(self.mode.lift * self.slow)
+        return abs(self.mode.rest) + abs(self.slow_s)
 
     def z_size(self, t):
         """Bound the terms that make up z where z is small."""
-        return abs(self.z0) + abs(self.mode.rest * t) + abs(self.mode.slow_z * self.slow)
+        mode = self.mode
+        return abs(self.z0) + abs(mode.rest * t) + abs(mode.slow_z * self.slow)
 
     def s_root(self, level, lo, hi, sign_hi):
         """Return the time in (lo, hi) at which s = level."""
@@ -129,10 +117,9 @@ class FastSlowSegment:
             if hi <= self.short or (self.state(self.short)[2] - level) * sign_hi > 0:
                 return s_root(self, level, lo, min(hi, self.short), sign_hi)
             lo = self.short
-        slow = mode.lift * self.slow
-        return fast_slow_root(mode.m, self.s0 - level, mode.rest - level + slow, 0, mode.fast_s * self.fast, mode.fast_rate,
-                              slow, mode.slow_rate, lo, hi, sign_hi,
-                              mode.m.guess(self, "s_root", level, lo, hi, sign_hi))
+        guess = mode.m.guess(self, "s_root", level, lo, hi, sign_hi)
+        return fast_slow_root(mode.m, self.s0 - level, mode.rest - level + self.slow_s, 0, mode.fast_s * self.fast,
+                              mode.fast_rate, self.slow_s, mode.slow_rate, lo, hi, sign_hi, guess)
 
     def z_root(self, lo, hi, sign_hi):
         """Return the time in (lo, hi) at which z = 0."""
@@ -142,5 +129,6 @@ class FastSlowSegment:
                 return z_root(self, lo, min(hi, self.short), sign_hi)
             lo = self.short
         fast = mode.fast_z * self.fast
-        return fast_slow_root(mode.m, self.z0, self.z0 - fast, mode.rest, fast, mode.fast_rate,
-                              mode.slow_z * self.slow, mode.slow_rate, lo, hi, sign_hi, mode.m.guess(self, "z_root", lo, hi, sign_hi))
+        guess = mode.m.guess(self, "z_root", lo, hi, sign_hi)
+        return fast_slow_root(mode.m, self.z0, self.z0 - fast, mode.rest, fast,
+                              mode.fast_rate, mode.slow_z * self.slow, mode.slow_rate, lo, hi, sign_hi, guess)

@@ -31,6 +31,11 @@ class Flow:
     def __init__(self, m, sigma, sigma0, mu):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
         self._modes = {}
+        other = -1 / (sigma0 + 1) if sigma0 != -1 else None
+        self._edges = {
+            1: (1 / (sigma0 + 3), other if sigma0 < -1 else None),
+            -1: (other if sigma0 > -1 else None, None),
+        }
 
     def load(self, name):
         """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
@@ -49,15 +54,13 @@ class Flow:
         usual = self.mode(name)
         return usual if type(usual) is FastSlow else FastSlow(self.m, *self.load(name), self.mu)
 
-    def edges(self, s):
-        """Return the edges (near zero, far from zero or None) of the static cone's part on the side of ``s``."""
-        if s < 0:
-            return (-1 / (self.sigma0 + 1) if self.sigma0 > -1 else None), None
-        return 1 / (self.sigma0 + 3), (-1 / (self.sigma0 + 1) if self.sigma0 < -1 else None)
+    def edges(self, s_sign):
+        """Return the edges (near zero, far from zero) of the static cone on one side of s = 0; None for no edge."""
+        return self._edges[s_sign]
 
     def sticks(self, s, size):
         """Tell whether s, a sum of terms up to ``size``, lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
-        near, far = self.edges(s)
+        near, far = self.edges(1 if s > 0 else -1)
         if near is None or decided(self.m, abs(s) - abs(near), abs(near) + size) < 0:
             return False
         return far is None or decided(self.m, far - s, far + size) >= 0
@@ -71,22 +74,21 @@ def decided(m, value, size):
 
 
 class Solution(NamedTuple):
-    """Events, and per segment its mode's name, its start, closed form and duration; the final (x, y, s, z)."""
+    """The events, and for each segment the name of its mode, its start, closed form, duration, and state at its end."""
 
     events: list
     modes: list
     starts: list
     segments: list
     spans: list
-    final: list
+    ends: list
 
 
 def follow(flow, start, until, deviation=None):
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start."""
     x, y, s, z, s_sign, z_sign = start
     t = 0 * until
-    solution = Solution([], [], [], [], [], [])
-    events, modes, starts, segments, spans, final = solution
+    solution = events, modes, starts, segments, spans, ends = Solution([], [], [], [], [], [])
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         if deviation is None:
@@ -101,49 +103,61 @@ def follow(flow, start, until, deviation=None):
         starts.append(t)
         segments.append(segment)
         spans.append(dt)
+        ends.append(state)
         if kind is None:
-            final.extend(state)
             return solution
-        x, y, s, z = state
+        x, y, s, z, _ = state
         t = t + dt
         events.append(Event(kind, t, x, y, z))
-        if len(events) > MOST_EVENTS:
-            raise TooManyEvents(_too_many(until, events[-1]))
         if kind == "force_zero":
             s_sign = -s_sign
         elif kind == "slip_onset":
             z_sign = 1 if s < 1 else -1
         else:
             z_sign = 0 if flow.sticks(s, segment.s_size(dt)) else -z_sign
+        if len(events) > MOST_EVENTS:
+            raise TooManyEvents(_too_many(until, events[-1]))
 
 
 def slip(segment, s_sign, z_sign, left):
     """Return (kind, time, state) of the event that ends a slip, or (None, left, state) when the time ends first."""
     mode = segment.mode
-    m, a, fall = mode.m, mode.a, mode.fall
+    margin, a, fall = mode.m.margin, mode.a, mode.fall
     end = segment.horizon(left)
     lo, opening = 0, not segment.z0 or z_sign * (a + fall * segment.s0) > 0
     for hi in stretches(segment, end):
         state = segment.state(hi)
-        s = state[2]
+        s, z = state[2], state[3]
         opens = z_sign * (a + fall * s) > 0
-        t = hi
-        if decided(m, z_sign * state[3], segment.z_size(hi)) < 0:
-            t = segment.z_root(_leaving(segment, lo, hi, s) if opening else lo, hi, -z_sign)
-        elif opens and not opening:
-            t = _dip(segment, z_sign, lo, hi) or hi
-        if t is not hi:
-            time, landed = on_plane(segment, t)
-            s = landed[2]
-            if decided(m, s_sign * s, segment.s_size(t)) >= 0:
-                return "velocity_zero", time, landed
-        if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(t)) < 0:
-            t = segment.s_root(0, lo, t, -s_sign)
-            return "force_zero", *on_level(segment, 0, t)
+        clear = z_sign * z > margin * segment.z_size(hi) and s_sign * s > margin * segment.s_size(hi)
+        if not clear or (opens and not opening):
+            event = _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
+            if event:
+                return event
         lo, opening = hi, opens
     if end < left:
         raise Undecided
     return None, left, state
+
+
+def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
+    """Return the event in (lo, hi], a stretch on which s is monotone, or None.
+
+    ``opening`` and ``opens`` tell whether z moves off the plane at lo and at hi.
+    """
+    m, t = segment.mode.m, None
+    if decided(m, z_sign * z, segment.z_size(hi)) < 0:
+        t = segment.z_root(_leaving(segment, lo, hi, s) if opening else lo, hi, -z_sign)
+    elif opens and not opening:
+        t = _dip(segment, z_sign, lo, hi)
+    if t is not None:
+        t, state = on_plane(segment, t)
+        hi, s = t, state[2]
+        if decided(m, s_sign * s, segment.s_size(t)) >= 0:
+            return "velocity_zero", t, state
+    if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(hi)) < 0:
+        return "force_zero", *on_level(segment, 0, segment.s_root(0, lo, hi, -s_sign))
+    return None
 
 
 def _leaving(segment, lo, hi, s):
@@ -156,8 +170,7 @@ def _leaving(segment, lo, hi, s):
 def _dip(segment, z_sign, lo, hi):
     """Return the time in (lo, hi) at which z leaves its side though it is back at hi, or None."""
     mode = segment.mode
-    level = mode.a / (mode.b - 1)
-    least = segment.s_root(level, lo, hi, z_sign if mode.b < 1 else -z_sign)
+    least = segment.s_root(mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
     if decided(mode.m, z_sign * segment.state(least)[3], segment.z_size(least)) < 0:
         return segment.z_root(lo, least, -z_sign)
     return None
@@ -165,7 +178,7 @@ def _dip(segment, z_sign, lo, hi):
 
 def stick(flow, segment, s_sign, left):
     """Return (kind, time, state) of the slip onset, or (None, left, state) when the time ends first."""
-    near, far = flow.edges(segment.s0)
+    near, far = flow.edges(s_sign)
     lo = 0
     for hi in stretches(segment, left):
         state = segment.state(hi)
@@ -174,31 +187,30 @@ def stick(flow, segment, s_sign, left):
             if edge is None or (not lo and segment.s0 == edge):
                 continue
             if decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
-                t = segment.s_root(edge, lo, hi, side)
-                return "slip_onset", *on_level(segment, edge, t)
+                return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
         lo = hi
     return None, left, state
 
 
 def on_plane(segment, t):
     """Return the time and the state where z = 0: those at the root t, moved by the step that t is too coarse for."""
-    mode, (x, y, s, z) = segment.mode, segment.state(t)
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(t)
     fall = mode.a + mode.fall * s
     if not fall:
-        return t, (x, y, s, z - z)
-    dx, dy = z * (y / fall), z / mode.mu * (segment.thrust(t, s) / fall)
-    return t - z / fall, (x - dx, y - dy, s - dx - dy, z - z)
+        return t, (x, y, s, z - z, thrust)
+    dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
+    return t - z / fall, (x - dx, y - dy, s - dx - dy, z - z, thrust)
 
 
 def on_level(segment, level, t):
     """Return the time and the state where s = level, likewise."""
-    mode, (x, y, s, z) = segment.mode, segment.state(t)
-    rate, fall = y + segment.thrust(t, s) / mode.mu, mode.a + mode.fall * s if mode.a else 0
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(t)
+    rate, fall = y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0
     if not rate:
-        return t, (x, level - x, level, z)
+        return t, (x, level - x, level, z, thrust)
     missing = level - s
     x = x + missing * (y / rate)
-    return t + missing / rate, (x, level - x, level, z + missing * (fall / rate))
+    return t + missing / rate, (x, level - x, level, z + missing * (fall / rate), thrust)
 
 
 def stretches(segment, end):
@@ -269,7 +281,7 @@ def first_signs(sign, sigma0, mu, x, y, z):
 
 def _beside_edge(flow, s, on_edge):
     """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
-    nearest = min((edge for edge in flow.edges(s) if edge is not None), key=lambda edge: abs(s - edge))
+    nearest = min((edge for edge in flow.edges(_sign(s)) if edge is not None), key=lambda edge: abs(s - edge))
     if on_edge:
         return nearest
     decided(flow.m, s - nearest, abs(nearest))

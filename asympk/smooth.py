@@ -54,6 +54,8 @@ def short_time(m, b, mu):
 
 def short_responses(m, beta, t):
     """Return (g', g, h, h + H) at t from the Taylor series of g, whose terms obey a recurrence of two."""
+    if not t:
+        return 1, t, t, t
     rate, g, h, k = 1, t, t * t / 2, t * t / 2 + t * t * t / 6
     older, term, n = 0, t, 1
     while True:
@@ -68,15 +70,17 @@ def short_responses(m, beta, t):
 
 
 def superposed(segment, t, responses):
-    """Return the state (x, y, s, z) at t from the responses there."""
-    mode, y = segment.mode, segment.y0
+    """Return the state (x, y, s, z, mu y') at t from the responses there."""
+    mode, x, y, s = segment.mode, segment.x0, segment.y0, segment.s0
     rate, g, h, k = responses
-    load, x, s = mode.load, segment.x0, segment.s0
+    load, beta = mode.load, mode.beta
+    s1 = s * rate + y * g + load * (g + h)
     return (
-        x * (1 - mode.beta * h) + y * g + load * h,
-        y * rate + (load - mode.beta * x) * g,
-        s * rate + y * g + load * (g + h),
+        x * (1 - beta * h) + y * g + load * h,
+        y * rate + (load - beta * x) * g,
+        s1,
         segment.z0 + mode.a * t + mode.fall * (s * g + y * h + load * k),
+        mode.a - mode.b * s1,
     )
 
 
@@ -85,8 +89,8 @@ def s_root(segment, level, lo, hi, sign_hi):
     mode = segment.mode
 
     def value_and_slope(t):
-        _, y, s, _ = segment.state(t)
-        return s - level, y + (mode.a - mode.b * s) / mode.mu
+        _, y, s, _, thrust = segment.state(t)
+        return s - level, y + thrust / mode.mu
 
     guess = mode.m.guess(segment, "s_root", level, lo, hi, sign_hi)
     return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
@@ -97,7 +101,7 @@ def z_root(segment, lo, hi, sign_hi):
     mode = segment.mode
 
     def value_and_slope(t):
-        _, _, s, z = segment.state(t)
+        _, _, s, z, _ = segment.state(t)
         return z, mode.a + mode.fall * s
 
     guess = mode.m.guess(segment, "z_root", lo, hi, sign_hi)
@@ -145,16 +149,13 @@ class SmoothSegment:
         return m.log1p(2 * p / (1 - p)) / (2 * omega) if p else -slope / w
 
     def state(self, t):
-        """Return (x, y, s, z)."""
-        return superposed(self, t, self.responses(t)) if t else (self.x0, self.y0, self.s0, self.z0)
+        """Return (x, y, s, z, mu y') at t."""
+        return superposed(self, t, self.responses(t))
 
     def responses(self, t):
+        """Return (g', g, h, h + H) at t."""
         mode = self.mode
         return short_responses(mode.m, mode.beta, t) if t < self.short else mode.responses(t)
-
-    def thrust(self, t, s):
-        """Return mu y' = a - b s at t."""
-        return self.mode.a - self.mode.b * s
 
     def s_size(self, t):
         """Bound the terms that make up s."""
