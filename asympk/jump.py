@@ -12,6 +12,7 @@ and fixes the limit: over the layer the drift vanishes and mu y returns to zero,
 import itertools
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -24,6 +25,7 @@ from asympk.ratio import Ratios
 from asympk.series import Series
 
 HIGHEST_ORDER = 3
+LOAD, OFFSET = sp.symbols("s delta", real=True)
 SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))
 
 
@@ -85,12 +87,14 @@ def first_integral(system):
     return Integral(z + system.small * solution[beta] * y + solution[gamma] * x, sp.cancel(rate))
 
 
-def jump_map(system, order=1, start=None, arrival=None):
+def jump_map(system, order=1, start=None, arrival=None, near=None):
     """Derive the jump map of the layer that contains ``start``, to ``order`` in mu with all powers of L.
 
     ``start`` gives numbers for some of the states and parameters, a point inside the layer; what is missing is chosen
     (velocity -1, load 1/5). With ``arrival`` the layer begins on z = 0, where the slow motion in the mode of that name
-    reaches it, and the map depends on x alone. Raises ``OrderError``, ``OutOfRange`` on a divide, ``NotDerivable``.
+    reaches it, and the map depends on x alone. With ``near`` the load at the start is given by its ``OFFSET`` from the
+    slow line of the mode of that name, so the map holds however small the offset is. Raises ``OrderError``,
+    ``OutOfRange`` on a divide, ``NotDerivable``.
     """
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(
@@ -99,31 +103,47 @@ def jump_map(system, order=1, start=None, arrival=None):
         )
     model = linear(system)
     values = _sample(system, model, dict(start or {}), arrival)
-    moving = values[model.states[2]] != 0
-    load = sp.Symbol("s", real=True)
-    signs = _Signs({**values, load: _load(model).subs(values)})
-    steps = itinerary(
-        model.line, model.line.rest(arrival) if arrival else load, model.states[2] if moving else sp.S.Zero, signs
-    )
-    x, z, events = _expansion(system, steps, order, arrival, moving)
-    domain = _domain(tuple(signs.asked), system.assumptions).subs(load, _load(model))
+    velocity = model.states[2] if values[model.states[2]] != 0 else sp.S.Zero
+    begins = Beginning(arrival, near, velocity)
+    signs = _Signs({**values, LOAD: _load(model).subs(values)})
+    steps = itinerary(model.line, begins.load(model), velocity, signs)
+    x, z, events = _expansion(system, steps, order, begins)
+    domain = _domain(tuple(signs.asked), system.assumptions).subs(LOAD, _load(model))
     rest = sp.cancel(model.line.rest(steps[-1].mode))
     return JumpMap(x, z, events, tuple(s.mode for s in steps), domain, order, rest)
 
 
+class Beginning(NamedTuple):
+    """How a layer begins: from any load, or on or near the slow line of a mode; and its velocity, z or 0."""
+
+    arrival: str | None
+    near: str | None
+    velocity: sp.Expr
+
+    def load(self, model):
+        """Return the load in the limit mu -> 0."""
+        if self.near:
+            return model.line.rest(self.near) + OFFSET
+        return model.line.rest(self.arrival) if self.arrival else LOAD
+
+    def fast(self, numbers, x, exact, order):
+        """Return the fast state to ``order``."""
+        on = self.near or self.arrival
+        if not on:
+            return numbers.fast_state(x, exact(LOAD))
+        return on_slow_line(numbers.fields[on], x, order) + (exact(OFFSET) / numbers.load[2] if self.near else 0)
+
+
 @lru_cache(maxsize=64)
-def _expansion(system, steps, order, arrival, moving):
+def _expansion(system, steps, order, begins):
     """Return x and z after the layer, and its events, in symbols: they depend on the itinerary alone."""
     model = linear(system)
     x, _, z = model.states
-    load = sp.Symbol("s", real=True)
-    exact = Ratios((*model.parameters, x, load, z), len(steps), shown=(*model.parameters, x, _load(model), z))
+    names = (*model.parameters, x, LOAD, z, OFFSET)
+    exact = Ratios(names, len(steps), shown=[_load(model) if v == LOAD else v for v in names])
     numbers = model.map(exact)
-    fast = (
-        on_slow_line(numbers.fields[arrival], exact(x), order) if arrival
-        else numbers.fast_state(exact(x), exact(load))
-    )
-    layers = follow(numbers, steps, (exact(x), fast, exact(z if moving else 0)), order, exact.log)
+    start = (exact(x), begins.fast(numbers, exact(x), exact, order), exact(begins.velocity))
+    layers = follow(numbers, steps, start, order, exact.log)
 
     def out(series):
         return series.map(exact.expr, system.small)
@@ -139,9 +159,10 @@ def _load(model):
 def _sample(system, model, start, arrival):
     x, y, z = model.states
     known = {v: sp.nsimplify(c, rational=True) for v, c in start.items()}
-    unknown = set(known) - {*model.states, *model.parameters}
+    unknown = set(known) - {*model.states, *model.parameters, OFFSET}
     if unknown:
         raise InputError(f"start: {unknown} are not states or parameters; give {model.states} or {model.parameters}")
+    known.setdefault(OFFSET, sp.Rational(1, 10))
     for p in model.parameters:
         if p not in known:
             candidates = [*(known[q] for q in model.parameters if q in known), *SAMPLES]
@@ -199,5 +220,5 @@ class _Signs:
         expr = sp.sympify(expr)
         sign = int(sp.sign(expr.subs(self.values)))
         if expr.free_symbols:
-            self.asked.append(sp.Eq(expr, 0) if sign == 0 else sign * expr > 0)
+            self.asked.append(sp.Eq(expr, 0) if sign == 0 else sp.expand(sign * expr) > 0)
         return sign

@@ -97,9 +97,9 @@ def follow(model, steps, start, order, log):
 
 def on_slow_line(field, x, order):
     """Return y on the slow line of a mode at ``x``."""
-    slow, _ = _rates(field, order)
-    at_x, at_y = _rest(field)
-    return series(at_y + _slope(field, slow) * (x - at_x)).cut(order)
+    slow, _ = rates(field, order)
+    at_x, at_y = rest_of(field)
+    return series(at_y + slope_of(field, slow) * (x - at_x)).cut(order)
 
 
 def slow_motion(field, layers, order):
@@ -109,10 +109,10 @@ def slow_motion(field, layers, order):
 
 
 def _segment(mode, field, state, began, order, b=None):
-    slow, fast = _rates(field, order)
-    at_x, at_y = _rest(field)
+    slow, fast = rates(field, order)
+    at_x, at_y = rest_of(field)
     x, y, z = state
-    up, down = _slope(field, fast), _slope(field, slow)
+    up, down = slope_of(field, fast), slope_of(field, slow)
     if b is None:
         b = _relative((y - at_y - down * (x - at_x)) / (up - down), order)
     a = (x - at_x - b).cut(order)
@@ -159,7 +159,7 @@ def _landing(segment, order):
     return ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
 
 
-def _rates(field, order):
+def rates(field, order):
     """Solve mu k^2 - (mu f_x + g_y) k + f_x g_y - f_y g_x = 0 for its slow and its fast root."""
     (_, fx, fy), (_, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx
@@ -168,13 +168,15 @@ def _rates(field, order):
     return slow, fast / MU
 
 
-def _rest(field):
+def rest_of(field):
+    """Return the point (x, y) at which a mode rests."""
     (f0, fx, fy), (g0, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx
     return (fy * g0 - gy * f0) / det, (gx * f0 - fx * g0) / det
 
 
-def _slope(field, rate):
+def slope_of(field, rate):
+    """Return dy/dx of the motion at one of the two rates."""
     return (rate - field.f[1]) / field.f[2]
 
 
