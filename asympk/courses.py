@@ -20,6 +20,7 @@ import numpy as np
 from asympk.kernels import deviation, force_zero, mode, pick, release, slide, slow_part, velocity_zero
 
 SAFE = 1e-10
+NEAR = 1e-6
 BLOCK = 8192
 NONE = np.array([], dtype=np.intp)
 
@@ -168,8 +169,8 @@ def _sorted_out(p, x, y, z, until):
     """Yield (course, its rows), at last (None, the rows of no course)."""
     s = x + y
     common = (np.abs(x) < p.reach) & (np.abs(z) < p.reach) & (p.mu * np.abs(y) < p.reach) & (until > 0)
-    above, below = common & (z > 0), common & (z < 0)
-    pushed, pulled = s > 0, s < 0
+    above, below = common & (z > NEAR), common & (z < -NEAR)
+    pushed, pulled = s > NEAR, s < -NEAR
     yield direct, _where(above & pushed)
     yield lifted, _where(below & pushed)
     yield turned, _where(below & pulled)
@@ -177,7 +178,7 @@ def _sorted_out(p, x, y, z, until):
     rising = deviation(p.rows(split).opposite, x[split], y[split]) > 0
     yield raised, _indices(split)[rising]
     yield thrown, _indices(split)[~rising]
-    yield None, _where(~(above | below) | (s == 0))
+    yield None, _where(~((above | below) & (pushed | pulled)))
 
 
 def _where(mask):

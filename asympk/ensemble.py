@@ -13,14 +13,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk import courses, exact
+from asympk import careful, courses, exact
 from asympk.columns import columns, require_order
-from asympk.courses import NONE, Setting
+from asympk.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents
 from asympk.path import KINDS
 from asympk.scene import Scene
 
 CHUNK = 32768
+ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
 LIMITS = {
     "sigma": (lambda v: v > -2, "greater than -2"),
     "mu": (lambda v: v > 0, "positive"),
@@ -86,22 +87,22 @@ def _follow(job, keep, progress):
     shape, arguments = job
     size = int(np.prod(shape))
     result = _Result(np.empty((3, size)), np.zeros(size, dtype=np.int64), [] if keep else None)
-    others, waiting = [], 0
-    for start in range(0, size, CHUNK):
-        stop = min(start + CHUNK, size)
-        others.append(_common(arguments, start, stop, result))
-        waiting += others[-1].size
-        if waiting >= CHUNK or stop == size:
-            _uncommon(arguments, np.concatenate(others), result)
-            others, waiting = [], 0
-        if progress:
-            progress(stop, size)
+    waiting = np.zeros(0, dtype=np.intp)
+    with np.errstate(all="ignore"):
+        for start in range(0, size, CHUNK):
+            stop = min(start + CHUNK, size)
+            waiting = np.concatenate([waiting, _common(arguments, start, stop, result)])
+            while waiting.size >= CHUNK or (stop == size and waiting.size):
+                _uncommon(arguments, waiting[:CHUNK], result)
+                waiting = waiting[CHUNK:]
+            if progress:
+                progress(stop, size)
     kept = _in_order(result.notes) if keep else None
     return Ensemble(result.final.reshape(3, *shape), result.count.reshape(shape), job, kept)
 
 
 class _Result(NamedTuple):
-    """Where results go, by the flat index of the trajectory; ``notes`` are blocks of events, or None."""
+    """Where results go, by the flat index of the trajectory; ``notes`` are blocks (trajectory, kind, t, x, y, z)."""
 
     final: np.ndarray
     count: np.ndarray
@@ -117,42 +118,45 @@ class _Result(NamedTuple):
 def _common(arguments, start, stop, result):
     """Follow those of the trajectories from ``start`` to ``stop`` that take a common course; return the others."""
     rows = slice(start, stop)
-    p = Setting(*(arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu")))
+    sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))
     x, y, z = (arguments[name].array(rows) for name in "xyz")
-    with np.errstate(all="ignore"):
-        left = courses.follow(p, x, y, z, arguments["until"].rows(rows), result.final[:, rows], result.count[rows],
-                              result.note(start))
+    left = courses.follow(Setting(sigma, sigma0, mu), x, y, z, until,
+                          result.final[:, rows], result.count[rows], result.note(start))
     return left + start
 
 
 def _uncommon(arguments, rows, result):
-    for row in rows.tolist():
+    """Follow trajectories by the safeguarded flow, and those that it leaves in doubt one by one."""
+    story = careful.certain(*(arguments[name].array(rows) for name in ORDER))
+    final = np.array([v.astype(float) for v in story.final])
+    doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
+    result.final[:, rows], result.count[rows] = final, story.count
+    if result.notes is not None:
+        trajectory, kind, *state = (v[~doubtful[story.events[0]]] for v in story.events)
+        result.notes.append((rows[trajectory], kind, *(v.astype(float) for v in state)))
+    for row in rows[doubtful].tolist():
         _alone(arguments, row, result)
 
 
 def _alone(arguments, row, result):
     """Follow one trajectory by the scalar flow."""
-    which = np.array([row])
-    of = {name: column.array(which)[0].item() for name, column in arguments.items()}
-    scene = Scene(of["sigma"], of["mu"], (of["x"], of["y"], of["z"]), of["until"], of["sigma0"])
+    sigma, sigma0, mu, *start, until = (arguments[name].array([row]).item() for name in ORDER)
     try:
-        path = exact.run(scene)
+        path = exact.run(Scene(sigma, mu, tuple(start), until, sigma0))
     except (TooLarge, TooManyEvents) as error:
         raise type(error)(f"trajectory {row}: {error}") from None
     result.final[:, row] = path.final
     result.count[row] = len(path.events)
-    if result.notes is not None:
-        note = result.note(row)
-        for kind, *state in path.events:
-            note(kind, np.zeros(1, dtype=np.intp), *([value] for value in state))
+    if result.notes is not None and path.events:
+        kind, *state = zip(*path.events, strict=True)
+        kinds = np.array([KINDS.index(k) for k in kind])
+        result.notes.append((np.full(kinds.size, row), kinds, *(np.array(v, dtype=float) for v in state)))
 
 
 def _in_order(notes):
-    """Join blocks of events, in each of which and from each to the next the time of a trajectory grows."""
-    sizes = [block[0].size for block in notes]
-    trajectory = np.concatenate([NONE, *(block[0] for block in notes)])
+    """Join blocks of events, in which and from each to the next the time of a trajectory grows."""
+    empty = [np.zeros(0, np.intp), np.zeros(0, np.intp), *([np.zeros(0)] * 4)]
+    blocks = [empty, *(np.broadcast_arrays(*block) for block in notes)]
+    trajectory, kind, *state = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     order = np.argsort(trajectory, kind="stable")
-    kind = np.repeat(np.array([block[1] for block in notes], dtype=np.intp), sizes)
-    state = [np.concatenate([[], *(np.broadcast_to(block[i], block[0].shape) for block in notes)])[order]
-             for i in range(2, 6)]
-    return Events(trajectory[order], np.array(KINDS)[kind[order]], *state)
+    return Events(trajectory[order], np.array(KINDS)[kind[order]], *(v[order] for v in state))
