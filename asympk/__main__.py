@@ -66,6 +66,15 @@ def _parser():
     tables.set_defaults(run=_tables)
     _root(tables)
 
+    paper = commands.add_parser("paper", help="write the figures, tables and numbers of the paper, and its PDF")
+    paper.set_defaults(run=_paper)
+    _root(paper)
+
+    report = commands.add_parser("report", help="write figures, tables and formulas as one HTML page")
+    report.set_defaults(run=_report)
+    report.add_argument("--out", required=True, metavar="DIR", help="directory to write index.html into")
+    _root(report)
+
     export = commands.add_parser("export", help="write a stand-alone module of the system's formulas")
     export.set_defaults(run=_export)
     export.add_argument("--target", choices=("c", "python"), required=True)
@@ -180,6 +189,22 @@ def _tables(options):
     from asympk.regenerate import write_tables
 
     print(f"wrote {len(write_tables(options.root))} files under {options.root}/paper/generated/tables")
+
+
+def _paper(options):
+    from asympk.paper import build
+
+    lines = build(options.root, _progress)
+    _progress("")
+    print("\n".join(lines))
+
+
+def _report(options):
+    from asympk.page import write_page
+
+    path = write_page(options.root, options.out, _progress)
+    _progress("")
+    print(f"wrote {path}")
 
 
 def _export(options):

@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 from asympk import drawings, maps, portraits
+from asympk.errors import MissingPackage
 from asympk.methods import solve
 from asympk.rows import read_rows
 from asympk.scene import Scene
@@ -28,6 +30,8 @@ class Picture:
 
 def pictures(root):
     """Return the pictures that can be drawn in the checkout ``root``: those from rows need their rows."""
+    if not find_spec("matplotlib"):
+        raise MissingPackage("figures need matplotlib: pip install 'asympk[plot]'")
     kept = Path(root) / "paper" / "generated" / "rows"
     found = [
         Picture("system", drawings.system),

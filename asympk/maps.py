@@ -31,9 +31,9 @@ def regime_map(most=2):
                   ("Gamma1", -2, most, {}), ("Gamma2", -2, -1, {}), ("Gamma2", -1, most, {}))
         for name, start, end, looks in curves:
             _curve(ax, pk.sigma, formulas[name], start, end, **{"color": "black", "lw": 0.7, **looks})
-        for place, words, at in (((0.6, 0.13), r"$\Pi_1$", "center"), ((-0.5, 4.0), r"$\Pi_2$", "center"),
-                                 ((0.72, -2.6), r"$\Pi_2$", "center"), ((1.5, 0.36), r"$\Gamma_1$", "center"),
-                                 ((1.5, -0.25), r"$\Gamma_2$", "center"), ((-1.38, 4.4), r"$\Gamma_2$", "center"),
+        for place, words, at in (((0.6, 0.06), r"$\Pi_1$", "center"), ((-0.62, 4.2), r"$\Pi_2$", "center"),
+                                 ((0.95, -3.0), r"$\Pi_2$", "center"), ((1.5, 0.42), r"$\Gamma_1$", "center"),
+                                 ((1.5, -0.25), r"$\Gamma_2$", "center"), ((-1.34, 8), r"$\Gamma_2$", "center"),
                                  ((1.3, 4), "stick", "center"), ((-0.5, -9), "stick", "center")):
             ax.text(*place, words, ha=at, va="center")
     return figure

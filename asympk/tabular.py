@@ -55,7 +55,7 @@ def latex(table):
 
 def plain(table):
     """Return the header and the rows as lists of plain strings."""
-    return [[_cell(cell).text for cell in row] for row in (table.header, *table.rows)]
+    return [[as_cell(cell).text for cell in row] for row in (table.header, *table.rows)]
 
 
 def text(table):
@@ -113,13 +113,13 @@ def _interval(span):
 
 
 def _line(cells):
-    return " & ".join(_cell(cell).latex for cell in cells) + r" \\"
+    return " & ".join(as_cell(cell).latex for cell in cells) + r" \\"
 
 
-def _cell(cell):
-    if isinstance(cell, Cell):
-        return cell
-    if isinstance(cell, str):
-        return Cell(cell, re.sub(r"\\([A-Za-z]+)", r"\1", cell).replace("$", ""))
-    return Cell(f"${sp.latex(cell)}$", str(cell))
-
+def as_cell(content):
+    """Return what a table holds at one place, a ``Cell``, a SymPy object or a string in LaTeX, as a ``Cell``."""
+    if isinstance(content, Cell):
+        return content
+    if isinstance(content, str):
+        return Cell(content, re.sub(r"\\([A-Za-z]+)", r"\1", content).replace("$", ""))
+    return Cell(f"${sp.latex(content)}$", str(content))

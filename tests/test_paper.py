@@ -1,0 +1,137 @@
+"""The paper: every number in it is a macro, every macro and reference is used and exists, every float has a caption."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from asympk import numbers, paper
+from asympk.errors import InputError
+from asympk.page import with_sections
+
+ROOT = Path(__file__).parent.parent
+PAPER = ROOT / "paper"
+MAIN = with_sections((PAPER / "main.tex").read_text(encoding="utf-8"), PAPER)
+BODY = MAIN.split(r"\begin{document}")[1]
+GENERATED = (PAPER / "generated" / "numbers.tex").read_text(encoding="utf-8")
+DEFINED = dict(re.findall(r"\\newcommand\{\\(\w+)\}\{(.*)\}\n", GENERATED))
+FLOATS = re.findall(r"\\begin\{(figure|table)(\*?)\}(.*?)\\end\{\1\2\}", BODY, re.DOTALL)
+ALLOWED = (r"\\fuf\{[\d.]+\}", r"\\(?:tab|pic)\b[^\n]*", r"\\begin\{tabular\}.*?\\end\{tabular\}")
+
+
+def hand_typed_decimals(source):
+    """Return the decimals of a text, those apart that are equation numbers or lengths of the layout."""
+    for pattern in ALLOWED:
+        source = re.sub(pattern, "", source, flags=re.DOTALL)
+    return re.findall(r"\d+(?:\.|\{[.,]\})\d+", source)
+
+
+def test_no_decimal_in_the_text_is_typed_by_hand():
+    assert hand_typed_decimals(BODY) == []
+
+
+def test_a_decimal_typed_by_hand_is_found_and_an_equation_number_is_not():
+    assert hand_typed_decimals(r"by \fuf{2.7} it is 0.25 at $\mu=1{.}5$, $(0,1)$") == ["0.25", "1{.}5"]
+
+
+def test_every_macro_of_the_paper_is_defined_and_every_one_defined_is_used():
+    used = set(re.findall(r"\\([A-Za-z]+)", BODY))
+    assert sorted(set(DEFINED) - used) == []
+    known = set(DEFINED) | set(re.findall(r"\\newcommand\{\\(\w+)\}", MAIN))
+    ours = {name for name in used if re.search("[a-z][A-Z]", name)}  # LaTeX's own commands have no such names
+    assert sorted(ours - known) == []
+
+
+def test_the_committed_numbers_are_those_that_the_package_computes():
+    assert numbers.as_latex(numbers.macros(ROOT)) == GENERATED
+
+
+def test_every_reference_is_cited_and_every_citation_exists():
+    entries = set(re.findall(r"@\w+\{(\w+),", (PAPER / "refs.bib").read_text(encoding="utf-8")))
+    cited = set(re.findall(r"\\cite[tp]?\{(\w+)\}", BODY))
+    assert entries == cited
+
+
+def test_every_label_is_referred_to_and_every_reference_has_a_label():
+    labels = re.findall(r"\\label\{((?:fig|tab):\w+)\}", BODY)
+    assert len(labels) == len(set(labels))
+    assert set(labels) == set(re.findall(r"\\autoref\{((?:fig|tab):\w+)\}", BODY))
+    other = set(re.findall(r"\\(?:autoref|eqref)\{((?:sec|eq):\w+)\}", BODY))
+    assert other <= set(re.findall(r"\\label\{(.+?)\}", BODY))
+
+
+def test_every_float_has_a_caption_and_a_label_and_its_file():
+    assert FLOATS
+    for kind, _, body in FLOATS:
+        assert r"\caption{" in body
+        assert rf"\label{{{kind[:3]}:" in body
+        for name in re.findall(r"\\tab(?:\[.*?\])?\{([\w-]+)\}", body):
+            assert (PAPER / "generated" / "tables" / f"{name}.tex").is_file()
+            assert (PAPER / "generated" / "tables" / f"{name}.csv").is_file()
+
+
+def test_figures_in_the_paper_are_pictures_of_the_gallery():
+    from asympk.gallery import pictures
+
+    shown = [name for _, _, body in FLOATS for name in re.findall(r"\\pic\{([\w-]+)\}", body)]
+    assert shown
+    assert set(shown) <= {picture.name for picture in pictures(ROOT)}
+
+
+def test_numbers_are_set_as_powers_of_ten_and_decimals():
+    assert numbers.power(1.5331e-7) == r"\ensuremath{1.5\times 10^{-7}}"
+    assert numbers.power(1e-8) == r"\ensuremath{10^{-8}}"
+    assert numbers.power(9.99e-4, 2) == r"\ensuremath{10^{-3}}"
+    assert numbers.power(0) == "0"
+    assert numbers.decimal(0.999986, 4) == r"\ensuremath{1.0000}"
+
+
+def test_a_name_with_a_digit_cannot_be_a_macro():
+    with pytest.raises(InputError, match="'rate2' cannot name a macro"):
+        numbers.as_latex({"rate2": "1"})
+
+
+def test_the_first_complaint_of_tex_is_told_with_its_line():
+    log = "pdfTeX\n! Undefined control sequence.\n<recently read> \\hitTim\nl.12 at $\\hitTim\n  $\n! Emergency stop."
+    assert paper.first_complaint(log) == r"Undefined control sequence. at l.12 at $\hitTim"
+    assert paper.first_complaint("Latexmk: nothing\nlast words\n") == "last words"
+
+
+def test_without_latexmk_one_line_says_what_to_install(monkeypatch, tmp_path):
+    for name in ("write_rows", "write_figures", "write_tables"):
+        monkeypatch.setattr(paper, name, lambda *_: [])
+    monkeypatch.setattr(paper.numbers, "macros", lambda _: {"one": "1"})
+    monkeypatch.setattr(paper.shutil, "which", lambda _: None)
+    (tmp_path / "derivations").mkdir()
+    *_, last = paper.build(tmp_path)
+    assert last == f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {paper.PACKAGES}"
+
+
+@pytest.fixture(scope="module")
+def typeset(tmp_path_factory):
+    """Typeset a copy of the paper twice, where TeX and the figures are there; return the PDFs' bytes."""
+    from asympk.figures import save
+    from asympk.gallery import pictures
+
+    if not shutil.which("latexmk"):
+        return []
+    copy = tmp_path_factory.mktemp("paper")
+    for part in ("main.tex", "refs.bib"):
+        shutil.copy(PAPER / part, copy)
+    for extra in PAPER.glob("*.tex"):
+        shutil.copy(extra, copy)
+    shutil.copytree(PAPER / "generated", copy / "generated", ignore=shutil.ignore_patterns("figures"))
+    for picture in pictures(ROOT):
+        save(picture.draw(), copy / "generated" / "figures" / f"{picture.name}.pdf")
+    first = paper.typeset(copy).read_bytes()
+    subprocess.run(["latexmk", "-C", "-outdir=build", "main.tex"], cwd=copy, capture_output=True, check=True)
+    return [(first, paper.typeset(copy).read_bytes(), (copy / "build" / "main.log").read_text(errors="replace"))]
+
+
+def test_the_paper_compiles_to_the_same_bytes_twice_without_a_complaint(typeset):
+    for first, second, log in typeset:
+        assert first == second
+        assert first.startswith(b"%PDF")
+        assert re.findall(r"^(?:LaTeX|Package) .*Warning.*|^Overfull.*", log, re.MULTILINE) == []
