@@ -181,7 +181,7 @@ def read(path, only=None):
 def _read_npz(path, only):
     import numpy as np
 
-    with np.load(path, allow_pickle=False) as archive:
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
         wanted = archive.files if only is None else (*only, "provenance")
         columns = {key: archive[key] for key in wanted}  # reading an entry to its end checks its checksum
     return json.loads(str(columns.pop("provenance"))), columns
@@ -189,6 +189,6 @@ def _read_npz(path, only):
 
 def _read_parquet(path, only):
     _, parquet = _pyarrow()
-    table = parquet.read_table(path, columns=only, page_checksum_verification=True)
+    table = parquet.read_table(path, columns=only and [*only], page_checksum_verification=True)
     columns = {key: table[key].to_numpy() for key in table.column_names}
     return json.loads(table.schema.metadata[b"asympk"]), columns

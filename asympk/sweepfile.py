@@ -24,7 +24,7 @@ from asympk.tomlfile import parse_table, plain, read_table, refuse_unknown, word
 FIELDS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 FORMATS = ("npz", "parquet")
 CHUNK = 65536
-_MOST = 10**12
+_MOST, _MOST_POINTS = 10**12, 10**5
 _KEYS = ("name", "about", "seed", "count", "chunk", "format", "itineraries", "sigma", "mu", "sigma0", "start", "until")
 _RANGES = ("grid", "log_grid", "uniform", "log_uniform")
 
@@ -185,8 +185,8 @@ def _axis(field, value):
     if isinstance(value, dict):
         return _range(field, value)
     values = value if isinstance(value, list) else [value]
-    if not 1 <= len(values) <= 10**6:
-        raise InputError(f"{field}: a list of values must have from one to a million")
+    if not 1 <= len(values) <= _MOST_POINTS:
+        raise InputError(f"{field}: a list of values must have from 1 to {_MOST_POINTS}")
     return Axis("values", tuple(Fraction(number(field, plain(v))) for v in values))
 
 
@@ -205,7 +205,7 @@ def _range(field, table):
         return Axis(kinds[0], (low, high))
     if "points" not in table:
         raise InputError(f"{field}: a grid needs points")
-    return Axis("values", _grid(kinds[0], low, high, _whole(table, "points", 2, 2, 10**6)))
+    return Axis("values", _grid(kinds[0], low, high, _whole(table, "points", 2, 2, _MOST_POINTS)))
 
 
 def _grid(kind, low, high, points):
