@@ -232,21 +232,26 @@ def _rounded(ratio):
 
 def draw(out, tell=lambda line: None):
     """Draw all figures and the table from the rows under ``out``/rows, and return their files."""
-    out = Path(out)
+    out, tables = Path(out), []
     tell("drawing")
-    drawn, tables = {}, []
     if (out / "rows" / "work.csv").exists():
-        drawn |= _drawn_work(out / "rows" / "work.csv")
         table = method_table(read_rows(out / "rows" / "work.csv"))
         tables = [write_text(out / "tables" / f"{table.name}{end}", dress(table))
                   for end, dress in ((".tex", latex), (".csv", text))]
+    return [figures.save(figure, out / "figures" / f"{name}.pdf") for name, figure in drawn(out).items()] + tables
+
+
+def drawn(out):
+    """Return the figures that the rows under ``out``/rows give, by name."""
+    found = {}
+    if (out / "rows" / "work.csv").exists():
+        found |= _drawn_work(out / "rows" / "work.csv")
     if (out / "rows" / "plane.csv").exists():
-        drawn["plane"] = figures.plane_map(read_rows(out / "rows" / "plane.csv"))
+        found["plane"] = figures.plane_map(read_rows(out / "rows" / "plane.csv"))
     if (out / "rows" / "nonlinear.csv").exists():
         rows = read_rows(out / "rows" / "nonlinear.csv")
-        drawn["nonlinear"] = figures.nonlinear(rows, _note(out / "rows" / "nonlinear.csv"))
-    saved = [figures.save(figure, out / "figures" / f"chart-{name}.pdf") for name, figure in drawn.items()]
-    return saved + tables
+        found["nonlinear"] = figures.nonlinear(rows, _note(out / "rows" / "nonlinear.csv"))
+    return {f"chart-{name}": figure for name, figure in found.items()}
 
 
 def _drawn_work(path):

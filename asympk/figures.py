@@ -225,7 +225,7 @@ def _map_panel(ax, rows, along, places):
         i, j = places.index(row[along]), tolerances.index(row["rtol"])
         ax.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=grey, edgecolor="white", linewidth=0.4))
         bold = outcome(row["status"]) == "wrong branch"
-        ax.plot(i, j, mark, color="black", markersize=3.6 if bold else 1.8, markerfacecolor="none",
+        ax.plot(i, j, marker=mark, linestyle="none", color="black", markersize=3.6 if bold else 1.8, markerfacecolor="none",
                 markeredgewidth=1.0 if bold else 0.4)
     ax.set(xlim=(-0.5, len(places) - 0.5), ylim=(-0.5, len(tolerances) - 0.5))
     ax.grid(visible=False)

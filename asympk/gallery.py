@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -15,6 +15,10 @@ from asympk.scene import Scene
 PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
 STEEP, SHALLOW = 1, Fraction(-1, 2)
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
+CHARTS = {
+    "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-failures-iii": "work.csv",
+    "chart-plane": "plane.csv", "chart-nonlinear": "nonlinear.csv",
+}  # fmt: skip
 README = ("phase", "jump", "regimes")
 SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
 
@@ -43,7 +47,16 @@ def pictures(root):
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
           for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions))),
     ]  # fmt: skip
-    return tuple(picture for picture in found if not picture.rows or (kept / picture.rows).is_file())
+    return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
+
+
+def _charts(kept):
+    """Return the chart's pictures that the paper shows and whose rows are there; they are drawn together, once."""
+    from asympk import chart
+
+    drawn = cache(partial(chart.drawn, kept.parent))
+    return [Picture(name, lambda name=name: drawn()[name], rows) for name, rows in CHARTS.items()
+            if (kept / rows).is_file()]  # fmt: skip
 
 
 def _from_rows(draw, file):

@@ -9,8 +9,9 @@ from pathlib import Path
 
 import sympy as sp
 
-from asympk import collisions, convergence, gallery
+from asympk import chart, collisions, convergence, gallery, style
 from asympk.errors import InputError
+from asympk.figures import cheapest, outcome
 from asympk.jump import first_integral, jump_map
 from asympk.ledger import claims
 from asympk.ledger.nouns import VERDICTS
@@ -31,7 +32,8 @@ def macros(root):
     """Return all macros, name -> LaTeX, of the checkout ``root``."""
     kept = Path(root) / "paper" / "generated" / "rows"
     found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
-    for name, tell in (("convergence", of_convergence), ("collisions", of_collisions)):
+    told = {"convergence": of_convergence, "collisions": of_collisions, "work": of_work, "plane": of_plane}
+    for name, tell in told.items():
         if (kept / f"{name}.csv").is_file():
             found |= tell(read_rows(kept / f"{name}.csv"))
     return found
@@ -80,7 +82,8 @@ def formulas():
     """Return the derived formulas: levels of planes and edges, the integral of all modes, the jump law."""
     names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
     levels = {f"load{names[name]}": formula(expr) for name, expr in level_formulas().items()}
-    cuts = dict(zip(("thresholdOne", "thresholdTwo", "thresholdThree"), map(formula, thresholds(pk.system())), strict=True))
+    ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
+    cuts = dict(zip(ordinals, map(formula, thresholds(pk.system())), strict=True))
     return {**levels, **cuts, "integral": formula(first_integral(pk.system()).expr), **jump_law()}
 
 
@@ -169,3 +172,43 @@ def of_collisions(rows):
     small, large = (max(r["count"] for r in rows if r["mu"] == mu) for mu in collisions.MUS)
     names = {"collisionMuSmall": power(collisions.MUS[0]), "collisionMuLarge": f"{collisions.MUS[1]:g}"}
     return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large), **names}
+
+
+def of_work(rows, scene="ii", accuracy=1e-5):
+    """Return what accuracy costs on one scene at the least mu of the chart, and what the crude ways come to."""
+    here = [row for row in rows if row["scene"] == scene]
+    mus = sorted({row["mu"] for row in here})
+    careful = (*chart.EXPLICIT, *chart.IMPLICIT)
+    costs = {method: cheapest([r for r in here if r["method"] == method], accuracy) for method in careful}
+    best = min((m for m in careful if costs[m].get(mus[0])), key=lambda m: costs[m][mus[0]])
+    (jump,) = (row for row in here if row["method"] == "jump 1" and row["mu"] == mus[0])
+    found = {
+        "workRuns": str(len(rows)), "workAccuracy": power(accuracy), "workLeastMu": power(mus[0]),
+        "bestName": style.line(best)["label"], "bestRatio": rounded(costs[best][mus[0]]),
+        "explicitLeastMu": power(min(mu for m in ("rk45", "dop853") for mu, cost in costs[m].items() if cost)),
+        "jumpRatio": rounded(jump["ratio"]), "jumpError": power(jump["final_error"], 1),
+    }  # fmt: skip
+    for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
+        mine = [row for row in rows if row["method"] == method]
+        found |= {f"{method}Runs": str(len(mine)),
+                  f"{method}Failed": str(sum(outcome(row["status"]) == kind for row in mine))}
+    return found
+
+
+def of_plane(rows):
+    """Return how many runs beside the unstable plane end on the wrong side, and of which methods."""
+    wrong = [row for row in rows if outcome(row["status"]) == "wrong branch"]
+    names = [style.line(method)["label"] for method in dict.fromkeys(row["method"] for row in wrong)]
+    (mu,) = {row["mu"] for row in rows}
+    counts = {"planeRuns": str(len(rows)), "planeWrong": str(len(wrong))}
+    return {**counts, "planeWrongNames": listed(names), "planeMu": power(mu)}
+
+
+def rounded(ratio):
+    """Return a ratio of times with two significant digits, as they are worth no more."""
+    return f"{float(f'{ratio:.2g}'):g}"
+
+
+def listed(names):
+    """Join names as a sentence does."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"
