@@ -91,13 +91,16 @@ def _precision_panel(ax, rows, methods):
         ax.text((left * right) ** 0.5, 2, words, rotation=90, ha="center", va="bottom", fontsize=6)
     ax.set_xticks([1e-15, 1e-10, 1e-5])
     ax.minorticks_off()
-    for k, method in enumerate(methods):
+    endless = [m for m in methods if any(r["method"] == m and r["final_error"] is None for r in rows)]
+    for method in methods:
         found = sorted((r for r in rows if r["method"] == method), key=lambda r: -(r["rtol"] or 0))
         good = [r for r in found if r["final_error"] is not None]
         lost = [r["ratio"] or REFUSED for r in found if r["final_error"] is None]
         looks = style.line(method)
         ax.plot([max(r["final_error"], 1e-17) for r in good], [r["ratio"] for r in good], **looks)
-        ax.plot([25 * 1.9**k] * len(lost), lost, **{**looks, "linestyle": "none", "label": None})
+        if lost:
+            place = 20 * 2500 ** ((endless.index(method) + 0.5) / len(endless))
+            ax.plot([place] * len(lost), lost, **{**looks, "linestyle": "none", "label": None})
 
 
 def cost_against_mu(rows, scenes, accuracy, note=""):
@@ -175,13 +178,14 @@ def _model_panel(ax, rows):
         here = [row for row in rows if row["kappa"] == kappa and row["final_error"] is not None]
         exact = sorted((row["mu"], row["final_error"]) for row in here if row["method"] == "exact")
         ax.plot(*zip(*exact, strict=True), **{**style.line("exact"), "linestyle": "-", "linewidth": 0.6})
-        ax.annotate(rf"$\kappa = {kappa:g}$", exact[-1], (-2, 3), textcoords="offset points", fontsize=6, ha="right")
+        ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5, 0), textcoords="offset points", fontsize=6, va="center")
         for method in (*style.MODELS, "lsoda", "kvaerno5") if kappa == 1 else ():
             found = [row for row in here if row["method"] == method and (row["rtol"] or 1e-5) == 1e-5]
             if found and method != "exact":
                 points = sorted((row["mu"], row["final_error"]) for row in found)
                 ax.plot(*zip(*points, strict=True), **style.line(method))
-    ax.invert_xaxis()
+    low, high = ax.get_xlim()
+    ax.set_xlim(high, low / 6)
 
 
 def failure_map(rows, scene, note=""):
@@ -225,8 +229,8 @@ def _map_panel(ax, rows, along, places):
         i, j = places.index(row[along]), tolerances.index(row["rtol"])
         ax.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=grey, edgecolor="white", linewidth=0.4))
         bold = outcome(row["status"]) == "wrong branch"
-        ax.plot(i, j, marker=mark, linestyle="none", color="black", markersize=3.6 if bold else 1.8, markerfacecolor="none",
-                markeredgewidth=1.0 if bold else 0.4)
+        ax.plot(i, j, marker=mark, linestyle="none", color="black", markerfacecolor="none",
+                markersize=3.6 if bold else 1.8, markeredgewidth=1.0 if bold else 0.4)
     ax.set(xlim=(-0.5, len(places) - 0.5), ylim=(-0.5, len(tolerances) - 0.5))
     ax.grid(visible=False)
     for axis, values in ((ax.xaxis, places), (ax.yaxis, tolerances if tolerances[0] else [])):

@@ -192,7 +192,7 @@ def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, 
     pytest.importorskip("matplotlib")
     work, plane = few
     for name, found in (("work", work), ("plane", plane)):
-        rows.write_rows(tmp_path / "rows" / f"{name}.csv", found, {"note": "options"})
+        rows.write_rows(tmp_path / "rows" / f"{name}.csv", found, {"plan": PLAN})
     files = chart.draw(tmp_path)
     assert all(File(file).stat().st_size > 0 for file in files)
     assert {File(file).suffix for file in files} == {".pdf", ".tex", ".csv"}
