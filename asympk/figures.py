@@ -19,7 +19,7 @@ OUTCOMES = {
 }
 LIMITS = ("step", "time", "limit")
 REFUSED = 0.5  # where a model that refuses at once stands on the axis of cost
-NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 5.6, 81, 0.093, 0.125  # points, characters, inches, inches
+NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 5.6, 74, 0.093, 0.125  # points, characters, inches, inches
 
 
 def save(figure, path):
