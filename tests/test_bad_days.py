@@ -1,0 +1,272 @@
+"""Bad days: whatever is typed, whatever the disk does, the answer is a result or one line and status 2."""
+
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import asympk as ap
+from asympk import scenefile, sweepfile
+from asympk.__main__ import main
+from asympk.errors import AsympkError
+
+ROOT = Path(ap.__file__).parent.parent
+SWEEP = "sigma = 1\nmu = 1e-3\nstart = [0, [0, 0.2], -1]\nuntil = 5\n"
+
+
+def calm(examples):
+    """Return settings for that many examples, the same in every run."""
+    return settings(max_examples=examples, derandomize=True, deadline=None, database=None,
+                    suppress_health_check=[*HealthCheck])  # fmt: skip
+
+
+def _refusal(function, *arguments):
+    """Return the error by which a call is refused, or None."""
+    try:
+        function(*arguments)
+    except AsympkError as refusal:
+        return refusal
+    return None
+
+
+def _run(capsys, *arguments):
+    try:
+        status = main([*arguments])
+    except SystemExit as stop:
+        status = stop.code
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A directory with a good sweep, a bad one, and other things that are no scenes."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "good.toml").write_text(SWEEP)
+    (tmp_path / "typo.toml").write_text("sgima = 1\n" + SWEEP)
+    (tmp_path / "binary.toml").write_bytes(bytes(range(256)))
+    (tmp_path / "empty.toml").write_text("")
+    (tmp_path / "deep.toml").write_text("mu = " + "[" * 3000)
+    (tmp_path / "huge.toml").write_text("#" * 1_100_000)
+    (tmp_path / "scene.toml").write_text("sigma = 1\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 5\n")
+    (tmp_path / "folder.toml").mkdir()
+    (tmp_path / "file").write_text("not a directory")
+    return tmp_path
+
+
+BAD_LINES = [
+    ("solve nonsense", "nearest"),
+    ("solve typo.toml", "'sgima' is unknown"),
+    ("solve binary.toml", "not TOML"),
+    ("solve empty.toml", "missing"),
+    ("solve deep.toml", "not TOML"),
+    ("solve huge.toml", "at most"),
+    ("solve folder.toml", "no such file"),
+    ("solve absent.toml", "no such file"),
+    ("solve backward --mu 0", "positive"),
+    ("solve backward --mu 1/0", "divide by zero"),
+    ("solve backward --until -1", "until"),
+    ("solve backward --start 1 2", "expected 3 arguments"),
+    ("solve backward --sigma0 0", "at least sigma"),
+    ("solve backward --digits 0", "digits"),
+    ("solve backward --digits 1e3", "invalid int"),
+    ("solve backward --method eulre", "unknown"),
+    ("solve backward --plot x.gif", ".pdf, .svg, .png"),
+    ("solve backward --plot absent/../file/x.png", ""),
+    ("solve backward --csv file/x.csv", ""),
+    ("solve backward --physical", "no physical quantities"),
+    ("solve chalk --sigma 1", "tied to"),
+    ("solve backward extra", "unrecognized"),
+    ("scenes nonsense", "nearest"),
+    ("sweep good.toml", "--out"),
+    ("sweep absent.toml --out o", "no such file"),
+    ("sweep typo.toml --out o", "'sgima' is unknown"),
+    ("sweep scene.toml --out file", ""),
+    ("sweep good.toml --out file/o", ""),
+    ("sweep good.toml --out o --workers 0", "workers = 0"),
+    ("sweep good.toml --out o --workers two", "invalid int"),
+    ("sweep good.toml --out o --workers 2 --dask tcp://x", "either"),
+    ("certify", "either a scene"),
+    ("certify nonsense", "nearest"),
+    ("certify backward --box mu 0 1", "above 0"),
+    ("certify backward --box mu 1", "expected 3 arguments"),
+    ("certify backward --digits 0", "--digits"),
+    ("certify backward --claims", "either a scene"),
+    ("unknown", "invalid choice"),
+    ("--nonsense", "nonsense"),
+]
+
+
+@pytest.mark.parametrize(("line", "said"), BAD_LINES, ids=[line for line, _ in BAD_LINES])
+def test_a_bad_command_line_is_one_line_and_status_two(place, capsys, line, said):
+    status, out, err = _run(capsys, *line.split())
+    assert (status, out) == (2, "")
+    assert err.count("\n") == 1
+    assert err.startswith("asympk")
+    assert said in err
+    assert "Traceback" not in err
+
+
+def test_debug_shows_where_a_bad_scene_was_found(place):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "asympk", "--debug", "solve", "typo.toml"]
+    told = subprocess.run(command, capture_output=True, text=True, cwd=place, env=environment)
+    assert told.returncode != 0
+    assert "Traceback" in told.stderr
+    assert "InputError" in told.stderr
+
+
+def test_whoever_stops_reading_is_not_told_of_it():
+    command = f"{sys.executable} -m asympk scenes | head -1"
+    told = subprocess.run(command, shell=True, capture_output=True, text=True)
+    assert told.stderr == ""
+    assert told.stdout.startswith("backward")
+
+
+def _full(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    "line", ["sweep good.toml --out o", "solve backward --csv p.csv", "solve backward --plot p.png"]
+)
+def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(place, capsys, monkeypatch, line):
+    monkeypatch.setattr("asympk.files.os.replace", _full)
+    status, out, err = _run(capsys, *line.split())
+    assert (status, out) == (2, "")
+    assert "No space left on device" in err
+    assert err.count("\n") == 1
+    written = [path.name for path in place.rglob("*") if path.name.startswith((".", "p.", "chunk"))]
+    assert written == []
+
+
+def test_a_sweep_goes_on_where_a_full_disk_stopped_it(place, capsys, monkeypatch):
+    (place / "chunked.toml").write_text(SWEEP.replace("[0, 0.2]", "{grid = [0, 1], points = 9}") + "chunk = 2\n")
+    assert _run(capsys, "sweep", "chunked.toml", "--out", "whole")[0] == 0
+    real, left = os.replace, [4]
+
+    def runs_full(source, target):
+        left[0] -= 1
+        return _full() if left[0] < 0 else real(source, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("asympk.files.os.replace", runs_full)
+        assert _run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 2
+    assert len([*(place / "o").glob("chunk-*")]) == 3
+    assert _run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 0
+    whole, resumed = ({p.name: p.read_bytes() for p in (place / o).iterdir()} for o in ("whole", "o"))
+    assert whole == resumed
+
+
+def test_a_read_only_place_is_one_line(place, capsys, monkeypatch):
+    def read_only(*_, **__):
+        raise OSError(errno.EROFS, "Read-only file system", "o/.lock")
+
+    monkeypatch.setattr("asympk.lock.os.open", read_only)
+    status, out, err = _run(capsys, "sweep", "good.toml", "--out", "o")
+    assert (status, out) == (2, "")
+    assert "Read-only file system" in err
+    assert err.count("\n") == 1
+
+
+WORDS = st.sampled_from(
+    ["solve", "scenes", "certify", "sweep", "backward", "chalk", "escape", "static", "--sigma", "--mu", "--start",
+     "--until", "--sigma0", "--digits", "--box", "--pieces", "--json", "--physical", "--method", "exact", "x", "mu",
+     "1", "-1", "0.2", "1/3", "1e-6", "1e400", "nan", "-inf", "5", "2", "--", "-", "", "ä", "--out", "o", "good.toml",
+     "typo.toml", "--workers=0"]
+)  # fmt: skip
+
+
+@calm(300)
+@given(st.sampled_from(["solve", "scenes", "certify", "sweep", "nonsense"]), st.lists(WORDS, max_size=9))
+def test_no_command_line_ends_in_a_traceback(tmp_path_factory, first, rest):
+    place = tmp_path_factory.mktemp("fuzz")
+    (place / "good.toml").write_text(SWEEP)
+    here, screen = os.getcwd(), _Screen()
+    os.chdir(place)
+    try:
+        with screen:
+            status = main([first, *rest])
+    except SystemExit as stop:
+        status = stop.code
+    finally:
+        os.chdir(here)
+    assert status in (0, 1, 2)
+    assert status != 2 or screen.err.count("\n") == 1
+
+
+class _Screen:
+    """Standard output and error, taken down."""
+
+    def __enter__(self):
+        import contextlib
+        import io
+
+        self._out, self._err = io.StringIO(), io.StringIO()
+        self._stack = contextlib.ExitStack()
+        self._stack.enter_context(contextlib.redirect_stdout(self._out))
+        self._stack.enter_context(contextlib.redirect_stderr(self._err))
+
+    def __exit__(self, *_):
+        self._stack.close()
+
+    @property
+    def err(self):
+        return self._err.getvalue()
+
+
+VALUES = st.recursive(
+    st.one_of(st.integers(), st.floats(), st.booleans(), st.text(max_size=8),
+              st.sampled_from(["1/3", "1e-6", "60 deg", "Pi2", "0"])),
+    lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(
+        st.sampled_from(["uniform", "grid", "points", "manifold", "x", "offset", "z", "log_grid"]), inner, max_size=4)),
+    max_leaves=6,
+)  # fmt: skip
+KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile.PHYSICAL, "seed", "count", "chunk"])
+
+
+@calm(300)
+@given(table=st.dictionaries(KEYS, VALUES, max_size=9), good=st.booleans(), kind=st.sampled_from(["scene", "sweep"]))
+def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
+    base = {"sigma": 1, "mu": "1e-3", "start": [0, 0, -1], "until": 5} if good else {}
+    read = sweepfile.told if kind == "sweep" else scenefile._told
+    refusal = _refusal(read, {**base, **table}, "file")
+    assert "\n" not in str(refusal)
+    assert len(str(refusal)) < 400
+
+
+@calm(300)
+@given(raw=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace"))))
+def test_any_bytes_are_read_or_refused(raw):
+    from asympk.tomlfile import parse_table
+
+    refusal = _refusal(parse_table, raw, "file")
+    assert refusal is None or str(refusal).startswith("file: not TOML")
+
+
+SIZES = st.one_of(st.floats(-100, 100), st.floats(-1e30, 1e30), st.sampled_from([0.0, -0.0, 5e-324, -1.0, 1.0]))
+
+
+@calm(150)
+@given(
+    sigma=st.one_of(st.floats(-1.999999, 10), st.floats(-2, 1e6, exclude_min=True), st.sampled_from([0, -1])),
+    mu=st.one_of(st.floats(1e-8, 10), st.floats(1e-12, 1e6)),
+    start=st.tuples(SIZES, SIZES, SIZES),
+    until=st.one_of(st.floats(0, 50), st.just(0)),
+)
+def test_solve_is_finite_or_refuses_over_its_whole_domain(sigma, mu, start, until):
+    scene = ap.Scene(sigma, mu, start, until)
+    refusal = _refusal(ap.solve, scene)
+    if refusal:
+        assert len(str(refusal)) < 400
+        return
+    path = ap.solve(scene)
+    assert all(value - value == 0 for value in path.final)
+    assert len(path.modes) == len(path.events) + 1
+    assert [event.t for event in path.events] == sorted(event.t for event in path.events)
+    assert all(0 <= event.t <= until for event in path.events)
