@@ -68,6 +68,7 @@ def _parser():
 
     paper = commands.add_parser("paper", help="write the figures, tables and numbers of the paper, and its PDF")
     paper.set_defaults(run=_paper)
+    paper.add_argument("--only", metavar="PICTURE", help="draw one picture as PDF and SVG, and nothing else")
     _root(paper)
 
     report = commands.add_parser("report", help="write figures, tables and formulas as one HTML page")
@@ -192,8 +193,11 @@ def _tables(options):
 
 
 def _paper(options):
-    from asympk.paper import build
+    from asympk.paper import build, draw
 
+    if options.only:
+        print(*draw(options.root, options.only), sep="\n")
+        return
     lines = build(options.root, _progress)
     _progress("")
     print("\n".join(lines))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from asympk import drawings, maps, portraits
 from asympk.errors import MissingPackage
+from asympk.least import LADDER
 from asympk.methods import solve
 from asympk.rows import read_rows
 from asympk.scene import Scene
@@ -45,7 +46,8 @@ def pictures(root):
         Picture("regimes", maps.regime_map),
         Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
-          for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions))),
+          for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
+                             ("least", partial(maps.least_models, names=list(LADDER))))),
     ]  # fmt: skip
     return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
 

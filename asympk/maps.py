@@ -87,7 +87,7 @@ def _load_axis(ax, limits, label=True):
         ax.set_ylabel("$s$", labelpad=0)
 
 
-def _span(start, end, count=400):
+def _span(start, end, count=80):
     """Return numbers from start to end, without the ends and dense near them."""
     import numpy as np
 
@@ -145,6 +145,34 @@ def convergence(rows):
     return figure
 
 
+def least_models(rows, names):
+    """Draw the least model over mu and |z0|, from rows of the atlas; ``names`` are those of the rungs.
+
+    A panel for each sigma and sign of z0; a model has its grey, and its number in the middle of its largest part.
+    """
+    from matplotlib.patches import Patch
+
+    sigmas = list(dict.fromkeys(row["sigma"] for row in rows))
+    with plate(1.45 * len(sigmas) + 0.55, len(sigmas), 2, sharex=True, sharey=True) as (figure, axes):
+        for line, sigma in zip(axes, sigmas, strict=True):
+            for ax, side in zip(line, (-1, 1), strict=True):
+                chosen = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
+                _cells_panel(ax, chosen, "mu", "rung", _shade)
+                ax.set_title(rf"$\sigma = {sigma}$, $z_0 {'<' if side < 0 else '>'} 0$", pad=3)
+            line[0].set_ylabel("$|z_0|$")
+        for ax in axes[-1]:
+            ax.set_xlabel(r"$\mu$")
+        met = sorted({row["rung"] for row in rows})
+        handles = [Patch(facecolor=_shade(k), edgecolor="0.4", linewidth=0.3, label=f"{k}  {names[k]}") for k in met]
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), columnspacing=0.9,
+                      handlelength=1.0, handletextpad=0.4)
+    return figure
+
+
+def _shade(rung):
+    return str(1 - 0.17 * rung)
+
+
 def collisions(rows):
     """Draw how often the rough mass comes to rest, over mu |x0| and |z0|, from collision rows.
 
@@ -154,7 +182,8 @@ def collisions(rows):
     with plate(1.45 * len(mus) + 0.3, len(mus), 2, sharex=True, sharey=True) as (figure, axes):
         for line, mu in zip(axes, mus, strict=True):
             for ax, side in zip(line, (-1, 1), strict=True):
-                _count_panel(ax, [row for row in rows if row["mu"] == mu and row["z"] * side > 0])
+                chosen = [row for row in rows if row["mu"] == mu and row["z"] * side > 0]
+                _cells_panel(ax, chosen, "scaled_x", "count", _grey)
                 ax.set_title(rf"$\mu = {mu:g}$, $z_0 {'<' if side < 0 else '>'} 0$", pad=3)
             line[0].set_ylabel("$|z_0|$")
         for ax in axes[-1]:
@@ -162,17 +191,18 @@ def collisions(rows):
     return figure
 
 
-def _count_panel(ax, rows):
+def _cells_panel(ax, rows, along_key, value_key, grey):
+    """Draw whole numbers over a logarithmic grid of ``along_key`` and |z|, each in its grey, with its number inside."""
     import numpy as np
 
-    along, up = (sorted({abs(row[key]) for row in rows}) for key in ("scaled_x", "z"))
+    along, up = (sorted({abs(row[key]) for row in rows}) for key in (along_key, "z"))
     counts = np.zeros((len(up), len(along)), dtype=int)
     for row in rows:
-        counts[up.index(abs(row["z"])), along.index(row["scaled_x"])] = row["count"]
+        counts[up.index(abs(row["z"])), along.index(row[along_key])] = row[value_key]
     across, upward = _borders(along), _borders(up)
     for k, line in enumerate(counts):
         for first, last in _runs(line):
-            ax.fill_between((across[first], across[last]), upward[k], upward[k + 1], color=_grey(line[first]), lw=0.3)
+            ax.fill_between((across[first], across[last]), upward[k], upward[k + 1], color=grey(line[first]), lw=0.5)
     ax.set(xlim=(across[0], across[-1]), ylim=(upward[0], upward[-1]))
     ax.set(xscale="log", yscale="log")
     ax.minorticks_off()
@@ -180,7 +210,8 @@ def _count_panel(ax, rows):
     for value in np.unique(counts):
         place = _inside(counts == value)
         if place:
-            ax.text(along[place[1]], up[place[0]], str(value), ha="center", va="center")
+            ax.text(along[place[1]], up[place[0]], str(value), ha="center", va="center",
+                    color="white" if float(grey(value)) < 0.5 else "black")
 
 
 def _grey(count):

@@ -9,10 +9,12 @@ from pathlib import Path
 
 import sympy as sp
 
-from asympk import chart, collisions, convergence, gallery, style
+from asympk import chart, collisions, convergence, gallery, leastmap, style
+from asympk.divide import divide
 from asympk.errors import InputError
 from asympk.figures import cheapest, outcome
 from asympk.jump import first_integral, jump_map
+from asympk.least import LADDER
 from asympk.ledger import claims
 from asympk.ledger.nouns import VERDICTS
 from asympk.methods import solve
@@ -32,7 +34,8 @@ def macros(root):
     """Return all macros, name -> LaTeX, of the checkout ``root``."""
     kept = Path(root) / "paper" / "generated" / "rows"
     found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
-    told = {"convergence": of_convergence, "collisions": of_collisions, "work": of_work, "plane": of_plane}
+    told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
+            "plane": of_plane}
     for name, tell in told.items():
         if (kept / f"{name}.csv").is_file():
             found |= tell(read_rows(kept / f"{name}.csv"))
@@ -84,7 +87,7 @@ def formulas():
     levels = {f"load{names[name]}": formula(expr) for name, expr in level_formulas().items()}
     ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
     cuts = dict(zip(ordinals, map(formula, thresholds(pk.system())), strict=True))
-    return {**levels, **cuts, "integral": formula(first_integral(pk.system()).expr), **jump_law()}
+    return {**levels, **cuts, "integral": formula(first_integral(pk.system()).expr), **jump_law(), **escape()}
 
 
 def jump_law():
@@ -107,6 +110,18 @@ def jump_law():
         found[f"jump{name}Rest"] = formula(plain)
         found[f"jump{name}RestLogs"] = formula(rest - plain)
     return found | {"firstLog": formula(_shown(known[_FIRST])), "secondLog": formula(_shown(known[_SECOND]))}
+
+
+def escape():
+    """Return the times to leave the divide from an offset delta to its load, and from one that is exp(-kappa/mu)."""
+    found = divide(pk.system())
+    above, below = found.escape_above, found.escape_below
+    return {
+        "escapeAbove": formula(above.coefficient(1)),
+        "escapeBelowLog": formula(below.coefficient(1, 1)),
+        "escapeBelow": formula(below.coefficient(1)),
+        "delayTime": formula(found.delay.coefficient(0)),
+    }
 
 
 def _shown(expr):
@@ -172,6 +187,16 @@ def of_collisions(rows):
     small, large = (max(r["count"] for r in rows if r["mu"] == mu) for mu in collisions.MUS)
     names = {"collisionMuSmall": power(collisions.MUS[0]), "collisionMuLarge": f"{collisions.MUS[1]:g}"}
     return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large), **names}
+
+
+def of_least(rows):
+    """Return the atlas's parameters, and up to which mu the lowest models do for every velocity drawn."""
+    found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}"}
+    for name, sigma, side, rung in (("Shallow", "-1/2", 1, "rigid"), ("Steep", "1", -1, "jump-0")):
+        here = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
+        beyond = min(row["mu"] for row in here if row["rung"] > list(LADDER).index(rung))
+        found[f"least{name}Mu"] = power(max(row["mu"] for row in here if row["mu"] < beyond), 1)
+    return found
 
 
 def of_work(rows, scene="ii", accuracy=1e-5):

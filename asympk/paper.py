@@ -7,15 +7,15 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from asympk import collisions, convergence, numbers
-from asympk.errors import InputError
+from asympk import collisions, convergence, leastmap, numbers
+from asympk.errors import InputError, UnknownName
 from asympk.figures import save
 from asympk.files import write_text
 from asympk.gallery import README, pictures
 from asympk.regenerate import project, write_tables
 
 PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
-ROWS = {"convergence": convergence.write, "collisions": collisions.write}
+ROWS = {"convergence": convergence.write, "collisions": collisions.write, "least": leastmap.write}
 LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build", "main.tex")
 
 
@@ -34,6 +34,19 @@ def build(root, progress=None):
         return [*lines, f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {PACKAGES}"]
     tell("running latexmk")
     return [*lines, f"wrote {typeset(root / 'paper')}"]
+
+
+def draw(root, name):
+    """Draw one picture as PDF and SVG under paper/generated/figures; return the files.
+
+    Raises ``UnknownName`` for a picture that does not exist or whose rows are not there.
+    """
+    found = {picture.name: picture for picture in pictures(project(root))}
+    if name not in found:
+        raise UnknownName(f"picture {name!r} is unknown; choose one of {', '.join(found)}")
+    out = project(root) / "paper" / "generated" / "figures"
+    figure = found[name].draw()
+    return [save(figure, out / f"{name}.{kind}") for kind in ("pdf", "svg")]
 
 
 def write_rows(out, tell):
@@ -61,9 +74,11 @@ def write_figures(root, tell):
 def typeset(paper):
     """Run latexmk in ``paper`` and return the PDF, whose bytes depend on what it is made of alone."""
     fixed = {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "TZ": "UTC"}
-    run = subprocess.run(LATEXMK, cwd=paper, env={**os.environ, **fixed}, capture_output=True, text=True, errors="replace")
+    env = {**os.environ, **fixed}
+    run = subprocess.run(LATEXMK, cwd=paper, env=env, capture_output=True, text=True, errors="replace")
     if run.returncode:
-        raise InputError(f"{paper / 'main.tex'} does not compile: {first_complaint(run.stdout)}; see {paper}/build/main.log")
+        why = first_complaint(run.stdout)
+        raise InputError(f"{paper / 'main.tex'} does not compile: {why}; see {paper}/build/main.log")
     return Path(paper) / "build" / "main.pdf"
 
 

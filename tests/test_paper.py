@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from asympk import numbers, paper
-from asympk.errors import InputError
+from asympk.errors import InputError, UnknownName
 from asympk.page import with_sections
 
 ROOT = Path(__file__).parent.parent
@@ -78,6 +78,34 @@ def test_figures_in_the_paper_are_pictures_of_the_gallery():
     shown = [name for _, _, body in FLOATS for name in re.findall(r"\\pic\{([\w-]+)\}", body)]
     assert shown
     assert set(shown) <= {picture.name for picture in pictures(ROOT)}
+
+
+def test_the_readme_shows_three_committed_pictures_each_with_the_command_that_makes_it():
+    from asympk.gallery import README as SHOWN
+
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    found = re.findall(r"!\[.+?\]\((.+?)/([\w-]+)\.svg\)\n\n`asympk paper --only ([\w-]+)`", readme)
+    assert [name for _, name, _ in found] == [name for _, _, name in found]
+    assert sorted(name for _, name, _ in found) == sorted(SHOWN)
+    for folder, name, _ in found:
+        assert (ROOT / folder / f"{name}.svg").is_file()
+
+
+def test_the_regimes_of_the_readme_are_those_of_the_package():
+    from asympk.tables import regimes_table
+    from asympk.tabular import plain
+
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for row in plain(regimes_table()):
+        assert f"| {' | '.join(row)} |".replace("--", "–") in readme
+
+
+def test_one_picture_is_drawn_by_its_name_and_an_unknown_one_is_refused(tmp_path):
+    (tmp_path / "derivations").mkdir()
+    written = paper.draw(tmp_path, "system")
+    assert [path.name for path in written] == ["system.pdf", "system.svg"]
+    with pytest.raises(UnknownName, match="picture 'chart' is unknown; choose one of system, phase"):
+        paper.draw(tmp_path, "chart")
 
 
 def test_numbers_are_set_as_powers_of_ten_and_decimals():

@@ -6,6 +6,7 @@ from legibility import flaws
 
 from asympk import gallery, maps, portraits
 from asympk.figures import save
+from asympk.least import LADDER
 from asympk.methods import solve
 from asympk.scene import Scene
 
@@ -21,6 +22,9 @@ PICTURES = {
     "collisions": lambda: maps.collisions(
         [{"mu": mu, "scaled_x": 10.0**i, "z": side * 10.0**j, "count": max(0, i + j)}
          for mu in (1e-3, 3.0) for i in range(-6, 7) for j in range(-6, 7) for side in (-1, 1)]),
+    "least": lambda: maps.least_models(
+        [{"sigma": sigma, "mu": 10.0**i, "z": side * 10.0**j, "rung": max(0, min(4, i + j + 4))}
+         for sigma in ("1", "-1/2") for i in range(-8, 0) for j in range(-6, 7) for side in (-1, 1)], list(LADDER)),
 }  # fmt: skip
 
 
