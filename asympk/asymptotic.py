@@ -50,11 +50,12 @@ def run(scene, method, *, order=None, digits=None):
         motion, error = composite.chosen(found, method == "jump", until, m)
         for holds, words in composite.checks(course, found, error, until, m):
             if not holds:
-                cause = _largest_of(sigma, mu, x, y, z)
-                raise OutOfRange(f"{words}: {cause} is not small ({here}); use method='exact'")
-        return _path(scene, method, motion, error, until, m)
+                break
+        else:
+            return _path(scene, method, motion, error, until, m)
     except (OverflowError, ZeroDivisionError, ValueError):
-        raise OutOfRange(f"the expansion breaks down: its terms have no finite value ({here})") from None
+        words = "the terms of the expansion have no finite value"
+    raise OutOfRange(f"{words}: {_largest_of(sigma, mu, x, y, z)} is not small ({here}); use method='exact'")
 
 
 def _largest_of(sigma, mu, x, y, z):

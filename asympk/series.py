@@ -145,7 +145,9 @@ class Series:
     __radd__, __rmul__ = __add__, __mul__
 
     def __truediv__(self, other):
-        return self * series(other).inverse()
+        if not isinstance(other, Series):
+            return self.map(lambda c: _over(c, other))
+        return self * other.inverse()
 
     def __rtruediv__(self, other):
         return self.inverse() * other
@@ -174,7 +176,7 @@ class Series:
         (p, q), c = self.size, self.leading
         if q:
             raise NotDerivable(f"log of {_monomial(p, q)} holds log L, which is not a series in mu and L")
-        tail = _compose(self._split()[1], lambda power, k: _divided(power, (-1) ** (k + 1) * k))
+        tail = _compose(self._split()[1], lambda power, k: power / ((-1) ** (k + 1) * k))
         return series({(0, 1): -p, (0, 0): log(c)}) + tail - 1
 
     def exp(self, exp=None):
@@ -186,7 +188,7 @@ class Series:
         constant = self.terms.get((0, 0), 0)
         scale = series({(-int(k), 0): 1 if _vanishes(constant) else exp(constant)})
         small = Series({m: c for m, c in self.terms.items() if m[0] > 0}, self.remainder, self.small)
-        return scale * _compose(small, lambda power, k: _divided(power, factorial(k)))
+        return scale * _compose(small, lambda power, k: power / factorial(k))
 
 
 def series(value):
@@ -271,10 +273,6 @@ def _compose(u, term):
         total = total + term(power, k)
         power, k = power * u + rest, k + 1
     return total
-
-
-def _divided(power, k):
-    return power.map(lambda c: _over(c, k))
 
 
 def _over(a, b):
