@@ -48,10 +48,9 @@ def run(scene, method, *, order=None, digits=None):
     try:
         found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
         motion, error = composite.chosen(found, method == "jump", until, m)
-        for holds, words in composite.checks(course, found, error, until, m):
-            if not holds:
-                break
-        else:
+        checks = composite.checks(course, found, error, until, m)
+        words = next((words for holds, words in checks if not holds), None)
+        if words is None:
             return _path(scene, method, motion, error, until, m)
     except (OverflowError, ZeroDivisionError, ValueError):
         words = "the terms of the expansion have no finite value"
