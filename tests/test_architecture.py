@@ -22,7 +22,7 @@ STAGES = (
      "scenefile", "units", "trace", "balls", "enclosure", "certify", "proofs"),
     ("sweepfile", "asymptotic", "finals", "columns", "kernels", "courses", "brackets", "motions", "careful",
      "ensemble", "methods"),
-    ("divide", "compare", "least", "bench", "convergence", "collisions", "leastmap"),
+    ("chunks", "sweep", "summary", "divide", "compare", "least", "bench", "convergence", "collisions", "leastmap"),
     ("ledger",),
     ("mathml", "tabular", "tables", "figures", "drawings", "portraits", "maps"),
     ("chart", "terminal", "regenerate", "gallery", "numbers", "paper", "page"),
