@@ -95,6 +95,11 @@ def jump_map(system, order=1, start=None, arrival=None, near=None):
     reaches it, and the map depends on x alone. With ``near`` the load at the start is given by its ``OFFSET`` from the
     slow line of the mode of that name, so the map holds however small the offset is. Raises ``OrderError``,
     ``OutOfRange`` on a divide, ``NotDerivable``.
+
+    >>> from asympk.systems import painleve_klein
+    >>> jump = jump_map(painleve_klein.system(), order=0)
+    >>> print(jump.x, "for", jump.domain)
+    (x - z) + O(mu L) for (sigma > 0) & (z < 0) & (x + y > 0)
     """
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(

@@ -207,7 +207,11 @@ def balance(step, dominant, order):
     """Solve ``w = step(w)`` from its dominant term to relative order ``order``.
 
     ``step`` must contract by a power of mu at least, so each pass makes one more order exact. Raises
-    ``NotDerivable`` when ``dominant`` does not balance: ``step`` changes it.
+    ``NotDerivable`` when ``dominant`` does not balance: ``step`` changes its size.
+
+    >>> mu = series({(1, 0): 1})
+    >>> print(balance(lambda w: 1 + mu * w * w, series(1), 3))
+    (1) + (1) mu + (2) mu^2 + (5) mu^3 + O(mu^4)
     """
     w = dominant
     p = dominant.size[0]
