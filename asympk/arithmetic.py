@@ -9,8 +9,8 @@ class Doubles:
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
     sin, cos, atan2, pi = math.sin, math.cos, math.atan2, math.pi
-    prec, eps, root_tol, margin, most_exponent = 53, 2.0**-52, 1e-5, 1e-13, 700.0
-    soon = 0.5
+    prec, eps, root_tol, margin, soon = 53, 2.0**-52, 1e-5, 1e-13, 0.5
+    most_exponent, largest = 700.0, math.inf
     number = float
 
     @staticmethod
@@ -18,8 +18,11 @@ class Doubles:
         """Return None: a root in doubles is found from the bracket alone."""
 
 
-def context():
-    """Return a private mpmath context that can serve as ``m``; mpmath's own precision is not touched."""
+def context(largest):
+    """Return a private mpmath context that can serve as ``m``; mpmath's own precision is not touched.
+
+    Numbers beyond ``largest`` (a power of ten) are refused by the flow.
+    """
     import mpmath
 
     m = mpmath.MPContext()
@@ -28,6 +31,7 @@ def context():
     m.number = lambda value: _exact(m, value)
     m.most_exponent = m.inf
     m.soon = m.mpf(2) ** -16
+    m.largest = m.mpf(10) ** largest
     return m
 
 

@@ -9,8 +9,8 @@ from asympk.scene import number
 class Dense:
     """The state (x, y, z) of a solved scene as a function of time; it is pickled as the scene, and solved again."""
 
-    def __init__(self, scene, digits, solution, convert):
-        self.scene, self.digits, self.solution, self.convert = scene, digits, solution, convert
+    def __init__(self, scene, digits, legs, convert):
+        self.scene, self.digits, self.legs, self.convert = scene, digits, legs, convert
 
     def __reduce__(self):
         return _solved, (self.scene, self.digits)
@@ -32,10 +32,9 @@ class Dense:
             t, until = float(t), float(until)
         if not 0 <= t <= until:
             raise InputError(f"t = {t}: it must be from 0 to until = {until}")
-        starts, segments = self.solution.starts, self.solution.segments
-        t = segments[0].mode.m.number(t)
-        last = bisect_right(starts, t) - 1
-        x, y, _, z, _ = segments[last].state(t - starts[last])
+        t = self.legs[0].segment.mode.m.number(t)
+        leg = self.legs[bisect_right(self.legs, t, key=lambda leg: leg.start) - 1]
+        x, y, _, z, _ = leg.segment.state(t - leg.start)
         return tuple(map(self.convert, (x, y, z)))
 
 

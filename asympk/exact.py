@@ -5,6 +5,7 @@ told, or where the range of doubles ends, the same flow is followed on mpmath nu
 """
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.arithmetic import Doubles, context, set_digits
@@ -17,6 +18,7 @@ from asympk.rounding import estimate, largest
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
 DIGITS_OF_DOUBLES = 17
+LARGEST_DOUBLE = 308
 ROUNDED = 2.0**-53
 TRUSTED = 2e-15
 
@@ -44,8 +46,8 @@ def run(scene, method="exact", *, digits=None):
     if isinstance(digits, bool) or not isinstance(digits, int) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
     case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
-    solution, error = _certified(case, digits)
-    return _path(scene, digits, solution, _mpf(error), _mpf)
+    legs, error = _certified(case, digits)
+    return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
 
 
 def _in_doubles(scene):
@@ -53,14 +55,14 @@ def _in_doubles(scene):
     case = Case(float(scene.sigma), float(scene.sigma0), float(scene.mu), *map(float, scene.start),
                 float(scene.until), near)
     try:
-        solution = solution_of(Doubles, case)
-        error = estimate(solution, TRUSTED)
+        legs = legs_of(Doubles, case)
+        error = estimate(legs, TRUSTED)
         if error <= TRUSTED:
-            return _path(scene, None, solution, error, float)
+            return _path(scene, None, legs, legs, error, float)
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
-    solution, _ = _certified(case, DIGITS_OF_DOUBLES, _in_range)
-    return _path(scene, None, solution, ROUNDED, _double)
+    legs, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
 
 
 @lru_cache(maxsize=64)
@@ -68,27 +70,26 @@ def _flow_in_doubles(sigma, sigma0, mu):
     return Flow(Doubles, sigma, sigma0, mu)
 
 
-def solution_of(m, case):
-    """Return the solution of ``case`` in the numbers of ``m``."""
+def legs_of(m, case):
+    """Return the legs of the solution of ``case`` in the numbers of ``m``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
     start, deviation = beginning(flow, case)
     return follow(flow, start, m.number(case.until), deviation)
 
 
-def _certified(case, digits, check=lambda solution: None):
-    """Return (solution, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
+def _certified(case, digits, largest=None):
+    """Return (legs, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
 
     The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
     rounding is taken as it is.
     """
-    m = context()
     most = 4 * digits + 1200
+    m = context(largest or most)
     working = digits + SPARE_DIGITS
     while working < 2 * most:
         coarse = _tried(m, working, working >= most, case)
         if coarse:
-            check(coarse)
             fine = _tried(m, working + 8 + digits // 4, working >= most, case)
             error = _distance(coarse, fine) if fine else None
             if error is not None and error * 10**digits < 1:
@@ -101,32 +102,31 @@ def _certified(case, digits, check=lambda solution: None):
 def _tried(m, digits, tie, case):
     set_digits(m, digits, tie)
     try:
-        return solution_of(m, case)
+        return legs_of(m, case)
     except Undecided:
         return None
 
 
 def _distance(coarse, fine):
     """Return the distance of the final (x, z), relative to the largest on the path; None when the events differ."""
-    if coarse.modes != fine.modes:
+    if [leg.mode for leg in coarse] != [leg.mode for leg in fine]:
         return None
-    there, here = coarse.ends[-1], fine.ends[-1]
+    there, here = coarse[-1].end, fine[-1].end
     return max(abs(there[0] - here[0]), abs(there[3] - here[3])) / largest(fine)
 
 
-def _in_range(solution):
-    for event in solution.events:
-        for value in event[2:]:
-            _double(value)
+def _rounded(legs, convert):
+    return [leg._replace(start=convert(leg.start), end=tuple(map(convert, leg.end))) for leg in legs]
 
 
-def _path(scene, digits, solution, error, convert):
-    x, y, _, z, _ = solution.ends[-1]
-    events = solution.events
-    if convert is not float:
-        events = [Event(event[0], *map(convert, event[1:])) for event in events]
-    return Path(scene, "exact", (convert(x), convert(y), convert(z)), tuple(events), tuple(solution.modes),
-                Dense(scene, digits, solution, convert), error)
+def _path(scene, digits, rounded, legs, error, convert):
+    events = []
+    for leg, after in pairwise(rounded):
+        x, y, _, z, _ = leg.end
+        events.append(Event(leg.kind, after.start, x, y, z))
+    x, y, _, z, _ = rounded[-1].end
+    modes = tuple([leg.mode for leg in rounded])
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(scene, digits, legs, convert), error)
 
 
 def _double(value):

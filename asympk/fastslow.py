@@ -34,6 +34,8 @@ class FastSlow:
         self.fast_s = (1 + self.fast_rate) / self.gap
         self.fast_z = self.fall * rho / self.gap
         self.slow_z = self.fall * k / rho
+        shares = self.fast_x, self.fast_s, self.fast_z, self.slow_z
+        self.sizes = tuple(map(abs, (*shares, self.lift, self.line, self.rest, self.fast_rate)))
         self.turn = -(self.lift * self.slow_rate) / (self.fast_s * self.fast_rate)
 
     def start(self, x, y, s, z, deviation=None):
@@ -96,6 +98,13 @@ class FastSlowSegment:
             self.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost,
             -mode.b * off,
         )
+
+    def s_at(self, t):
+        """Return s alone at t."""
+        if t < self.short:
+            return self.state(t)[2]
+        mode, exp = self.mode, self.mode.m.exp
+        return mode.rest + mode.fast_s * (self.fast * exp(mode.fast_rate * t)) + self.slow_s * exp(mode.slow_rate * t)
 
     def responses(self, t):
         """Return (g', g, h, h + H) at a short time t."""

@@ -13,12 +13,11 @@ numbers in use cannot decide raises ``Undecided``, and the flow is followed agai
 from fractions import Fraction
 from functools import partial
 from math import isqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from asympk.arithmetic import Doubles
-from asympk.errors import TooManyEvents, Undecided
+from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.fastslow import FastSlow
-from asympk.path import Event
 from asympk.smooth import Smooth
 
 MOST_EVENTS = 1000
@@ -73,22 +72,25 @@ def decided(m, value, size):
     return _sign(value)
 
 
-class Solution(NamedTuple):
-    """The events, and for each segment the name of its mode, its start, closed form, duration, and state at its end."""
+class Leg(NamedTuple):
+    """One segment of a solution: mode, start time, closed form, the event that ends it or "", duration, last state."""
 
-    events: list
-    modes: list
-    starts: list
-    segments: list
-    spans: list
-    ends: list
+    mode: str
+    start: Any
+    segment: Any
+    kind: str
+    span: Any
+    end: tuple
 
 
 def follow(flow, start, until, deviation=None):
-    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start."""
+    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
+
+    Return the legs of the solution; a state is (x, y, s, z, mu y').
+    """
     x, y, s, z, s_sign, z_sign = start
-    t = 0 * until
-    solution = events, modes, starts, segments, spans, ends = Solution([], [], [], [], [], [])
+    m, t = flow.m, 0 * until
+    legs = []
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         if deviation is None:
@@ -96,31 +98,28 @@ def follow(flow, start, until, deviation=None):
         else:
             segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
         if z_sign:
-            kind, dt, state = slip(segment, s_sign, z_sign, until - t)
+            kind, span, state = slip(segment, s_sign, z_sign, until - t)
         else:
-            kind, dt, state = stick(flow, segment, s_sign, until - t)
-        modes.append(name)
-        starts.append(t)
-        segments.append(segment)
-        spans.append(dt)
-        ends.append(state)
-        if kind is None:
-            return solution
+            kind, span, state = stick(flow, segment, s_sign, until - t)
+        legs.append(Leg(name, t, segment, kind, span, state))
+        if not kind:
+            return legs
         x, y, s, z, _ = state
-        t = t + dt
-        events.append(Event(kind, t, x, y, z))
+        if abs(y) > m.largest:
+            raise TooLarge(_too_large(m, t, y))
+        t = t + span
         if kind == "force_zero":
             s_sign = -s_sign
         elif kind == "slip_onset":
             z_sign = 1 if s < 1 else -1
         else:
-            z_sign = 0 if flow.sticks(s, segment.s_size(dt)) else -z_sign
-        if len(events) > MOST_EVENTS:
-            raise TooManyEvents(_too_many(until, events[-1]))
+            z_sign = 0 if flow.sticks(s, segment.s_size(span)) else -z_sign
+        if len(legs) > MOST_EVENTS:
+            raise TooManyEvents(_too_many(until, t, state))
 
 
 def slip(segment, s_sign, z_sign, left):
-    """Return (kind, time, state) of the event that ends a slip, or (None, left, state) when the time ends first."""
+    """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
     mode = segment.mode
     margin, a, fall = mode.m.margin, mode.a, mode.fall
     end = segment.horizon(left)
@@ -137,7 +136,7 @@ def slip(segment, s_sign, z_sign, left):
         lo, opening = hi, opens
     if end < left:
         raise Undecided
-    return None, left, state
+    return "", left, state
 
 
 def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
@@ -156,7 +155,7 @@ def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
         if decided(m, s_sign * s, segment.s_size(t)) >= 0:
             return "velocity_zero", t, state
     if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(hi)) < 0:
-        return "force_zero", *on_level(segment, 0, segment.s_root(0, lo, hi, -s_sign))
+        return "force_zero", *on_level(segment, 0 * hi, segment.s_root(0, lo, hi, -s_sign))
     return None
 
 
@@ -177,19 +176,18 @@ def _dip(segment, z_sign, lo, hi):
 
 
 def stick(flow, segment, s_sign, left):
-    """Return (kind, time, state) of the slip onset, or (None, left, state) when the time ends first."""
+    """Return (kind, time, state) of the slip onset, or ("", left, state) when the time ends first."""
     near, far = flow.edges(s_sign)
     lo = 0
     for hi in stretches(segment, left):
-        state = segment.state(hi)
-        s, size = state[2], segment.s_size(hi)
+        s, size = segment.s_at(hi), segment.s_size(hi)
         for edge, side in ((near, -s_sign), (far, 1)):
             if edge is None or (not lo and segment.s0 == edge):
                 continue
             if decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
                 return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
         lo = hi
-    return None, left, state
+    return "", left, segment.state(left)
 
 
 def on_plane(segment, t):
@@ -199,6 +197,8 @@ def on_plane(segment, t):
     if not fall:
         return t, (x, y, s, z - z, thrust)
     dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
+    if abs(z) > mode.m.root_tol * t * abs(fall):
+        raise Undecided
     return t - z / fall, (x - dx, y - dy, s - dx - dy, z - z, thrust)
 
 
@@ -209,6 +209,8 @@ def on_level(segment, level, t):
     if not rate:
         return t, (x, level - x, level, z, thrust)
     missing = level - s
+    if abs(missing) > mode.m.root_tol * t * abs(rate):
+        raise Undecided
     x = x + missing * (y / rate)
     return t + missing / rate, (x, level - x, level, z + missing * (fall / rate), thrust)
 
@@ -223,10 +225,16 @@ def stretches(segment, end):
     return turn, turn + segment.half_period, end
 
 
-def _too_many(until, event):
-    _, t, x, y, z = event
+def _too_many(until, t, state):
+    x, y, _, z, _ = state
     return (f"more than {MOST_EVENTS} events by t = {float(t):.6g} of until = {float(until):.6g}, where (x, y, z) = "
             f"({float(x):.6g}, {float(y):.6g}, {float(z):.6g}); take a smaller until")
+
+
+def _too_large(m, t, y):
+    power = int(m.log(abs(y)) / m.log(10))
+    return (f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller until, or digits= "
+            "where they are doubles")
 
 
 def beginning(flow, case):

@@ -4,12 +4,15 @@ The equation of a fast and a slow exponential is solved for the exponent, ``rate
 linear in t, however small mu is, so the first steps are quadratic already.
 """
 
+from asympk.errors import Undecided
+
 MOST_STEPS = 400
 
 
 def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
     """Return the root in (lo, hi) of a function that has the sign ``sign_hi`` at ``hi``."""
     t = guess if guess is not None and lo < guess < hi else (lo + hi) / 2
+    allowed = hi - lo
     for _ in range(MOST_STEPS):
         value, slope = value_and_slope(t)
         if value == 0:
@@ -19,25 +22,31 @@ def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
         else:
             lo = t
         new = t - value / slope if slope else -1
-        if abs(new - t) <= m.root_tol * t:
+        step = abs(new - t)
+        if step <= m.root_tol * t:
             return new
-        if not lo < new < hi:
-            new = m.sqrt(lo) * m.sqrt(hi) if lo > 0 and hi > 4 * lo else (lo + hi) / 2
+        if not lo < new < hi or step > allowed:
+            new = _middle(m, lo, hi)
             if not lo < new < hi:
-                break
+                return t
+        allowed = abs(new - t) / 2
         t = new
-    return t
+    raise Undecided
 
 
 def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    ``base`` is ``start - fast``, which may be known better than both. Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). Where the fast part grows or decays by a factor of e or more
-    before it balances r, the step is Newton's for ``rate t = log(r/fast)``; where its sign is wrong for that, r itself
-    must vanish first; otherwise the step is Newton's for the whole.
+    ``base`` is ``start - fast``, known better than both. Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). Where
+    the fast part grows or decays by a factor of e or more before it balances r, the step is Newton's for
+    ``rate t = log(r/fast)``; where its sign is wrong for that, r itself must vanish first; otherwise it is Newton's for
+    the whole.
     """
     positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent
+    if guess is None and not lo and fast and base and (base < 0) == positive:
+        guess = (m.log(abs(base)) - size) / (rate + (k + slow_rate * slow) / -base)
+        guess = guess if rate * guess > 1 or rate * guess < -1 else None
     t = guess if guess is not None and lo < guess < hi else lo
     for _ in range(MOST_STEPS):
         p, q = rate * t, slow_rate * t
@@ -63,14 +72,12 @@ def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_
         if abs(new - t) <= m.root_tol * t:
             return new
         if not lo < new < hi:
-            new = _middle(m, lo, hi, rate)
+            new = _middle(m, lo, hi) if lo else min(hi / 2, 4 / abs(rate))
             if not lo < new < hi:
-                break
+                return t
         t = new
-    return t
+    raise Undecided
 
 
-def _middle(m, lo, hi, rate):
-    if not lo:
-        return min(hi / 2, 4 / abs(rate))
-    return m.sqrt(lo) * m.sqrt(hi) if hi > 4 * lo else (lo + hi) / 2
+def _middle(m, lo, hi):
+    return m.sqrt(lo) * m.sqrt(hi) if 0 < 4 * lo < hi else (lo + hi) / 2

@@ -12,31 +12,20 @@ from asympk.fastslow import FastSlowSegment
 UNIT = 2.0**-53
 
 
-def estimate(solution, enough):
+def estimate(legs, enough):
     """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
-    if not _finite(solution):
-        return float("inf")
-    error = forward(solution)
-    return error if error <= enough else min(error, backward(solution))
+    error = forward(legs)
+    return error if not error > enough else min(error, backward(legs))
 
 
-def _finite(solution):
-    total = 0.0
-    for x, y, _, z, _ in solution.ends:
-        total += x + y + z
-    return total - total == 0
-
-
-def largest(solution):
+def largest(legs):
     """Return the largest of 1, |x|, |z| at the start, the events and the end."""
-    first = solution.segments[0]
-    return max(1, abs(first.x0), abs(first.z0), *[abs(end[i]) for end in solution.ends for i in (0, 3)])
-
-
-def legs(solution):
-    """Return (segment, duration, kind of the event that ends it or "", state at its end) in order of time."""
-    kinds = [event.kind for event in solution.events]
-    return list(zip(solution.segments, solution.spans, [*kinds, ""], solution.ends, strict=True))
+    first = legs[0].segment
+    size = max(1, abs(first.x0), abs(first.z0))
+    for leg in legs:
+        x, _, _, z, _ = leg.end
+        size = max(size, x, -x, z, -z)
+    return size
 
 
 def rates(mode, state):
@@ -45,47 +34,42 @@ def rates(mode, state):
     return y, y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
 
 
-def forward(solution):
+def forward(legs):
     """Bound the error at the end by carrying bounds of the errors of x, s, z and of the time."""
     ex = es = ez = late = 0.0
-    for segment, t, kind, state in legs(solution):
+    for _, _, segment, kind, span, end in legs:
         spread = _fast_slow if type(segment) is FastSlowSegment else _smooth
-        ex, es, ez, lag = spread(segment, t, kind, state, ex, es, ez)
-        late += lag + UNIT * t
-    dx, _, dz = rates(segment.mode, state)
-    return max(ex + abs(dx) * late, ez + abs(dz) * late) / largest(solution)
+        ex, es, ez, lag = spread(segment, span, kind, end, ex, es, ez)
+        late += lag + UNIT * span
+    dx, _, dz = rates(segment.mode, end)
+    ex, ez = ex + abs(dx) * late, ez + abs(dz) * late
+    nothing = 0 * (ex + ez)  # but NaN when the run has left the range of doubles
+    return max(ex, ez) / largest(legs) + nothing
 
 
-def _fast_slow(segment, t, kind, state, ex, es, ez):
-    mode, fast0, slow0 = segment.mode, abs(segment.fast), abs(segment.slow)
-    fast_x, fast_s, fast_z, slow_z, lift, line, rest, rate = _sizes(mode)
+def _fast_slow(segment, t, kind, end, ex, es, ez):
+    mode, fast0, slow0, x0 = segment.mode, abs(segment.fast), abs(segment.slow), abs(segment.x0)
+    fast_x, fast_s, fast_z, slow_z, lift, line, rest, rate = mode.sizes
     p, q = rate * t, t if t < 1.0 else 1.0
     ef = UNIT * fast0
     if not segment.known:
-        ef += es + lift * ex + UNIT * (abs(segment.s0) + line + lift * abs(segment.x0))
-    ec = ex + fast_x * ef + UNIT * (abs(segment.x0) + rest)
+        ef += es + lift * (ex + UNIT * x0) + UNIT * (abs(segment.s0) + line)
+    ec = (ex + fast_x * ef + UNIT * (x0 + rest + slow0)) * q
+    drift = abs(segment.z0) + rest * t
+    ex += ec + UNIT * abs(end[0])
+    es = lift * ec + UNIT * (rest + abs(end[2]))
+    ez += UNIT * drift + slow_z * ec
     growth = mode.m.exp(mode.fast_rate * t)
     fast = fast0 * growth
     off = ef * growth + UNIT * p * fast
-    sums = abs(segment.z0) + rest * t + slow_z * slow0 * q
-    bent = ez + UNIT * sums + slow_z * ec * q
-    ex += ec * q + UNIT * (abs(state[0]) + slow0 * q)
-    if kind == "velocity_zero" and p * fast * fast_z > sums:
+    if kind == "velocity_zero" and p * fast * fast_z > drift + slow_z * slow0 * q:
         lag = off / (fast * rate)
-        gained = (bent + (rest + slow_z * slow0) * lag) / fast_z + UNIT * fast
-        return ex + fast_x * gained + slow0 * lag, fast_s * (gained + ef) + lift * ec, 0.0, lag
-    gained = off + (ef + UNIT * (fast if fast > fast0 else fast0)) * (p if p < 1.0 else 1.0)
-    es = fast_s * off + lift * (ec + UNIT * slow0) + UNIT * (rest + abs(state[2]))
-    return _projected(mode, kind, state, ex + fast_x * gained, es, bent + fast_z * gained)
-
-
-def _sizes(mode):
-    try:
-        return mode.sizes
-    except AttributeError:
-        mode.sizes = tuple(map(abs, (mode.fast_x, mode.fast_s, mode.fast_z, mode.slow_z, mode.lift, mode.line,
-                                     mode.rest, mode.fast_rate)))
-        return mode.sizes
+        gained = (ez + (rest + slow_z * slow0) * lag) / fast_z + UNIT * fast
+        return ex + fast_x * gained + slow0 * lag, es + fast_s * (gained + ef), 0.0, lag
+    gained = off + (ef + UNIT * (fast0 + fast)) * (p if p < 1.0 else 1.0)
+    if not kind:
+        return ex + fast_x * gained, es, ez + fast_z * gained, 0.0
+    return _projected(mode, kind, end, ex + fast_x * gained, es + fast_s * off, ez + fast_z * gained)
 
 
 def _smooth(segment, t, kind, state, ex, es, ez):
@@ -115,7 +99,7 @@ def _rounded(segment, t, state):
     """Return the rounding errors of x, s, z that a segment makes by itself, and that of its clock."""
     mode = segment.mode
     if type(segment) is FastSlowSegment and t >= segment.short:
-        fast_x, _, fast_z, slow_z, lift, _, rest, rate = _sizes(mode)
+        fast_x, _, fast_z, slow_z, lift, _, rest, rate = mode.sizes
         fast0, slow0, q = abs(segment.fast), abs(segment.slow), min(1.0, t)
         fast = min(1.0, rate * t) * max(fast0, fast0 * mode.m.exp(mode.fast_rate * t))
         lx = abs(state[0]) + abs(segment.x0) + fast_x * fast + (slow0 + rest) * q
@@ -131,28 +115,26 @@ def _rounded(segment, t, state):
     return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
 
 
-def backward(solution):
+def backward(legs):
     """Bound the error at the end by the derivatives of the final (x, z) with respect to every state before."""
-    steps = legs(solution)
-    segment, _, _, state = steps[-1]
-    dx, _, dz = rates(segment.mode, state)
+    dx, _, dz = rates(legs[-1].segment.mode, legs[-1].end)
     rows = (1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)
-    return max(_weighed(steps, solution.starts, row) for row in rows) / largest(solution)
+    return max(_weighed(legs, row) for row in rows) / largest(legs)
 
 
-def _weighed(steps, starts, row):
+def _weighed(legs, row):
     px, ps, pz, pt = row
     error = 0.0
-    for (segment, t, kind, state), start in zip(reversed(steps), reversed(starts), strict=True):
+    for _, start, segment, kind, span, end in reversed(legs):
         mode = segment.mode
-        dx, ds, dz = rates(mode, state)
+        dx, ds, dz = rates(mode, end)
         if kind == "velocity_zero":
             pz = -(px * dx + ps * ds + pt) / dz
         elif kind:
             ps = -(px * dx + pz * dz + pt) / ds
-        lx, ls, lz, clock = _rounded(segment, t, state)
-        error += abs(px) * lx + abs(ps) * ls + abs(pz) * lz + abs(pt) * (clock + UNIT * (start + t))
-        rate, g, h = _derivatives(segment, t)
+        lx, ls, lz, clock = _rounded(segment, span, end)
+        error += abs(px) * lx + abs(ps) * ls + abs(pz) * lz + abs(pt) * (clock + UNIT * (start + span))
+        rate, g, h = _derivatives(segment, span)
         px, ps = (px * (1 - mode.beta * h - g) - ps * g - pz * mode.fall * h,
                   px * g + ps * (rate + g) + pz * mode.fall * (g + h))
         error += abs(ps) * _misplaced(segment)
