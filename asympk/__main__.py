@@ -264,9 +264,11 @@ def _sweep(options):
 
     sweep = read_sweep(options.file)
     meter = Meter(sweep.total, sys.stderr)
-    with executor(options.workers, options.dask) as chosen:
-        run(sweep, options.out, chosen, meter.add)
-    meter.close()
+    try:
+        with executor(options.workers, options.dask) as chosen:
+            run(sweep, options.out, chosen, meter.add)
+    finally:
+        meter.close()
     print(as_text(summarise(options.out)))
 
 

@@ -173,7 +173,7 @@ def first_event(segment, guards, left, finest):
     Raises ``Refused`` where a piece of time, relative to its end, would have to be shorter than ``finest``.
     """
     arb = flint().arb
-    pieces, lo = [left.upper().mid()], arb(0)
+    pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
     for count in range(_MOST_PIECES + 1):
         if not pieces:
             return None

@@ -72,6 +72,12 @@ def test_every_scene_that_ships_is_proven(name):
     assert _holds(certificate, ap.solve(found.scene, digits=60), slack)
 
 
+def test_without_time_nothing_happens():
+    certificate = certify(ap.Scene(1, "1e-3", (0, 0, -1), 0))
+    assert certificate.modes == ("slip_opposite",)
+    assert [float(value) for value in certificate.final] == [0, 0, -1]
+
+
 def test_radii_shrink_to_the_digits_asked_for():
     assert all(value.rad() < flint.arb(10) ** -40 for value in certify(BACKWARD, digits=40).final)
 

@@ -233,7 +233,7 @@ def _wait_for(out, count):
 def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path, workers):
     out, whole = tmp_path / "killed", tmp_path / "whole"
     assert subprocess.run(_command(tmp_path, whole), capture_output=True).returncode == 0
-    for count in (5, 40, 90):
+    for count in (5, 25, 45):
         command = _command(tmp_path, out, *workers)
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         _wait_for(out, count)
