@@ -52,8 +52,10 @@ def run(scene, method="exact", *, digits=None):
 
 def _in_doubles(scene):
     near = scene.near_to and (scene.near_to[0], float(scene.near_to[1]))
-    case = Case(float(scene.sigma), float(scene.sigma0), float(scene.mu), *map(float, scene.start),
-                float(scene.until), near)
+    sigma, mu = float(scene.sigma), float(scene.mu)
+    if sigma == -2 or mu == 0:
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
+    case = Case(sigma, float(scene.sigma0), mu, *map(float, scene.start), float(scene.until), near)
     try:
         legs = legs_of(Doubles, case)
         error = estimate(legs, TRUSTED)

@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.fastslow import FastSlow
+from asympk.scene import MANIFOLDS
 from asympk.smooth import Smooth
 
 MOST_EVENTS = 1000
-MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
 
 
 class Flow:
@@ -233,8 +233,8 @@ def _too_many(until, t, state):
 
 def _too_large(m, t, y):
     power = int(m.log(abs(y)) / m.log(10))
-    return (f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller until, or digits= "
-            "where they are doubles")
+    return (f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller until, "
+            "or digits= where they are doubles")
 
 
 def beginning(flow, case):
@@ -262,7 +262,7 @@ def beginning(flow, case):
 
 def beside_line(flow, manifold, x, z, offset):
     """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
-    line = flow.split(MODE_OF[manifold])
+    line = flow.split(MANIFOLDS[manifold][0])
     s = line.line + line.lift * x + offset
     y = line.slow_rate * (x - line.rest) + offset
     return (x, y, s, z, _sign(s), _sign(z)), offset

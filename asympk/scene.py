@@ -9,12 +9,13 @@ from typing import Any
 
 from asympk.errors import InputError, NoManifold
 
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+")
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
 _LONGEST = 4000
 _LARGEST = 2.0**1023
+_WIDEST = 40000  # powers of two in an mpf
 
-# manifold -> (a, sign of sigma in b, constant in b, sign of s z on it) of the mode mu y' = a - b s that holds it
-_MANIFOLDS = {"Pi1": (4, 1, 1), "Pi2": (0, -1, -1)}
+# manifold -> (mode that holds it, sign of s z in that mode)
+MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class Scene:
     """One trajectory to follow, in nondimensional quantities.
 
     ``start`` is (x, y, z) = (rho, rho', v); numbers are int, float, Fraction, str ("0.2" means 1/5) or mpf, and are
-    stored without rounding: int and float as they are, all others as Fraction. ``sigma0 >= sigma`` is the static
-    friction, by default ``sigma``. ``near`` is set by ``Scene.near`` alone. Raises ``InputError``.
+    kept without rounding: int and float as they are, all others as Fraction. ``sigma0 >= sigma`` is the static
+    friction, by default ``sigma``. ``near_to`` is set by ``Scene.near`` alone. Raises ``InputError``.
     """
 
     sigma: Any
@@ -39,9 +40,8 @@ class Scene:
         put(self, "sigma", number("sigma", self.sigma, lambda v: v > -2, "greater than -2"))
         put(self, "mu", number("mu", self.mu, lambda v: v > 0, "positive"))
         put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
-        least = self.sigma
-        static = least if self.sigma0 is None else self.sigma0
-        put(self, "sigma0", number("sigma0", static, lambda v: v >= least, f"at least sigma = {least}"))
+        static = self.sigma if self.sigma0 is None else self.sigma0
+        put(self, "sigma0", number("sigma0", static, lambda v: v >= self.sigma, f"at least sigma = {self.sigma}"))
         put(self, "start", _triple(self.start))
 
     @classmethod
@@ -53,42 +53,40 @@ class Scene:
         0 stays on the line and 1e-300 leaves it at its own time; ``start`` shows the nearest doubles. Raises
         ``NoManifold`` where the mode has no slow line, ``InputError`` where the start is not in its mode.
         """
-        if manifold not in _MANIFOLDS:
-            raise InputError(f"manifold = {manifold!r}: it must be one of {', '.join(_MANIFOLDS)}")
+        if manifold not in MANIFOLDS:
+            raise InputError(f"manifold = {_short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
         x, offset, z = number("x", x), number("offset", offset), number("z", z)
         y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)
         scene = cls(sigma, mu, (x, y, z), until, sigma0, name, (manifold, offset))
-        wanted = _MANIFOLDS[manifold][2]
-        if not (x + y) * z * wanted > 0:
-            raise InputError(
-                f"z = {z}: {manifold} lies in the mode {'slip_same' if wanted > 0 else 'slip_opposite'}; "
-                f"with x + y = {float(x + y):.6g} here, z must be {'positive' if (x + y) * wanted > 0 else 'negative'}"
-            )
+        mode, sign = MANIFOLDS[manifold]
+        if not (x + y) * z * sign > 0:
+            side = "positive" if (x + y) * sign > 0 else "negative"
+            where = f"{manifold} lies in the mode {mode}; with x + y = {x + y:.6g} here"
+            raise InputError(f"z = {z}: {where}, z must be {side}")
         return scene
 
 
 def _slow_y(manifold, sigma, mu, x):
-    constant, sign, _ = _MANIFOLDS[manifold]
-    b = constant + sign * sigma
-    if b == 0 or (b > 0 and 4 * mu >= b):
-        raise NoManifold(f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}: with b = {float(b):.6g} "
-                         "it needs 4 mu < b, or b < 0")
-    slow = -2 / (1 + math.sqrt(1 - 4 * mu / b))
-    return slow * float(x - 1 / Fraction(b))
+    b = sigma + 4 if manifold == "Pi1" else -sigma
+    if b == 0 or 0 < b <= 4 * mu:
+        where = f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}"
+        raise NoManifold(f"{where}: with b = {b} it needs 4 mu < b, or b < 0")
+    slow_root = -2 / (1 + math.sqrt(1 - 4 * mu / b))
+    return slow_root * float(x - 1 / Fraction(b))
 
 
-def number(name, value, allowed=None, words="a finite number"):
+def number(name, value, allowed=None, words=""):
     """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed."""
     exact = _exact(name, value)
     if not -_LARGEST <= exact <= _LARGEST:
-        raise InputError(f"{name} = {value!r}: it must be finite")
+        raise InputError(f"{name} = {_short(value)}: it must be finite, and a double must be able to hold it")
     if allowed and not allowed(exact):
         raise InputError(f"{name} = {_short(value)}: it must be {words}")
     return exact
 
 
 def _exact(name, value):
-    if type(value) is float or type(value) is int:
+    if type(value) in (float, int):
         return value
     if isinstance(value, str):
         return _parsed(name, value)
@@ -100,7 +98,7 @@ def _exact(name, value):
         return Fraction(value.numerator, value.denominator)
     if hasattr(value, "_mpf_"):
         return _from_mpf(name, value)
-    if type(value).__module__ == "numpy" and getattr(value, "ndim", 1) == 0 and value.dtype.kind in "iuf":
+    if type(value).__module__ == "numpy" and value.ndim == 0 and value.dtype.kind in "iuf":
         return _exact(name, value.item())
     raise InputError(f"{name} = {_short(value)}: it must be a number: int, float, Fraction, str or mpf")
 
@@ -117,17 +115,17 @@ def _parsed(name, text):
 
 def _from_mpf(name, value):
     sign, mantissa, exponent, _ = value._mpf_
-    if (not mantissa and exponent) or abs(exponent) > 40000:
-        raise InputError(f"{name} = {value!r}: it must be finite and of ordinary size")
+    if (not mantissa and exponent) or abs(exponent) > _WIDEST:
+        raise InputError(f"{name} = {_short(value)}: it must be finite, and a double must be able to hold it")
     return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
 
 
 def _triple(start):
     try:
-        values = tuple(start)
+        values = () if isinstance(start, str) else tuple(start)
     except TypeError:
         values = ()
-    if isinstance(start, str) or len(values) != 3:
+    if len(values) != 3:
         raise InputError(f"start = {_short(start)}: it must be three numbers (x, y, z)")
     return tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True))
 

@@ -1,0 +1,146 @@
+"""A scene keeps its numbers exactly and refuses what is not one, in one line."""
+
+import pickle
+import re
+from dataclasses import FrozenInstanceError
+from decimal import Decimal
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+import asympk as ap
+from asympk.errors import InputError, NoManifold
+from asympk.scene import number
+
+
+def scene(**changes):
+    return ap.Scene(**{"sigma": 1, "mu": 1e-3, "start": (0, 0.2, -1), "until": 5, **changes})
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        ("0.2", Fraction(1, 5)),
+        (" 1/3 ", Fraction(1, 3)),
+        ("-2.5e-3", Fraction(-1, 400)),
+        ("1e-300", Fraction(1, 10**300)),
+        (0.2, 0.2),
+        (3, 3),
+        (Fraction(2, 7), Fraction(2, 7)),
+        (mpmath.mpf("0.25"), Fraction(1, 4)),
+        (mpmath.mpf(0), 0),
+        (np.float64(0.2), 0.2),
+        (np.float32(0.5), 0.5),
+        (np.int64(3), 3),
+        (np.array(1.5), 1.5),
+    ],
+)
+def test_a_number_is_kept_exactly(given, kept):
+    value = number("x", given)
+    assert value == kept
+    assert type(value) in (int, float, Fraction)
+
+
+def test_an_mpf_is_kept_with_all_its_digits():
+    with mpmath.workdps(60):
+        third = mpmath.mpf(1) / 3
+    assert abs(number("x", third) - Fraction(1, 3)) < Fraction(1, 10**59)
+
+
+BAD = [
+    ({"sigma": float("nan")}, "sigma = nan: it must be finite"),
+    ({"mu": float("inf")}, "mu = inf: it must be finite"),
+    ({"sigma": -2}, "sigma = -2: it must be greater than -2"),
+    ({"sigma": "-2"}, "sigma = '-2': it must be greater than -2"),
+    ({"mu": 0}, "mu = 0: it must be positive"),
+    ({"mu": -1e-3}, "mu = -0.001: it must be positive"),
+    ({"sigma0": 0.5}, "sigma0 = 0.5: it must be at least sigma = 1"),
+    ({"until": -1}, "until = -1: it must be zero or positive"),
+    ({"start": (0, 1)}, "start = (0, 1): it must be three numbers (x, y, z)"),
+    ({"start": "abc"}, "start = 'abc': it must be three numbers"),
+    ({"start": 3}, "start = 3: it must be three numbers"),
+    ({"start": (0, 1, "z")}, "start z = 'z': it must be a decimal"),
+    ({"start": (0, 1, float("nan"))}, "start z = nan: it must be finite"),
+    ({"sigma": "one"}, "sigma = 'one': it must be a decimal"),
+    ({"sigma": "1/0"}, "sigma = '1/0': it must not divide by zero"),
+    ({"sigma": True}, "sigma = True: it must be a number"),
+    ({"sigma": np.bool_(True)}, "it must be a number"),
+    ({"sigma": None}, "sigma = None: it must be a number"),
+    ({"sigma": 1j}, "sigma = 1j: it must be a number"),
+    ({"sigma": [1, 2]}, "sigma = [1, 2]: it must be a number"),
+    ({"sigma": np.array([1.0])}, "it must be a number"),
+    ({"sigma": mpmath.mpf("nan")}, "it must be finite"),
+    ({"until": mpmath.inf}, "it must be finite"),
+    ({"mu": mpmath.mpf(2) ** 10**9}, "it must be finite"),
+    ({"mu": "1e999999999"}, "mu = '1e999999999': it must be a decimal"),
+    ({"mu": "1e-999999999"}, "mu = '1e-999999999': it must be a decimal"),
+    ({"mu": "1" * 5000}, "it must be a decimal"),
+    ({"until": "1e400"}, "until = '1e400': it must be finite"),
+    ({"until": 10**400}, "it must be finite"),
+    ({"mu": "٣"}, "mu = '٣': it must be a decimal"),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), BAD, ids=[str(c)[:30] for c, _ in BAD])
+def test_bad_input_is_refused_in_one_line_that_names_it(change, words):
+    with pytest.raises(InputError) as refusal:
+        scene(**change)
+    message = str(refusal.value)
+    assert words in message
+    assert "\n" not in message
+    assert len(message) < 200
+    assert isinstance(refusal.value, ValueError)
+
+
+def test_decimal_numbers_are_refused_rather_than_rounded():
+    with pytest.raises(InputError):
+        scene(sigma=Decimal("0.2"))
+
+
+def test_a_scene_is_frozen_equal_to_its_likes_and_pickles():
+    one = scene(sigma="1/3", name="one")
+    assert one == pickle.loads(pickle.dumps(one)) == scene(sigma=Fraction(1, 3), name="one")
+    with pytest.raises(FrozenInstanceError):
+        one.mu = 1
+
+
+def test_static_friction_is_kinetic_friction_unless_it_is_given():
+    assert scene(sigma="0.2").sigma0 == Fraction(1, 5)
+    assert scene(sigma0=3).sigma0 == 3
+
+
+def near(**changes):
+    given = {"manifold": "Pi2", "x": 0.3, "offset": 0, "z": 1, "sigma": 1, "mu": 1e-3, "until": 5}
+    return ap.Scene.near(**{**given, **changes})
+
+
+def test_a_start_near_a_manifold_keeps_the_offset_exactly():
+    assert near(offset="1e-300").near_to == ("Pi2", Fraction(1, 10**300))
+    assert near(offset=0.1).start[1] == pytest.approx(near().start[1] + 0.1)
+
+
+def test_the_start_shown_lies_on_the_slow_line_to_double_precision():
+    x, y, _ = near().start
+    slow = (1 - (1 + 4e-3) ** 0.5) / 2e-3
+    assert y == pytest.approx(slow * (x + 1), rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        ({"manifold": "Pi3"}, InputError, "manifold = 'Pi3': it must be one of Pi1, Pi2"),
+        ({"sigma": 0}, NoManifold, "Pi2 has no slow line at sigma = 0"),
+        ({"sigma": -1, "mu": 0.25, "z": -1}, NoManifold, "with b = 1 it needs 4 mu < b"),
+        ({"manifold": "Pi1", "mu": 1.25}, NoManifold, "it needs 4 mu < b"),
+        ({"z": -1}, InputError, "Pi2 lies in the mode slip_opposite; with x + y = -0.998703 here, z must be positive"),
+        ({"sigma": -1, "z": 1}, InputError, "z must be negative"),
+        ({"manifold": "Pi1", "z": 0}, InputError, "z must be positive"),
+        ({"offset": float("nan")}, InputError, "offset = nan"),
+        ({"x": "x"}, InputError, "x = 'x'"),
+    ],
+)
+def test_a_start_near_a_manifold_is_refused_where_there_is_none(change, error, words):
+    with pytest.raises(error, match=re.escape(words)):
+        near(**change)
