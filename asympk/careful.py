@@ -19,13 +19,16 @@ EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None
 
 
 class Story(NamedTuple):
-    """What became of trajectories: ``final`` (x, y, z), number of events, and which are in doubt.
+    """What became of trajectories: ``final`` (x, y, z) at the time ``reached``, number of events, and doubts.
+
+    A trajectory with more than ``MOST_EVENTS`` events is left there.
 
     ``events`` are arrays (trajectory, kind, t, x, y, z) in order of trajectory and time; ``rounds`` are arrays (rows,
     kind, duration), one of them for the first stretch of each trajectory, one for the second ...
     """
 
     final: tuple
+    reached: np.ndarray
     count: np.ndarray
     doubtful: np.ndarray
     events: tuple
@@ -78,9 +81,9 @@ def follow(sigma, sigma0, mu, x, y, z, until, told=None):
             motion = form(a, b, mu[rows], *(v[rows] for v in flight.state))
             kind[at], span[at] = flight.advance(rows, motion, known)
         rounds.append((live, kind, span))
-        live = live[(kind != NOTHING) & ~flight.doubtful[live]]
+        live = live[(kind != NOTHING) & ~flight.doubtful[live] & (flight.count[live] <= MOST_EVENTS)]
     x, y, _, z = flight.state
-    return Story((x, y, z), flight.count, flight.doubtful, flight.events(), rounds)
+    return Story((x, y, z), flight.t, flight.count, flight.doubtful, flight.events(), rounds)
 
 
 def _first_signs(sigma0, mu, x, y, s, z):
@@ -140,7 +143,6 @@ class _Flight:
         x, y, _, z = (v[rows] for v in self.state)
         self.blocks.append((rows, kind, self.t[rows], x, y, z))
         self.count[rows] += 1
-        self.doubtful[rows] |= self.count[rows] > MOST_EVENTS
 
     def _cross(self, rows, kind):
         """Set the signs that hold after the events."""

@@ -21,7 +21,7 @@ class Column:
     def rows(self, which):
         """Return the rows of a slice or of an array of indices as contiguous doubles, or the one value of all."""
         if self.values.size == 1:
-            return float(self.values.reshape(-1)[0])
+            return np.float64(self.values.reshape(-1)[0])
         if self.values.shape == self.shape and self.values.flags.c_contiguous:
             found = self.values.reshape(-1)[which]
         else:
@@ -86,10 +86,9 @@ def _read_each(name, values):
 
 
 def _require(name, values, allowed, words):
-    flat = values.reshape(-1)
-    if not values.size or (allowed(flat.min()) and allowed(flat.max())):
+    if not values.size or (allowed(float(values.min())) and allowed(float(values.max()))):
         return
-    at = _first(~allowed(values))
+    at = _first(~allowed(values.astype(float)))
     raise InputError(f"{_place(name, at)} = {values[at]}: it must be {words}")
 
 

@@ -17,6 +17,7 @@ from asympk import careful, courses, exact
 from asympk.columns import columns, require_order
 from asympk.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents
+from asympk.flow import MOST_EVENTS
 from asympk.path import KINDS
 from asympk.scene import Scene
 
@@ -128,6 +129,7 @@ def _common(arguments, start, stop, result):
 def _uncommon(arguments, rows, result):
     """Follow trajectories by the safeguarded flow, and those that it leaves in doubt one by one."""
     story = careful.certain(*(arguments[name].array(rows) for name in ORDER))
+    _require_few_events(rows, story)
     final = np.array([v.astype(float) for v in story.final])
     doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
     result.final[:, rows], result.count[rows] = final, story.count
@@ -136,6 +138,15 @@ def _uncommon(arguments, rows, result):
         result.notes.append((rows[trajectory], kind, *(v.astype(float) for v in state)))
     for row in rows[doubtful].tolist():
         _alone(arguments, row, result)
+
+
+def _require_few_events(rows, story):
+    many = np.flatnonzero((story.count > MOST_EVENTS) & ~story.doubtful)
+    if many.size:
+        i = many[0]
+        t, x, y, z = (float(v[i]) for v in (story.reached, *story.final))
+        raise TooManyEvents(f"trajectory {rows[i]}: more than {MOST_EVENTS} events by t = {t:.6g}, where (x, y, z) = "
+                            f"({x:.6g}, {y:.6g}, {z:.6g}); take a smaller until")
 
 
 def _alone(arguments, row, result):

@@ -8,6 +8,8 @@ import numpy as np
 
 from asympk.brackets import balance, newton, roots
 
+MOST_TERMS = 64
+
 
 class Motion:
     """The motion from (x0, y0, s0, z0) in the mode ``mu y' = a - b s``; ``a`` is one number, all else is arrays."""
@@ -270,16 +272,16 @@ class Smooth(Motion):
 def short_responses(beta, t):
     """Return (g', g, h, h + H) at short times from the Taylor series of g, whose terms obey a recurrence of two."""
     rate, g, h, k = np.ones_like(t), t.copy(), t * t / 2, t * t / 2 + t * t * t / 6
-    older, term, n = np.zeros_like(t), t / np.where(t > 0, t, 1), 1
+    older, term = np.zeros_like(t), np.ones_like(t)
     least = np.finfo(t.dtype).eps / 64
-    while True:
-        n += 1
-        older, term = term, -beta * t * (term + t * older / (n - 1)) / n
+    for n in range(2, MOST_TERMS):
+        older, term = term, -beta * t * (term + older * t / (n - 1)) / n
         rate += n * term
         g += term * t
         h += term * t * t / (n + 1)
         k += term * t * t * (1 + t / (n + 2)) / (n + 1)
-        over = n * (np.abs(term) + np.abs(older)) <= least
-        if over.all():
-            return rate, g, h, k
-        term, older = np.where(over, 0, term), np.where(over, 0, older)
+        goes_on = n * (np.abs(term) + np.abs(older)) > least
+        if not goes_on.any():
+            break
+        term, older = np.where(goes_on, term, 0), np.where(goes_on, older, 0)
+    return rate, g, h, k

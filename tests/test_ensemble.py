@@ -1,0 +1,335 @@
+"""Ensembles: the same flow as ``solve`` on every trajectory, whatever its neighbours, in bounded memory."""
+
+import tracemalloc
+
+import mpmath
+import numpy as np
+import pytest
+
+import asympk as ap
+from asympk import careful, columns, courses, ensemble, kernels
+from asympk.errors import InputError, TooLarge, TooManyEvents
+from asympk.path import KINDS
+
+PARAMETERS = [
+    (1, 1, 1e-3), (1, 1, 1e-6), (1, 1.5, 1e-2), (0.3, 0.3, 1e-3), (20, 25, 1e-4), (1, 1, 0.2), (1, 1, 1.5),
+    (1e-3, 1e-3, 0.1), (0, 0, 0.1), (-0.01, 0.5, 0.1), (-0.5, -0.5, 1e-3), (-1, -1, 1e-2), (-1.5, -1.5, 1e-4),
+    (-1.7, -1.2, 0.3), (-1.9, -1.9, 10), (5, 5, 10), (1e6, 1e6, 1e-9), (1, 1, 1e-300),
+]
+
+
+def starts(seed, n, reach=2.0):
+    return np.random.default_rng(seed).uniform(-reach, reach, (3, n))
+
+
+def scale(path):
+    x, _, z = path.final
+    return max(1, abs(x), abs(z), *(abs(v) for v in path.scene.start[::2]),
+               *(abs(v) for e in path.events for v in (e.x, e.z)))
+
+
+def events_of(events, trajectory):
+    rows = events.trajectory == trajectory
+    return list(zip(*(v[rows] for v in events[1:]), strict=True))
+
+
+def assert_same_as_solve(sigma, sigma0, mu, x, y, z, until, tolerance=2e-15):
+    many = ap.solve_many(sigma, mu, x, y, z, until, sigma0, events=True)
+    given = np.broadcast_arrays(sigma, sigma0, mu, x, y, z, until)
+    for i, (sigma_, sigma0_, mu_, *start, end) in enumerate(zip(*(v.ravel().tolist() for v in given), strict=True)):
+        path = ap.solve(ap.Scene(sigma_, mu_, tuple(start), end, sigma0_))
+        found, size = events_of(many.events(), i), scale(path)
+        assert [e[0] for e in found] == [e.kind for e in path.events]
+        assert many.n_events.ravel()[i] == len(path.events)
+        assert np.abs(many.final.reshape(3, -1)[::2, i] - path.final[::2]).max() <= tolerance * size
+        for (_, t, x_, _, z_), e in zip(found, path.events, strict=True):
+            assert abs(x_ - e.x) <= 1e-12 * size
+            assert abs(z_ - e.z) <= 1e-12 * size
+            assert abs(t - e.t) <= 1e-12 * (end + e.t)
+
+
+@pytest.mark.parametrize(("sigma", "sigma0", "mu"), PARAMETERS)
+def test_ensembles_tell_the_same_as_solve_of_random_starts(sigma, sigma0, mu):
+    assert_same_as_solve(sigma, sigma0, mu, *starts(1, 25), 5.0)
+
+
+def test_ensembles_tell_the_same_as_solve_over_the_whole_domain():
+    rng, n = np.random.default_rng(7), 150
+    sigma = np.where(rng.random(n) < 0.5, rng.uniform(-2, 3, n), 10 ** rng.uniform(-3, 6, n))
+    start = 10 ** rng.uniform(-12, 12, (3, n)) * rng.choice([-1, 1], (3, n))
+    assert_same_as_solve(sigma, sigma + rng.choice([0, 0.3], n), 10 ** rng.uniform(-300, 3, n), *start,
+                         10 ** rng.uniform(-6, 2, n))
+
+
+def test_ensembles_tell_the_same_as_solve_near_what_is_singular():
+    rng, n = np.random.default_rng(3), 150
+    nudge = np.array([0, 0, 2**-52, -(2**-52), 1e-12, -1e-8, 1e-5])
+    sigma = rng.choice([0, -1, -1.5, 1, 4, -0.5], n) * (1 + rng.choice(nudge, n)) + rng.choice([0, 1e-300, 1e-16], n)
+    mu = rng.choice([0.25, 0.5, 1.25, 1e-3, 1e-6], n) * (1 + rng.choice(nudge, n))
+    s = rng.choice([0.25, -0.5, 0.5, 1, -1, 0.2, 2], n) + rng.choice([1e-10, -1e-8, 0.1, -0.3], n)
+    x = rng.choice([0, 0.2, 1, -1, 3], n) + rng.choice([0, 1e-8, 0.1], n)
+    assert_same_as_solve(sigma, sigma, mu, x, s - x, rng.choice([0, 1, -1, 1e-10, -1e-8, 0.01], n), 5.0)
+
+
+@pytest.mark.parametrize("offset", [1e-3, -1e-6, 1e-9, -1e-12])
+@pytest.mark.parametrize("mu", [1e-1, 1e-3, 1e-6])
+def test_starts_beside_the_unstable_plane_leave_it_as_they_should(mu, offset):
+    x = np.array([0.3, -1.2, 1.7])
+    slow = -2 / (1 + np.sqrt(1 + 4 * mu))
+    assert_same_as_solve(1.0, 1.0, mu, x, slow * (x + 1) + offset, 1.0, 2.0)
+
+
+def test_starts_on_the_planes_themselves_go_the_way_of_solve():
+    x, s, z = (v.ravel() for v in np.meshgrid([0.5, -1.0], [0.0, 0.3, -0.7, 0.1, 1.5], [0.0, 1.0, -1.0]))
+    keep = (s == 0) | (z == 0)
+    assert_same_as_solve(1.0, 1.0, 1e-2, x[keep], (s - x)[keep], z[keep], 3.0)
+
+
+@pytest.mark.parametrize("mu", [1e-6, 1e-3, 1e-2])
+def test_final_states_are_right_to_forty_digits_of_the_flow(mu):
+    x, y, z = starts(11, 8)
+    many = ap.solve_many(1, mu, x, y, z, 5)
+    for i in range(x.size):
+        path = ap.solve(ap.Scene(1, mu, (x[i], y[i], z[i]), 5), digits=40)
+        size = float(scale(path))
+        assert all(abs(mpmath.mpf(many.final[j, i]) - path.final[j]) <= 1e-15 * size for j in (0, 2))
+
+
+@pytest.mark.parametrize(("sigma", "mu"), [(1, 1e-6), (1, 1e-3), (1, 1e-2), (0.2, 1e-4), (30, 1e-3), (1e3, 1e-12)])
+def test_the_kernels_and_the_safeguarded_flow_agree_where_a_course_applies(sigma, mu):
+    n = 4000
+    x, y, z = starts(5, n)
+    final, count, notes = np.empty((3, n)), np.zeros(n, dtype=int), []
+    with np.errstate(all="ignore"):
+        others = courses.follow(courses.Setting(float(sigma), float(sigma), mu), x, y, z, 5.0, final, count,
+                                lambda kind, rows, *state: notes.append((rows, KINDS.index(kind), *state)))
+        story = careful.certain(*(np.full(n, float(v)) for v in (sigma, sigma, mu)), x, y, z, np.full(n, 5.0))
+    common = ~story.doubtful
+    common[others] = False
+    assert common.mean() > 0.95
+    assert np.array_equal(count[common], story.count[common])
+    for axis in (0, 2):
+        assert np.abs(final[axis] - story.final[axis])[common].max() <= 1e-15 * 4
+    found = ensemble._in_order([(r[common[r]], k, *(np.broadcast_to(v, r.shape)[common[r]] for v in s))
+                                for r, k, *s in notes])
+    told = [v[common[story.events[0]]] for v in story.events]
+    assert np.array_equal(found.kind, np.array(KINDS)[told[1]])
+    assert np.abs(found.t / told[2] - 1).max() <= 1e-8
+    assert np.abs(found.x - told[3]).max() <= 4e-15
+    assert np.abs(found.z - told[5]).max() <= 4e-15
+
+
+def test_following_to_t1_and_on_to_t2_is_following_to_t2():
+    x, y, z = starts(2, 500)
+    sigma, mu = np.repeat([1.0, -0.7], 250), 10 ** np.random.default_rng(2).uniform(-6, -2, 500)
+    whole = ap.solve_many(sigma, mu, x, y, z, 3.0)
+    half = ap.solve_many(sigma, mu, x, y, z, 1.2)
+    rest = ap.solve_many(sigma, mu, *half.final, 1.8)
+    quiet = np.abs(half.final[2]) > 1e-3
+    assert quiet.mean() > 0.9
+    assert np.abs(rest.final - whole.final)[::2, quiet].max() < 1e-14
+    assert np.array_equal((half.n_events + rest.n_events)[quiet], whole.n_events[quiet])
+
+
+def mixed(n=900):
+    """Starts and parameters of which some take common courses, some do not, and few need the scalar flow."""
+    rng = np.random.default_rng(4)
+    sigma = rng.choice([1.0, 1.0, 0.4, -0.6, 3.0], n)
+    mu = rng.choice([1e-6, 1e-3, 1e-2, 0.4], n)
+    x, y, z = starts(4, n)
+    x[::97], y[::97], z[::97] = 0.5, -1.5 + 1e-14, 1.0
+    return sigma, mu, x, y, z, rng.uniform(0, 3, n)
+
+
+def same_bits(a, b):
+    return np.array_equal(np.asarray(a).view(np.int64), np.asarray(b).view(np.int64))
+
+
+def test_a_trajectory_alone_has_the_same_bits_as_among_others():
+    given = mixed()
+    many = ap.solve_many(*given, events=True)
+    for i in range(0, given[0].size, 29):
+        one = ap.solve_many(*(v[i] for v in given), events=True)
+        assert same_bits(one.final, many.final[:, i])
+        assert one.n_events == many.n_events[i]
+        assert events_of(one.events(), 0) == events_of(many.events(), i)
+
+
+@pytest.mark.parametrize(("chunk", "block"), [(7, 3), (64, 64), (333, 10), (10**6, 10**6)])
+def test_results_do_not_depend_on_where_chunks_end(monkeypatch, chunk, block):
+    given = mixed()
+    usual = ap.solve_many(*given, events=True)
+    monkeypatch.setattr(ensemble, "CHUNK", chunk)
+    monkeypatch.setattr(courses, "BLOCK", block)
+    other = ap.solve_many(*given, events=True)
+    assert same_bits(other.final, usual.final)
+    assert all(np.array_equal(a, b) for a, b in zip(other.events(), usual.events(), strict=True))
+
+
+def test_results_permute_with_the_trajectories():
+    given = mixed()
+    order = np.random.default_rng(8).permutation(given[0].size)
+    many, other = ap.solve_many(*given), ap.solve_many(*(v[order] for v in given))
+    assert same_bits(other.final, np.ascontiguousarray(many.final[:, order]))
+    assert np.array_equal(other.n_events, many.n_events[order])
+
+
+def test_a_parameter_may_be_a_number_or_an_array_of_it():
+    x, y, z = starts(6, 300)
+    numbers = ap.solve_many(1, 1e-3, x, y, z, 5)
+    arrays = ap.solve_many(np.full(300, 1), np.full(300, 1e-3), x, y, z, np.full(300, 5.0), np.full(300, 1.0))
+    assert same_bits(numbers.final, arrays.final)
+
+
+@pytest.mark.parametrize("name", ["exp", "expm1", "log", "log1p", "sin", "cos", "arctan2"])
+def test_functions_of_numpy_do_not_depend_on_the_place_in_an_array(name):
+    function, v = getattr(np, name), np.random.default_rng(0).uniform(0.1, 9, 1031)
+    more = (v[::-1].copy(),) if name == "arctan2" else ()
+    whole = function(v, *more)
+    for i in range(0, 1031, 13):
+        assert function(v[i : i + 1].copy(), *(m[i : i + 1].copy() for m in more))[0] == whole[i]
+        assert np.array_equal(function(v[i:].copy(), *(m[i:].copy() for m in more)), whole[i:])
+
+
+def test_arguments_broadcast_and_results_have_their_shape():
+    sigma, mu = np.array([1.0, -0.5, 2.0])[:, None, None], np.array([1e-3, 1e-2])[:, None]
+    many = ap.solve_many(sigma, mu, [0, 0.5, 1, -1], 0.2, -1.0, 5)
+    assert many.final.shape == (3, 3, 2, 4)
+    assert many.n_events.shape == (3, 2, 4)
+    assert many.n_events.dtype.kind == "i"
+    one = ap.solve_many(-0.5, 1e-2, 1, 0.2, -1.0, 5)
+    assert one.final.shape == (3,)
+    assert one.n_events.shape == ()
+    assert same_bits(one.final, np.ascontiguousarray(many.final[:, 1, 1, 2]))
+
+
+def test_arguments_of_any_order_in_memory_and_of_any_numbers_are_read_alike():
+    x, y, z = starts(9, 600).reshape(3, 20, 30)
+    plain = ap.solve_many(1, 1e-3, x, y, z, 5)
+    other = ap.solve_many("1", "1/1000", np.asfortranarray(x), y[:, ::-1][:, ::-1], z.tolist(), np.float32(5))
+    assert same_bits(plain.final, other.final)
+
+
+def test_no_trajectories_have_no_events():
+    none = ap.solve_many(1, 1e-3, np.zeros((0, 4)), 0.2, -1, 5)
+    assert none.final.shape == (3, 0, 4)
+    assert none.events().t.size == 0
+
+
+def test_events_are_ragged_in_order_of_time_and_snapped():
+    sigma, mu, *start, until = mixed()
+    many = ap.solve_many(sigma, mu, *start, until)
+    events = many.events()
+    assert np.array_equal(np.bincount(events.trajectory, minlength=until.size), many.n_events)
+    assert (np.diff(events.trajectory) >= 0).all()
+    assert (np.diff(events.t)[np.diff(events.trajectory) == 0] >= 0).all()
+    assert ((events.t >= 0) & (events.t <= until[events.trajectory])).all()
+    assert (events.z[events.kind != "force_zero"] == 0).all()
+    assert (events.y[events.kind == "force_zero"] == -events.x[events.kind == "force_zero"]).all()
+    onset = events.kind == "slip_onset"
+    edges = [1 / (sigma + 3), -1 / (sigma + 1)]
+    off = [np.abs((events.x + events.y)[onset] - edge[events.trajectory[onset]]) for edge in edges]
+    assert (np.minimum(*off) <= 1e-14 * (1 + np.abs(events.x[onset]))).all()
+
+
+def test_events_found_on_request_are_those_kept():
+    given = mixed()
+    kept, found = ap.solve_many(*given, events=True).events(), ap.solve_many(*given).events()
+    assert all(np.array_equal(a, b) for a, b in zip(kept, found, strict=True))
+
+
+def test_events_are_refused_when_the_arguments_have_changed_since():
+    x, y, z = starts(3, 50)
+    many = ap.solve_many(1, 1e-3, x, y, z, 5)
+    x[7] += 0.1
+    with pytest.raises(InputError, match="changed"):
+        many.events()
+
+
+def test_progress_is_told_after_each_chunk(monkeypatch):
+    monkeypatch.setattr(ensemble, "CHUNK", 40)
+    told = []
+    ap.solve_many(1, 1e-3, *starts(3, 100), 5, progress=lambda *now: told.append(now))
+    assert told == [(40, 100), (80, 100), (100, 100)]
+
+
+@pytest.mark.parametrize(("sigma", "few"), [(1.0, 20000), (-0.5, 5000)])
+def test_memory_beyond_the_result_does_not_grow_with_the_number_of_trajectories(monkeypatch, sigma, few):
+    monkeypatch.setattr(ensemble, "CHUNK", 1024)
+    monkeypatch.setattr(courses, "BLOCK", 512)
+    peaks = []
+    for n in (few, 4 * few):
+        x, y, z = starts(3, n)
+        tracemalloc.start()
+        many = ap.solve_many(sigma, 1e-6, x, y, z, 5)
+        peaks.append(tracemalloc.get_traced_memory()[1] - many.final.nbytes - many.n_events.nbytes)
+        tracemalloc.stop()
+    assert peaks[1] < 1.15 * peaks[0]
+
+
+BAD = {
+    "sigma": [(-2, "greater than -2"), (np.nan, "finite"), ([1, np.inf], r"sigma\[1\] = inf: .*finite"), ("x", "'x'")],
+    "mu": [(0, "positive"), ([[1, -1e-300]], r"mu\[0, 1\] = -1e-300: .*positive"), (None, "None"), (1j, "1j")],
+    "x": [([0, 1, np.nan], r"x\[2\] = nan"), ([True], "True"), ([[1], [1, 2]], "number"), (object(), "object")],
+    "z": [(10**400, "finite"), ("1/0", "zero"), (np.array(["a"]), r"z\[0\]")],
+    "until": [(-1e-9, "zero or positive"), (np.inf, "finite")],
+    "sigma0": [(0.5, r"sigma0 = 0.5: it must be at least sigma = 1"), ([1, 2, 0.9], r"sigma0\[2\] = 0.9")],
+}
+
+
+@pytest.mark.parametrize(("name", "value", "words"), [(n, v, w) for n, some in BAD.items() for v, w in some])
+def test_bad_arguments_are_refused_in_one_line_that_names_them(name, value, words):
+    good = {"sigma": 1, "mu": 1e-3, "x": 0, "y": 0.2, "z": -1, "until": 5}
+    with pytest.raises(InputError, match=words) as caught:
+        ap.solve_many(**{**good, name: value})
+    assert str(caught.value).startswith(name)
+    assert "\n" not in str(caught.value)
+
+
+def test_shapes_that_do_not_broadcast_are_refused_by_name():
+    with pytest.raises(InputError, match=r"^y has shape \(3,\): .*\(2,\)"):
+        ap.solve_many(1, 1e-3, [0, 1], [0, 1, 2], -1, 5)
+
+
+def test_too_many_events_name_the_trajectory_and_the_state(monkeypatch):
+    for module in (careful, ensemble):
+        monkeypatch.setattr(module, "MOST_EVENTS", 20)
+    with pytest.raises(TooManyEvents, match=r"trajectory 2: more than 20 events by t = .* where \(x, y, z\) = \("):
+        ap.solve_many(5, 10, [0, 0.1, 1e3], 0, -1, 1e3)
+
+
+def test_states_beyond_the_range_of_doubles_are_refused_by_name():
+    with pytest.raises(TooLarge, match="trajectory 1"):
+        ap.solve_many(1, 10, 0, [0.2, 8e307], 1, 5)
+
+
+def test_extended_precision_is_not_needed_for_being_right(monkeypatch):
+    x, y, z = starts(12, 6)
+    usual = ap.solve_many(-0.5, 1e-2, x, y, z, 5)
+    monkeypatch.setattr(careful, "EXTENDED", None)
+    other = ap.solve_many(-0.5, 1e-2, x, y, z, 5)
+    assert np.array_equal(usual.n_events, other.n_events)
+    assert np.abs(usual.final - other.final)[::2].max() < 3e-15
+
+
+def test_the_textbook_slow_root_would_lose_digits(monkeypatch):
+    x, y, z = starts(13, 100)
+    right = ap.solve_many(1, 1e-8, x, y, z, 5)
+    exact = kernels.mode
+
+    def textbook(a, b, mu):
+        slow = (-b + np.sign(b) * np.sqrt(b * b - 4 * mu * b)) / (2 * mu)
+        return exact(a, b, mu)._replace(slow=slow, lag=1 + slow)
+
+    monkeypatch.setattr(courses, "mode", textbook)
+    wrong = ap.solve_many(1, 1e-8, x, y, z, 5)
+    assert np.abs(wrong.final - right.final).max() > 1e-10
+
+
+def test_rows_of_a_column_are_those_of_the_broadcast_array():
+    shape, found = columns.columns({}, a=np.arange(3.0)[:, None], b=np.arange(4), c=2)
+    assert shape == (3, 4)
+    assert found["a"].rows(slice(2, 7)).tolist() == [0, 0, 1, 1, 1]
+    assert found["b"].rows(np.array([0, 5, 11])).tolist() == [0, 1, 3]
+    assert found["c"].rows(slice(0, 2)) == 2.0
+    assert found["c"].array(slice(1, 3)).tolist() == [2.0, 2.0]
