@@ -10,7 +10,7 @@ from pathlib import Path
 import sympy as sp
 
 from asympk import chart, collisions, convergence, gallery, leastmap, style
-from asympk.divide import divide
+from asympk.divide import DEPTH, divide
 from asympk.errors import InputError
 from asympk.figures import cheapest, outcome
 from asympk.jump import first_integral, jump_map
@@ -35,7 +35,7 @@ def macros(root):
     kept = Path(root) / "paper" / "generated" / "rows"
     found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
     told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
-            "plane": of_plane}
+            "plane": of_plane, "nonlinear": of_nonlinear}
     for name, tell in told.items():
         if (kept / f"{name}.csv").is_file():
             found |= tell(read_rows(kept / f"{name}.csv"))
@@ -113,14 +113,14 @@ def jump_law():
 
 
 def escape():
-    """Return the times to leave the divide from an offset delta to its load, and from one that is exp(-kappa/mu)."""
+    """Return the times to leave the divide from an offset delta to its load, and from one that is exp(-q/mu)."""
     found = divide(pk.system())
     above, below = found.escape_above, found.escape_below
     return {
         "escapeAbove": formula(above.coefficient(1)),
         "escapeBelowLog": formula(below.coefficient(1, 1)),
         "escapeBelow": formula(below.coefficient(1)),
-        "delayTime": formula(found.delay.coefficient(0)),
+        "delayTime": formula(found.delay.coefficient(0).subs(DEPTH, sp.Symbol("q"))),
     }
 
 
@@ -227,6 +227,14 @@ def of_plane(rows):
     (mu,) = {row["mu"] for row in rows}
     counts = {"planeRuns": str(len(rows)), "planeWrong": str(len(wrong))}
     return {**counts, "planeWrongNames": listed(names), "planeMu": power(mu)}
+
+
+def of_nonlinear(rows, kappa=1):
+    """Return what the small-angle models miss of the rod with its geometry kept, at the least mu."""
+    least = min(row["mu"] for row in rows if row["kappa"] == kappa)
+    here = {row["method"]: row["final_error"] for row in rows if (row["kappa"], row["mu"]) == (kappa, least)}
+    names = {"nonlinearExact": "exact", "nonlinearZero": "jump 0", "nonlinearOne": "jump 1"}
+    return {"nonlinearMu": power(least), **{name: power(here[method]) for name, method in names.items()}}
 
 
 def rounded(ratio):

@@ -10,12 +10,14 @@ from html import escape
 from pathlib import Path
 
 from asympk import numbers
+from asympk.chart import method_table
 from asympk.errors import InputError
 from asympk.figures import save
 from asympk.files import write_text
 from asympk.gallery import pictures
 from asympk.mathml import mathml
 from asympk.regenerate import project
+from asympk.rows import read_rows
 from asympk.tables import TABLES
 from asympk.tabular import as_cell
 
@@ -25,6 +27,8 @@ h1, h2 { line-height: 1.2; font-weight: 600; } h2 { margin-top: 2.5rem; }
 figure { margin: 2rem 0; } figure svg { display: block; width: 100%; max-width: 32rem; height: auto; margin: 0 auto; }
 figcaption, caption { font-size: .9rem; color: #333; text-align: left; padding: .5rem 0; caption-side: top; }
 .wide { overflow-x: auto; margin: 2rem 0; } table { border-collapse: collapse; font-size: .9rem; }
+td { white-space: nowrap; } td.long { white-space: normal; min-width: 15rem; }
+caption div { max-width: min(46rem, 100vw - 2rem); }
 th, td { text-align: left; padding: .3rem .7rem .3rem 0; vertical-align: top; }
 thead th { border-bottom: 1px solid #111; }
 tbody tr { border-bottom: 1px solid #ddd; } math { font-size: 1.05em; } .law { overflow-x: auto; overflow-y: hidden; }
@@ -37,6 +41,7 @@ LAW = (
     r"\zeta = \jumpZRestLogs \jumpZRest",
     r"\Lambda_1 = \firstLog, \quad \Lambda_2 = \secondLog",
 )
+LONG = 50  # characters of a cell beyond which it may break into lines
 _FLOAT = re.compile(r"\\begin\{(figure|table)\*?\}(.*?)\\end\{\1\*?\}", re.DOTALL)
 _MACRO = re.compile(r"\\([A-Za-z]+)(?:\{\})?")
 
@@ -50,6 +55,7 @@ def write_page(root, out, progress=None):
     reader = Reader(found, works((root / "paper" / "refs.bib").read_text(encoding="utf-8")))
     drawn = {picture.name: picture for picture in pictures(root)}
     made = {make.__name__.removesuffix("_table"): make for make in TABLES}
+    made["methods"] = lambda: method_table(read_rows(root / "paper" / "generated" / "rows" / "work.csv"))
     parts = []
     for kind, body in _FLOAT.findall(source):
         caption = reader.html(argument(body, "caption"))
@@ -131,6 +137,7 @@ class Reader:
         while r"\ensuremath{" in latex:
             formula = argument(latex, "ensuremath")
             latex = latex.replace(rf"\ensuremath{{{formula}}}", mathml(formula), 1)
+        latex = re.sub(r"\\fuf\{([\d.]+)\}", r"(\1)", latex)
         latex = re.sub(r"\\emph\{(.*?)\}", r"<em>\1</em>", latex)
         latex = latex.replace("--", "–").replace("~", " ").replace(r"\_", "_").replace(r"\&", "&amp;")
         latex = re.sub(r"\{([^{}\\]*)\}", r"\1", latex)
@@ -158,15 +165,16 @@ def _plain(name):
 def table_html(table, caption, reader):
     """Return a table as HTML, formulas as MathML."""
     head = "".join(f"<th>{reader.html(as_cell(c).latex)}</th>" for c in table.header)
-    rows = "\n".join("<tr>" + "".join(f"<td>{_cell(c, reader)}</td>" for c in row) + "</tr>" for row in table.rows)
-    return (f'<div class="wide"><table><caption>{caption}</caption>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n'
-            "</tbody></table></div>")  # fmt: skip
+    rows = "\n".join(f"<tr>{''.join(_cell(c, reader) for c in row)}</tr>" for row in table.rows)
+    top = f"<caption><div>{caption}</div></caption>\n<thead><tr>{head}</tr></thead>"
+    return f'<div class="wide"><table>{top}\n<tbody>\n{rows}\n</tbody></table></div>'
 
 
 def _cell(content, reader):
     latex = as_cell(content).latex
     emphasised = re.fullmatch(r"\\emph\{(.*)\}", latex, re.DOTALL)
-    return f"<em>{reader.html(emphasised[1])}</em>" if emphasised else reader.html(latex)
+    inside = f"<em>{reader.html(emphasised[1])}</em>" if emphasised else reader.html(latex)
+    return f'<td class="long">{inside}</td>' if len(as_cell(content).text) > LONG else f"<td>{inside}</td>"
 
 
 def figure_html(picture, caption):

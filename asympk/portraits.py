@@ -95,7 +95,7 @@ def _planes(ax, sigma):
         side = 1 if name == "Gamma1" else -1
         ax.annotate(rf"$\Gamma_{name[-1]}$", (at[name], 0), (4 * side, -8), textcoords="offset points", ha="center",
                     va="center")
-        far = 16 if side > 0 else -16
+        far = 4 if side > 0 else -16
         ax.annotate(f"$G_{name[-1]}$", (far, 0), (0, -9), textcoords="offset points", ha="center", va="center")
     ax.plot((at["Pi1"],) * 2, (0, high), **SLOW, zorder=2)
     ax.annotate(r"$\Pi_1$", (at["Pi1"], high), (5, -14), textcoords="offset points", ha="left", va="top")
