@@ -36,7 +36,7 @@ class FastSlow:
         self.slow_z = self.fall * k / rho
         shares = self.fast_x, self.fast_s, self.fast_z, self.slow_z
         self.sizes = tuple(map(abs, (*shares, self.lift, self.line, self.rest, self.fast_rate)))
-        self.turn = -(self.lift * self.slow_rate) / (self.fast_s * self.fast_rate)
+        self.turn = m.log(abs(self.lift * self.slow_rate)) - m.log(abs(self.fast_s * self.fast_rate))
 
     def start(self, x, y, s, z, deviation=None):
         """Return the motion from a state; its ``deviation`` from the slow line may be known better than the state."""
@@ -74,12 +74,11 @@ class FastSlowSegment:
         return min(until, (m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
 
     def turning(self):
-        """Return the time after 0 at which s has its extremum, or None."""
-        mode = self.mode
-        ratio = mode.turn * self.slow / self.fast if self.fast else 0
-        if ratio <= 0:
+        """Return the time after 0 at which s has its extremum, or None: the two parts of s' must have opposite signs."""
+        mode, fast, slow = self.mode, self.fast, self.slow
+        if not fast or not slow or (fast > 0) != (slow > 0):
             return None
-        t = mode.m.log(ratio) / mode.gap
+        t = (mode.m.log(slow / fast) + mode.turn) / mode.gap
         return t if t > 0 else None
 
     def state(self, t):
