@@ -8,11 +8,14 @@ import subprocess
 from pathlib import Path
 
 from asympk import collisions, convergence, leastmap, numbers
+from asympk.chart import method_table
 from asympk.errors import InputError, UnknownName
 from asympk.figures import save
 from asympk.files import write_text
 from asympk.gallery import README, pictures
 from asympk.regenerate import project, write_tables
+from asympk.rows import read_rows
+from asympk.tabular import latex, text
 
 PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
 ROWS = {"convergence": convergence.write, "collisions": collisions.write, "least": leastmap.write}
@@ -27,6 +30,7 @@ def build(root, progress=None):
     root, tell = project(root), progress or (lambda message: None)
     generated = root / "paper" / "generated"
     made = [*write_rows(generated / "rows", tell), *write_figures(root, tell), *write_tables(root)]
+    made += write_method_table(generated)
     tell("writing numbers")
     made.append(write_text(generated / "numbers.tex", numbers.as_latex(numbers.macros(root))))
     lines = [f"wrote {len(made)} files under {generated}"]
@@ -69,6 +73,15 @@ def write_figures(root, tell):
         kinds = ("pdf", "svg") if picture.name in README else ("pdf",)
         written += [save(figure, out / f"{picture.name}.{kind}") for kind in kinds]
     return written
+
+
+def write_method_table(generated):
+    """Write the chart's table of methods where its rows are; return the files."""
+    if not (generated / "rows" / "work.csv").is_file():
+        return []
+    table = method_table(read_rows(generated / "rows" / "work.csv"))
+    dresses = {".tex": latex, ".csv": text}
+    return [write_text(generated / "tables" / f"{table.name}{end}", dress(table)) for end, dress in dresses.items()]
 
 
 def typeset(paper):
