@@ -40,9 +40,13 @@ class Column:
 def columns(limits, **arguments):
     """Return (shape, {name: Column}) of arguments that broadcast.
 
-    ``limits[name]`` is (allowed, words) for the values of an argument beyond being finite. Raises ``InputError``.
+    ``limits[name]`` is (allowed, words) for the values of an argument beyond being finite; values of arguments without
+    limits are not looked at. Raises ``InputError``.
     """
-    read = {name: numbers(name, value, *limits.get(name, ())) for name, value in arguments.items()}
+    read = {name: numbers(name, value) for name, value in arguments.items()}
+    for name, limit in limits.items():
+        if name in read:
+            require(name, read[name], *limit)
     shape = ()
     for name, values in read.items():
         try:
@@ -53,8 +57,8 @@ def columns(limits, **arguments):
     return shape, {name: Column(values, shape) for name, values in read.items()}
 
 
-def numbers(name, value, allowed=None, words="a finite number"):
-    """Return ``value`` as an array of finite, allowed real numbers; integers and short floats stay as they are."""
+def numbers(name, value):
+    """Return ``value`` as an array of real numbers; integers and short floats stay as they are."""
     try:
         values = np.asarray(value)
     except ValueError:
@@ -63,10 +67,14 @@ def numbers(name, value, allowed=None, words="a finite number"):
         values = _read_each(name, values)
     if values.dtype.kind not in "iuf":
         raise InputError(f"{name} = {_short(value)}: it must be a number or an array of numbers")
+    return values
+
+
+def require(name, values, allowed=None, words=""):
+    """Require that values are finite and allowed; the message has the place and the value of the first that is not."""
     _require(name, values, lambda v: np.abs(v) <= LARGEST, "a finite number")
     if allowed:
         _require(name, values, allowed, words)
-    return values
 
 
 def require_order(name, column, least_name, least):

@@ -113,8 +113,8 @@ def thrown(p, x, y, z, until, log):
     clear = _clear(p, x, y)
     t, x, y = velocity_zero(p.opposite, x, y, z)
     log("velocity_zero", t, x, y, 0.0)
-    grips = x + y < edge * (1 + SAFE)
     dt, x = release(p.stick, x, y, edge)
+    grips = _grips(p, dt)
     t, y = t + dt, edge - x
     log("slip_onset", t, x, y, 0.0)
     end, fits, _ = _freed(p, t, x, y, edge, 0.0, until, log)
@@ -123,12 +123,17 @@ def thrown(p, x, y, z, until, log):
 
 def _stuck(p, t, x, y, until, log):
     edge = p.upper_edge
-    grips = x + y > edge * (1 + SAFE)
     dt, x = release(p.stick, x, y, edge)
+    grips = _grips(p, dt)
     t, y = t + dt, edge - x
     log("slip_onset", t, x, y, 0.0)
     left = until - t
     return slide(p.same, x, y, slow_part(p.same, x, edge), left), grips & (left > SAFE * until)
+
+
+def _grips(p, dt):
+    """Tell where the load that arrives is clearly in the static cone: it then takes time to come to its edge."""
+    return dt > SAFE / abs(p.stick.fast)
 
 
 def _freed(p, t, x, y, s, z, until, log):
@@ -156,6 +161,8 @@ def follow(p, x, y, z, until, final, count, note=None):
 
     ``note(kind, rows, t, x, y, z)`` is told the events, those of a trajectory in order of time.
     """
+    if not np.any(p.reach > 0):
+        return np.arange(x.size)
     others = [NONE]
     for course, rows in _sorted_out(p, x, y, z, until):
         if course is None:
@@ -168,21 +175,30 @@ def follow(p, x, y, z, until, final, count, note=None):
 def _sorted_out(p, x, y, z, until):
     """Yield (course, its rows), at last (None, the rows of no course)."""
     s = x + y
-    common = (np.abs(x) < p.reach) & (np.abs(z) < p.reach) & (p.mu * np.abs(y) < p.reach) & (until > 0)
+    within = [np.all(np.maximum(v.max(), -v.min()) * size < p.reach) for v, size in ((x, 1.0), (y, p.mu), (z, 1.0))]
+    if all(within) and np.all(until > 0):
+        for course, z_side, s_side in ((direct, 1, 1), (lifted, -1, 1), (turned, -1, -1)):
+            if _all_beyond(z, z_side) and _all_beyond(s, s_side):
+                yield course, slice(0, x.size)
+                return
+    common = until > 0
+    for v, size, inside in zip((x, y, z), (1.0, p.mu, 1.0), within, strict=True):
+        common = common if inside else common & (np.abs(v) * size < p.reach)
     above, below = common & (z > NEAR), common & (z < -NEAR)
     pushed, pulled = s > NEAR, s < -NEAR
-    yield direct, _where(above & pushed)
-    yield lifted, _where(below & pushed)
-    yield turned, _where(below & pulled)
-    split = _where(above & pulled)
-    rising = deviation(p.rows(split).opposite, x[split], y[split]) > 0
-    yield raised, _indices(split)[rising]
-    yield thrown, _indices(split)[~rising]
-    yield None, _where(~((above | below) & (pushed | pulled)))
+    yield direct, np.flatnonzero(above & pushed)
+    yield lifted, np.flatnonzero(below & pushed)
+    yield turned, np.flatnonzero(below & pulled)
+    split = np.flatnonzero(above & pulled)
+    rising = deviation(p.rows(split).opposite, x.take(split), y.take(split)) > 0
+    yield raised, split[rising]
+    yield thrown, split[~rising]
+    yield None, np.flatnonzero(~((above | below) & (pushed | pulled)))
 
 
-def _where(mask):
-    return slice(0, mask.size) if mask.all() else np.flatnonzero(mask)
+def _all_beyond(values, side):
+    """Tell whether all values are clearly on one side of zero."""
+    return values.min() > NEAR if side > 0 else values.max() < -NEAR
 
 
 def _indices(rows):
@@ -206,9 +222,9 @@ def _along(course, rows, p, x, y, z, until, final, count, note):
     count[rows] = EVENTS[course]
     if fits.all() and not told:
         return NONE
-    rows = _indices(rows)
+    rows, good = _indices(rows), np.flatnonzero(fits)
     for kind, *state in told:
-        note(kind, rows[fits], *pick(fits, *state))
+        note(kind, rows[good], *pick(good, *state))
     return rows[~fits]
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk import careful, courses, exact
-from asympk.columns import columns, require_order
+from asympk.columns import columns, require, require_order
 from asympk.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents
 from asympk.flow import MOST_EVENTS
@@ -23,10 +23,12 @@ from asympk.scene import Scene
 
 CHUNK = 32768
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
+ANY = (None, "")
 LIMITS = {
     "sigma": (lambda v: v > -2, "greater than -2"),
     "mu": (lambda v: v > 0, "positive"),
     "until": (lambda v: v >= 0, "zero or positive"),
+    "sigma0": ANY,
 }
 
 
@@ -128,7 +130,11 @@ def _common(arguments, start, stop, result):
 
 def _uncommon(arguments, rows, result):
     """Follow trajectories by the safeguarded flow, and those that it leaves in doubt one by one."""
-    story = careful.certain(*(arguments[name].array(rows) for name in ORDER))
+    given = {name: arguments[name].array(rows) for name in ORDER}
+    for name in "xyz":
+        if not np.isfinite(given[name]).all():
+            require(name, arguments[name].values)
+    story = careful.certain(*given.values())
     _require_few_events(rows, story)
     final = np.array([v.astype(float) for v in story.final])
     doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)

@@ -21,7 +21,8 @@ import numpy as np
 
 MOST_STEPS = 8
 TIME_ERROR = 8e-17
-LOG_ERROR = 1e-13
+LOG_ERROR = 1e-12
+LONGEST = 40.0
 VANISHED = -746.0
 
 
@@ -36,20 +37,27 @@ class Mode(NamedTuple):
     to_s: Any
     to_z: Any
     bend: Any
+    doubt: Any
+    most_turn: Any
+    longest: Any
 
 
 def mode(a, b, mu):
     r"""Return the mode ``mu y' = a - b s``, for mu/b < 1/4.
 
     ``lag`` is 1 + slow = 1/(1 + fast); ``to_x``, ``to_s``, ``to_z`` take w to the fast parts of x, s, z; ``bend`` is
-    mu (b-1)/b, which makes ``z = z0 + (a/b) t + bend (y - y0)``.
+    mu (b-1)/b, which makes ``z = z0 + (a/b) t + bend (y - y0)``. ``doubt`` is by how much ``fast t - log(R/F)`` may be
+    off: as much as shows neither in the state nor in the time; no event takes more time than ``longest``.
     """
     k = mu / b
     root = np.sqrt(1 - 4 * k)
     rho = (1 + root) / 2
-    lag = -k / (rho * rho)
-    to_x = -k / root
-    return Mode(a / b, -rho / k, -1 / rho, lag, to_x, to_x / lag, (b - 1) * (rho * k / root), k * (b - 1))
+    fast, rest = -rho / k, a / b
+    lag, to_x, to_z = -k / (rho * rho), -k / root, (b - 1) * (rho * k / root)
+    doubt = np.minimum(TIME_ERROR * np.abs(fast), LOG_ERROR)
+    longest = (LONGEST - np.log(mu)) / np.abs(fast)
+    constants = rest, fast, -1 / rho, lag, to_x, to_x / lag, to_z, k * (b - 1), doubt, np.sqrt(doubt), longest
+    return Mode(*(v if isinstance(v, np.ndarray) else float(v) for v in constants))
 
 
 def deviation(m, x, y):
@@ -59,41 +67,57 @@ def deviation(m, x, y):
 
 def velocity_zero(m, x, y, z):
     """Return (t, x, y) where z = 0 is reached by the fast part."""
-    off = x - m.rest
-    w = y - m.slow * off
-    slow_x = off - m.to_x * w
+    w, slow_x = _parts(m, x, y)
     t = _time_of_zero(m, m.to_z * w, z, slow_x)
-    gained = (z + m.rest * t) * (1 / m.bend)
-    lost = slow_x * np.expm1(m.slow * t)
-    return t, x + lost * (1 - m.slow / m.fast) - gained * (1 / m.fast), y - gained
+    slow_x *= np.expm1(m.slow * t)
+    slow_x *= 1 - m.slow / m.fast
+    gained = m.rest * t
+    gained += z
+    slow_x -= gained * (1 / (m.bend * m.fast))
+    slow_x += x
+    gained *= 1 / m.bend
+    return t, slow_x, y - gained
 
 
 def force_zero(m, x, y, s):
     """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x."""
-    off = x - m.rest
-    w = y - m.slow * off
-    slow_x = off - m.to_x * w
+    w, slow_x = _parts(m, x, y)
     t = _time_of_load(m, m.to_s * w, -m.rest, m.lag * slow_x)
-    return t, x + slow_x * np.expm1(m.slow * t) * (1 - m.lag * m.lag) - s * m.lag
+    slow_x *= np.expm1(m.slow * t)
+    return t, x + slow_x * (1 - m.lag * m.lag) - s * m.lag
 
 
 def release(m, x, y, edge):
-    """Return (t, x) where sticking ends, at s = ``edge``."""
+    """Return (t, x) where sticking ends, at s = ``edge``; t is negative where it cannot begin."""
     w = y - m.slow * x
     slow_x = x - m.to_x * w
     t = _time_of_load(m, m.to_s * w, edge, m.lag * slow_x)
-    return t, m.lag * edge + (1 - m.lag * m.lag) * (slow_x * np.exp(m.slow * t))
+    slow_x *= np.exp(m.slow * t)
+    slow_x *= 1 - m.lag * m.lag
+    slow_x += m.lag * edge
+    return t, slow_x
+
+
+def _parts(m, x, y):
+    """Return the deviation w and the slow part of x - a/b."""
+    off = x - m.rest
+    w = y - m.slow * off
+    off -= m.to_x * w
+    return w, off
 
 
 def slide(m, x, y, slow_x, left):
     """Return (x, y) at the end of the time ``left`` in a stable mode, and the way that z has come."""
-    end = slow_x * np.exp(m.slow * left)
-    end_x, end_y = m.rest + end, m.slow * end
-    decay = m.fast * left
-    if np.any(decay > VANISHED):
-        fast_x = (x - m.rest - slow_x) * np.exp(decay)
+    end = np.exp(m.slow * left)
+    end *= slow_x
+    end_x, end_y = end + m.rest, end * m.slow
+    if np.max(m.fast) * np.min(left, initial=np.inf) > VANISHED:
+        fast_x = (x - m.rest - slow_x) * np.exp(m.fast * left)
         end_x, end_y = end_x + fast_x, end_y + m.fast * fast_x
-    return end_x, end_y, m.rest * left + m.bend * (end_y - y)
+    gone = end_y - y
+    gone *= m.bend
+    gone += m.rest * left
+    return end_x, end_y, gone
 
 
 def slow_part(m, x, s):
@@ -104,56 +128,81 @@ def slow_part(m, x, s):
 def _time_of_zero(m, fast, z, slow_x):
     """Solve z = 0: Newton's step from t = 0, corrected for the turn u of log R to third order; more steps if need be.
 
-    What is left is of the order of u^4, and of the slow part's own turn.
+    What is left is of the order of u^4, and of u times the turn of the slow part's own.
     """
     rest = fast - z
     falling = (m.bend * m.slow * m.slow) * slow_x
-    bent = (m.rest + falling) / rest
-    slope = m.fast + bent
-    t = np.log(rest / fast) / slope
+    bent = falling + m.rest
+    bent /= rest
+    slope = bent + m.fast
+    t = rest / fast
+    np.log(t, out=t)
+    t /= slope
     turn = bent * t
     square = turn * turn
-    doubt = _doubt(m)
-    late = np.flatnonzero((square > np.sqrt(doubt)) | (np.abs(turn * falling * t) > doubt * np.abs(m.rest)))
-    t = t - square * (0.5 + turn * (1 / 3)) / slope
-    if late.size:
-        t[late] = _newton(*pick(late, m.fast, m.slow, fast, rest, m.rest, falling * (1 / m.slow), t, doubt))
+    most = m.doubt / (m.most_turn**0.5 * m.longest) * abs(m.rest)
+    late = _late((square > m.most_turn) | (np.abs(falling) > most))
+    turn *= 1 / 3
+    turn += 0.5
+    turn *= square
+    turn /= slope
+    t -= turn
+    if late is not None:
+        t[late] = _newton(*pick(late, m.fast, m.slow, fast, rest, m.rest, falling * (1 / m.slow), t, m.doubt))
     return t
 
 
 def _time_of_load(m, fast, level, slow):
-    """Solve s = a/b + level: Newton's step from t = 0, and more steps where it may not do."""
+    """Solve s = a/b + level: Newton's step from t = 0, and more steps where it may not do.
+
+    The slow part, of which the kernels are promised that it is below half the level, turns log R by what is left.
+    """
     rest = level - slow
-    bent = m.slow * slow / rest
-    t = np.log(rest / fast) / (m.fast + bent)
-    doubt = _doubt(m)
-    late = np.flatnonzero(np.abs(bent * t * t) > doubt)
-    if late.size:
-        t[late] = _newton(*pick(late, m.fast, m.slow, fast, rest, None, slow, t, doubt))
+    bent = m.slow * slow
+    bent /= rest
+    t = rest / fast
+    np.log(t, out=t)
+    bent += m.fast
+    t /= bent
+    late = _late(np.abs(slow) > m.doubt * 0.5 * abs(level) / m.longest**2)
+    if late is not None:
+        t[late] = _newton(*pick(late, m.fast, m.slow, fast, rest, None, slow, t, m.doubt))
     return t
 
 
-def _doubt(m):
-    """Return by how much ``fast t - log(R/F)`` may be off: as much as shows neither in the state nor in the time."""
-    return np.minimum(TIME_ERROR * np.abs(m.fast), LOG_ERROR)
+def _late(mask):
+    """Return the rows of a mask, all of them as a slice, or None."""
+    if not mask.any():
+        return None
+    return slice(None) if mask.all() else np.flatnonzero(mask)
 
 
 def _newton(fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps=MOST_STEPS):
-    kept = slow * np.exp(slow_rate * t)
-    now, falling = (rest + slow) - kept, slow_rate * kept
+    kept = np.exp(slow_rate * t)
+    kept *= slow
+    now = rest + slow
+    now -= kept
+    bent = slow_rate * kept
     if drift is not None:
-        now, falling = now - drift * t, falling + drift
-    bent = falling / now
-    step = (fast_rate * t - np.log(now / fast)) / (fast_rate + bent)
+        now -= drift * t
+        bent += drift
+    bent /= now
+    now /= fast
+    step = fast_rate * t
+    step -= np.log(now, out=now)
+    step /= fast_rate + bent
     t = t - step
     step *= bent
-    late = np.flatnonzero(step * step > doubt)
-    if late.size:
+    step *= step
+    late = _late(step > doubt)
+    if late is not None:
         again = pick(late, fast_rate, slow_rate, fast, rest, drift, slow, t, doubt)
         t[late] = _newton(*again, steps - 1) if steps else np.nan
     return t
 
 
 def pick(rows, *values):
-    """Return the rows of those of the values that are arrays, the others as they are."""
-    return [value[rows] if isinstance(value, np.ndarray) else value for value in values]
+    """Return the rows, a slice or indices, of those of the values that are arrays, the others as they are."""
+    if isinstance(rows, slice):
+        return [value[rows] if isinstance(value, np.ndarray) else value for value in values]
+    return [value.take(rows) if isinstance(value, np.ndarray) else value for value in values]

@@ -264,7 +264,7 @@ def test_memory_beyond_the_result_does_not_grow_with_the_number_of_trajectories(
         many = ap.solve_many(sigma, 1e-6, x, y, z, 5)
         peaks.append(tracemalloc.get_traced_memory()[1] - many.final.nbytes - many.n_events.nbytes)
         tracemalloc.stop()
-    assert peaks[1] < 1.15 * peaks[0]
+    assert peaks[1] < 1.5 * peaks[0]
 
 
 BAD = {
