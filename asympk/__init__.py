@@ -63,7 +63,8 @@ def __getattr__(name):
         raise AttributeError(f"module 'asympk' has no attribute {name!r}")
     home = _HOME[name]
     module = import_module(f"asympk.{home or name}")
-    return getattr(module, name) if home else module
+    found = globals()[name] = getattr(module, name) if home else module
+    return found
 
 
 def __dir__():

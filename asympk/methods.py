@@ -1,5 +1,6 @@
 """The door to every model: ``solve(scene, method=...)`` looks the method up and loads its module only then."""
 
+from functools import cache
 from importlib import import_module
 
 from asympk.errors import UnknownName
@@ -32,4 +33,9 @@ def solve(scene, method="exact", **options):
     """
     if method not in METHODS:
         raise UnknownName(f"method {method!r} is unknown; choose one of {', '.join(METHODS)}")
-    return import_module(f"asympk.{METHODS[method]}").run(scene, method, **options)
+    return _runner(METHODS[method])(scene, method, **options)
+
+
+@cache
+def _runner(module):
+    return import_module(f"asympk.{module}").run
