@@ -1,14 +1,17 @@
-r"""The common courses of a trajectory for sigma > 0 and small mu, each a chain of branch-free kernels.
+r"""The common courses of a trajectory for small mu, each a chain of branch-free kernels.
 
-The signs of z and of s = x + y at the start, and in z > 0 > s the side of the unstable plane, name the course:
+The sign of sigma and, at the start, the signs of z and s = x + y and the side of the unstable plane name the course:
 
-    z > 0 < s   slip_same
-    z < 0 < s   slip_opposite, stick, slip_same                                   (claims C23, C24)
-    z < 0 > s   slip_same, slip_opposite, stick, slip_same
-    z > 0 > s   slip_opposite, slip_same, or slip_opposite, stick, slip_opposite, slip_same          (C25, C26)
+                    sigma > 0 (steep)                                        sigma < 0 (shallow)
+    z > 0 < s       direct: slip_same                                        direct
+    z > 0 > s       raised: slip_opposite, slip_same                         raised
+                    thrown: slip_opposite, stick, slip_opposite, slip_same
+    z < 0 < s       lifted: slip_opposite, stick, slip_same                  drifted: likewise, by way of Pi2, or
+                                                                             passed: slip_opposite, slip_same
+    z < 0 > s       turned: slip_same, and then as for z < 0 < s
 
-What makes these courses certain is that the slow part of every s is small (``reach``). Each course returns, with the
-final state, where it applies; nothing is promised elsewhere.
+These are the claims C23-C26 and C30. What makes them certain is that the slow part of every s is small (``reach``).
+A course returns the final state and where it applies; nothing is promised elsewhere.
 """
 
 from dataclasses import dataclass
@@ -17,7 +20,17 @@ from typing import Any
 
 import numpy as np
 
-from asympk.kernels import deviation, force_zero, mode, pick, release, slide, slow_part, velocity_zero
+from asympk.kernels import (
+    deviation,
+    force_zero,
+    mode,
+    pick,
+    release,
+    slide,
+    slow_part,
+    velocity_zero,
+    velocity_zero_slowly,
+)
 
 SAFE = 1e-10
 NEAR = 1e-6
@@ -59,56 +72,91 @@ class Setting:
         return -1 / (self.sigma0 + 1)
 
     @cached_property
+    def steep(self):
+        return np.greater(self.sigma, 0)
+
+    @cached_property
+    def holds(self):
+        """Whether z = 0 is met within the static cone by what comes along Pi2, where s = -1/sigma."""
+        return np.greater(self.sigma0 + 3, -self.sigma)
+
+    @cached_property
     def reach(self):
         r"""Bound on |x|, |z| and mu |y| below which the courses hold, or 0.
 
-        It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2 (sigma+1) and 2/edge: then s and
-        s' have at most one zero in a mode of a course, and so has z or it has none.
+        It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2, 2 (sigma+1) and 2/edge: then s
+        and s' have at most one zero in a mode of a course, and so has z or it has none.
         """
-        separate = (self.mu <= 0.0625 * np.minimum(self.sigma, 1.0)) & (self.mu >= 1e-200)
-        most = 0.3 / (self.mu * (2.3 * self.sigma0 + 7)) - 0.3 / self.sigma - 0.3
-        return np.where(separate, np.minimum(most, 1e4), 0.0)
+        size = np.abs(self.sigma)
+        apart = (self.mu <= 0.0625 * np.minimum(size, 1.0)) & (self.mu >= 1e-200) & (self.steep | (size >= 0.125))
+        most = 0.3 / (self.mu * (2.3 * self.sigma0 + 7)) - 0.3 / size - 0.3
+        return np.where(apart, np.minimum(most, 1e4), 0.0)
 
 
 def direct(p, x, y, z, until, log):
-    """z > 0 < s: slip_same to the end, unless the first fall of z is too deep."""
+    """Slip on with s > 0 unless the first fall of z is too deep."""
     m = p.same
     fast_x = m.to_x * deviation(m, x, y)
     end_x, end_y, gone = slide(m, x, y, x - m.rest - fast_x, until)
     return (end_x, end_y, z + gone), z > (m.bend * m.fast) * fast_x
 
 
-def lifted(p, x, y, z, until, log):
-    """z < 0 < s: the load grows until z = 0, sticks, and slips."""
-    t, x, y = velocity_zero(p.opposite, x, y, z)
+def lifted(p, x, y, z, until, log, t=None):
+    """The load grows until z = 0, sticks, and slips."""
+    dt, x, y = velocity_zero(p.opposite, x, y, z)
+    t = dt if t is None else t + dt
     log("velocity_zero", t, x, y, 0.0)
     return _stuck(p, t, x, y, until, log)
 
 
-def turned(p, x, y, z, until, log):
-    """z < 0 > s: the load changes its sign first."""
-    m = p.same
-    t, end_x = force_zero(m, x, y, x + y)
-    end_z = z + m.rest * t - m.bend * (end_x + y)
-    log("force_zero", t, end_x, -end_x, end_z)
-    below = end_z < SAFE * (z - m.bend * np.abs(y))
-    dt, x, y = velocity_zero(p.opposite, end_x, -end_x, end_z)
+def drifted(p, x, y, z, until, log, t=0.0):
+    """The load falls upon Pi2 and stays there until z = 0, sticks, and slips."""
+    dt, x, y = velocity_zero_slowly(p.opposite, x, y, z)
     t = t + dt
     log("velocity_zero", t, x, y, 0.0)
-    end, fits = _stuck(p, t, x, y, until, log)
-    return end, fits & below
+    return _stuck(p, t, x, y, until, log)
+
+
+def passed(p, x, y, z, until, log, t=0.0):
+    """The load falls upon Pi2, and stays there until z = 0 is crossed."""
+    dt, x, y = velocity_zero_slowly(p.opposite, x, y, z)
+    t = t + dt
+    log("velocity_zero", t, x, y, 0.0)
+    left = until - t
+    m = p.same
+    slow_x = x - m.rest - m.to_x * deviation(m, x, y)
+    return slide(m, x, y, slow_x, left), (x + y < p.upper_edge * (1 - SAFE)) & (left > SAFE * until)
+
+
+def _turned(then):
+    """Return the course in which the load changes its sign first."""
+
+    def turned(p, x, y, z, until, log):
+        m = p.same
+        t, end_x = force_zero(m, x, y, x + y)
+        end_z = z + m.rest * t - m.bend * (end_x + y)
+        log("force_zero", t, end_x, -end_x, end_z)
+        below = end_z < SAFE * (z - m.bend * np.abs(y))
+        end, fits = then(p, end_x, -end_x, end_z, until, log, t)
+        return end, fits & below
+
+    return turned
+
+
+turned, turned_drifted, turned_passed = map(_turned, (lifted, drifted, passed))
 
 
 def raised(p, x, y, z, until, log):
-    """z > 0 > s above the unstable plane: the load grows through zero."""
+    """The load grows through zero, in a time in which z cannot fall as far as to 0."""
     s = x + y
     end, fits, t = _freed(p, 0.0, x, y, s, z, until, log)
-    high = (s * (p.sigma + 1) >= -1) | (z * p.sigma > (p.sigma + 3) * t)
-    return end, fits & high & _clear(p, x, y)
+    deepest = np.maximum(np.abs(s), np.abs(1 / p.sigma))
+    high = (s * (p.sigma + 1) >= -1) | (z > (1 + (p.sigma + 1) * 2 * deepest) * t)
+    return end, fits & high & (_clear(p, x, y) | ~p.steep)
 
 
 def thrown(p, x, y, z, until, log):
-    """z > 0 > s below the unstable plane: the load grows downwards until z = 0, sticks, and slips."""
+    """The load grows downwards until z = 0, sticks, and slips."""
     edge = p.lower_edge
     clear = _clear(p, x, y)
     t, x, y = velocity_zero(p.opposite, x, y, z)
@@ -153,7 +201,8 @@ def _clear(p, x, y):
     return np.abs(deviation(p.opposite, x, y)) > doubt
 
 
-EVENTS = {direct: 0, lifted: 2, turned: 3, raised: 1, thrown: 3}
+EVENTS = {direct: 0, raised: 1, thrown: 3, lifted: 2, turned: 3, drifted: 2, turned_drifted: 3, passed: 1,
+          turned_passed: 2}
 
 
 def follow(p, x, y, z, until, final, count, note=None):
@@ -176,7 +225,7 @@ def _sorted_out(p, x, y, z, until):
     """Yield (course, its rows), at last (None, the rows of no course)."""
     s = x + y
     within = [np.all(np.maximum(v.max(), -v.min()) * size < p.reach) for v, size in ((x, 1.0), (y, p.mu), (z, 1.0))]
-    if all(within) and np.all(until > 0):
+    if all(within) and np.all(until > 0) and np.all(p.steep):
         for course, z_side, s_side in ((direct, 1, 1), (lifted, -1, 1), (turned, -1, -1)):
             if _all_beyond(z, z_side) and _all_beyond(s, s_side):
                 yield course, slice(0, x.size)
@@ -187,13 +236,20 @@ def _sorted_out(p, x, y, z, until):
     above, below = common & (z > NEAR), common & (z < -NEAR)
     pushed, pulled = s > NEAR, s < -NEAR
     yield direct, np.flatnonzero(above & pushed)
-    yield lifted, np.flatnonzero(below & pushed)
-    yield turned, np.flatnonzero(below & pulled)
+    yield from _sorted_below(p, below & pushed, lifted, drifted, passed)
+    yield from _sorted_below(p, below & pulled, turned, turned_drifted, turned_passed)
     split = np.flatnonzero(above & pulled)
-    rising = deviation(p.rows(split).opposite, x.take(split), y.take(split)) > 0
+    at = p.rows(split)
+    rising = (deviation(at.opposite, x.take(split), y.take(split)) > 0) | ~at.steep
     yield raised, split[rising]
     yield thrown, split[~rising]
     yield None, np.flatnonzero(~((above | below) & (pushed | pulled)))
+
+
+def _sorted_below(p, mask, steep, holding, passing):
+    for course, rows in ((steep, p.steep), (holding, ~p.steep & p.holds), (passing, ~p.steep & ~p.holds)):
+        if np.any(rows):
+            yield course, np.flatnonzero(mask & rows)
 
 
 def _all_beyond(values, side):

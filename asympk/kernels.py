@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 MOST_STEPS = 8
+DRIFT_STEPS = 3
 TIME_ERROR = 8e-17
 LOG_ERROR = 1e-12
 LONGEST = 40.0
@@ -77,6 +78,22 @@ def velocity_zero(m, x, y, z):
     slow_x += x
     gained *= 1 / m.bend
     return t, slow_x, y - gained
+
+
+def velocity_zero_slowly(m, x, y, z):
+    """Return (t, x, y) where z = 0 is reached in a stable mode, along its slow line: Newton's method on z itself."""
+    w, slow_x = _parts(m, x, y)
+    fast_x = m.to_x * w
+    t = (m.bend * (y - m.slow * slow_x) - z) / m.rest
+    for _ in range(DRIFT_STEPS):
+        kept, fading = m.slow * slow_x * np.exp(m.slow * t), m.fast * fast_x * np.exp(m.fast * t)
+        speed = m.rest + m.bend * (m.slow * kept + m.fast * fading)
+        step = (z + m.rest * t + m.bend * (kept + fading - y)) / speed
+        t = t - step
+    curve = m.bend * (m.slow * m.slow * kept + m.fast * m.fast * fading)
+    t[~((np.abs(curve) * step * step <= TIME_ERROR * np.abs(speed)) & (t > 0))] = np.nan
+    kept, fading = slow_x * np.exp(m.slow * t), fast_x * np.exp(m.fast * t)
+    return t, m.rest + kept + fading, m.slow * kept + m.fast * fading
 
 
 def force_zero(m, x, y, s):

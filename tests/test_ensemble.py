@@ -95,7 +95,10 @@ def test_final_states_are_right_to_forty_digits_of_the_flow(mu):
         assert all(abs(mpmath.mpf(many.final[j, i]) - path.final[j]) <= 1e-15 * size for j in (0, 2))
 
 
-@pytest.mark.parametrize(("sigma", "mu"), [(1, 1e-6), (1, 1e-3), (1, 1e-2), (0.2, 1e-4), (30, 1e-3), (1e3, 1e-12)])
+@pytest.mark.parametrize(("sigma", "mu"), [
+    (1, 1e-6), (1, 1e-3), (1, 1e-2), (0.2, 1e-4), (30, 1e-3), (1e3, 1e-12),
+    (-0.5, 1e-3), (-0.2, 1e-4), (-1, 1e-6), (-1.4, 1e-3), (-1.7, 1e-4), (-1.95, 1e-9),
+])
 def test_the_kernels_and_the_safeguarded_flow_agree_where_a_course_applies(sigma, mu):
     n = 4000
     x, y, z = starts(5, n)
