@@ -6,6 +6,7 @@ told, or where the range of doubles ends, the same flow is followed on mpmath nu
 
 from functools import lru_cache
 from itertools import pairwise
+from numbers import Integral
 from typing import Any, NamedTuple
 
 from asympk.arithmetic import Doubles, context, set_digits
@@ -43,9 +44,10 @@ def run(scene, method="exact", *, digits=None):
     """
     if digits is None:
         return _in_doubles(scene)
-    if isinstance(digits, bool) or not isinstance(digits, int) or not 1 <= digits <= MOST_DIGITS:
+    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
     case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
+    digits = int(digits)
     legs, error = _certified(case, digits)
     return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
 

@@ -74,7 +74,7 @@ class FastSlowSegment:
         return min(until, (m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
 
     def turning(self):
-        """Return the time after 0 at which s has its extremum, or None: the two parts of s' must have opposite signs."""
+        """Return the time after 0 at which s has its extremum, or None where both parts of s' have one sign."""
         mode, fast, slow = self.mode, self.fast, self.slow
         if not fast or not slow or (fast > 0) != (slow > 0):
             return None
@@ -83,7 +83,7 @@ class FastSlowSegment:
 
     def state(self, t):
         """Return (x, y, s, z, mu y') at t."""
-        if t < self.short:
+        if t < self.short or not t:
             return superposed(self, t, self.responses(t))
         mode, fast, slow = self.mode, self.fast, self.slow
         m, p, q = mode.m, mode.fast_rate * t, mode.slow_rate * t

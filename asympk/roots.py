@@ -11,7 +11,10 @@ MOST_STEPS = 400
 
 def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
     """Return the root in (lo, hi) of a function that has the sign ``sign_hi`` at ``hi``."""
-    t = guess if guess is not None and lo < guess < hi else (lo + hi) / 2
+    if guess is None:
+        value, slope = value_and_slope(lo)
+        guess = lo - value / slope if slope else lo
+    t = guess if lo < guess < hi else _middle(m, lo, hi)
     allowed = hi - lo
     for _ in range(MOST_STEPS):
         value, slope = value_and_slope(t)
@@ -29,7 +32,7 @@ def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
             new = _middle(m, lo, hi)
             if not lo < new < hi:
                 return t
-        allowed = abs(new - t) / 2
+        allowed = abs(new - t) / 4
         t = new
     raise Undecided
 
@@ -80,4 +83,6 @@ def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_
 
 
 def _middle(m, lo, hi):
-    return m.sqrt(lo) * m.sqrt(hi) if 0 < 4 * lo < hi else (lo + hi) / 2
+    if not lo:
+        return hi / 64
+    return m.sqrt(lo) * m.sqrt(hi) if 4 * lo < hi else (lo + hi) / 2
