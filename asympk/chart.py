@@ -35,7 +35,7 @@ KAPPAS = {"0.1": MUS[1::2], "1": MUS, "10": MUS[1::2]}  # kappa -> its values of
 FULL = {
     "scenes": tuple(SCENES), "mus": MUS, "kappas": KAPPAS, "tolerances": (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
     "step_sizes": (1e-2, 1e-3, 1e-4), "offsets": tuple(f"{s}1e-{k}" for s in ("-", "") for k in range(2, 15, 2)),
-    "repeats": 5, "steps": 100_000, "seconds": 10.0,
+    "repeats": 5, "steps": 100_000, "seconds": 120.0,
 }  # fmt: skip
 QUICK = {
     "scenes": ("ii", "iii"), "mus": ("1e-2", "1e-5"), "kappas": {"1": ("1e-2", "1e-5")}, "tolerances": (1e-3, 1e-7),

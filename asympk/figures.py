@@ -19,6 +19,7 @@ OUTCOMES = {
 }
 LIMITS = ("step", "time", "limit")
 REFUSED = 0.5  # where a model that refuses at once stands on the axis of cost
+SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
 NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 5.6, 74, 0.093, 0.125  # points, characters, inches, inches
 
 
@@ -85,28 +86,29 @@ def work_precision(rows, scene, mus, note=""):
 
 
 def _precision_panel(ax, rows, methods):
-    ax.set(xscale="log", yscale="log", xlim=(1e-17, 1e5))
+    ax.set(xscale="log", yscale="log", xlim=(1e-18, 1e5))
     for left, right, grey, words in ((0.1, 10, "0.95", "wrong"), (10, 1e5, "0.89", "no end")):
         ax.axvspan(left, right, color=grey, lw=0)
-        ax.text((left * right) ** 0.5, 2, words, rotation=90, ha="center", va="bottom", fontsize=6)
+        ax.text((left * right) ** 0.5, 1.3, words, rotation=90, ha="center", va="bottom", fontsize=6)
     ax.set_xticks([1e-15, 1e-10, 1e-5])
     ax.minorticks_off()
-    endless = [m for m in methods if any(r["method"] == m and r["final_error"] is None for r in rows)]
     for method in methods:
-        found = sorted((r for r in rows if r["method"] == method), key=lambda r: -(r["rtol"] or 0))
-        good = [r for r in found if r["final_error"] is not None]
-        lost = [r["ratio"] or REFUSED for r in found if r["final_error"] is None]
-        looks = style.line(method)
-        ax.plot([max(r["final_error"], 1e-17) for r in good], [r["ratio"] for r in good], **looks)
-        if lost:
-            place = 20 * 2500 ** ((endless.index(method) + 0.5) / len(endless))
-            ax.plot([place] * len(lost), lost, **{**looks, "linestyle": "none", "label": None})
+        good = sorted((r for r in rows if r["method"] == method and r["final_error"] is not None),
+                      key=lambda r: -(r["rtol"] or 0))  # fmt: skip
+        ax.plot([max(r["final_error"], 1e-17) for r in good], [r["ratio"] for r in good], **style.line(method))
+    lost = [r for r in rows if r["final_error"] is None]
+    for some in ([r for r in lost if r["ratio"]], [r for r in lost if not r["ratio"]]):
+        names = [m for m in methods if any(r["method"] == m for r in some)]
+        for k, method in enumerate(names):
+            costs = [r["ratio"] or REFUSED for r in some if r["method"] == method]
+            place = 10 * 1e4 ** ((k + 0.5) / len(names))
+            ax.plot([place] * len(costs), costs, **{**style.line(method), "linestyle": "none", "label": None})
 
 
 def cost_against_mu(rows, scenes, accuracy, note=""):
-    """Cheapest run with an error below ``accuracy`` against mu; methods that never get there stand in the band."""
+    """Cheapest run with an error below ``accuracy`` against mu; what does not get there stands in the band."""
     methods = _methods(rows)
-    with sheet(1.45 * len(scenes), len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
+    with sheet(1.6 * len(scenes), len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
         for ax, scene in zip(axes.flat, scenes, strict=True):
             _cost_panel(ax, [row for row in rows if row["scene"] == scene], methods, accuracy)
             ax.set(ylabel="CPU time / exact flow")
@@ -122,21 +124,27 @@ def _cost_panel(ax, rows, methods, accuracy):
     ax.minorticks_off()
     curves = {method: cheapest([r for r in rows if r["method"] == method], accuracy) for method in methods}
     top = 3 * max(cost for curve in curves.values() for cost in curve.values() if cost)
-    lost = [m for m in methods if None in curves[m].values()]
-    ax.set_ylim(0.4, top * 2.2 ** (len(lost) + 1))
-    ax.axhspan(top, top * 2.2 ** (len(lost) + 1), color="0.93", lw=0)
+    never = [m for m in methods if not any(curves[m].values())]
+    lost = [m for m in methods if None in curves[m].values() and m not in never]
+    ceiling = top * SPACING ** (len(lost) + 1.5)
+    if never:
+        words = ", ".join(style.SHORT.get(m, style.line(m)["label"]) for m in never)
+        ax.annotate(f"never: {words}", (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points",
+                    fontsize=6, va="top")  # fmt: skip
+    ax.set_ylim(0.4, ceiling)
+    ax.axhspan(top, ceiling, color="0.93", lw=0)
     ax.set_yticks([10.0**k for k in range(int(log10(top)) + 1)])
     ax.annotate("not reached", (1, 1), (-2, -2), xycoords="axes fraction", textcoords="offset points", fontsize=6,
                 rotation=90, ha="right", va="top")
     for method in methods:
         looks = style.line(method)
         reached = [(mu, cost) for mu, cost in curves[method].items() if cost]
-        dash = "-" if looks["linestyle"] == "none" else looks["linestyle"]
-        ax.plot([mu for mu, _ in reached], [cost for _, cost in reached], **{**looks, "linestyle": dash})
+        looks["linestyle"] = "-" if method == "exact" else looks["linestyle"]
+        ax.plot([mu for mu, _ in reached], [cost for _, cost in reached], **looks)
         if method in lost:
-            never = [mu for mu, cost in curves[method].items() if not cost]
-            level = top * 2.2 ** (lost.index(method) + 1)
-            ax.plot(never, [level] * len(never), **{**looks, "linestyle": "none", "label": None})
+            missed = [mu for mu, cost in curves[method].items() if not cost]
+            level = top * SPACING ** (lost.index(method) + 0.5)
+            ax.plot(missed, [level] * len(missed), **{**looks, "linestyle": "none", "label": None})
 
 
 def cheapest(rows, accuracy):
