@@ -126,11 +126,10 @@ def _cost_panel(ax, rows, methods, accuracy):
     top = 3 * max(cost for curve in curves.values() for cost in curve.values() if cost)
     never = [m for m in methods if not any(curves[m].values())]
     lost = [m for m in methods if None in curves[m].values() and m not in never]
-    ceiling = top * SPACING ** (len(lost) + 1.5)
-    if never:
-        words = ", ".join(style.SHORT.get(m, style.line(m)["label"]) for m in never)
-        ax.annotate(f"never: {words}", (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points",
-                    fontsize=6, va="top")  # fmt: skip
+    names = ", ".join(style.SHORT.get(m, style.line(m)["label"]) for m in never)
+    words = fill(f"never: {names}", 58) if never else ""
+    ceiling = top * SPACING ** (len(lost) + 1.5 + words.count("\n"))
+    ax.annotate(words, (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points", fontsize=6, va="top")
     ax.set_ylim(0.4, ceiling)
     ax.axhspan(top, ceiling, color="0.93", lw=0)
     ax.set_yticks([10.0**k for k in range(int(log10(top)) + 1)])

@@ -47,7 +47,9 @@ METHODS = {
     "sign": ("one field, sign(z)", "0.4", "P", ":"),
     "tanh": ("one field, tanh(z/ε)", "0.4", "<", ":"),
 }
-SHORT = {"sign": "sign(z)", "tanh": "tanh(z/ε)"}
+SHORT = {
+    "sign": "sign(z)", "tanh": "tanh(z/ε)", "slow": "slow", "jump 0": "jump 0", "jump 1": "jump 1", "jump 2": "jump 2",
+}  # fmt: skip
 MODELS = {
     "exact": ("exact flow", BLACK, "*", "none"),
     "rigid": ("rigid", BLACK, "$r$", "none"),
