@@ -85,7 +85,8 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
     import numpy as np
 
     rtol = _tolerance(rtol)
-    sigma, mu, x, y, z, until, static = np.broadcast_arrays(sigma, mu, x, y, z, until, sigma if sigma0 is None else sigma0)
+    sigma0 = sigma if sigma0 is None else sigma0
+    sigma, mu, x, y, z, until, static = np.broadcast_arrays(sigma, mu, x, y, z, until, sigma0)
     found = np.empty(sigma.shape, dtype=np.int8)
     names = list(LADDER)
     for done, place in enumerate(np.ndindex(sigma.shape)):
@@ -143,5 +144,5 @@ def _tolerance(rtol):
     except (TypeError, ValueError):
         raise InputError(f"rtol = {rtol!r}: it must be a positive number") from None
     if not DOUBLES < value < float("inf"):
-        raise InputError(f"rtol = {rtol!r}: it must lie above {DOUBLES}, what doubles hold; solve(scene, digits=n) goes below")
+        raise InputError(f"rtol = {rtol!r}: it must lie above {DOUBLES}, what doubles hold; use solve(scene, digits=n)")
     return value

@@ -34,7 +34,7 @@ class Passage:
 
 @dataclass(frozen=True)
 class Regime:
-    """One range of sigma, an interval or a single value: the stick region on z = 0, and what each slow manifold does."""
+    """One range of sigma, an interval or a value: the stick region on z = 0, and what each slow manifold does."""
 
     sigma: sp.Symbol
     values: sp.Set

@@ -68,8 +68,9 @@ def ladder_as_text(ladder):
     lines = [f"   {'model':<8}{'predicted':>11}{'measured':>11}{'time/exact':>12}"]
     for rung in ladder.rungs:
         mark = "->" if rung.model == ladder.model else "  "
-        numbers = (rung.predicted, rung.measured, rung.cost)
-        shown = [f"{n:.1e}" if n is not None else "--" for n in numbers[:2]] + [f"{rung.cost:.1f}" if rung.cost else "--"]
+        numbers = (rung.predicted, rung.measured)
+        shown = [f"{number:.1e}" if number is not None else "--" for number in numbers]
+        shown.append(f"{rung.cost:.1f}" if rung.cost else "--")
         lines.append(f"{mark} {rung.model:<8}{shown[0]:>11}{shown[1]:>11}{shown[2]:>12}")
         lines += wrap(rung.reason, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
     return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])

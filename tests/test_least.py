@@ -1,4 +1,4 @@
-"""The ladder of models: its predictions bound the truth, its refusals are named, its choice is the lowest that will do."""
+"""The ladder of models: predictions bound the truth, refusals are named, the choice is the lowest that will do."""
 
 import json
 import random

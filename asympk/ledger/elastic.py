@@ -45,7 +45,13 @@ def rod_law():
     yield numeric("for Delta l = sin(3 t)/50 at t = 2/7", *vanishes(residual))
 
 
-@claim("C09", "2", "(2.4) holds with R1 tan^2 a / k dropped beside 1 as k -> oo", "the dropped term is of order mu itself, and friction in (2.5) drops R1 / k too: corrections of order mu within this model are as large as what the small angle costs")
+@claim(
+    "C09",
+    "2",
+    "(2.4) holds with R1 tan^2 a / k dropped beside 1 as k -> oo",
+    "the dropped term is of order mu itself, and friction in (2.5) drops R1 / k too: corrections of order"
+    " mu within this model are as large as what the small angle costs",
+)
 def dropped_term():
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 - rod.P - rod.F + 2 * rod.R * sp.cos(rod.alpha)

@@ -40,7 +40,13 @@ def _mode_at(where, load, velocity):
     return next(name for name, condition in where.items() if condition.subs(at) == sp.true)
 
 
-@claim("C16", "3", "G1: x + y > 1/4, G2: x + y < -1/2 (sigma = 1); for general sigma, and with f0", "exact at every mu; in general s >= 1/(sigma0 + 3) or s <= -1/(sigma0 + 1) for sigma0 > -1, s >= 1/2 at -1, and one strip 1/(sigma0 + 3) <= s <= -1/(sigma0 + 1) below")
+@claim(
+    "C16",
+    "3",
+    "G1: x + y > 1/4, G2: x + y < -1/2 (sigma = 1); for general sigma, and with f0",
+    "exact at every mu; in general s >= 1/(sigma0 + 3) or s <= -1/(sigma0 + 1) for sigma0 > -1, s >= 1/2 "
+    "at -1, and one strip 1/(sigma0 + 3) <= s <= -1/(sigma0 + 1) below",
+)
 def stick_half_planes():
     regions = stick_regions(pk.system())
     found = sp.Union(*(span.as_set().subs(pk.sigma0, 1) for span in regions.stick.spans(sigma=1)))
@@ -174,7 +180,13 @@ def second_plane():
     yield numeric("escape from 1e-20 off the plane over mu log(1e20)", *tends_to_one(expected))
 
 
-@claim("C28", "3", "f0 > f: only Gamma1, Gamma2 shift; the strip between G1 and G2 narrows; nothing else changes", "between the kinetic and the static edges resting and crossing are both motions of the model (here: at rest stays at rest), and on leaving the edge the acceleration jumps")
+@claim(
+    "C28",
+    "3",
+    "f0 > f: only Gamma1, Gamma2 shift; the strip between G1 and G2 narrows; nothing else changes",
+    "between the kinetic and the static edges resting and crossing are both motions of the model (here: "
+    "at rest stays at rest), and on leaving the edge the acceleration jumps",
+)
 def static_friction():
     regions = stick_regions(pk.system())
     upper, lower = regions.edges

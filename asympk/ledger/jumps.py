@@ -53,7 +53,13 @@ def _event(path, kind):
     return next(event for event in path.events if event.kind == kind)
 
 
-@claim("C23", "3", "From anywhere in z < 0 the point jumps along +y and lands on z = 0 inside G1", "y reaches order 1/mu, so on landing x has grown by -z/(sigma + 1); and from |z| = O(mu), s < 0 the point can land in G2")
+@claim(
+    "C23",
+    "3",
+    "From anywhere in z < 0 the point jumps along +y and lands on z = 0 inside G1",
+    "y reaches order 1/mu, so on landing x has grown by -z/(sigma + 1); and from |z| = O(mu), s < 0 the "
+    "point can land in G2",
+)
 def jump_from_below():
     jump = _jump(_FROM_BELOW)
     landing = jump.events[0]
@@ -83,7 +89,12 @@ def _positive_below(expr):
     return sp.cancel(expr.subs({pk.sigma: steep, pk.z: -below})).is_positive
 
 
-@claim("C24", "3", "Then it jumps to Gamma1, then to Pi1, where it stays", "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0")
+@claim(
+    "C24",
+    "3",
+    "Then it jumps to Gamma1, then to Pi1, where it stays",
+    "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0",
+)
 def jump_to_the_first_plane():
     steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
     first = steep.passages[0]
@@ -111,7 +122,12 @@ def jump_to_the_first_plane():
 _FAR = 10
 
 
-@claim("C26", "3", "From O6 (x + y < -1, z > 0) it jumps along -y into G2, along +y to Gamma2, then to Pi1", "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z")
+@claim(
+    "C26",
+    "3",
+    "From O6 (x + y < -1, z > 0) it jumps along -y into G2, along +y to Gamma2, then to Pi1",
+    "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z",
+)
 def jump_from_beyond_the_divide():
     jump = _jump(_FROM_ABOVE)
     landing = jump.events[0]
@@ -136,7 +152,13 @@ def jump_from_beyond_the_divide():
     yield numeric_instead("x on leaving Gamma2 less x - z, over the terms mu log(1/mu) and mu", *leaves)
 
 
-@claim("C30", "3", "Shallow rod: from z < 0 the point jumps to Pi2, moves along it to z = 0, then jumps to Pi1", "for -3/2 <= sigma < 0 the point sticks for a time mu log((sigma + 3)/(-sigma)) before it jumps to Pi1; only below -3/2 it crosses at once")
+@claim(
+    "C30",
+    "3",
+    "Shallow rod: from z < 0 the point jumps to Pi2, moves along it to z = 0, then jumps to Pi1",
+    "for -3/2 <= sigma < 0 the point sticks for a time mu log((sigma + 3)/(-sigma)) before it jumps to "
+    "Pi1; only below -3/2 it crosses at once",
+)
 def shallow_rod():
     shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
     seconds = {regime.condition: regime.passages[1] for regime in shallow if regime.passages[1].side}
