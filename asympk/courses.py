@@ -88,7 +88,7 @@ class Setting:
         and s' have at most one zero in a mode of a course, and so has z or it has none.
         """
         size = np.abs(self.sigma)
-        apart = (self.mu <= 0.0625 * np.minimum(size, 1.0)) & (self.mu >= 1e-200) & (self.steep | (size >= 0.125))
+        apart = (self.mu <= 0.0625 * np.minimum(size, 1.0)) & (self.mu >= 1e-200) & (self.steep | (size >= 0.25))
         most = 0.3 / (self.mu * (2.3 * self.sigma0 + 7)) - 0.3 / size - 0.3
         return np.where(apart, np.minimum(most, 1e4), 0.0)
 
@@ -129,16 +129,17 @@ def passed(p, x, y, z, until, log, t=0.0):
 
 
 def _turned(then):
-    """Return the course in which the load changes its sign first."""
+    """Return the course in which the load changes its sign first.
+
+    Where z comes to 0 before that, what follows is a run backwards in time that ``then`` does not fit.
+    """
 
     def turned(p, x, y, z, until, log):
         m = p.same
         t, end_x = force_zero(m, x, y, x + y)
         end_z = z + m.rest * t - m.bend * (end_x + y)
         log("force_zero", t, end_x, -end_x, end_z)
-        below = end_z < SAFE * (z - m.bend * np.abs(y))
-        end, fits = then(p, end_x, -end_x, end_z, until, log, t)
-        return end, fits & below
+        return then(p, end_x, -end_x, end_z, until, log, t)
 
     return turned
 

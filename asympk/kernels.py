@@ -128,7 +128,8 @@ def slide(m, x, y, slow_x, left):
     end = np.exp(m.slow * left)
     end *= slow_x
     end_x, end_y = end + m.rest, end * m.slow
-    if np.max(m.fast) * np.min(left, initial=np.inf) > VANISHED:
+    vanished = np.max(m.fast) * np.min(left, initial=np.inf) <= VANISHED
+    if not vanished:
         fast_x = (x - m.rest - slow_x) * np.exp(m.fast * left)
         end_x, end_y = end_x + fast_x, end_y + m.fast * fast_x
     gone = end_y - y

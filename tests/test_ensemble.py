@@ -85,6 +85,25 @@ def test_starts_on_the_planes_themselves_go_the_way_of_solve():
     assert_same_as_solve(1.0, 1.0, 1e-2, x[keep], (s - x)[keep], z[keep], 3.0)
 
 
+def test_a_start_on_z_zero_that_comes_back_to_it_is_seen_to_have_left():
+    sigma, mu, x, y = np.array([
+        (-1.4114967573549437, 0.042409261429850305, 1.345358026028027, 7.095009933787297),
+        (-1.6750595050180381, 0.025234181960177317, -2.0142243485572475, 4.578400470894158),
+        (5.560197186437012, 0.21802571218836672, -5.501655487874494, 5.524231688664511),
+        (-1.2560640578221732, 0.032579829574497864, 3.5200488407711585, 7.958140095643861),
+        (4.866505825027094, 1.0382806924165449, -2.209024135810246, 2.2753564420952355),
+        (-1.136511305706879, 0.05313228385360657, 6.36569479211226, 7.76851084053582),
+    ]).T
+    assert_same_as_solve(sigma, sigma, mu, x, y, 0.0, 20.0)
+
+
+@pytest.mark.parametrize("mu", [1e-2, 1e-4])
+def test_starts_within_mu_of_z_zero_go_the_way_of_solve(mu):
+    rng, n = np.random.default_rng(17), 120
+    x, s, z = rng.uniform(-1, 1, n), rng.uniform(-1.2, 1.2, n), mu * rng.uniform(-2, 2, n)
+    assert_same_as_solve(1.0, 1.0, mu, x, s - x, z, 2.0)
+
+
 @pytest.mark.parametrize("mu", [1e-6, 1e-3, 1e-2])
 def test_final_states_are_right_to_forty_digits_of_the_flow(mu):
     x, y, z = starts(11, 8)
@@ -95,31 +114,61 @@ def test_final_states_are_right_to_forty_digits_of_the_flow(mu):
         assert all(abs(mpmath.mpf(many.final[j, i]) - path.final[j]) <= 1e-15 * size for j in (0, 2))
 
 
-@pytest.mark.parametrize(("sigma", "mu"), [
-    (1, 1e-6), (1, 1e-3), (1, 1e-2), (0.2, 1e-4), (30, 1e-3), (1e3, 1e-12),
-    (-0.5, 1e-3), (-0.2, 1e-4), (-1, 1e-6), (-1.4, 1e-3), (-1.7, 1e-4), (-1.95, 1e-9),
-])
-def test_the_kernels_and_the_safeguarded_flow_agree_where_a_course_applies(sigma, mu):
-    n = 4000
-    x, y, z = starts(5, n)
-    final, count, notes = np.empty((3, n)), np.zeros(n, dtype=int), []
+def spread(seed, n):
+    """Parameters and starts of all sizes for which courses are defined, on both sides of sigma = 0."""
+    rng = np.random.default_rng(seed)
+    sigma = np.where(rng.random(n) < 0.5, 10 ** rng.uniform(-2, 6, n), rng.uniform(-2, 0, n))
+    mu = np.minimum(np.abs(sigma), 1) * 10 ** rng.uniform(-12, -1.3, n)
+    x, y, z = rng.uniform(-1, 1, (3, n)) * 10 ** rng.uniform(-1, 3, n)
+    y = np.where(rng.random(n) < 0.3, 0.01 * y / mu, y)
+    sigma0 = sigma + rng.choice([0, 0, 0.01, 1], n)
+    return sigma, sigma0, mu, x, y, z, 10 ** rng.uniform(-3, 1, n)
+
+
+def both_ways(sigma, sigma0, mu, x, y, z, until):
+    """Follow by courses and by the safeguarded flow; return (common rows, final, count, events) and the story."""
+    final, count, notes = np.empty((3, x.size)), np.zeros(x.size, dtype=int), []
     with np.errstate(all="ignore"):
-        others = courses.follow(courses.Setting(float(sigma), float(sigma), mu), x, y, z, 5.0, final, count,
+        others = courses.follow(courses.Setting(sigma, sigma0, mu), x, y, z, until, final, count,
                                 lambda kind, rows, *state: notes.append((rows, KINDS.index(kind), *state)))
-        story = careful.certain(*(np.full(n, float(v)) for v in (sigma, sigma, mu)), x, y, z, np.full(n, 5.0))
+        full = [np.broadcast_to(v, x.shape).astype(float) for v in (sigma, sigma0, mu, x, y, z, until)]
+        story = careful.certain(*full)
     common = ~story.doubtful
     common[others] = False
-    assert common.mean() > 0.95
+    return common, final, count, ensemble._in_order(notes), story
+
+
+def assert_both_ways_agree(common, final, count, found, story, size):
     assert np.array_equal(count[common], story.count[common])
     for axis in (0, 2):
-        assert np.abs(final[axis] - story.final[axis])[common].max() <= 1e-15 * 4
-    found = ensemble._in_order([(r[common[r]], k, *(np.broadcast_to(v, r.shape)[common[r]] for v in s))
-                                for r, k, *s in notes])
-    told = [v[common[story.events[0]]] for v in story.events]
-    assert np.array_equal(found.kind, np.array(KINDS)[told[1]])
-    assert np.abs(found.t / told[2] - 1).max() <= 1e-8
-    assert np.abs(found.x - told[3]).max() <= 4e-15
-    assert np.abs(found.z - told[5]).max() <= 4e-15
+        assert (np.abs(final[axis] - story.final[axis]) / size)[common].max() <= 2e-15
+    found, told = ([v[common[events[0]]] for v in events] for events in (found, story.events))
+    assert np.array_equal(found[1], np.array(KINDS)[told[1]])
+    assert np.abs(found[2] / told[2] - 1).max() <= 1e-8
+    assert (np.abs(found[3] - told[3]) / size[told[0]]).max() <= 3e-15
+    assert (np.abs(found[5] - told[5]) / size[told[0]]).max() <= 3e-15
+
+
+@pytest.mark.parametrize(("sigma", "mu"), [
+    (1, 1e-6), (1, 1e-3), (1, 1e-2), (0.2, 1e-4), (30, 1e-3), (1e3, 1e-12),
+    (-0.5, 1e-3), (-0.3, 1e-4), (-1, 1e-6), (-1.4, 1e-3), (-1.7, 1e-4), (-1.95, 1e-9),
+])
+def test_courses_and_the_safeguarded_flow_agree_and_courses_are_common(sigma, mu):
+    start = starts(5, 4000)
+    common, *found = both_ways(float(sigma), float(sigma), mu, *start, 5.0)
+    assert common.mean() > 0.95
+    assert_both_ways_agree(common, *found, np.full(4000, 4.0))
+
+
+def test_courses_and_the_safeguarded_flow_agree_for_parameters_of_all_sizes():
+    given = spread(1, 6000)
+    common, *found = both_ways(*given)
+    size = np.maximum(1, np.maximum(np.abs(given[3]), np.abs(given[5])))
+    events = found[-1].events
+    for values in (events[3], events[5]):
+        np.maximum.at(size, events[0], np.abs(values).astype(float))
+    assert common.mean() > 0.5
+    assert_both_ways_agree(common, *found, size)
 
 
 def test_following_to_t1_and_on_to_t2_is_following_to_t2():
@@ -136,12 +185,11 @@ def test_following_to_t1_and_on_to_t2_is_following_to_t2():
 
 def mixed(n=900):
     """Starts and parameters of which some take common courses, some do not, and few need the scalar flow."""
+    sigma, _, mu, x, y, z, until = spread(4, n)
     rng = np.random.default_rng(4)
-    sigma = rng.choice([1.0, 1.0, 0.4, -0.6, 3.0], n)
-    mu = rng.choice([1e-6, 1e-3, 1e-2, 0.4], n)
-    x, y, z = starts(4, n)
+    sigma[::2], mu[::2] = rng.choice([1.0, 0.4, -0.6], n // 2), rng.choice([1e-6, 1e-3, 1e-2, 0.4], n // 2)
     x[::97], y[::97], z[::97] = 0.5, -1.5 + 1e-14, 1.0
-    return sigma, mu, x, y, z, rng.uniform(0, 3, n)
+    return sigma, mu, x, y, z, until
 
 
 def same_bits(a, b):
@@ -220,8 +268,8 @@ def test_no_trajectories_have_no_events():
 
 
 def test_events_are_ragged_in_order_of_time_and_snapped():
-    sigma, mu, *start, until = mixed()
-    many = ap.solve_many(sigma, mu, *start, until)
+    sigma, mu, x, y, z, until = mixed()
+    many = ap.solve_many(sigma, mu, x, y, z, until)
     events = many.events()
     assert np.array_equal(np.bincount(events.trajectory, minlength=until.size), many.n_events)
     assert (np.diff(events.trajectory) >= 0).all()
