@@ -14,7 +14,7 @@ from asympk.dense import Dense
 from asympk.errors import InputError, TooLarge, Undecided
 from asympk.flow import Flow, beginning, follow
 from asympk.path import Event, Path
-from asympk.rounding import estimate, largest
+from asympk.rounding import calm, estimate, largest
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
@@ -60,7 +60,7 @@ def _in_doubles(scene):
     case = Case(sigma, float(scene.sigma0), mu, *map(float, scene.start), float(scene.until), near)
     try:
         legs = legs_of(Doubles, case)
-        error = estimate(legs, TRUSTED)
+        error = TRUSTED if calm(legs, case.until) else estimate(legs, TRUSTED)
         if error <= TRUSTED:
             return _path(scene, None, legs, legs, error, float)
     except (Undecided, OverflowError, ZeroDivisionError):

@@ -98,12 +98,16 @@ class FastSlowSegment:
             -mode.b * off,
         )
 
-    def s_at(self, t):
-        """Return s alone at t."""
-        if t < self.short:
-            return self.state(t)[2]
-        mode, exp = self.mode, self.mode.m.exp
-        return mode.rest + mode.fast_s * (self.fast * exp(mode.fast_rate * t)) + self.slow_s * exp(mode.slow_rate * t)
+    def probe(self, t):
+        """Return (s, z) at t."""
+        if t < self.short or not t:
+            return self.state(t)[2:4]
+        mode, fast = self.mode, self.fast
+        m, p, q = mode.m, mode.fast_rate * t, mode.slow_rate * t
+        return (
+            mode.rest + mode.fast_s * (fast * m.exp(p)) + self.slow_s * m.exp(q),
+            self.z0 + mode.rest * t + mode.fast_z * (fast * m.expm1(p)) + mode.slow_z * (self.slow * m.expm1(q)),
+        )
 
     def responses(self, t):
         """Return (g', g, h, h + H) at a short time t."""

@@ -121,22 +121,19 @@ def follow(flow, start, until, deviation=None):
 def slip(segment, s_sign, z_sign, left):
     """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
     mode = segment.mode
-    margin, a, fall = mode.m.margin, mode.a, mode.fall
+    a, fall = mode.a, mode.fall
     end = segment.horizon(left)
     lo, opening = 0, not segment.z0 or z_sign * (a + fall * segment.s0) > 0
     for hi in stretches(segment, end):
-        state = segment.state(hi)
-        s, z = state[2], state[3]
+        s, z = segment.probe(hi)
         opens = z_sign * (a + fall * s) > 0
-        clear = z_sign * z > margin * segment.z_size(hi) and s_sign * s > margin * segment.s_size(hi)
-        if not clear or (opens and not opening):
-            event = _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
-            if event:
-                return event
+        event = _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
+        if event:
+            return event
         lo, opening = hi, opens
     if end < left:
         raise Undecided
-    return "", left, state
+    return "", left, segment.state(left)
 
 
 def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
@@ -180,7 +177,7 @@ def stick(flow, segment, s_sign, left):
     near, far = flow.edges(s_sign)
     lo = 0
     for hi in stretches(segment, left):
-        s, size = segment.s_at(hi), segment.s_size(hi)
+        s, size = segment.probe(hi)[0], segment.s_size(hi)
         for edge, side in ((near, -s_sign), (far, 1)):
             if edge is None or (not lo and segment.s0 == edge):
                 continue
@@ -249,13 +246,9 @@ def beginning(flow, case):
         manifold, offset = case.near
         return beside_line(flow, manifold, x, z, m.number(offset))
     s = x + y
-    try:
-        s_sign, z_sign, on_edge = first_signs(partial(decided, m), flow.sigma0, flow.mu, x, y, z)
-    except Undecided:
-        exact = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
-        s_sign, z_sign, on_edge = first_signs(lambda value, size: _sign(value), *exact)
-    if not z_sign:
-        s = _beside_edge(flow, s, on_edge)
+    s_sign, z_sign = _sign(s), _sign(z)
+    if not s_sign or not z_sign:
+        s_sign, z_sign, s = _first_signs(flow, case, x, y, z)
     deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
     return (x, y, s, z, s_sign, z_sign), deviation
 
@@ -285,6 +278,17 @@ def first_signs(sign, sigma0, mu, x, y, z):
     if widening * (mu * y - s or -s) > 0:
         return s_sign, 0, True
     return s_sign, _sign(1 - s), False
+
+
+def _first_signs(flow, case, x, y, z):
+    """Return the signs of s and z just after a start on a boundary, and s, which is snapped to an edge that it is on."""
+    s = x + y
+    try:
+        s_sign, z_sign, on_edge = first_signs(partial(decided, flow.m), flow.sigma0, flow.mu, x, y, z)
+    except Undecided:
+        exact = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
+        s_sign, z_sign, on_edge = first_signs(lambda value, size: _sign(value), *exact)
+    return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
 
 
 def _beside_edge(flow, s, on_edge):

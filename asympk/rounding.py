@@ -10,12 +10,38 @@ of the final state instead, from the end to the start, so that each error is wei
 from asympk.fastslow import FastSlowSegment
 
 UNIT = 2.0**-53
+CALM_LEGS = 6
 
 
 def estimate(legs, enough):
     """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
     error = forward(legs)
     return error if not error > enough else min(error, backward(legs))
+
+
+def calm(legs, until):
+    """Tell whether nothing in a run can amplify rounding: a quick look that spares the ordinary run its account.
+
+    Few legs, all of two exponentials well apart; a growing part that does not come from a cancellation; events met at
+    speed; drifts and final rates that are in proportion to the path.
+    """
+    if len(legs) > CALM_LEGS:
+        return False
+    size = 1.0
+    for _, _, segment, kind, span, (x, y, s, z, thrust) in legs:
+        if segment.short:
+            return False
+        mode, size = segment.mode, max(size, x, -x, z, -z)
+        if mode.rest * span > 4.0 * size or -mode.rest * span > 4.0 * size:
+            return False
+        if mode.fast_rate > 0 and not segment.known and 4.0 * abs(segment.fast) < abs(segment.s0) + abs(mode.line):
+            return False
+        if kind == "velocity_zero":
+            if 16.0 * abs(mode.a + mode.fall * s) < 1.0 + abs(s):
+                return False
+        elif kind and 16.0 * abs(y + thrust / mode.mu) < 1.0 + abs(y):
+            return False
+    return (abs(y) + abs(mode.a + mode.fall * s)) * until < 4.0 * size
 
 
 def largest(legs):

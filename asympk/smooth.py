@@ -152,9 +152,9 @@ class SmoothSegment:
         """Return (x, y, s, z, mu y') at t."""
         return superposed(self, t, self.responses(t))
 
-    def s_at(self, t):
-        """Return s alone at t."""
-        return self.state(t)[2]
+    def probe(self, t):
+        """Return (s, z) at t."""
+        return self.state(t)[2:4]
 
     def responses(self, t):
         """Return (g', g, h, h + H) at t."""
