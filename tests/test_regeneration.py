@@ -12,6 +12,7 @@ from asympk.files import write_text
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "paper" / "generated"
+FROM_ROWS = {"methods.tex", "methods.csv"}  # written by asympk paper, from the rows of the chart
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +38,8 @@ def test_every_regenerated_file_is_the_committed_one(regenerated):
 def test_no_committed_derivation_or_table_is_left_over(regenerated):
     out, _ = regenerated
     for part in ("derivations", "tables"):
-        assert {p.name for p in (COMMITTED / part).iterdir()} == {p.name for p in (out / part).iterdir()}
+        kept = {path.name for path in (COMMITTED / part).iterdir()} - FROM_ROWS
+        assert kept == {path.name for path in (out / part).iterdir()}
 
 
 def test_the_summary_tells_the_verdicts_and_the_corrections(regenerated):
