@@ -52,25 +52,31 @@ def newton(value_and_slope):
     return step
 
 
-def balance(u, k, fast, rate, slow, slow_rate):
-    r"""Return the ``step`` for ``u + k t + fast e^{rate t} + slow e^{slow_rate t}``.
+def balance(value, u, k, fast, rate, slow, slow_rate):
+    r"""Return the ``step`` for ``value + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``; u is its constant.
 
     Where the fast part can balance the rest r(t) = -(u + k t + slow e^{slow_rate t}), it is Newton's step for
-    ``rate t = log(r/fast)``; where it cannot, the rest itself must vanish; otherwise the step is that of the whole.
+    ``rate t = log(r/fast)``; where it cannot, the rest itself must vanish; otherwise the step is that of the whole. As
+    long as the fast part has changed little, what it gains is balanced instead: sums of large terms would cancel.
     """
-    size, side = np.log(np.abs(fast)), np.sign(fast)
+    side, size = np.sign(fast), np.log(np.abs(fast))
 
     def step(rows, t):
-        g, own, pace = slow[rows] * np.exp(slow_rate[rows] * t), side[rows], rate[rows]
-        r, dr = -(u[rows] + k[rows] * t + g), -(k[rows] + slow_rate[rows] * g)
-        p = size[rows] + pace * t
-        f = own * np.exp(p)
-        can = own * r > 0
-        by_log = t + (np.log(np.abs(r)) - p) / (pace - dr / r)
-        whole = t + (r - f) / (f * pace - dr)
+        share, pace, turn = fast[rows], rate[rows], slow_rate[rows]
+        p, lost = pace * t, slow[rows] * np.expm1(turn * t)
+        gain = -(value[rows] + k[rows] * t + lost)
+        little = np.abs(gain) < 0.6 * np.abs(share)
+        r = np.where(little, share + gain, -(u[rows] + k[rows] * t + slow[rows] + lost))
+        dr = -(k[rows] + turn * (slow[rows] + lost))
+        f = share * np.exp(p)
+        over = np.where(little, share * np.expm1(p) - gain, f - r)
+        log = np.where(little, np.log1p(gain / share), np.log(np.abs(r)) - size[rows])
+        can = side[rows] * r > 0
+        by_log = t + (log - p) / (pace - dr / r)
+        whole = t - over / (f * pace - dr)
+        alone = np.where(pace < 0, t - r / dr, np.nan)
         new = np.where(can & (np.abs(f * pace) > np.abs(dr)), by_log,
-                       np.where(can | (np.abs(f) <= np.abs(r)), whole,
-                                np.where(pace < 0, t - r / dr, np.nan)))
-        return f > r, new
+                       np.where(can | (np.abs(f) <= np.abs(r)), whole, alone))
+        return over > 0, new
 
     return step

@@ -138,10 +138,12 @@ class Separate(Motion):
     def _joined(self, t, fast, gained):
         p = self.slow_rate * t
         kept, lost = self.slow * np.exp(p), self.slow * np.expm1(p)
+        near = np.abs(gained) < np.abs(fast)
         return [
             self.x0 + self.fast_x * gained + lost,
             self.fast_y * fast + self.slow_rate * kept,
-            self.rest + self.fast_s * fast + self.lift * kept,
+            np.where(near, self.s0 + self.fast_s * gained + self.lift * lost,
+                     self.rest + self.fast_s * fast + self.lift * kept),
             self.z0 + self.rest * t + self.fast_z * gained + self.slow_z * lost,
         ]
 
@@ -155,7 +157,8 @@ class Separate(Motion):
 
     def s_root(self, level, lo, hi, rising):
         """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
-        terms = self.rest - level, np.zeros_like(lo), self.fast_s * self.fast, self.lift * self.slow
+        fast, slow = self.fast_s * self.fast, self.lift * self.slow
+        terms = self.s0 - level, self.rest - level, np.zeros_like(lo), fast, slow
         soon = self._early(lambda state: state[2] - level, lo, hi, rising)
 
         def soon_root(part, *bracket):
@@ -166,7 +169,7 @@ class Separate(Motion):
     def z_root(self, lo, hi, rising):
         """Return the times in (lo, hi) at which z = 0."""
         fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
-        terms = self.z0 - fast - slow, self.rest + np.zeros_like(lo), fast, slow
+        terms = self.z0, self.z0 - fast - slow, self.rest + np.zeros_like(lo), fast, slow
         soon = self._early(lambda state: state[3], lo, hi, rising)
         return self._root(soon, Motion.z_root, terms, lo, hi, rising)
 
@@ -177,8 +180,8 @@ class Separate(Motion):
         return (lo < self.short) & ((hi <= self.short) | ((value(self.state(self.short)) > 0) == rising))
 
     def _root(self, soon, soon_root, terms, lo, hi, rising):
-        u, k, fast, slow = terms
-        step = balance(u, k, fast, self.fast_rate, slow, self.slow_rate)
+        value, u, k, fast, slow = terms
+        step = balance(value, u, k, fast, self.fast_rate, slow, self.slow_rate)
         start = np.maximum(lo, self.short)
         found = roots(step, start, hi, rising, start, 4 / np.abs(self.fast_rate))
         if soon.any():
