@@ -302,9 +302,10 @@ def _beside_edge(flow, s, on_edge):
 
 def _from_unstable_line(flow, case, x, s):
     """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
-    m, line = flow.m, flow.split("slip_opposite")
-    if m is Doubles and line is not flow.mode("slip_opposite"):
+    m = flow.m
+    if m is Doubles and type(flow.mode("slip_opposite")) is Smooth:
         return None
+    line = flow.split("slip_opposite")
     size = abs(s) + abs(line.line) + abs(line.lift * x)
     if not abs(s - line.line - line.lift * x) <= size / 64:
         return None
