@@ -281,7 +281,7 @@ def first_signs(sign, sigma0, mu, x, y, z):
 
 
 def _first_signs(flow, case, x, y, z):
-    """Return the signs of s and z just after a start on a boundary, and s, which is snapped to an edge that it is on."""
+    """Return the signs of s and z just after a start on a boundary, and s, snapped to an edge that it is on."""
     s = x + y
     try:
         s_sign, z_sign, on_edge = first_signs(partial(decided, flow.m), flow.sigma0, flow.mu, x, y, z)
