@@ -12,29 +12,26 @@ def roots(step, lo, hi, rising, t, first=np.inf):
     goes from there, or NaN. A step that leaves its bracket is replaced by a cut of the bracket, geometric where that
     is long; the first cut of a bracket that starts at 0 is not beyond ``first``.
     """
-    lo, hi, found = lo.copy(), hi.copy(), t.copy()
-    rows = np.arange(t.size)
+    found = t.copy()
+    rows, first = np.arange(t.size), np.broadcast_to(first, t.shape)
     close = np.sqrt(np.finfo(t.dtype).eps) / 16
     for _ in range(MOST_STEPS):
         if not rows.size:
             break
-        t = found[rows]
         positive, new = step(rows, t)
-        _narrow(lo, hi, rows, t, positive == rising[rows])
+        beyond, inside = positive == rising, t > lo
+        hi, lo = np.where(beyond & inside, t, hi), np.where(beyond | ~inside, lo, t)
         done = np.abs(new - t) <= close * t
-        low, high = lo[rows], hi[rows]
-        outside = ~done & ~((low < new) & (new < high))
-        new = np.where(outside, _cut(low, high, first if np.isscalar(first) else first[rows]), new)
-        stuck = outside & ~((low < new) & (new < high))
-        found[rows] = np.where(stuck, t, new)
-        rows = rows[~(done | stuck)]
+        outside = ~(done | ((lo < new) & (new < hi)))
+        if outside.any():
+            new = np.where(outside, _cut(lo, hi, first), new)
+            stuck = outside & ~((lo < new) & (new < hi))
+            new, done = np.where(stuck, t, new), done | stuck
+        found[rows], t = new, new
+        if done.any():
+            on = np.flatnonzero(~done)
+            rows, t, lo, hi, rising, first = (v[on] for v in (rows, t, lo, hi, rising, first))
     return found
-
-
-def _narrow(lo, hi, rows, t, beyond):
-    inside = t > lo[rows]
-    hi[rows[beyond & inside]] = t[beyond & inside]
-    lo[rows[~beyond & inside]] = t[~beyond & inside]
 
 
 def _cut(lo, hi, first):
@@ -62,21 +59,23 @@ def balance(value, u, k, fast, rate, slow, slow_rate):
     side, size = np.sign(fast), np.log(np.abs(fast))
 
     def step(rows, t):
-        share, pace, turn = fast[rows], rate[rows], slow_rate[rows]
-        p, lost = pace * t, slow[rows] * np.expm1(turn * t)
-        gain = -(value[rows] + k[rows] * t + lost)
+        share, pace, turn, weight = fast[rows], rate[rows], slow_rate[rows], slow[rows]
+        p, lost = pace * t, weight * np.expm1(turn * t)
+        way = k[rows] * t + lost
+        gain, r, dr = -(value[rows] + way), -(u[rows] + weight + way), -(k[rows] + turn * (weight + lost))
         little = np.abs(gain) < 0.6 * np.abs(share)
-        r = np.where(little, share + gain, -(u[rows] + k[rows] * t + slow[rows] + lost))
-        dr = -(k[rows] + turn * (slow[rows] + lost))
         f = share * np.exp(p)
-        over = np.where(little, share * np.expm1(p) - gain, f - r)
-        log = np.where(little, np.log1p(gain / share), np.log(np.abs(r)) - size[rows])
+        over, log = f - r, np.log(np.abs(r)) - size[rows]
+        if little.any():
+            r = np.where(little, share + gain, r)
+            over = np.where(little, share * np.expm1(p) - gain, over)
+            log = np.where(little, np.log1p(gain / share), log)
+        new = t + (log - p) / (pace - dr / r)
         can = side[rows] * r > 0
-        by_log = t + (log - p) / (pace - dr / r)
-        whole = t - over / (f * pace - dr)
-        alone = np.where(pace < 0, t - r / dr, np.nan)
-        new = np.where(can & (np.abs(f * pace) > np.abs(dr)), by_log,
-                       np.where(can | (np.abs(f) <= np.abs(r)), whole, alone))
+        by_log = can & (np.abs(f * pace) > np.abs(dr))
+        if not by_log.all():
+            whole, alone = t - over / (f * pace - dr), np.where(pace < 0, t - r / dr, np.nan)
+            new = np.where(by_log, new, np.where(can | (np.abs(f) <= np.abs(r)), whole, alone))
         return over > 0, new
 
     return step

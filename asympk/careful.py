@@ -107,16 +107,12 @@ class _Flight:
         self.blocks = []
 
     def groups(self, live):
-        """Yield (which of the live rows, form of the motion, a, b) for those in one mode and form."""
-        s_sign, z_sign, sigma = self.s_sign[live], self.z_sign[live], self.sigma[live]
-        modes = (
-            (z_sign == 0, 0, np.ones_like(sigma)),
-            (z_sign * s_sign > 0, 1, sigma + 4),
-            (z_sign * s_sign < 0, 1, -sigma),
-        )
-        for inside, a, b in modes:
-            k = self.mu[live] / b
-            apart = (k >= -2) & (k <= 0.125)
+        """Yield (which of the live rows, form of the motion, a, b) for those that stick, or slip, in one form."""
+        side, sigma = self.z_sign[live] * self.s_sign[live], self.sigma[live]
+        b = np.where(side == 0, 1, np.where(side > 0, sigma + 4, -sigma))
+        k = self.mu[live] / b
+        apart = (k >= -2) & (k <= 0.125)
+        for inside, a in ((side == 0, 0), (side != 0, 1)):
             for form, mask in ((Separate, inside & apart), (Smooth, inside & ~apart)):
                 if mask.any():
                     yield np.flatnonzero(mask), form, a, b[mask]

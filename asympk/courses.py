@@ -198,7 +198,7 @@ def _freed(p, t, x, y, s, z, until, log):
 
 def _clear(p, x, y):
     """Tell where the distance from the unstable plane is known so well that its rounding does not show."""
-    doubt = np.maximum(4 * p.mu / p.sigma, SAFE) * (np.abs(x) + np.abs(y) + 1 / p.sigma)
+    doubt = np.maximum(0.5 * p.mu / p.sigma, SAFE) * (np.abs(x) + np.abs(y) + 1 / p.sigma)
     return np.abs(deviation(p.opposite, x, y)) > doubt
 
 

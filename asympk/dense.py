@@ -9,6 +9,8 @@ from asympk.scene import number
 class Dense:
     """The state (x, y, z) of a solved scene as a function of time; it is pickled as the scene, and solved again."""
 
+    __slots__ = ("convert", "digits", "legs", "scene")
+
     def __init__(self, scene, digits, legs, convert):
         self.scene, self.digits, self.legs, self.convert = scene, digits, legs, convert
 
@@ -17,23 +19,24 @@ class Dense:
 
     def __call__(self, t):
         """Return an array of shape ``(3,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
+        starts = [leg.start for leg in self.legs]
         if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):
-            return self._state(t)
+            return self._state(t, starts)
         import numpy as np
 
         times = np.asarray(t, dtype=object)
-        states = [self._state(time) for time in times.ravel()]
+        states = [self._state(time, starts) for time in times.ravel()]
         kind = float if self.digits is None else object
         return np.array(states, dtype=kind).reshape((*times.shape, 3)).transpose(times.ndim, *range(times.ndim))
 
-    def _state(self, t):
+    def _state(self, t, starts):
         t, until = number("t", t), self.scene.until
         if self.digits is None:
             t, until = float(t), float(until)
         if not 0 <= t <= until:
             raise InputError(f"t = {t}: it must be from 0 to until = {until}")
         t = self.legs[0].segment.mode.m.number(t)
-        leg = self.legs[bisect_right(self.legs, t, key=lambda leg: leg.start) - 1]
+        leg = self.legs[bisect_right(starts, t) - 1]
         x, y, _, z, _ = leg.segment.state(t - leg.start)
         return tuple(map(self.convert, (x, y, z)))
 

@@ -21,7 +21,8 @@ from asympk.flow import MOST_EVENTS
 from asympk.path import KINDS
 from asympk.scene import Scene
 
-CHUNK = 32768
+CHUNK = 131072
+BATCH = 16384
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
 ANY = (None, "")
 LIMITS = {
@@ -89,15 +90,15 @@ def solve_many(sigma, mu, x, y, z, until, sigma0=None, *, events=False, progress
 def _follow(job, keep, progress):
     shape, arguments = job
     size = int(np.prod(shape))
-    result = _Result(np.empty((3, size)), np.zeros(size, dtype=np.int64), [] if keep else None)
+    result = _Result(np.empty((3, size)), np.empty(size, dtype=np.int32), [] if keep else None)
     waiting = np.zeros(0, dtype=np.intp)
     with np.errstate(all="ignore"):
         for start in range(0, size, CHUNK):
             stop = min(start + CHUNK, size)
             waiting = np.concatenate([waiting, _common(arguments, start, stop, result)])
-            while waiting.size >= CHUNK or (stop == size and waiting.size):
-                _uncommon(arguments, waiting[:CHUNK], result)
-                waiting = waiting[CHUNK:]
+            while waiting.size >= BATCH or (stop == size and waiting.size):
+                _uncommon(arguments, waiting[:BATCH], result)
+                waiting = waiting[BATCH:]
             if progress:
                 progress(stop, size)
     kept = _in_order(result.notes) if keep else None

@@ -15,13 +15,13 @@ from asympk.smooth import s_root, short_responses, short_time, superposed, z_roo
 class FastSlow:
     """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the share of F in x, and so on."""
 
-    __slots__ = ("a", "b", "beta", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap", "lift", "line",
-                 "load", "m", "mu", "rest", "short", "sizes", "slow_rate", "slow_z", "turn")
+    __slots__ = ("a", "b", "beta", "delicate", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap",
+                 "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slow_rate", "slow_z", "turn")
 
     def __init__(self, m, a, b, mu):
         self.m, self.a, self.b, self.mu = m, a, b, mu
         self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
-        self.short = short_time(m, b, mu)
+        self.short, self.delicate = short_time(m, b, mu), -0.5 < b < 0.5
         k = mu / b
         root = m.sqrt(1 - 4 * k)
         rho = (1 + root) / 2
@@ -57,7 +57,7 @@ class FastSlowSegment:
         self.slow = slow = x - mode.rest - fast * mode.fast_x
         self.slow_s = slow_s = mode.lift * slow
         # the two exponentials nearly cancel at short times when the rest a/b or the slow part is large
-        delicate = -0.5 < mode.b < 0.5 or abs(slow_s) > abs(s) + abs(mode.rest)
+        delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest)
         self.short = mode.short if delicate and not self.known else 0
 
     def rounded(self, m):

@@ -1,10 +1,12 @@
 r"""The exact flow: one closed form per mode, and event times from roots that are alone in their brackets.
 
 The trajectory is linear in each mode, and one text follows it in doubles and in mpmath numbers. What makes it exact is
-that nothing is searched by sampling. s is monotone between its extrema, of which at most the first three matter (where
-s oscillates about a/b, b > 0, its swings decay: the first minimum is the lowest). Between extrema z' = a - (b-1) s
-has at most one zero, so z has at most one extremum there; and z oscillates under a drift towards z > 0, so the first
-minimum is the lowest for z too. Hence signs at known times bracket every event alone.
+that nothing is searched by sampling. s is monotone between its extrema, and there z' = a - (b-1) s has at most one
+zero, so z has at most one extremum: signs at known times bracket every event alone. Two extrema of s are enough where
+s oscillates, which is about a/b with b > 0. Its swings u = s - a/b decay by one factor r < 1 per half period, so the
+first minimum of s is the lowest. After it, while s > 0, u < r/b: where z < 0 (slip_opposite, b < 2) that is below
+1/(b(b-1)), the level of z' = 0, and z rises for good; where z > 0 (slip_same) each later minimum of z is higher, since
+the lobe of u under zero that lifts z is larger than the next one that lowers it.
 
 At an event the quantity that vanishes is set, not computed; what follows is decided by derivatives. A sign that the
 numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
@@ -15,6 +17,7 @@ from functools import partial
 from math import isqrt
 from typing import Any, NamedTuple
 
+from asympk import ordinary
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.fastslow import FastSlow
@@ -29,7 +32,7 @@ class Flow:
 
     def __init__(self, m, sigma, sigma0, mu):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
-        self._modes = {}
+        self._modes, self.quick = {}, m is Doubles
         other = -1 / (sigma0 + 1) if sigma0 != -1 else None
         self._edges = {
             1: (1 / (sigma0 + 3), other if sigma0 < -1 else None),
@@ -98,9 +101,12 @@ def follow(flow, start, until, deviation=None):
         else:
             segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
         if z_sign:
-            kind, span, state = slip(segment, s_sign, z_sign, until - t)
+            found = (flow.quick and ordinary.slip_end(segment, s_sign, z_sign, until - t)) or slip(
+                segment, s_sign, z_sign, until - t)
         else:
-            kind, span, state = stick(flow, segment, s_sign, until - t)
+            found = (flow.quick and ordinary.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
+                flow, segment, s_sign, until - t)
+        kind, span, state = found
         legs.append(Leg(name, t, segment, kind, span, state))
         if not kind:
             return legs
@@ -281,7 +287,7 @@ def first_signs(sign, sigma0, mu, x, y, z):
 
 
 def _first_signs(flow, case, x, y, z):
-    """Return the signs of s and z just after a start on a boundary, and s, snapped to an edge that it is on."""
+    """Return the signs of s and z just after a start on a boundary, and s, snapped to the edge that it is on."""
     s = x + y
     try:
         s_sign, z_sign, on_edge = first_signs(partial(decided, flow.m), flow.sigma0, flow.mu, x, y, z)
@@ -302,10 +308,9 @@ def _beside_edge(flow, s, on_edge):
 
 def _from_unstable_line(flow, case, x, s):
     """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
-    m = flow.m
-    if m is Doubles and type(flow.mode("slip_opposite")) is Smooth:
+    m, line = flow.m, flow.split("slip_opposite")
+    if m is Doubles and line is not flow.mode("slip_opposite"):
         return None
-    line = flow.split("slip_opposite")
     size = abs(s) + abs(line.line) + abs(line.lift * x)
     if not abs(s - line.line - line.lift * x) <= size / 64:
         return None

@@ -106,8 +106,10 @@ def force_zero(m, x, y, s):
 
 def release(m, x, y, edge):
     """Return (t, x) where sticking ends, at s = ``edge``; t is negative where it cannot begin."""
-    w = y - m.slow * x
-    slow_x = x - m.to_x * w
+    w = m.slow * x
+    np.subtract(y, w, out=w)
+    slow_x = m.to_x * w
+    np.subtract(x, slow_x, out=slow_x)
     t = _time_of_load(m, m.to_s * w, edge, m.lag * slow_x)
     slow_x *= np.exp(m.slow * t)
     slow_x *= 1 - m.lag * m.lag
@@ -118,16 +120,18 @@ def release(m, x, y, edge):
 def _parts(m, x, y):
     """Return the deviation w and the slow part of x - a/b."""
     off = x - m.rest
-    w = y - m.slow * off
+    w = m.slow * off
+    np.subtract(y, w, out=w)
     off -= m.to_x * w
     return w, off
 
 
 def slide(m, x, y, slow_x, left):
     """Return (x, y) at the end of the time ``left`` in a stable mode, and the way that z has come."""
-    end = np.exp(m.slow * left)
-    end *= slow_x
-    end_x, end_y = end + m.rest, end * m.slow
+    end_y = np.exp(m.slow * left)
+    end_y *= slow_x
+    end_x = end_y + m.rest
+    end_y *= m.slow
     vanished = np.max(m.fast) * np.min(left, initial=np.inf) <= VANISHED
     if not vanished:
         fast_x = (x - m.rest - slow_x) * np.exp(m.fast * left)

@@ -9,6 +9,7 @@ import numpy as np
 from asympk.brackets import balance, newton, roots
 
 MOST_TERMS = 64
+REFINED = 1e-9
 
 
 class Motion:
@@ -49,13 +50,16 @@ class Motion:
         x, y, s, _ = self.state(t)
         return x, y, s, np.zeros_like(x)
 
-    def refined(self, t, axis, level):
+    def refined(self, t, axis, level, again=True):
         """Return better times, from nearly right ones, at which s (axis 2) or z (axis 3) is ``level``."""
-        for _ in range(2):
-            state = self.state(t)
-            _, y, s, _ = state
-            slope = self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
-            t = t - (state[axis] - level) / slope
+        state = self.state(t)
+        _, y, s, _ = state
+        slope = self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
+        step = (state[axis] - level) / slope
+        t = t - step
+        far = np.flatnonzero(np.abs(step) * self.pace > REFINED) if again else ()
+        if len(far):
+            t[far] = self.rows(far).refined(t[far], axis, level[far], again=False)
         return t
 
     def _soon(self, t, state):
@@ -113,7 +117,7 @@ class Separate(Motion):
         self.lift, self.rest, self.line = -k / (rho * rho), a / b, a / (b * rho)
         self.fast_x, self.fast_y = 1 / self.gap, self.fast_rate / self.gap
         self.fast_s, self.fast_z = (1 + self.fast_rate) / self.gap, self.fall * rho / self.gap
-        self.slow_z = self.fall * k / rho
+        self.slow_z, self.pace = self.fall * k / rho, np.abs(self.fast_rate)
         self.fast = s - self.line - self.lift * x
         self.slow = x - self.rest - self.fast * self.fast_x
         delicate = (np.abs(b) < 0.5) | (np.abs(self.lift * self.slow) >= 1)
@@ -224,6 +228,7 @@ class Smooth(Motion):
         square = self.gamma * self.gamma - self.beta
         self.real = square >= 0
         self.omega = np.sqrt(np.abs(square))
+        self.pace = np.abs(self.gamma) + self.omega
         falling = -self.beta / (self.gamma + self.omega)
         self.tail = np.where((b > 0) & self.real, falling, self.omega - self.gamma)
         self.half_period = np.where(self.real, np.inf, np.pi / self.omega)

@@ -7,7 +7,6 @@ linear in t, however small mu is, so the first steps are quadratic already.
 from asympk.errors import Undecided
 
 MOST_STEPS = 400
-LAYER_STEPS = 6
 
 
 def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
@@ -41,12 +40,10 @@ def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
 def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    ``base`` is ``start - fast``, known better than both. A root in the fast layer is found at once; for any other, the
-    step is Newton's for the fast exponent, for the whole, or for the rest alone where the rest must change its sign.
+    ``base`` is ``start - fast``, known better than both. Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)) be what
+    the fast part must balance. The step is Newton's for ``rate t = log(r/fast)`` where the fast part changes by e or
+    more, that of r alone where r must change its sign first, and otherwise that of the whole.
     """
-    t = None if lo or guess is not None else _layer_root(m, base, k, fast, rate, slow, slow_rate, hi)
-    if t is not None:
-        return t
     positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent
     t = guess if guess is not None and lo < guess < hi else lo
@@ -79,27 +76,6 @@ def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_
                 return t
         t = new
     raise Undecided
-
-
-def _layer_root(m, base, k, fast, rate, slow, slow_rate, hi):
-    r"""Return the root in (0, hi) at which the fast part has changed by a factor of e or more, or None.
-
-    It balances the rest r(t) = -(base + k t + slow (e^{slow_rate t} - 1)): ``rate t = log(r/fast)``.
-    """
-    t, r, dr = 0, -base, -(k + slow_rate * slow)
-    for _ in range(LAYER_STEPS):
-        ratio = r / fast if fast else 0
-        if not ratio > 0:
-            return None
-        step = (m.log(ratio) - rate * t) / (rate - dr / r)
-        if -m.root_tol * t <= step <= m.root_tol * t:
-            return t + step
-        t = t + step
-        if not 0 < t < hi or -1 < rate * t < 1:
-            return None
-        lost = slow * m.expm1(slow_rate * t)
-        r, dr = -(base + k * t + lost), -(k + slow_rate * (slow + lost))
-    return None
 
 
 def _middle(m, lo, hi):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asympk import fastslow, flow, smooth
+from asympk import fastslow, flow, ordinary, smooth
 from asympk.arithmetic import Doubles, context, set_digits
 from asympk.fastslow import FastSlow
 from asympk.flow import Flow, beginning, follow, on_level, on_plane
@@ -18,6 +18,7 @@ from asympk.rounding import largest
 from asympk.smooth import Smooth, short_responses, superposed
 
 BOUND = 2e-15
+balance = ordinary._balance
 settings.register_profile("theorems", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("theorems")
 
@@ -199,6 +200,12 @@ def coarse_level(segment, level, t):
     return (t, (x, level - x, level, z, thrust)) if segment.mode.m is Doubles else on_level(segment, level, t)
 
 
+def exponential_balance(base, k, fast, rate, *rest):
+    """The fast part at its root from its exponential, whose exponent is rounded."""
+    found = balance(base, k, fast, rate, *rest)
+    return found and (found[0], fast * math.exp(rate * found[0]), found[2])
+
+
 def state_only(flow_, case, x, s):
     return None
 
@@ -207,6 +214,7 @@ SWAPS = {
     "expm1": ([Doubles], "expm1", staticmethod(lambda p: math.exp(p) - 1), (0.6, 0.05, (0.0, 1e9, 1.0), 1e-9)),
     "superposition": ([smooth, fastslow], "superposed", textbook_superposition, (1e-8, 1e-3, (0.4, 0.3, -0.2), 5.0)),
     "state where z = 0": ([flow], "on_plane", coarse_plane, (1.86, 6.38, (-0.265, 0.0263, -173.6), 11.1)),
+    "fast part at an event": ([ordinary], "_balance", exponential_balance, (2.41, 1e-295, (-1.75, 0.46, -1.3), 3.0)),
     "state on an edge": (
         [flow],
         "on_level",

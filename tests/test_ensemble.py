@@ -211,6 +211,7 @@ def test_results_do_not_depend_on_where_chunks_end(monkeypatch, chunk, block):
     given = mixed()
     usual = ap.solve_many(*given, events=True)
     monkeypatch.setattr(ensemble, "CHUNK", chunk)
+    monkeypatch.setattr(ensemble, "BATCH", chunk // 2)
     monkeypatch.setattr(courses, "BLOCK", block)
     other = ap.solve_many(*given, events=True)
     assert same_bits(other.final, usual.final)
@@ -307,6 +308,7 @@ def test_progress_is_told_after_each_chunk(monkeypatch):
 @pytest.mark.parametrize(("sigma", "few"), [(1.0, 20000), (-0.5, 5000)])
 def test_memory_beyond_the_result_does_not_grow_with_the_number_of_trajectories(monkeypatch, sigma, few):
     monkeypatch.setattr(ensemble, "CHUNK", 1024)
+    monkeypatch.setattr(ensemble, "BATCH", 1024)
     monkeypatch.setattr(courses, "BLOCK", 512)
     peaks = []
     for n in (few, 4 * few):
