@@ -146,7 +146,7 @@ def _scene(options):
 def _scene_file(options):
     """Return the ``SceneFile`` that the options of ``solve`` name, their own numbers replacing the file's."""
     from asympk.errors import InputError
-    from asympk.scenefile import SceneFile, changed, load
+    from asympk.scenes.scenefile import SceneFile, changed, load
 
     numbers = {name: getattr(options, name) for name in ("sigma", "mu", "start", "until", "sigma0")}
     numbers = {name: value for name, value in numbers.items() if value is not None}
@@ -160,8 +160,8 @@ def _scene_file(options):
 
 
 def _scenes(options):
-    from asympk.scenefile import load, names, shipped
-    from asympk.terminal import scenes_as_text
+    from asympk.output.terminal import scenes_as_text
+    from asympk.scenes.scenefile import load, names, shipped
 
     if options.name is not None:
         load(options.name)
@@ -169,31 +169,31 @@ def _scenes(options):
 
 
 def _everything(options):
-    from asympk.regenerate import everything
+    from asympk.output.regenerate import everything
 
     return everything(options.root, _progress)
 
 
 def _derive(options):
-    from asympk.regenerate import derive
+    from asympk.output.regenerate import derive
 
     print(f"wrote {len(derive(options.root, _progress))} files under {options.root}/paper/generated")
 
 
 def _claims(options):
-    from asympk.terminal import print_claims
+    from asympk.output.terminal import print_claims
 
     return print_claims(options.id, options.json)
 
 
 def _tables(options):
-    from asympk.regenerate import write_tables
+    from asympk.output.regenerate import write_tables
 
     print(f"wrote {len(write_tables(options.root))} files under {options.root}/paper/generated/tables")
 
 
 def _paper(options):
-    from asympk.paper import build, draw
+    from asympk.output.paper import build, draw
 
     if options.only:
         print(*draw(options.root, options.only), sep="\n")
@@ -204,7 +204,7 @@ def _paper(options):
 
 
 def _report(options):
-    from asympk.page import write_page
+    from asympk.output.page import write_page
 
     path = write_page(options.root, options.out, _progress)
     _progress("")
@@ -212,7 +212,7 @@ def _report(options):
 
 
 def _export(options):
-    from asympk.export import export
+    from asympk.symbolic.export import export
     from asympk.systems import painleve_klein
 
     for path in export(painleve_klein.system(), options.target, options.out):
@@ -221,14 +221,14 @@ def _export(options):
 
 def _solve(options):
     from asympk.methods import solve
-    from asympk.terminal import path_as_json, path_as_text
-    from asympk.trace import frame_of, plot, write_csv
+    from asympk.output.terminal import path_as_json, path_as_text
+    from asympk.pictures.trace import frame_of, plot, write_csv
 
     found = _scene_file(options)
     units = _units(found) if options.physical else None
     path = solve(found.scene, options.method, **({} if options.digits is None else {"digits": options.digits}))
     if units:
-        from asympk.units import physical
+        from asympk.scenes.units import physical
 
         path = physical(path, units)
     frame = frame_of(units)
@@ -248,19 +248,19 @@ def _units(found):
 
 
 def _least(options):
-    from asympk.least import least_model
-    from asympk.terminal import ladder_as_json, ladder_as_text
+    from asympk.output.terminal import ladder_as_json, ladder_as_text
+    from asympk.studies.least import least_model
 
     ladder = least_model(_scene_file(options).scene, options.rtol)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))
 
 
 def _sweep(options):
-    from asympk.executors import executor
-    from asympk.meter import Meter
-    from asympk.summary import as_text, summarise
     from asympk.sweep import run
-    from asympk.sweepfile import read_sweep
+    from asympk.sweep.executors import executor
+    from asympk.sweep.meter import Meter
+    from asympk.sweep.summary import as_text, summarise
+    from asympk.sweep.sweepfile import read_sweep
 
     sweep = read_sweep(options.file)
     meter = Meter(sweep.total, sys.stderr)
@@ -283,8 +283,8 @@ def _certify(options):
 
 
 def _prove_claims():
-    from asympk.proofs import inequalities, prove
-    from asympk.terminal import proofs_as_text
+    from asympk.certify.proofs import inequalities, prove
+    from asympk.output.terminal import proofs_as_text
 
     found = [prove(inequality) for inequality in inequalities()]
     print(proofs_as_text(found))
@@ -293,8 +293,8 @@ def _prove_claims():
 
 def _prove_scene(options):
     from asympk.certify import certify, cover
-    from asympk.scenefile import load
-    from asympk.terminal import certificates_as_json, certificates_as_text
+    from asympk.output.terminal import certificates_as_json, certificates_as_text
+    from asympk.scenes.scenefile import load
 
     box = {name: ends for name, *ends in options.box or ()}
     scene = load(options.scene)
@@ -304,7 +304,7 @@ def _prove_scene(options):
 
 
 def _bench(options):
-    from asympk.bench import main as bench
+    from asympk.studies.bench import main as bench
 
     return bench()
 

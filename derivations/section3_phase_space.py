@@ -5,10 +5,10 @@
 # load on which side of z = 0 it lives.
 import sympy as sp
 
-from asympk.manifold import integral_curves, rest_state, slow_manifolds
-from asympk.regimes import regimes, thresholds
-from asympk.stability import eigenvalues, series_in_mu
-from asympk.stick import stick_regions
+from asympk.symbolic.manifold import integral_curves, rest_state, slow_manifolds
+from asympk.symbolic.regimes import regimes, thresholds
+from asympk.symbolic.stability import eigenvalues, series_in_mu
+from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
 
 system = pk.system()

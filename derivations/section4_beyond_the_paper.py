@@ -5,9 +5,9 @@
 # in every mode. The package finds it, rather than being told.
 import sympy as sp
 
-from asympk.jump import first_integral, jump_map
-from asympk.manifold import slow_manifolds
-from asympk.regimes import regimes
+from asympk.asymptotics.jump import first_integral, jump_map
+from asympk.symbolic.manifold import slow_manifolds
+from asympk.symbolic.regimes import regimes
 from asympk.systems import painleve_klein as pk
 
 system = pk.system()

@@ -5,7 +5,7 @@ from itertools import combinations
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from asympk import style
+from asympk.pictures import style
 
 SLACK = 1.0  # points by which the boxes of two texts may touch
 

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -11,47 +12,48 @@ import asympk
 
 PACKAGE = Path(asympk.__file__).parent
 
-# from left to right; a module imports only from its own stage or from stages to its left
-STAGES = (
-    ("errors", "arithmetic", "files", "tomlfile", "lock", "meter", "executors", "style", "path", "tape", "rows"),
-    ("conditions", "system", "systems", "ratio", "series"),
-    ("diffring", "expansion", "critical", "manifold", "stability", "linear", "itinerary", "layers", "jump"),
-    ("lowering", "regions", "stick", "export", "regimes"),
-    ("scene", "smooth", "fastslow", "ordinary", "roots", "rounding", "dense", "flow", "exact", "piecewise",
-     "integrators",
-     "integrate", "replay", "composite", "hybrid", "collocation",
-     "scenefile", "units", "trace", "balls", "enclosure", "certify", "proofs"),
-    ("sweepfile", "asymptotic", "finals", "columns", "kernels", "courses", "brackets", "motions", "careful",
-     "ensemble", "methods"),
-    ("chunks", "sweep", "summary", "divide", "compare", "least", "bench", "convergence", "collisions", "leastmap"),
-    ("ledger",),
-    ("mathml", "tabular", "tables", "figures", "drawings", "portraits", "maps"),
-    ("chart", "terminal", "regenerate", "gallery", "numbers", "paper", "page"),
-    ("__main__",),
+# from left to right: a part imports only from itself and from parts to its left
+ARROW = (
+    "errors", "storage", "path", "scene", "symbolic", "systems", "flow", "arrays", "asymptotics", "integrators",
+    "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output", "__main__",
 )
-STAGE = {name: number for number, names in enumerate(STAGES) for name in names}
+MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
+
+
+def _name(path):
+    """Return the dotted name of a module below asympk."""
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+NAMES = {_name(path) for path in MODULES}
 
 
 def _imports(path):
+    """Yield the modules of asympk, as dotted names below it, that a module imports anywhere in its text."""
     for node in ast.walk(ast.parse(path.read_text())):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("asympk."):
-            yield node.module.split(".")[1]
-        elif isinstance(node, ast.ImportFrom) and node.module == "asympk":
-            yield from (alias.name for alias in node.names if alias.name in STAGE)
-        elif isinstance(node, ast.Import):
-            yield from (a.name.split(".")[1] for a in node.names if a.name.startswith("asympk."))
+        if isinstance(node, ast.Import):
+            found = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found = [f"{node.module}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for name in found:
+            below = name.removeprefix("asympk.")
+            if name != below:
+                yield below if below in NAMES else below.rpartition(".")[0]
 
 
-def _module(path):
-    return path.relative_to(PACKAGE).with_suffix("").parts[0]
-
-
-@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: str(p.relative_to(PACKAGE)))
+@pytest.mark.parametrize("path", MODULES, ids=_name)
 def test_imports_go_one_way_along_the_arrow(path):
-    if path == PACKAGE / "__init__.py":
-        return
-    stage = STAGE[_module(path)]
-    assert all(STAGE[name] <= stage for name in _imports(path) if name != "errors")
+    here = ARROW.index(_name(path).partition(".")[0])
+    parts = {name.partition(".")[0] for name in _imports(path) if name}
+    assert all(ARROW.index(part) <= here for part in parts)
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    graph = {_name(path): set(_imports(path)) - {""} for path in MODULES}
+    assert set(TopologicalSorter(graph).static_order()) == NAMES
 
 
 def test_derivations_import_the_package_and_never_the_reverse():
@@ -85,5 +87,5 @@ def test_every_public_name_is_there_and_documented(name):
 
 
 def test_a_public_name_survives_the_import_of_any_module():
-    for path in PACKAGE.glob("*.py"):
-        assert path.stem not in asympk.__all__ or path.stem in ("errors", "systems")
+    for path in MODULES:
+        assert _name(path) not in asympk.__all__ or _name(path) in ("errors", "systems")

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import asympk as ap
+from asympk.asymptotics.finals import finals
 from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
-from asympk.finals import finals
 
 MUS = [f"1e-{k}" for k in (2, 3, 4, 6, 8, 10, 12)]
 SIGMAS = ["-17/10", "-6/5", "-1/2", "1/2", "1", "3"]

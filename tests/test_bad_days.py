@@ -11,9 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import asympk as ap
-from asympk import scenefile, sweepfile
 from asympk.__main__ import main
 from asympk.errors import AsympkError
+from asympk.scenes import scenefile
+from asympk.sweep import sweepfile
 
 ROOT = Path(ap.__file__).parent.parent
 SWEEP = "sigma = 1\nmu = 1e-3\nstart = [0, [0, 0.2], -1]\nuntil = 5\n"
@@ -136,7 +137,7 @@ def _full(*_, **__):
     "line", ["sweep good.toml --out o", "solve backward --csv p.csv", "solve backward --plot p.png"]
 )
 def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(place, capsys, monkeypatch, line):
-    monkeypatch.setattr("asympk.files.os.replace", _full)
+    monkeypatch.setattr("asympk.storage.files.os.replace", _full)
     status, out, err = _run(capsys, *line.split())
     assert (status, out) == (2, "")
     assert "No space left on device" in err
@@ -155,7 +156,7 @@ def test_a_sweep_goes_on_where_a_full_disk_stopped_it(place, capsys, monkeypatch
         return _full() if left[0] < 0 else real(source, target)
 
     with monkeypatch.context() as patch:
-        patch.setattr("asympk.files.os.replace", runs_full)
+        patch.setattr("asympk.storage.files.os.replace", runs_full)
         assert _run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 2
     assert len([*(place / "o").glob("chunk-*")]) == 3
     assert _run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 0
@@ -167,7 +168,7 @@ def test_a_read_only_place_is_one_line(place, capsys, monkeypatch):
     def read_only(*_, **__):
         raise OSError(errno.EROFS, "Read-only file system", "o/.lock")
 
-    monkeypatch.setattr("asympk.lock.os.open", read_only)
+    monkeypatch.setattr("asympk.sweep.lock.os.open", read_only)
     status, out, err = _run(capsys, "sweep", "good.toml", "--out", "o")
     assert (status, out) == (2, "")
     assert "Read-only file system" in err
@@ -243,7 +244,7 @@ def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
 @calm(300)
 @given(raw=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace"))))
 def test_any_bytes_are_read_or_refused(raw):
-    from asympk.tomlfile import parse_table
+    from asympk.storage.tomlfile import parse_table
 
     refusal = _refusal(parse_table, raw, "file")
     assert refusal is None or str(refusal).startswith("file: not TOML")

@@ -1,6 +1,6 @@
 """The benchmark prints a line per measurement; what it measures is not judged here."""
 
-from asympk import bench
+from asympk.studies import bench
 
 
 def test_each_line_is_printed_with_its_label(capsys):

@@ -8,15 +8,15 @@ from itertools import pairwise
 import pytest
 
 import asympk as ap
-from asympk import scenefile
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage
+from asympk.scenes import scenefile
 
 flint = pytest.importorskip("flint")
 
-from asympk.balls import Refused, ball, ball_of, between, common, times  # noqa: E402
 from asympk.certify import certify, cover  # noqa: E402
-from asympk.proofs import Inequality, inequalities, prove  # noqa: E402
+from asympk.certify.balls import Refused, ball, ball_of, between, common, times  # noqa: E402
+from asympk.certify.proofs import Inequality, inequalities, prove  # noqa: E402
 
 BACKWARD = ap.Scene(1, "1e-6", (0, "0.2", -1), 5)
 

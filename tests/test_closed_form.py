@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asympk import fastslow, flow, ordinary, smooth
-from asympk.arithmetic import Doubles, context, set_digits
-from asympk.fastslow import FastSlow
-from asympk.flow import Flow, beginning, follow, on_level, on_plane
-from asympk.roots import smooth_root
-from asympk.rounding import largest
-from asympk.smooth import Smooth, short_responses, superposed
+from asympk.flow import fastslow, legs, ordinary, smooth
+from asympk.flow.arithmetic import Doubles, context, set_digits
+from asympk.flow.fastslow import FastSlow
+from asympk.flow.legs import Flow, beginning, follow, on_level, on_plane
+from asympk.flow.roots import smooth_root
+from asympk.flow.rounding import largest
+from asympk.flow.smooth import Smooth, short_responses, superposed
 
 BOUND = 2e-15
 balance = ordinary._balance
@@ -101,7 +101,7 @@ def test_a_state_in_doubles_is_right_to_the_rounding_of_its_terms(a, b, mu, star
 
 def solved(m, sigma, mu, start, until, sigma0=None):
     """Return the legs of a scene in the numbers of ``m``, with no account of rounding and no second run."""
-    from asympk.exact import Case
+    from asympk.flow.exact import Case
 
     case = Case(sigma, sigma if sigma0 is None else sigma0, mu, *start, until, None)
     of_scene = Flow(m, m.number(case.sigma), m.number(case.sigma0), m.number(mu))
@@ -213,16 +213,16 @@ def state_only(flow_, case, x, s):
 SWAPS = {
     "expm1": ([Doubles], "expm1", staticmethod(lambda p: math.exp(p) - 1), (0.6, 0.05, (0.0, 1e9, 1.0), 1e-9)),
     "superposition": ([smooth, fastslow], "superposed", textbook_superposition, (1e-8, 1e-3, (0.4, 0.3, -0.2), 5.0)),
-    "state where z = 0": ([flow], "on_plane", coarse_plane, (1.86, 6.38, (-0.265, 0.0263, -173.6), 11.1)),
+    "state where z = 0": ([legs], "on_plane", coarse_plane, (1.86, 6.38, (-0.265, 0.0263, -173.6), 11.1)),
     "fast part at an event": ([ordinary], "_balance", exponential_balance, (2.41, 1e-295, (-1.75, 0.46, -1.3), 3.0)),
     "state on an edge": (
-        [flow],
+        [legs],
         "on_level",
         coarse_level,
         (-0.009132168110426568, 384.5635289468976, (1.1645882230637756, 270504.0508388527, -22.365777589991062), 91.53),
     ),
     "deviation from the unstable line": (
-        [flow],
+        [legs],
         "_from_unstable_line",
         state_only,
         (1.0, 1e-3, (0.3, -1.2987025935171457 + 1e-12, 1.0), 5.0),

@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 import asympk as ap
-from asympk import chart, compare, figures, rows
-from asympk.compare import Row, errors_of, path_distance, quiet_times, status_of, timed, workprec
 from asympk.errors import InputError, UnknownName
+from asympk.output import chart
 from asympk.path import Path
+from asympk.pictures import figures
+from asympk.storage import rows
+from asympk.studies import compare
+from asympk.studies.compare import Row, errors_of, path_distance, quiet_times, status_of, timed, workprec
 
 KEPT = File(__file__).parent.parent / "paper" / "generated" / "rows"
 

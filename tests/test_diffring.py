@@ -5,10 +5,10 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asympk.diffring import DifferentialRing
 from asympk.errors import InputError
-from asympk.manifold import slow_manifold
-from asympk.system import System
+from asympk.symbolic.diffring import DifferentialRing
+from asympk.symbolic.manifold import slow_manifold
+from asympk.symbolic.system import System
 
 x, a = sp.symbols("x a")
 BY_X = {x: lambda e: e.diff(x)}

@@ -6,9 +6,9 @@ from math import comb, log
 import pytest
 import sympy as sp
 
-from asympk.divide import DEPTH, divide, escapes, separatrix
+from asympk.asymptotics.jump import OFFSET
 from asympk.errors import InputError, NotDerivable
-from asympk.jump import OFFSET
+from asympk.studies.divide import DEPTH, divide, escapes, separatrix
 from asympk.systems import painleve_klein as pk
 
 SYSTEM = pk.system()

@@ -4,8 +4,8 @@ import pytest
 from legibility import flaws
 from matplotlib.figure import Figure
 
-from asympk import drawings
-from asympk.figures import save
+from asympk.pictures import drawings
+from asympk.pictures.figures import save
 
 
 def test_every_text_is_on_the_sheet_and_lies_on_no_other():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import asympk as ap
-from asympk import careful, columns, courses, ensemble, kernels
+from asympk.arrays import careful, columns, courses, ensemble, kernels
 from asympk.errors import InputError, TooLarge, TooManyEvents
 from asympk.path import KINDS
 

@@ -13,8 +13,8 @@ import sympy as sp
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
-from asympk.export import export, functions
-from asympk.lowering import lower
+from asympk.symbolic.export import export, functions
+from asympk.symbolic.lowering import lower
 
 PK = ap.systems.painleve_klein.system()
 COMPILER = shutil.which("cc") or shutil.which("gcc")

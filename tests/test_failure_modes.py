@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 
 import asympk as ap
 from asympk.integrators.moreau import _solutions
-from asympk.piecewise import first_phase, next_phase, piece_of, rod, snapped
+from asympk.integrators.piecewise import first_phase, next_phase, piece_of, rod, snapped
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
 PACKAGES = {"heyoka": "heyoka", "cvode": "sksundae", "kvaerno5": "diffrax"}

@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk import piecewise
 from asympk.errors import InputError, MissingPackage, OutOfRange, UnknownName
-from asympk.integrate import FAMILIES, FINISHED
+from asympk.integrators import piecewise
+from asympk.integrators.integrate import FAMILIES, FINISHED
 from asympk.systems import painleve_klein
 
 PACKAGES = {"heyoka": "heyoka", "cvode": "sksundae", "kvaerno5": "diffrax"}

@@ -12,10 +12,10 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import asympk as ap
+from asympk.asymptotics.jump import first_integral, jump_map
 from asympk.errors import NotDerivable, OrderError, OutOfRange
-from asympk.jump import first_integral, jump_map
-from asympk.lowering import lower
-from asympk.system import System
+from asympk.symbolic.lowering import lower
+from asympk.symbolic.system import System
 from asympk.systems import painleve_klein as pk
 
 SYSTEM = pk.system()

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from asympk.errors import InputError
-from asympk.least import LADDER, atlas, least_model, lowest, predictions
 from asympk.methods import solve
+from asympk.output.terminal import ladder_as_json, ladder_as_text
 from asympk.scene import Scene
-from asympk.terminal import ladder_as_json, ladder_as_text
+from asympk.studies.least import LADDER, atlas, least_model, lowest, predictions
 
 BACKWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, -1), until=2)
 FORWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, 1), until=2)

@@ -8,7 +8,7 @@ from asympk import ledger
 from asympk.errors import UnknownName
 from asympk.ledger import nouns
 from asympk.ledger.trend import tends_to_one, vanishes
-from asympk.terminal import claims_as_json, exit_status, summary
+from asympk.output.terminal import claims_as_json, exit_status, summary
 
 CLAIMS = {claim.id: claim for claim in ledger.claims()}
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import asympk as ap
 from asympk.errors import InputError, OutOfRange, UnknownName
-from asympk.lowering import lower
+from asympk.symbolic.lowering import lower
 
 x, mu, sigma = sp.symbols("x mu sigma")
 EXPR = sp.Rational(1, 3) * x**2 / mu + sp.exp(-x) / sigma**3 + sp.pi * sp.sqrt(x)
@@ -87,7 +87,7 @@ def test_lowered_functions_pickle_and_are_equal_when_their_expressions_are(targe
 
 def test_sources_are_the_same_under_every_hash_seed():
     code = (
-        "import sympy as sp; from asympk.lowering import lower; a, b, c = sp.symbols('a b c')\n"
+        "import sympy as sp; from asympk.symbolic.lowering import lower; a, b, c = sp.symbols('a b c')\n"
         "e = [sp.exp(a + b) * sp.sqrt(c) + (a + b)**3 / c, sp.sqrt(c) * (a + b), sp.sin(a * c) / (a + b)]\n"
         "print(lower({a, b, c}, e, 'c'), lower({a, b, c}, e).source)"
     )

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import asympk as ap
-from asympk.critical import critical_manifolds, positive
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
-from asympk.manifold import C, integral_curves, invariance_residual, reduced_flow, rest_state
+from asympk.symbolic.critical import critical_manifolds, positive
+from asympk.symbolic.manifold import C, integral_curves, invariance_residual, reduced_flow, rest_state
 
 x, y, z = sp.symbols("x y z", real=True)
 u, v, w = sp.symbols("u v w")

@@ -9,8 +9,9 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk import chart, collocation, hybrid, integrate, piecewise
 from asympk.errors import InputError
+from asympk.integrators import collocation, hybrid, integrate, piecewise
+from asympk.output import chart
 from asympk.systems import nonlinear_rod as nl
 from asympk.systems import painleve_klein as pk
 
@@ -118,7 +119,7 @@ def test_collocation_is_the_exact_flow_to_twenty_digits():
 def stored():
     from pathlib import Path
 
-    from asympk.rows import read_rows
+    from asympk.storage.rows import read_rows
 
     file = Path(__file__).parent.parent / "paper" / "generated" / "rows" / "nonlinear-reference.csv"
     return {(row["kappa"], row["mu"]): row for row in read_rows(file)}

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from asympk import ordinary
-from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
-from asympk.exact import Case, legs_of
-from asympk.rounding import largest
+from asympk.flow import ordinary
+from asympk.flow.arithmetic import Doubles
+from asympk.flow.exact import Case, legs_of
+from asympk.flow.rounding import largest
 
 
 def cases(n, seed):

@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from asympk import page
 from asympk.errors import InputError
-from asympk.mathml import mathml
+from asympk.output import page
+from asympk.output.mathml import mathml
 
 ROOT = Path(__file__).parent.parent
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from asympk import numbers, paper
 from asympk.errors import InputError, UnknownName
-from asympk.page import with_sections
+from asympk.output import numbers, paper
+from asympk.output.page import with_sections
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "paper"
@@ -73,7 +73,7 @@ def test_every_float_has_a_caption_and_a_label_and_its_file():
 
 
 def test_figures_in_the_paper_are_pictures_of_the_gallery():
-    from asympk.gallery import pictures
+    from asympk.output.gallery import pictures
 
     shown = [name for _, _, body in FLOATS for name in re.findall(r"\\pic\{([\w-]+)\}", body)]
     assert shown
@@ -81,7 +81,7 @@ def test_figures_in_the_paper_are_pictures_of_the_gallery():
 
 
 def test_the_readme_shows_three_committed_pictures_each_with_the_command_that_makes_it():
-    from asympk.gallery import README as SHOWN
+    from asympk.output.gallery import README as SHOWN
 
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     found = re.findall(r"!\[.+?\]\((.+?)/([\w-]+)\.svg\)\n\n`asympk paper --only ([\w-]+)`", readme)
@@ -92,8 +92,8 @@ def test_the_readme_shows_three_committed_pictures_each_with_the_command_that_ma
 
 
 def test_the_regimes_of_the_readme_are_those_of_the_package():
-    from asympk.tables import regimes_table
-    from asympk.tabular import plain
+    from asympk.output.tables import regimes_table
+    from asympk.output.tabular import plain
 
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for row in plain(regimes_table()):
@@ -140,8 +140,8 @@ def test_without_latexmk_one_line_says_what_to_install(monkeypatch, tmp_path):
 @pytest.fixture(scope="module")
 def typeset(tmp_path_factory):
     """Typeset a copy of the paper twice, where TeX and the figures are there; return the PDFs' bytes."""
-    from asympk.figures import save
-    from asympk.gallery import pictures
+    from asympk.output.gallery import pictures
+    from asympk.pictures.figures import save
 
     if not shutil.which("latexmk"):
         return []

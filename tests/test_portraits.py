@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from legibility import flaws
 
-from asympk import gallery, maps, portraits
-from asympk.figures import save
-from asympk.least import LADDER
 from asympk.methods import solve
+from asympk.output import gallery
+from asympk.pictures import maps, portraits
+from asympk.pictures.figures import save
 from asympk.scene import Scene
+from asympk.studies.least import LADDER
 
 PICTURES = {
     "phase": gallery.phase,

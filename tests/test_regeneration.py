@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from asympk import regenerate
 from asympk.errors import InputError
-from asympk.files import write_text
+from asympk.output import regenerate
+from asympk.storage.files import write_text
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "paper" / "generated"

@@ -6,8 +6,8 @@ import pytest
 import sympy as sp
 
 from asympk.methods import solve
-from asympk.regimes import regimes, thresholds
 from asympk.scene import Scene
+from asympk.symbolic.regimes import regimes, thresholds
 from asympk.systems import painleve_klein as pk
 
 SYSTEM = pk.system()

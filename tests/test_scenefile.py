@@ -10,10 +10,10 @@ import mpmath
 import pytest
 
 import asympk as ap
-from asympk import scenefile, units
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
-from asympk.trace import plot, trace
+from asympk.pictures.trace import plot, trace
+from asympk.scenes import scenefile, units
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}  # fmt: skip

@@ -9,9 +9,9 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from asympk.asymptotics.ratio import Ratios
+from asympk.asymptotics.series import O, Series, balance, series, solve, substitute
 from asympk.errors import NotDerivable, OrderError
-from asympk.ratio import Ratios
-from asympk.series import O, Series, balance, series, solve, substitute
 
 MU, L = series({(1, 0): 1}), series({(0, 1): 1})
 mu, w = sp.symbols("mu w")

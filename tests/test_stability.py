@@ -3,9 +3,9 @@
 import pytest
 import sympy as sp
 
-from asympk import stability
 from asympk.errors import InputError, NotDerivable, OrderError
-from asympk.system import System
+from asympk.symbolic import stability
+from asympk.symbolic.system import System
 from asympk.systems import painleve_klein as pk
 
 SYSTEM = pk.system()

@@ -16,15 +16,14 @@ import numpy as np
 import pytest
 
 import asympk as ap
-from asympk import chunks, summary
 from asympk.__main__ import main
 from asympk.errors import InputError, TooLarge, TooManyEvents, WorkersLost
-from asympk.executors import Processes
-from asympk.lock import locked
-from asympk.meter import Meter, duration
 from asympk.path import MODES
-from asympk.sweep import files, results, run
-from asympk.sweepfile import parse_sweep
+from asympk.sweep import chunks, files, results, run, summary
+from asympk.sweep.executors import Processes
+from asympk.sweep.lock import locked
+from asympk.sweep.meter import Meter, duration
+from asympk.sweep.sweepfile import parse_sweep
 
 TEXT = """
 seed = 11
@@ -331,7 +330,7 @@ def test_parquet_chunks_hold_the_same_and_are_checked_too(plain, tmp_path):
 
 
 def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
-    from asympk import ensemble
+    from asympk.arrays import ensemble
 
     real = ensemble.solve_many
 

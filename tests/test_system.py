@@ -4,7 +4,7 @@ import pytest
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.system import System
+from asympk.symbolic.system import System
 
 x, y, z, mu, F, k = sp.symbols("x y z mu F k", real=True)
 

@@ -1,1 +1,1 @@
-"""One small module per family of integrators; ``asympk.integrate`` and ``asympk.methods`` name them."""
+"""One small module per family of integrators; ``asympk.integrators.integrate`` and ``asympk.methods`` name them."""

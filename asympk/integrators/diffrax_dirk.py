@@ -7,7 +7,7 @@ the next power of ten, since another one would have to be compiled.
 from functools import lru_cache
 from time import monotonic
 
-from asympk.integrate import Leg, Work, missing
+from asympk.integrators.integrate import Leg, Work, missing
 
 
 def advance(method, piece, t, state, until, rtol, atol, limits, times):

@@ -10,9 +10,9 @@ sigma, has changed its sign, and the paradox of the rigid rod is back.
 from time import monotonic
 
 from asympk.errors import InputError
-from asympk.integrate import Leg, Work, dense, endpoints, report
+from asympk.integrators.integrate import Leg, Work, dense, endpoints, report
+from asympk.integrators.piecewise import Phase, first_phase, rod, sign
 from asympk.path import Event, Path
-from asympk.piecewise import Phase, first_phase, rod, sign
 from asympk.scene import number
 
 COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps with three solutions"}

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from time import monotonic
 
 from asympk.errors import InputError
-from asympk.integrate import Limits, dense, endpoints, report, tolerances
 from asympk.integrators import scipy_ivp
+from asympk.integrators.integrate import Limits, dense, endpoints, report, tolerances
 from asympk.path import Path
 
 

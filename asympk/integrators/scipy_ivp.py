@@ -2,7 +2,7 @@
 
 from time import monotonic
 
-from asympk.integrate import Leg, Work
+from asympk.integrators.integrate import Leg, Work
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")

@@ -1,7 +1,7 @@
 """The customary crude way: one right-hand side with sign(z) in it, given to a general-purpose solver."""
 
 from asympk.integrators.onefield import follow, friction_field
-from asympk.piecewise import sign
+from asympk.integrators.piecewise import sign
 
 
 def run(scene, method="sign", *, rtol=1e-6, atol=None, solver="lsoda", steps=20_000, seconds=60.0):

@@ -3,7 +3,7 @@
 from time import monotonic
 
 from asympk.errors import AsympkError
-from asympk.integrate import Leg, Work, missing
+from asympk.integrators.integrate import Leg, Work, missing
 
 CALLS_PER_STEP = 4  # the limit on steps is kept by counting calls: CVODE makes one to three for a step
 

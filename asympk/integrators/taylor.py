@@ -3,7 +3,7 @@
 from functools import lru_cache
 from time import monotonic
 
-from asympk.integrate import Leg, Work, missing
+from asympk.integrators.integrate import Leg, Work, missing
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16

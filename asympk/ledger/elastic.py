@@ -4,8 +4,8 @@ import sympy as sp
 
 from asympk.ledger.nouns import claim, numeric, symbolic, symbolic_left_out
 from asympk.ledger.trend import tends_to_one, vanishes
-from asympk.regimes import thresholds
-from asympk.stability import eigenvalues
+from asympk.symbolic.regimes import thresholds
+from asympk.symbolic.stability import eigenvalues
 from asympk.systems import painleve_klein as pk
 from asympk.systems import rod
 

@@ -9,10 +9,10 @@ import sympy as sp
 from asympk.ledger.nouns import claim, numeric, symbolic, symbolic_left_out
 from asympk.ledger.runs import MUS, escape_time, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
-from asympk.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
-from asympk.regimes import regimes
-from asympk.stability import eigenvalues
-from asympk.stick import drive_of_load, stick_regions
+from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
+from asympk.symbolic.regimes import regimes
+from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stick import drive_of_load, stick_regions
 from asympk.systems import painleve_klein as pk
 from asympk.systems import rod
 

@@ -5,7 +5,7 @@ from fractions import Fraction
 import mpmath
 import sympy as sp
 
-from asympk.jump import first_integral, jump_map
+from asympk.asymptotics.jump import first_integral, jump_map
 from asympk.ledger.nouns import (
     claim,
     numeric,
@@ -17,8 +17,8 @@ from asympk.ledger.nouns import (
 )
 from asympk.ledger.runs import MUS, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
-from asympk.manifold import slow_manifolds
-from asympk.regimes import regimes
+from asympk.symbolic.manifold import slow_manifolds
+from asympk.symbolic.regimes import regimes
 from asympk.systems import painleve_klein as pk
 
 _FROM_BELOW = (0, Fraction(1, 5), -1)

@@ -13,10 +13,10 @@ from asympk.ledger.nouns import (
 )
 from asympk.ledger.runs import DIGITS, MUS, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
-from asympk.manifold import slow_manifolds
-from asympk.regimes import regimes
-from asympk.stability import eigenvalues
-from asympk.stick import stick_regions
+from asympk.symbolic.manifold import slow_manifolds
+from asympk.symbolic.regimes import regimes
+from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
 
 _THIRD = Fraction(1, 3)

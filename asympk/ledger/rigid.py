@@ -6,7 +6,7 @@ import sympy as sp
 
 from asympk.ledger.nouns import claim, numeric, symbolic
 from asympk.ledger.trend import vanishes
-from asympk.lowering import lower
+from asympk.symbolic.lowering import lower
 from asympk.systems import rod
 
 _STEEP = sp.Interval.open(-1, 1)

@@ -15,7 +15,7 @@ from functools import cache
 
 import sympy as sp
 
-from asympk.system import System
+from asympk.symbolic.system import System
 from asympk.systems import rod
 from asympk.systems.painleve_klein import ASSUMPTIONS, mu, phi, sigma, sigma0, x, y, z
 

@@ -11,7 +11,7 @@ from functools import cache
 
 import sympy as sp
 
-from asympk.system import System
+from asympk.symbolic.system import System
 from asympk.systems import rod
 
 x, y, z = sp.symbols("x y z", real=True)

@@ -1,0 +1,219 @@
+r"""A composite expansion in numbers: states, the error to expect, and the range in which it may be trusted.
+
+A ``Motion`` strings the segments of its layers together, in absolute time. All functions take one text for floats,
+mpmath numbers and arrays: ``m`` gives exp, expm1, log, where and eps.
+
+The predicted error is what the next order changes at the time asked for, and four times what the one after it does, so
+that a first omitted term that happens to vanish does not hide the rest.
+"""
+
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from asympk.asymptotics.itinerary import itinerary
+from asympk.asymptotics.replay import Piece, Turn, replay
+
+SPREAD = 0.5  # an event whose first correction exceeds this part of its leading term is not where the layer says
+TOO_LARGE = 0.5
+
+
+class Motion(NamedTuple):
+    """Segments and the events between them, to one order; ``left`` is what is left of a layer on the next arrival."""
+
+    pieces: tuple[Piece, ...]
+    turns: tuple[Turn, ...]
+    left: "Left | None" = None
+
+
+class Left(NamedTuple):
+    """What an arrival at ``t`` finds of the fast motion before it: in x and z for good, in y while it ``fades``."""
+
+    t: Any
+    fades: Any
+    lasting: Any
+    passing: Any
+
+
+class Course(NamedTuple):
+    """The steps of the first layer, and those of a second one where the slow motion after it meets z = 0, if any."""
+
+    steps: tuple
+    then: tuple = ()
+
+
+def course_of(line, load, velocity, sign):
+    """Return the course from a start: the layer, and the one that follows if the slow motion meets z = 0."""
+    steps = itinerary(line, load, velocity, sign)
+    last = steps[-1].mode
+    then = itinerary(line, line.rest(last), 0, sign) if line.returns(last, sign) else ()
+    return Course(steps, then)
+
+
+def motions(course, order, extra, start, m):
+    """Return the motions to ``order``, ..., ``order + extra`` from ``start`` = (sigma, sigma0, mu, x, s, z).
+
+    Each comes twice, with the layers and without them: the slow motion alone.
+    """
+    sigma, sigma0, mu, x, s, z = start
+    large = -m.log(mu)
+    begin = replay(course.steps, order, extra + bool(course.then))
+    layers = begin(sigma, sigma0, mu, large, x, s, z, m.log)
+    if not course.then:
+        return [(Motion(layer.pieces, layer.turns), Motion((layer.landing,), ())) for layer in layers]
+    second = replay(course.then, order, extra, course.steps[-1].mode)
+    found = []
+    for k, (layer, finer) in enumerate(pairwise(layers)):
+        # a time right to mu^n is right to mu^(n - 1) in the units of a layer, which takes the next order therefore
+        (t, left), (slow_t, _) = _arrival(finer, m), _arrival(layer, m)
+        there, slowly = (Turn("velocity_zero", u, *state_of(layer.landing, u, m)[:2], 0 * u, left) for u in (t, slow_t))
+        later = second(sigma, sigma0, mu, large, there.x, 0, 0, m.log)[k]
+        onward = second(sigma, sigma0, mu, large, slowly.x, 0, 0, m.log)[k].landing
+        pieces = [p._replace(began=p.began + t) for p in later.pieces]
+        turns = [turn._replace(t=turn.t + t) for turn in later.turns]
+        trace = _left(layer.pieces[-1], t, left)
+        found.append((
+            Motion((*layer.pieces, *pieces), (*layer.turns, there, *turns), trace),
+            Motion((layer.landing, onward._replace(began=slow_t)), (slowly,), trace),
+        ))
+    return found
+
+
+def _left(last, t, part):
+    lasting = part * (abs(last.x[3]) + abs(last.z[3]) * (1 + 1 / abs(last.z[1])))
+    return Left(t, 40 / abs(last.fast), lasting, part * abs(last.y[3]))
+
+
+def _arrival(layer, m):
+    """Return when a slow motion meets z = 0, by Newton's method on a nearly straight line, and e^(fast t) by then."""
+    _, rate, part, _, centre = layer.landing.z
+    slow, last = layer.landing.slow, layer.pieces[-1]
+    t = -centre / rate
+    for _ in range(8):
+        fade = m.exp(slow * t)
+        t = t - (centre + rate * t + part * fade) / (rate + part * slow * fade)
+    return t, m.exp(m.where(t > last.began, last.fast * (t - last.began), 0))
+
+
+def state_of(piece, t, m):
+    """Return (x, y, z) of a segment at the time ``t``."""
+    local = t - piece.began
+    p, q = piece.slow * local, piece.fast * local
+    early = q > -1  # two forms of one sum, each free of cancellation on its side
+    fade = m.where(early, m.expm1(p), m.exp(p))
+    jump = m.where(early, m.expm1(q), m.exp(m.where(early, 0, q)))
+    return tuple(
+        m.where(early, s, c) + r * local + a * fade + b * jump for s, r, a, b, c in (piece.x, piece.y, piece.z)
+    )
+
+
+def state(motion, t, m):
+    """Return (x, y, z) at the number ``t``."""
+    for piece in reversed(motion.pieces[1:]):
+        if t >= piece.began:
+            return state_of(piece, t, m)
+    return state_of(motion.pieces[0], t, m)
+
+
+def states(motion, t, m):
+    """Return (x, y, z) at the array ``t``: of every segment at a time within it, then of the right one."""
+    found = None
+    for piece, end in zip(motion.pieces, _ends(motion, t, m), strict=True):
+        here = state_of(piece, end, m)
+        found = here if found is None else [m.where(t < piece.began, f, h) for f, h in zip(found, here, strict=True)]
+    return tuple(found)
+
+
+def predicted_error(found, t, m):
+    """Return the absolute error at ``t`` to expect of the first of three motions."""
+    now, next_, last = (m.pick(motion, t, m) for motion in found)
+    error = _distance(now, next_, m) + 4 * _distance(next_, last, m)
+    error = error + _distance(now, m.pick(found[0], t * (1 + 4 * m.eps), m), m)
+    late = [abs(a.t - b.t) + abs(b.t - c.t) for a, b, c in zip(*(motion.turns for motion in found), strict=True)]
+    for i, turn in enumerate(found[0].turns):
+        error = error + _at_event(found[0].pieces[i : i + 2], turn.t, 2 * late[i], t, m)
+    if found[0].left:
+        t_left, fades, lasting, passing = found[0].left
+        error = error + m.where(t < t_left, 0, 4 * lasting + m.where(t < t_left + fades, 4 * passing, 0))
+    sizes = (c for p in found[0].pieces for w in (p.x, p.z) for c in w)
+    return error + 16 * m.eps * largest(1, t, now[1], *sizes, m=m)
+
+
+def _relative(error, state, m):
+    """Return an absolute error relative to the largest of 1, |x|, |z| of the true state, which it leaves uncertain."""
+    scale = largest(1, state[0], state[2], m=m) - error
+    return error / m.where(scale > 1, scale, 1)
+
+
+def _at_event(pieces, when, window, t, m):
+    """Return by how much the two segments at an event differ at ``t``, if it is within ``window`` of the event."""
+    near = abs(t - when) <= window
+    within = m.where(near, t, when)
+    before, after = (state_of(piece, within, m) for piece in pieces)
+    return m.where(near, _distance(before, after, m), 0)
+
+
+def chosen(found, layers, t, m):
+    """Return the motion to the lowest order, with or without its layers, and the error to expect at ``t``."""
+    error = predicted_error([motion for motion, _ in found], t, m)
+    now, slowly = (m.pick(motion, t, m) for motion in found[0])
+    if layers:
+        return found[0][0], _relative(error, now, m)
+    return found[0][1], _relative(error + _distance(now, slowly, m), slowly, m)
+
+
+def checks(course, found, error, t, m):
+    """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
+    now, coarse, fine = (motion for motion, _ in found)
+    steps = course.steps + course.then
+    for i, (step, piece, end) in enumerate(zip(steps, fine.pieces, _ends(fine, t, m), strict=True)):
+        later, turn = t <= piece.began, fine.turns[i] if i < len(fine.turns) else None
+        yield later | (abs(piece.fast) > 4), f"the fast rate in {step.mode} is not fast, 4 mu >= |b|"
+        if turn:
+            yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= piece.began)), (
+                f"{step.mode} does not end with {turn.kind} as in the limit mu -> 0"
+            )
+            yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
+            if turn.kind == "velocity_zero":
+                end = m.where(t < turn.t, end, piece.began)
+        for at in (end, *_turning(piece, end, m)) if step.side else ():
+            z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
+            # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
+            slack = m.where(piece.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(piece.z[0]))
+            yield later | (step.side * z >= -slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
+        if step.event is None:
+            s = sum(w[4] + w[2] for w in (piece.x, piece.y))
+            sign = step.side if step.mode == "slip_same" else -step.side
+            yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
+    final = m.pick(now, t, m)
+    scale = largest(1, final[0], final[2], m=m)
+    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
+
+
+def _turning(piece, end, m):
+    """Yield the times in a segment at which the fast or the slow part turns z back, or its beginning."""
+    _, rate, part, fast, _ = piece.z
+    for top, bottom, speed in (
+        (-(rate + part * piece.slow), fast * piece.fast, piece.fast),
+        (-rate, part * piece.slow, piece.slow),
+    ):
+        ratio = top / m.where(bottom == 0, 1, bottom)
+        at = piece.began + m.log(m.where(ratio > 0, ratio, 1)) / speed
+        yield m.where((ratio > 0) & (bottom != 0) & (at > piece.began) & (at < end), at, piece.began)
+
+
+def _ends(motion, t, m):
+    """Return the end of each segment, none after ``t`` and none before the segment begins."""
+    ends = [m.where(p.began < t, p.began, t) for p in motion.pieces[1:]] + [t]
+    return [m.where(end > p.began, end, p.began) for p, end in zip(motion.pieces, ends, strict=True)]
+
+
+def _distance(a, b, m):
+    return largest(*(p - q for p, q in zip(a, b, strict=True)), m=m)
+
+
+def largest(first, *others, m):
+    """Return the largest modulus, entry by entry for arrays."""
+    result = abs(first)
+    for other in others:
+        result = m.where(abs(other) > result, abs(other), result)
+    return result

@@ -1,0 +1,129 @@
+r"""Which modes a fast layer passes through, in the limit mu -> 0, decided on the line of loads.
+
+While the layer lasts, x stands still and the load s obeys mu s' = p + q s in each mode. It tends to its rest point
+-p/q (q < 0) or grows without bound (q > 0); what it meets on the way ends the mode: s = 0, the switching plane z = 0
+once s is unbounded, or, in stick, an edge of the friction cone. Every decision is the sign of an expression, so the
+signs that were asked for are the domain of the itinerary.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from asympk.asymptotics.layers import Step
+from asympk.errors import NotDerivable, OutOfRange
+
+LONGEST = 8
+
+
+@dataclass(frozen=True)
+class LoadLine:
+    """Per mode (p, q) of ``mu s' = p + q s`` and (h0, h1) of ``z' = h0 + h1 s``; the drive (d0, d1); the friction."""
+
+    fast: dict
+    rate: dict
+    drive: tuple
+    static: Any
+
+    def rest(self, mode):
+        """Return the load at which the fast motion of a mode rests: its critical manifold."""
+        p, q = self.fast[mode]
+        return -p / q
+
+    def side(self, mode, sign):
+        """Return the sign of the velocity where the critical manifold of a mode lies; 0 where there is none."""
+        if sign(self.fast[mode][1]) == 0:
+            return 0
+        return sign(self.rest(mode)) * {"slip_same": 1, "slip_opposite": -1, "stick": 0}[mode]
+
+    def acceleration(self, mode):
+        """Return z' on the critical manifold of a mode."""
+        h0, h1 = self.rate[mode]
+        return h0 + h1 * self.rest(mode)
+
+    def returns(self, mode, sign):
+        """Tell whether the slow motion on the critical manifold of a mode heads for the switching plane."""
+        return self.side(mode, sign) * sign(self.acceleration(mode)) < 0
+
+    def edges(self, sign):
+        """Yield the levels ``drive = k static s``, k = 1 and -1, and the loads there."""
+        for name, k in (("upper", 1), ("lower", -1)):
+            slope = k * self.static - self.drive[1]
+            if sign(slope):
+                yield name, self.drive[0] / slope
+
+
+def itinerary(line, load, velocity, sign):
+    """Return the steps from a start (load, velocity) until the layer has landed on a critical manifold.
+
+    ``sign`` returns that of an expression, and may record it. Raises ``OutOfRange`` for a start on the repelling
+    manifold that divides two itineraries, ``NotDerivable`` when no critical manifold is reached.
+    """
+    steps, side, far = [], sign(velocity), 0
+    while not steps or steps[-1].event:
+        if len(steps) == LONGEST:
+            raise NotDerivable(f"the layer passes through more than {LONGEST} modes: {[s.mode for s in steps]}")
+        step = None
+        if side == 0 and (far or _hold(line, load, sign) >= 0):
+            step, load = _stick(line, load, far, sign)
+        if step:
+            side, far = _direction(line, load, sign) if step.event else 0, 0
+        else:
+            side = side or _direction(line, load, sign)
+            step, load, far = _slip(line, load, side, sign)
+            side = 0 if far else side
+        steps.append(step)
+    return tuple(steps)
+
+
+def _slip(line, load, side, sign):
+    of_load = sign(load) or sign(line.fast["slip_same"][0])
+    mode = "slip_same" if of_load == side else "slip_opposite"
+    p, q = line.fast[mode]
+    attracts = sign(q)
+    if attracts == 0:
+        raise OutOfRange(f"{mode}: the load neither settles nor grows at a fast rate (mu s' = {p} + {q} s)")
+    if attracts < 0:
+        if sign(line.rest(mode)) == of_load:
+            return Step(mode, side), load, 0
+        return Step(mode, side, "force_zero", "load"), 0 * p, 0
+    away = sign(p + q * load)
+    if away == 0:
+        raise OutOfRange(f"the start lies on the repelling manifold of {mode}, s = {line.rest(mode)}: the sides differ")
+    if away != of_load:
+        return Step(mode, side, "force_zero", "load"), 0 * p, 0
+    if sign(line.rate[mode][1]) * away != -side:
+        raise NotDerivable(f"{mode}: the load grows without bound and the velocity with it")
+    _require_hold_far(line, mode, sign)
+    return Step(mode, side, "velocity_zero", "velocity"), load, away
+
+
+def _stick(line, load, far, sign):
+    """Return the stick step and the load at its end; no step where the load leaves the cone at once."""
+    rest = line.rest("stick")
+    if sign(line.fast["stick"][1]) >= 0:
+        raise NotDerivable("stick: the load does not settle")
+    way = -far or sign(rest - load)
+    ahead = [
+        (name, edge) for name, edge in line.edges(sign)
+        if sign(rest - edge) == way and (far or sign(edge - load) == way)
+    ]
+    if not ahead:
+        return (Step("stick", 0), rest) if _hold(line, rest, sign) >= 0 else (None, load)
+    first = ahead[0]
+    for other in ahead[1:]:
+        first = other if sign(first[1] - other[1]) == way else first
+    return Step("stick", 0, "slip_onset", first[0]), first[1]
+
+
+def _hold(line, load, sign):
+    """Return the sign of what static friction can hold less what it must."""
+    return sign(line.static * abs(load) - abs(line.drive[0] + line.drive[1] * load))
+
+
+def _require_hold_far(line, mode, sign):
+    if sign(line.static - abs(line.drive[1])) <= 0:
+        raise NotDerivable(f"{mode}: at an unbounded load friction does not hold, and the motion crosses the plane")
+
+
+def _direction(line, load, sign):
+    return sign(line.drive[0] + line.drive[1] * load)

@@ -1,0 +1,229 @@
+r"""The jump map: where the fast layers carry a start, as series in mu and L = log(1/mu).
+
+A start (x, y, z) off the slow manifolds passes, within a time O(mu L), through a few modes and lands on one. The map
+gives the slow motion that it lands on by its (x, z) at t = 0, so that the jump is instantaneous: after the layers the
+trajectory is the slow motion from there, for the time t. One integral is common to all modes up to a slow drift,
+
+    I = z - mu y - x,    I' = x      (Painlevé-Klein),
+
+and fixes the limit: over the layer the drift vanishes and mu y returns to zero, so with z -> 0 it leaves x -> x - z.
+"""
+
+import itertools
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
+
+import sympy as sp
+
+from asympk.asymptotics.itinerary import itinerary
+from asympk.asymptotics.layers import Turn, follow, on_slow_line
+from asympk.asymptotics.linear import linear
+from asympk.asymptotics.ratio import Ratios
+from asympk.asymptotics.series import Series
+from asympk.errors import InputError, NotDerivable, OrderError
+from asympk.symbolic.conditions import reduce_under
+
+HIGHEST_ORDER = 3
+LOAD, OFFSET = sp.symbols("s delta", real=True)
+SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))
+
+
+@dataclass(frozen=True)
+class JumpMap:
+    """The slow motion that a layer lands on, ``(x, z)`` at t = 0, as series whose coefficients are expressions.
+
+    ``events`` are the mid-jump states, ``domain`` the condition on start and parameters (as mu -> 0). ``order``
+    counts powers of mu, all powers of L with each: x, z and mu y are known to mu^order, times to mu^(order + 1).
+    """
+
+    x: Series
+    z: Series
+    events: tuple[Turn, ...] = field(repr=False)
+    itinerary: tuple[str, ...]
+    domain: sp.Basic
+    order: int
+    lands_on: sp.Expr
+
+    @property
+    def t_hit(self):
+        """The time at which the layer meets the switching plane."""
+        return self._event("velocity_zero").t
+
+    @property
+    def t_leave(self):
+        """The time at which stick ends."""
+        return self._event("slip_onset").t
+
+    def _event(self, kind):
+        for event in self.events:
+            if event.kind == kind:
+                return event
+        raise NotDerivable(f"the layer {' -> '.join(self.itinerary)} has no {kind}")
+
+
+@dataclass(frozen=True)
+class Integral:
+    """A linear combination of the states that changes slowly in every mode: ``expr' = rate``, free of fast states."""
+
+    expr: sp.Expr
+    rate: sp.Expr
+
+
+def first_integral(system):
+    """Find ``z + mu beta y + gamma x`` whose rate is the same in all modes and free of y; or raise ``NotDerivable``."""
+    model = linear(system)
+    x, y, z = model.states
+    beta, gamma = sp.symbols("beta gamma")
+    rates = [
+        [h + beta * g + gamma * f for f, g, h in zip(*m, strict=True)] for m in model.fields.values()
+    ]
+    equations = [r[2] for r in rates] + [r[i] - rates[0][i] for r in rates[1:] for i in (0, 1)]
+    found = sp.solve(equations, [beta, gamma], dict=True)
+    if len(found) != 1:
+        raise NotDerivable("no linear combination of the states is free of the fast motion in every mode")
+    (solution,) = found
+    rate = sum(c.subs(solution) * v for c, v in zip(rates[0], (1, x, 0), strict=True))
+    return Integral(z + system.small * solution[beta] * y + solution[gamma] * x, sp.cancel(rate))
+
+
+def jump_map(system, order=1, start=None, arrival=None, near=None):
+    """Derive the jump map of the layer that contains ``start``, to ``order`` in mu with all powers of L.
+
+    ``start`` gives numbers for some of the states and parameters, a point inside the layer; what is missing is chosen
+    (velocity -1, load 1/5). With ``arrival`` the layer begins on z = 0, where the slow motion in the mode of that name
+    reaches it, and the map depends on x alone. With ``near`` the load at the start is given by its ``OFFSET`` from the
+    slow line of the mode of that name, so the map holds however small the offset is. Raises ``OrderError``,
+    ``OutOfRange`` on a divide, ``NotDerivable``.
+
+    >>> from asympk.systems import painleve_klein
+    >>> jump = jump_map(painleve_klein.system(), order=0)
+    >>> print(jump.x, "for", jump.domain)
+    (x - z) + O(mu L) for (sigma > 0) & (z < 0) & (x + y > 0)
+    """
+    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
+        raise OrderError(
+            f"order = {order!r}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
+            "solve(scene, method='jump', order=n) takes higher orders in numbers"
+        )
+    model = linear(system)
+    values = _sample(system, model, dict(start or {}), arrival)
+    velocity = model.states[2] if values[model.states[2]] != 0 else sp.S.Zero
+    begins = Beginning(arrival, near, velocity)
+    signs = _Signs({**values, LOAD: _load(model).subs(values)})
+    steps = itinerary(model.line, begins.load(model), velocity, signs)
+    x, z, events = _expansion(system, steps, order, begins)
+    domain = _domain(tuple(signs.asked), system.assumptions).subs(LOAD, _load(model))
+    rest = sp.cancel(model.line.rest(steps[-1].mode))
+    return JumpMap(x, z, events, tuple(s.mode for s in steps), domain, order, rest)
+
+
+class Beginning(NamedTuple):
+    """How a layer begins: from any load, or on or near the slow line of a mode; and its velocity, z or 0."""
+
+    arrival: str | None
+    near: str | None
+    velocity: sp.Expr
+
+    def load(self, model):
+        """Return the load in the limit mu -> 0."""
+        if self.near:
+            return model.line.rest(self.near) + OFFSET
+        return model.line.rest(self.arrival) if self.arrival else LOAD
+
+    def fast(self, numbers, x, exact, order):
+        """Return the fast state to ``order``."""
+        on = self.near or self.arrival
+        if not on:
+            return numbers.fast_state(x, exact(LOAD))
+        return on_slow_line(numbers.fields[on], x, order) + (exact(OFFSET) / numbers.load[2] if self.near else 0)
+
+
+@lru_cache(maxsize=64)
+def _expansion(system, steps, order, begins):
+    """Return x and z after the layer, and its events, in symbols: they depend on the itinerary alone."""
+    model = linear(system)
+    x, _, z = model.states
+    names = (*model.parameters, x, LOAD, z, OFFSET)
+    exact = Ratios(names, len(steps), shown=[_load(model) if v == LOAD else v for v in names])
+    numbers = model.map(exact)
+    start = (exact(x), begins.fast(numbers, exact(x), exact, order), exact(begins.velocity))
+    layers = follow(numbers, steps, start, order, exact.log)
+
+    def out(series):
+        return series.map(exact.expr, system.small)
+
+    events = tuple(Turn(t.kind, *map(out, t[1:])) for t in layers.turns)
+    return out(layers.x.truncated(order)), out(layers.z.truncated(order)), events
+
+
+def _load(model):
+    return sum(c * v for c, v in zip(model.load, (1, *model.states[:2]), strict=True))
+
+
+def _sample(system, model, start, arrival):
+    x, y, z = model.states
+    known = {v: sp.nsimplify(c, rational=True) for v, c in start.items()}
+    unknown = set(known) - {*model.states, *model.parameters, OFFSET}
+    if unknown:
+        raise InputError(f"start: {unknown} are not states or parameters; give {model.states} or {model.parameters}")
+    known.setdefault(OFFSET, sp.Rational(1, 10))
+    for p in model.parameters:
+        if p not in known:
+            candidates = [*(known[q] for q in model.parameters if q in known), *SAMPLES]
+            known[p] = next(c for c in candidates if _allowed(system, {**known, p: c}))
+    known.setdefault(x, sp.S.Zero)
+    known.setdefault(z, sp.S.Zero if arrival else -sp.S.One)
+    wanted = model.line.rest(arrival).subs(known) if arrival else sp.Rational(1, 5)
+    known.setdefault(y, model.fast_state(x, wanted).subs(known))
+    return known
+
+
+def _allowed(system, values):
+    return all(c.subs(values) != sp.false for c in sp.And.make_args(system.assumptions))
+
+
+@lru_cache(maxsize=256)
+def _domain(asked, assumptions):
+    """Return the conjunction of what was asked for, without what follows from the rest."""
+    kept = list(sp.And.make_args(reduce_under(sp.And(*asked), assumptions)))
+    for relation in sorted(kept, key=lambda r: (-r.count_ops(), str(r))):
+        others = [r for r in kept if r != relation]
+        if any(_follows(relation, bounds) for bounds in _bounds([*others, *sp.And.make_args(assumptions)])):
+            kept = others
+    return sp.And(*kept)
+
+
+def _bounds(relations):
+    """Yield choices of one bound for each symbol, as ``{symbol: bound +- something positive}``."""
+    found = {}
+    for r in relations:
+        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.gts.is_Symbol:
+            found.setdefault(r.gts, []).append(r.lts + sp.Dummy(positive=True))
+        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.lts.is_Symbol:
+            found.setdefault(r.lts, []).append(r.gts - sp.Dummy(positive=True))
+    for choice in itertools.product(*found.values()):
+        yield dict(zip(found, choice, strict=True))
+
+
+def _follows(relation, bounds):
+    if not isinstance(relation, sp.Gt | sp.Lt | sp.Ge | sp.Le):
+        return False
+    difference = relation.gts - relation.lts
+    for _ in bounds:  # a bound may name another symbol that has one
+        difference = difference.subs(bounds)
+    return bool(sp.factor(difference).is_positive)
+
+
+class _Signs:
+    """The sign of an expression at the sample; the conditions asked for are kept."""
+
+    def __init__(self, values):
+        self.values, self.asked = values, []
+
+    def __call__(self, expr):
+        expr = sp.sympify(expr)
+        sign = int(sp.sign(expr.subs(self.values)))
+        if expr.free_symbols:
+            self.asked.append(sp.Eq(expr, 0) if sign == 0 else sp.expand(sign * expr) > 0)
+        return sign

@@ -1,0 +1,184 @@
+r"""Fast layers of a linear system with dry friction, as series in mu and L = log(1/mu).
+
+In a mode x' = f, mu y' = g, z' = h, affine in x and y, the motion from a start is
+
+    x = x* + A e^(slow t) + B e^(fast t),    y likewise,    z = c + rate t + ... ,
+
+with fast = O(1/mu), slow = O(1). A layer ends where an affine function of (x, y, z) vanishes. With E = e^(fast t) for
+unknown, so t = log(E)/fast = O(mu L), that is
+
+    c + rate t + ks e^(slow t) + kf E = 0,
+
+and the last term balances the others: E = -(c + ...)/kf, a contraction by mu, solved by ``series.balance``.
+The same text serves coefficients that are symbols, numbers, or arrays of numbers.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from asympk.asymptotics.series import Series, balance, series
+
+MU = series({(1, 0): 1})
+
+
+class Field(NamedTuple):
+    """A mode ``x' = f, mu y' = g, z' = h``; each is (constant, coefficient of x, of y)."""
+
+    f: tuple
+    g: tuple
+    h: tuple
+
+
+class Step(NamedTuple):
+    """A mode, the sign of the velocity in it, the event that ends it, and the level reached there; or no event."""
+
+    mode: str
+    side: int
+    event: str | None = None
+    level: str | None = None
+
+
+class Turn(NamedTuple):
+    """An event of a layer: its time and state as series, and E there, the growth of the fast part since the last."""
+
+    kind: str
+    t: Series
+    x: Series
+    y: Series
+    z: Series
+    growth: Series
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One mode from the time ``began`` on; each state is (start, rate, slow part, fast part, centre) in local time.
+
+    It stands for ``centre + rate t + slow part e^(slow t) + fast part e^(fast t)``, or ``start`` and both parts less 1.
+    """
+
+    mode: str
+    began: Series
+    slow: Series
+    fast: Series
+    x: tuple
+    y: tuple
+    z: tuple
+
+    def along(self, level):
+        """Return the rate, the slow part, the fast part and the centre of an affine function of the state."""
+        constant, *weights = level
+        parts = [sum(w * s[i] for w, s in zip(weights, (self.x, self.y, self.z), strict=True)) for i in range(1, 5)]
+        return *parts[:3], parts[3] + constant
+
+
+@dataclass(frozen=True)
+class Layers:
+    """The segments and events of a jump, and the (x, z) at t = 0 of the slow motion that it lands on."""
+
+    segments: tuple[Segment, ...]
+    turns: tuple[Turn, ...]
+    x: Series
+    z: Series
+
+
+def follow(model, steps, start, order, log):
+    """Follow ``steps`` from ``start`` = (x, y, z) to relative order ``order``; ``log`` is that of a coefficient.
+
+    ``model`` gives the ``fields`` by mode and the ``levels`` by name.
+    """
+    began, state, segments, turns = series(0), tuple(map(series, start)), [], []
+    for mode, _, event, level in steps:
+        segments.append(_segment(mode, model.fields[mode], state, began, order))
+        if event:
+            turns.append(_turn(segments[-1], event, model.levels[level], order, log))
+            began, state = turns[-1].t, turns[-1][2:5]
+    return Layers(tuple(segments), tuple(turns), *_landing(segments[-1], order))
+
+
+def on_slow_line(field, x, order):
+    """Return y on the slow line of a mode at ``x``."""
+    slow, _ = rates(field, order)
+    at_x, at_y = rest_of(field)
+    return series(at_y + slope_of(field, slow) * (x - at_x)).cut(order)
+
+
+def slow_motion(field, layers, order):
+    """Return the slow motion that the layers land on as a segment that begins at t = 0."""
+    mode, x = layers.segments[-1].mode, layers.x
+    return _segment(mode, field, (x, on_slow_line(field, x, order), layers.z), series(0), order, series(0))
+
+
+def _segment(mode, field, state, began, order, b=None):
+    slow, fast = rates(field, order)
+    at_x, at_y = rest_of(field)
+    x, y, z = state
+    up, down = slope_of(field, fast), slope_of(field, slow)
+    if b is None:
+        b = _relative((y - at_y - down * (x - at_x)) / (up - down), order)
+    a = (x - at_x - b).cut(order)
+    h0, hx, hy = field.h
+    za, zb = (hx + hy * down) / slow * a, _relative((hx + hy * up) / fast * b, order)
+    return Segment(
+        mode, began, slow, fast,
+        x=(x, series(0), a, b, series(at_x)),
+        y=(y, series(0), (down * a).cut(order), _relative(up * b, order), series(at_y)),
+        z=(z, series(h0 + hx * at_x + hy * at_y), za.cut(order), zb, (z - za - zb).cut(order)),
+    )
+
+
+def _turn(segment, event, level, order, log):
+    rate, ks, kf, centre = segment.along(level)
+    per = kf.inverse()
+
+    def after(growth):
+        return (growth.log(log) / segment.fast).cut(order + 1)
+
+    def step(growth):
+        t = after(growth)
+        return -(centre + rate * t + ks * (segment.slow * t).exp()) * per
+
+    first = -(centre + ks) * per
+    growth = balance(step, series({first.size: first.leading}), order)
+    t = after(growth)
+    fade = (segment.slow * t).exp()
+    x, y, z = (c + r * t + a * fade + b * growth for _, r, a, b, c in (segment.x, segment.y, segment.z))
+    x, y, z = _pinned(level, x.cut(order), y, z)
+    return Turn(event, segment.began + t, x, y.cut(order + min(0, y.size[0])), z, growth)
+
+
+def _pinned(level, x, y, z):
+    constant, in_x, in_y, in_z = level
+    if in_z:
+        return x, y, series(0)
+    return x, -(constant + in_x * x) / in_y, z
+
+
+def _landing(segment, order):
+    past = -segment.began
+    fade = (segment.slow * past).exp()
+    return ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
+
+
+def rates(field, order):
+    """Solve mu k^2 - (mu f_x + g_y) k + f_x g_y - f_y g_x = 0 for its slow and its fast root."""
+    (_, fx, fy), (_, gx, gy) = field.f, field.g
+    det = fx * gy - fy * gx
+    slow = balance(lambda k: (det + MU * k * (k - fx)) / gy, series(det / gy), order)
+    fast = balance(lambda m: gy + MU * (fx - det / m), series(gy), order)
+    return slow, fast / MU
+
+
+def rest_of(field):
+    """Return the point (x, y) at which a mode rests."""
+    (f0, fx, fy), (g0, gx, gy) = field.f, field.g
+    det = fx * gy - fy * gx
+    return (fy * g0 - gy * f0) / det, (gx * f0 - fx * g0) / det
+
+
+def slope_of(field, rate):
+    """Return dy/dx of the motion at one of the two rates."""
+    return (rate - field.f[1]) / field.f[2]
+
+
+def _relative(w, order):
+    return w.cut(w.size[0] + order) if w.terms else w

@@ -1,0 +1,114 @@
+r"""A system with dry friction whose modes are linear, read into coefficients.
+
+The states are one slow x, one fast y and the velocity z of the friction; f, g, h, the drive and the load are affine
+in x and y, and g, h and the drive depend on them through the load s alone. Coefficients may then be symbols, exact
+ratios, or numbers: ``Linear.map`` takes one into the other.
+"""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import sympy as sp
+
+from asympk.asymptotics.itinerary import LoadLine
+from asympk.asymptotics.layers import Field
+from asympk.errors import NotDerivable
+
+SLIP = ("slip_same", "slip_opposite")
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Coefficients, affine in (x, y), of the modes, the load and the drive; and the static friction."""
+
+    states: tuple[sp.Symbol, sp.Symbol, sp.Symbol]
+    parameters: tuple[sp.Symbol, ...]
+    fields: dict[str, Field]
+    load: tuple
+    drive: tuple
+    static: Any
+
+    def map(self, convert):
+        """Apply ``convert`` to every coefficient."""
+
+        def each(coefficients):
+            return tuple(map(convert, coefficients))
+
+        fields = {name: Field(*map(each, field)) for name, field in self.fields.items()}
+        return replace(self, fields=fields, load=each(self.load), drive=each(self.drive), static=convert(self.static))
+
+    @property
+    def levels(self):
+        """The affine functions (constant, x, y, z) that vanish at events, by name."""
+        edges = {
+            name: (*(d - k * self.static * l for d, l in zip(self.drive, self.load, strict=True)), 0)
+            for name, k in (("upper", 1), ("lower", -1))
+        }
+        return {"load": (*self.load, 0), "velocity": (0, 0, 0, 1), **edges}
+
+    @property
+    def line(self):
+        """The motion of the load in the fast layers."""
+        return LoadLine(
+            fast={n: tuple(self.load[2] * c for c in self.by_load(m.g)) for n, m in self.fields.items()},
+            rate={n: self.by_load(m.h) for n, m in self.fields.items()},
+            drive=self.by_load(self.drive),
+            static=self.static,
+        )
+
+    def by_load(self, affine):
+        """Return (c, k) such that ``affine`` is ``c + k load``."""
+        slope = affine[2] / self.load[2]
+        return affine[0] - slope * self.load[0], slope
+
+    def fast_state(self, x, load):
+        """Return y at a slow state and a load."""
+        return (load - self.load[0] - self.load[1] * x) / self.load[2]
+
+
+@lru_cache(maxsize=16)
+def linear(system):
+    """Read a ``System``; raises ``NotDerivable`` where it is not linear, not planar, or not driven by the load."""
+    if system.friction is None:
+        raise NotDerivable("the system has no dry friction: its layers do not jump; use slow_manifold")
+    z = system.friction.velocity
+    slow = [v for v in system.modes[0].slow if v != z]
+    fast = list(system.modes[0].fast)
+    if len(slow) != 1 or len(fast) != 1:
+        raise NotDerivable(f"slow states {slow} and fast states {fast}: a jump is derived for one of each")
+    states = (*slow, *fast, z)
+    fields = {
+        m.name: Field(*(_affine(e, states) for e in (m.slow[states[0]], m.fast[states[1]], m.slow[z])))
+        for m in system.modes
+    }
+    found = Linear(
+        states, _parameters(system, states), fields,
+        _affine(system.friction.load, states), _affine(system.friction.drive, states), system.friction.static,
+    )
+    _require_load(found)
+    return found
+
+
+def _affine(expr, states):
+    try:
+        poly = sp.Poly(expr, *states)
+    except sp.PolynomialError:
+        poly = None
+    if poly is None or poly.total_degree() > 1 or poly.coeff_monomial(states[2]) != 0:
+        raise NotDerivable(f"{expr} is not affine in {states[0]} and {states[1]}: a jump is derived for linear modes")
+    return tuple(poly.coeff_monomial(m) for m in (1, states[0], states[1]))
+
+
+def _parameters(system, states):
+    free = set().union(*(e.free_symbols for m in system.modes for e in (*m.slow.values(), *m.fast.values())))
+    free |= sp.sympify(system.friction.static).free_symbols
+    return tuple(sorted(free - {*states, system.small}, key=str))
+
+
+def _require_load(model):
+    if model.load[2] == 0 or any(field.f[2] == 0 for field in model.fields.values()):
+        raise NotDerivable("the load, and x', must depend on the fast state")
+    for name, affine in [("drive", model.drive), *((n, c) for n, m in model.fields.items() for c in (m.g, m.h))]:
+        if sp.cancel(affine[1] * model.load[2] - affine[2] * model.load[1]) != 0:
+            raise NotDerivable(f"{name}: {affine} is not a function of the load {model.load} alone")

@@ -1,0 +1,167 @@
+r"""The asymptotic models as paths: the rigid system, slow flow on a manifold, and layers composed with slow flow.
+
+All rest on one expansion (``composite``). In each mode it has the slow and the fast part of the motion to order n in
+mu; their sum holds uniformly in t (``"jump"``). ``"slow"`` is the slow part alone, from where the start is projected to
+along the fast fibre: it holds outside the layers. ``"rigid"`` is its limit mu = 0, which knows nothing of fast motions
+and so has no motion, or two, where the rod is steep.
+
+A path carries the error that the first omitted terms predict. Where an expansion does not hold, it is refused.
+"""
+
+import math
+from fractions import Fraction
+from types import SimpleNamespace
+
+from asympk.asymptotics import composite
+from asympk.asymptotics.linear import SLIP
+from asympk.asymptotics.replay import coefficient, model
+from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
+from asympk.path import Event, Path
+
+HIGHEST_ORDER = 6
+MOST_EXPONENT = 709.0
+
+
+def _bounded(function):
+    return lambda v: function(v) if v < MOST_EXPONENT else math.inf
+
+
+FLOATS = SimpleNamespace(
+    number=float, out=float, exp=_bounded(math.exp), expm1=_bounded(math.expm1), log=math.log, eps=2.0**-52,
+    pick=composite.state, where=lambda condition, a, b: a if condition else b,
+)
+
+
+def run(scene, method, *, order=None, digits=None):
+    """Follow ``scene`` by ``"jump"`` or ``"slow"`` to ``order`` (1 when not given), or by ``"rigid"``.
+
+    ``digits`` computes on mpmath numbers. Raises ``OrderError``, ``OutOfRange``; ``"slow"`` also ``NoManifold``,
+    ``"rigid"`` also ``NoMotion`` and ``TwoMotions``.
+    """
+    order = checked_order(method, order)
+    m = FLOATS if digits is None else _multiprecision(digits)
+    sigma, sigma0, mu, x, y, z, until = map(
+        m.number, (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)
+    )
+    here = f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
+    course = course_for(method, line_of(sigma, sigma0), x + y, z, sign, here)
+    try:
+        found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
+        motion, error = composite.chosen(found, method == "jump", until, m)
+        checks = composite.checks(course, found, error, until, m)
+        words = next((words for holds, words in checks if not holds), None)
+        if words is None:
+            return _path(scene, method, motion, error, until, m)
+    except (OverflowError, ZeroDivisionError, ValueError):
+        words = "the terms of the expansion have no finite value"
+    raise OutOfRange(f"{words}: {_largest_of(sigma, mu, x, y, z)} is not small ({here}); use method='exact'")
+
+
+def _largest_of(sigma, mu, x, y, z):
+    """Name the small number of the expansion that is largest."""
+    numbers = {"mu (|x| + |y|)": mu * (abs(x) + abs(y))}
+    if z:
+        numbers["mu/|z|"] = mu / abs(z)
+    if sigma and 1 + sigma * (x + y):
+        numbers["mu log(1/mu)/|sigma|"] = abs(mu * math.log(mu) / sigma)
+        numbers["mu |x + 1/sigma|/|1 + sigma s|"] = mu * abs(x + 1 / sigma) / abs(1 + sigma * (x + y))
+    name = max(numbers, key=numbers.get)
+    return f"{name} = {float(numbers[name]):.3g}"
+
+
+def course_for(method, line, load, velocity, sign, here):
+    """Return the course of a start, or raise what keeps ``method`` from following it."""
+    course = composite.course_of(line, load, velocity, sign)
+    through = " -> ".join(step.mode for step in course.steps)
+    stops = any(step.event == "velocity_zero" for step in course.steps)
+    if method == "slow" and stops:
+        raise NoManifold(f"the fast motion meets z = 0 before it settles on a slow manifold: {through} ({here}); "
+                         "use method='jump'")
+    if method == "rigid":
+        motions = rigid_motions(line, velocity, sign)
+        if not motions:
+            raise NoMotion(f"the rigid rod has no motion; the elastic one stops at once, {through} ({here}); "
+                           "use method='jump'")
+        if len(motions) > 1:
+            raise TwoMotions(f"the rigid rod has two motions, {' and '.join(motions)}; the elastic one "
+                             f"{'stops at once and then ' * stops}takes {course.steps[-1].mode} ({here}); "
+                             "use method='jump'")
+    return course
+
+
+def line_of(sigma, sigma0):
+    """Return the motion of the load in the layers, in numbers."""
+    return model().map(lambda c: coefficient(c)(sigma, sigma0)[0]).line
+
+
+def sign(value):
+    """Return the sign of a number."""
+    return (value > 0) - (value < 0)
+
+
+def checked_order(method, order):
+    """Return the order to take; raises ``OrderError``."""
+    highest = 0 if method == "rigid" else HIGHEST_ORDER
+    order = min(1, highest) if order is None else order
+    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= highest:
+        raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {highest}")
+    return order
+
+
+def rigid_motions(line, velocity, sign):
+    """Return the modes in which the rigid system moves on from ``velocity``: the constraint gives s = rest(mode)."""
+    wanted = sign(velocity)
+    sides = [(mode, line.side(mode, sign)) for mode in SLIP]
+    return [m for m, side in sides if side and side == (wanted or sign(line.acceleration(m)))]
+
+
+def _path(scene, method, motion, error, until, m):
+    final = composite.state(motion, until, m)
+    turns = [turn for turn in motion.turns if turn.t < until]
+    events = tuple(Event(t.kind, *map(m.out, t[1:5])) for t in turns)
+    modes = tuple(piece.mode for piece in motion.pieces[: len(turns) + 1])
+    return Path(scene, method, tuple(map(m.out, final)), events, modes, Dense(motion, until, m), m.out(error))
+
+
+class Dense:
+    """The motion at any times in [0, until]: an array of shape ``(3,) + t.shape``."""
+
+    def __init__(self, motion, until, m):
+        self.motion, self.until, self.m = motion, until, m
+
+    def __call__(self, t):
+        import numpy as np
+
+        times = np.asarray(t, dtype=float if self.m is FLOATS else object)
+        if not ((times >= 0) & (times <= self.until)).all():
+            raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
+        if self.m is FLOATS:
+            with np.errstate(all="ignore"):
+                return np.stack(composite.states(self.motion, times, arrays()))
+        flat = [[self.m.out(v) for v in composite.state(self.motion, self.m.number(u), self.m)] for u in times.flat]
+        return np.array(flat, dtype=object).T.reshape((3, *times.shape))
+
+
+def arrays():
+    """Return the functions of a composite expansion for arrays."""
+    import numpy as np
+
+    return SimpleNamespace(
+        number=np.asarray, exp=np.exp, expm1=np.expm1, log=np.log, eps=2.0**-52, pick=composite.states, where=np.where,
+    )
+
+
+def _multiprecision(digits):
+    import mpmath
+
+    m = mpmath.MPContext()
+    m.dps = digits + 10
+
+    def number(value):
+        return m.mpf(value.numerator) / value.denominator if isinstance(value, Fraction) else m.mpf(value)
+
+    return SimpleNamespace(
+        number=number,
+        out=lambda value: mpmath.mp.make_mpf(m.mpf(value)._mpf_),
+        exp=m.exp, expm1=m.expm1, log=m.log, eps=m.eps, pick=composite.state, where=FLOATS.where,
+    )

@@ -1,0 +1,110 @@
+r"""The layers of the Painlevé-Klein system in numbers: derived once per itinerary on a tape, replayed on any start.
+
+``replay(steps, order, arrival)`` compiles one function of (sigma, sigma0, mu, log(1/mu), x, s, z), for floats, mpmath
+numbers and arrays. It returns the composite expansion to ``order``, ``order + 1`` and ``order + 2``; their differences
+are the first omitted terms. In each segment, with t counted from where it begins,
+
+    x = centre + rate t + slow part e^(slow t) + fast part e^(fast t),    y and z likewise,
+
+holds uniformly, from the start of the segment to its end, where e^(fast t) may be O(1/mu).
+"""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from asympk.asymptotics.layers import follow, on_slow_line, slow_motion
+from asympk.asymptotics.linear import linear
+from asympk.asymptotics.tape import Tape
+from asympk.symbolic.lowering import lower
+from asympk.systems import painleve_klein
+
+
+class Piece(NamedTuple):
+    """One mode in numbers; each state is (start, rate, slow part, fast part, centre)."""
+
+    mode: str
+    began: Any
+    slow: Any
+    fast: Any
+    x: tuple
+    y: tuple
+    z: tuple
+
+
+class Turn(NamedTuple):
+    """An event in numbers; ``spread`` is the correction of relative order 1 to the growth of the fast part up to it."""
+
+    kind: str
+    t: Any
+    x: Any
+    y: Any
+    z: Any
+    spread: Any
+
+
+class Layer(NamedTuple):
+    """The composite expansion of a layer to one order, and the slow motion it lands on, as if begun at t = 0."""
+
+    pieces: tuple[Piece, ...]
+    turns: tuple[Turn, ...]
+    landing: Piece
+
+
+@lru_cache(maxsize=1)
+def model():
+    """Return the coefficients of the Painlevé-Klein system."""
+    return linear(painleve_klein.system())
+
+
+@lru_cache(maxsize=256)
+def replay(steps, order, extra=2, arrival=None):
+    """Return ``f(sigma, sigma0, mu, large, x, s, z, log)``: the layers to ``order``, ..., ``order + extra``.
+
+    With ``arrival`` the layer begins on z = 0, on the slow line of the mode of that name; s and z are not used.
+    """
+    tape = Tape("sigma", "sigma0", "mu", "large", "x", "s", "z", "log")
+    sigma, sigma0, mu, large, x, s, z = map(tape.node, tape.inputs[:-1])
+    numbers = model().map(lambda c: coefficient(c)(sigma, sigma0)[0])
+    y = on_slow_line(numbers.fields[arrival], x, order + extra) if arrival else numbers.fast_state(x, s)
+    layers = follow(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
+    slowly = slow_motion(numbers.fields[steps[-1].mode], layers, order + extra)
+    return tape.function(
+        tuple(_numbers(layers, slowly, k, lambda w: _value(w, mu, large)) for k in range(order, order + extra + 1))
+    )
+
+
+@lru_cache(maxsize=64)
+def coefficient(expr):
+    """Return a coefficient of the model as a bare function of (sigma, sigma0)."""
+    return lower(model().parameters, expr, "math").compiled
+
+
+def _numbers(layers, slowly, order, value):
+    def relative(w):
+        return value(w.cut(w.size[0] + order)) if w.terms else 0
+
+    def absolute(w):
+        return value(w.cut(order + min(0, w.size[0]))) if w.terms else 0
+
+    def piece(p):
+        states = [(*map(absolute, s[:3]), relative(s[3]), absolute(s[4])) for s in (p.x, p.y, p.z)]
+        return Piece(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
+
+    turns = [Turn(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value)) for t in layers.turns]
+    return Layer(tuple(map(piece, layers.segments)), tuple(turns), piece(slowly))
+
+
+def _spread(growth, value):
+    p = growth.size[0]
+    return value(growth.power(p + 1)) / value(growth.power(p))
+
+
+def _value(w, mu, large):
+    return sum((_power(mu, p) * c * _power(large, q) for (p, q), c in w.terms.items()), 0)
+
+
+def _power(base, k):
+    result = 1
+    for _ in range(abs(k)):
+        result = result * base if k > 0 else result / base
+    return result

@@ -1,0 +1,238 @@
+r"""One mode in ball arithmetic, and a proof of what ends it.
+
+A guard is a quantity that is positive while the mode lasts: +-s and +-z in slip, the distances of s from the edges of
+the static cone in stick. The time axis is cut from the left until on every piece each guard is proven positive, by
+its value, its slope, or at the start its slope's slope; or exactly one guard falls strictly from plus to minus while
+the others stay positive, which proves that its root exists, is alone, and is the first event. Newton's interval step
+then encloses the root. Nothing here relies on the closed-form roots or the extrema that ``flow`` uses.
+"""
+
+from typing import Any, NamedTuple
+
+from asympk.certify.balls import Refused, common, flint, sign, times
+
+_CUTS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.0625, 0.9375)
+_MOST_PIECES = 1500
+_NEWTON_STEPS = 200
+
+
+class State(NamedTuple):
+    """Enclosures of x, y, s = x + y and z."""
+
+    x: Any
+    y: Any
+    s: Any
+    z: Any
+
+
+class Guard(NamedTuple):
+    """A quantity ``side * (q - level)``, q = s or z; ``touching``: zero at the start, and not falling there."""
+
+    kind: str
+    axis: str
+    side: int
+    level: Any
+    touching: bool = False
+
+
+def segment(a, b, mu, start, deviation=None):
+    """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is that from its slow line."""
+    if not b.contains(0):
+        square = 1 - 4 * mu / b
+        if square > 0:
+            return Exponentials(a, b, mu, start, square.sqrt(), deviation)
+        if square < 0:
+            return Oscillation(a, b, mu, start)
+    return MatrixExponential(a, b, mu, start)
+
+
+class MatrixExponential:
+    """A mode followed by the exponential of its matrix: for b and 1 - 4 mu/b that may vanish."""
+
+    unstable = False
+
+    def __init__(self, a, b, mu, start):
+        self.a, self.b, self.mu, self.start = a, b, mu, start
+
+    def state(self, t):
+        """Return the state on the time ball ``t``."""
+        a, b, mu, start = self.a, self.b, self.mu, self.start
+        rates = [[0, 1, 0, 0], [-b / mu, -b / mu, 0, a / mu], [1 - b, 1 - b, 0, a], [0, 0, 0, 0]]
+        flow = flint().arb_mat([[t * entry for entry in row] for row in rates]).exp()
+        x, y, moved = (flow[row, 0] * start.x + flow[row, 1] * start.y + flow[row, 3] for row in range(3))
+        return State(x, y, x + y, start.z + moved)
+
+    def jet(self, guard, t):
+        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
+        state = self.state(t)
+        drift = (self.a - self.b * state.s) / self.mu
+        slope = state.y + drift
+        if guard.axis == "s":
+            values = state.s - guard.level, slope, drift - self.b / self.mu * slope
+        else:
+            values = state.z - guard.level, self.a - (self.b - 1) * state.s, (1 - self.b) * slope
+        return tuple(guard.side * value for value in values)
+
+    def newton(self, guard, middle, time):
+        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
+        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        return middle - value / slope, sign(value)
+
+    def at(self, guard, t):
+        """Return the state at the root of the guard."""
+        return self.state(t)
+
+
+class Oscillation(MatrixExponential):
+    """A mode with complex rates."""
+
+    def __init__(self, a, b, mu, start):
+        super().__init__(a, b, mu, start)
+        self.rest, self.turns = a / b, (b / mu - (b / (2 * mu)) ** 2).sqrt()
+
+    def state(self, t):
+        """Return the state on ``t``; z = z0 + (a/b) t + mu (1 - 1/b)(y - y0) follows from the two rates."""
+        beta, start = self.b / self.mu, self.start
+        decay, angle = (-beta * t / 2).exp(), self.turns * t
+        g = decay * angle.sin() / self.turns
+        rate = decay * angle.cos() - beta * g / 2
+        away = start.x - self.rest
+        x, y = self.rest + away * (rate + beta * g) + start.y * g, start.y * rate - beta * away * g
+        return State(x, y, x + y, start.z + self.rest * t + self.mu * (1 - 1 / self.b) * (y - start.y))
+
+
+class Exponentials(MatrixExponential):
+    """A mode with two real rates: x = a/b + P e^{l1 t} + Q e^{l2 t}, l1 = -rho b / mu, l2 = -1/rho, rho = (1 + root)/2.
+
+    Where l1 > 0 the jets are divided by e^{l1 t}, so that their signs do not drown in its growth.
+    """
+
+    def __init__(self, a, b, mu, start, root, deviation):
+        super().__init__(a, b, mu, start)
+        k, rho = mu / b, (1 + root) / 2
+        self.rest, self.coupling = a / b, mu * (1 - 1 / b)
+        self.rates, self.lift = (-rho / k, -1 / rho), -k / (rho * rho)
+        fast = (start.s - a / (b * rho)) - self.lift * start.x if deviation is None else deviation
+        self.parts = fast * (-k / root), start.x - self.rest + fast * k / root
+        self.grows = b < 0
+        self.unstable = self.grows and fast.contains(0)
+        self._factors = {}
+
+    def state(self, t):
+        """Return the state on the time ball ``t``."""
+        (fast, slow), (l1, l2) = self.parts, self.rates
+        return self._joined(t, fast * (l1 * t).exp(), slow * (l2 * t).exp())
+
+    def _joined(self, t, p, q):
+        (l1, l2), start = self.rates, self.start
+        y = l1 * p + l2 * q
+        z = start.z + self.rest * t + self.coupling * (y - start.y)
+        return State(self.rest + p + q, y, self.rest + (1 + l1) * p + self.lift * q, z)
+
+    def jet(self, guard, t):
+        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
+        (l1, l2), start, arb = self.rates, self.start, flint().arb
+        one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.grows else (
+            arb(1), (l1 * t).exp(), (l2 * t).exp())
+        still, drift = self.rest - guard.level, 0
+        if guard.axis == "z":
+            still, drift = start.z - guard.level + self.rest * t - self.coupling * start.y, self.rest
+        values = [times(of_fast, p) + times(of_slow, q) for of_fast, of_slow in self._coefficients(guard.axis)]
+        return tuple(guard.side * value for value in (values[0] + still * one, values[1] + drift * one, values[2]))
+
+    def _coefficients(self, axis):
+        """Return the factors of the fast and the slow exponential in s or z, and in its first and second derivative."""
+        if axis not in self._factors:
+            (l1, l2), k = self.rates, self.coupling
+            heads = (1 + l1, self.lift) if axis == "s" else (k * l1, k * l2)
+            first = [times(head, part) for head, part in zip(heads, self.parts, strict=True)]
+            second = [times(rate, factor) for rate, factor in zip(self.rates, first, strict=True)]
+            self._factors[axis] = first, second, [times(r, f) for r, f in zip(self.rates, second, strict=True)]
+        return self._factors[axis]
+
+    def newton(self, guard, middle, time):
+        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
+        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        factor = (self.rates[0] * (middle - time)).exp() if self.grows else 1
+        return middle - value / slope * factor, sign(value)
+
+    def at(self, guard, t):
+        """Return the state at the root of the guard, the fast part from its equation where that is sharper."""
+        (fast, slow), (l1, l2), start = self.parts, self.rates, self.start
+        q = slow * (l2 * t).exp()
+        if guard.axis == "s":
+            p = (guard.level - self.rest - self.lift * q) / (1 + l1)
+        else:
+            p = (start.y - (start.z + self.rest * t) / self.coupling - l2 * q) / l1
+        return self._joined(t, common(p, fast * (l1 * t).exp()), q)
+
+
+def first_event(segment, guards, left, finest):
+    """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None.
+
+    Raises ``Refused`` where a piece of time, relative to its end, would have to be shorter than ``finest``.
+    """
+    arb = flint().arb
+    pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
+    for count in range(_MOST_PIECES + 1):
+        if not pieces:
+            return None
+        hi = pieces[-1]
+        verdicts = [_verdict(segment, guard, lo, hi) for guard in guards]
+        if all(verdict == "positive" for verdict in verdicts):
+            lo = pieces.pop()
+        elif verdicts.count("falls") == 1 and "unknown" not in verdicts:
+            guard = guards[verdicts.index("falls")]
+            return guard, _root(segment, guard, lo, hi)
+        elif count == _MOST_PIECES or not hi - lo > hi * finest:
+            unproven = [guard for guard, verdict in zip(guards, verdicts, strict=True) if verdict != "positive"]
+            raise _refused(segment, unproven, hi, left)
+        else:
+            pieces.append(_cut(segment, guards, lo, hi))
+    raise _refused(segment, guards, lo, left)
+
+
+def _verdict(segment, guard, lo, hi):
+    value, slope, bend = segment.jet(guard, lo.union(hi))
+    at_start = lo == 0
+    if value > 0 or slope > 0 or (at_start and guard.touching and bend > 0):
+        return "positive"
+    if slope < 0 and not (at_start and guard.touching):
+        end = segment.jet(guard, hi)[0]
+        return "positive" if end > 0 else "falls" if end < 0 else "unknown"
+    return "unknown"
+
+
+def _cut(segment, guards, lo, hi):
+    """Return a time between, where if possible the sign of every guard is certain."""
+    for part in _CUTS:
+        middle = (lo + (hi - lo) * part).mid()
+        if all(sign(segment.jet(guard, middle)[0]) for guard in guards):
+            return middle
+    return ((lo + hi) / 2).mid()
+
+
+def _root(segment, guard, lo, hi):
+    """Enclose the only root in (lo, hi) of a falling guard: bisect while signs are certain, then Newton's step."""
+    for _ in range(_NEWTON_STEPS):
+        time = lo.union(hi)
+        middle = ((lo + hi) / 2).mid()
+        step, side = segment.newton(guard, middle, time)
+        lower, upper = (middle, hi) if side > 0 else (lo, middle) if side < 0 else (lo, hi)
+        new = common(lower.union(upper), step) if step.is_finite() else lower.union(upper)
+        if not new.rad() < time.rad() * 0.9:
+            return new
+        lo, hi = new.lower().mid(), new.upper().mid()
+    return lo.union(hi)
+
+
+def _refused(segment, guards, hi, left):
+    near = float(hi)
+    if segment.unstable:
+        return Refused(f"unstable plane: the start of this mode cannot be told from Pi2 with {flint().ctx.prec} bits")
+    if not hi < left.lower():
+        return Refused(f"horizon: an event at the end itself, t = {near:.10g} of this mode")
+    kinds = sorted({guard.kind for guard in guards})
+    if len(kinds) > 1:
+        return Refused(f"simultaneous: {' and '.join(kinds)} within the radius, {near:.10g} after this mode began")
+    return Refused(f"grazing: {kinds[0]} may or may not happen {near:.10g} after this mode began")

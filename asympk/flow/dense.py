@@ -1,0 +1,41 @@
+"""Dense output: the closed form of a path at any time."""
+
+from bisect import bisect_right
+
+from asympk.errors import InputError
+from asympk.scene import number
+
+
+class Dense:
+    """The state (x, y, z) of a solved scene as a function of time; pickled as the scene, which ``again`` solves."""
+
+    __slots__ = ("again", "convert", "digits", "legs", "scene")
+
+    def __init__(self, scene, digits, legs, convert, again):
+        self.scene, self.digits, self.legs, self.convert, self.again = scene, digits, legs, convert, again
+
+    def __reduce__(self):
+        return self.again, (self.scene, self.digits)
+
+    def __call__(self, t):
+        """Return an array of shape ``(3,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
+        starts = [leg.start for leg in self.legs]
+        if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):
+            return self._state(t, starts)
+        import numpy as np
+
+        times = np.asarray(t, dtype=object)
+        states = [self._state(time, starts) for time in times.ravel()]
+        kind = float if self.digits is None else object
+        return np.array(states, dtype=kind).reshape((*times.shape, 3)).transpose(times.ndim, *range(times.ndim))
+
+    def _state(self, t, starts):
+        t, until = number("t", t), self.scene.until
+        if self.digits is None:
+            t, until = float(t), float(until)
+        if not 0 <= t <= until:
+            raise InputError(f"t = {t}: it must be from 0 to until = {until}")
+        t = self.legs[0].segment.mode.m.number(t)
+        leg = self.legs[bisect_right(starts, t) - 1]
+        x, y, _, z, _ = leg.segment.state(t - leg.start)
+        return tuple(map(self.convert, (x, y, z)))

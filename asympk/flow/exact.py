@@ -1,0 +1,151 @@
+"""``method="exact"``: the exact flow in doubles, and on mpmath numbers to any number of digits.
+
+A run in doubles keeps account of its own rounding errors. Where they would show in the result, where a sign cannot be
+told, or where the range of doubles ends, the same flow is followed on mpmath numbers instead and rounded at the end.
+"""
+
+from functools import lru_cache
+from itertools import pairwise
+from numbers import Integral
+from typing import Any, NamedTuple
+
+from asympk.errors import InputError, TooLarge, Undecided
+from asympk.flow.arithmetic import Doubles, context, set_digits
+from asympk.flow.dense import Dense
+from asympk.flow.legs import Flow, beginning, follow
+from asympk.flow.rounding import calm, estimate, largest
+from asympk.path import Event, Path
+
+MOST_DIGITS = 1000
+SPARE_DIGITS = 30
+DIGITS_OF_DOUBLES = 17
+LARGEST_DOUBLE = 308
+ROUNDED = 2.0**-53
+TRUSTED = 2e-15
+
+
+class Case(NamedTuple):
+    """The numbers of a scene, each exact in itself."""
+
+    sigma: Any
+    sigma0: Any
+    mu: Any
+    x: Any
+    y: Any
+    z: Any
+    until: Any
+    near: tuple | None
+
+
+def run(scene, method="exact", *, digits=None):
+    """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
+
+    ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
+    """
+    if digits is None:
+        return _in_doubles(scene)
+    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
+        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
+    case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
+    digits = int(digits)
+    legs, error = _certified(case, digits)
+    return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
+
+
+def _in_doubles(scene):
+    near = scene.near_to and (scene.near_to[0], float(scene.near_to[1]))
+    sigma, mu = float(scene.sigma), float(scene.mu)
+    if sigma == -2 or mu == 0:
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
+    case = Case(sigma, float(scene.sigma0), mu, *map(float, scene.start), float(scene.until), near)
+    try:
+        legs = legs_of(Doubles, case)
+        error = TRUSTED if calm(legs, case.until) else estimate(legs, TRUSTED)
+        if error <= TRUSTED:
+            return _path(scene, None, legs, legs, error, float)
+    except (Undecided, OverflowError, ZeroDivisionError):
+        pass
+    legs, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
+
+
+@lru_cache(maxsize=64)
+def _flow_in_doubles(sigma, sigma0, mu):
+    return Flow(Doubles, sigma, sigma0, mu)
+
+
+def legs_of(m, case):
+    """Return the legs of the solution of ``case`` in the numbers of ``m``."""
+    parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
+    flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
+    start, deviation = beginning(flow, case)
+    return follow(flow, start, m.number(case.until), deviation)
+
+
+def _certified(case, digits, largest=None):
+    """Return (legs, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
+
+    The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
+    rounding is taken as it is.
+    """
+    most = 4 * digits + 1200
+    m = context(largest or most)
+    working = digits + SPARE_DIGITS
+    while working < 2 * most:
+        coarse = _tried(m, working, working >= most, case)
+        if coarse:
+            fine = _tried(m, working + 8 + digits // 4, working >= most, case)
+            error = _distance(coarse, fine) if fine else None
+            if error is not None and error * 10**digits < 1:
+                return fine, error
+        working *= 2
+    raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
+                    "not decide, or grows beyond them; take a smaller until or another start")
+
+
+def _tried(m, digits, tie, case):
+    set_digits(m, digits, tie)
+    try:
+        return legs_of(m, case)
+    except Undecided:
+        return None
+
+
+def _distance(coarse, fine):
+    """Return the distance of the final (x, z), relative to the largest on the path; None when the events differ."""
+    if [leg.mode for leg in coarse] != [leg.mode for leg in fine]:
+        return None
+    there, here = coarse[-1].end, fine[-1].end
+    return max(abs(there[0] - here[0]), abs(there[3] - here[3])) / largest(fine)
+
+
+def _rounded(legs, convert):
+    return [leg._replace(start=convert(leg.start), end=tuple(map(convert, leg.end))) for leg in legs]
+
+
+def _path(scene, digits, rounded, legs, error, convert):
+    events = []
+    for leg, after in pairwise(rounded):
+        x, y, _, z, _ = leg.end
+        events.append(Event(leg.kind, after.start, x, y, z))
+    x, y, _, z, _ = rounded[-1].end
+    modes = tuple([leg.mode for leg in rounded])
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(scene, digits, legs, convert, _again), error)
+
+
+def _again(scene, digits):
+    return run(scene, digits=digits).at
+
+
+def _double(value):
+    rounded = float(value)
+    if abs(rounded) == float("inf"):
+        raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
+                       "ask for digits=, or a smaller until")
+    return rounded
+
+
+def _mpf(value):
+    import mpmath
+
+    return mpmath.mp.make_mpf(value._mpf_)

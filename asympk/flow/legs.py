@@ -1,0 +1,342 @@
+r"""The exact flow: one closed form per mode, and event times from roots that are alone in their brackets.
+
+The trajectory is linear in each mode, and one text follows it in doubles and in mpmath numbers. What makes it exact is
+that nothing is searched by sampling. s is monotone between its extrema, and there z' = a - (b-1) s has at most one
+zero, so z has at most one extremum: signs at known times bracket every event alone. Two extrema of s are enough where
+s oscillates, which is about a/b with b > 0. Its swings u = s - a/b decay by one factor r < 1 per half period, so the
+first minimum of s is the lowest. After it, while s > 0, u < r/b: where z < 0 (slip_opposite, b < 2) that is below
+1/(b(b-1)), the level of z' = 0, and z rises for good; where z > 0 (slip_same) each later minimum of z is higher, since
+the lobe of u under zero that lifts z is larger than the next one that lowers it.
+
+At an event the quantity that vanishes is set, not computed; what follows is decided by derivatives. A sign that the
+numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
+"""
+
+from fractions import Fraction
+from functools import partial
+from math import isqrt
+from typing import Any, NamedTuple
+
+from asympk.errors import TooLarge, TooManyEvents, Undecided
+from asympk.flow import ordinary
+from asympk.flow.arithmetic import Doubles
+from asympk.flow.fastslow import FastSlow
+from asympk.flow.smooth import Smooth
+from asympk.scene import MANIFOLDS
+
+MOST_EVENTS = 1000
+WIDEST = 1e100
+
+
+class Flow:
+    """The modes and the static cone at given parameters, in the numbers of ``m``."""
+
+    def __init__(self, m, sigma, sigma0, mu):
+        self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
+        self._modes, self.quick = {}, m is Doubles
+        other = -1 / (sigma0 + 1) if sigma0 != -1 else None
+        self._edges = {
+            1: (1 / (sigma0 + 3), other if sigma0 < -1 else None),
+            -1: (other if sigma0 > -1 else None, None),
+        }
+
+    def load(self, name):
+        """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
+        return (0, 1) if name == "stick" else (1, self.sigma + 4 if name == "slip_same" else -self.sigma)
+
+    def mode(self, name):
+        """Return the closed form of the mode that suits its parameters."""
+        if name not in self._modes:
+            a, b = self.load(name)
+            form = FastSlow if b and -2 <= self.mu / b <= 0.125 else Smooth
+            self._modes[name] = form(self.m, a, b, self.mu)
+        return self._modes[name]
+
+    def split(self, name):
+        """Return the closed form by two real exponentials, for starts given relative to the slow line.
+
+        Raises ``Undecided`` where the squares of its constants are beyond doubles.
+        """
+        usual = self.mode(name)
+        if type(usual) is FastSlow:
+            return usual
+        a, b = self.load(name)
+        if self.m is Doubles and self.mu > WIDEST * abs(b):
+            raise Undecided
+        return FastSlow(self.m, a, b, self.mu)
+
+    def edges(self, s_sign):
+        """Return the edges (near zero, far from zero) of the static cone on one side of s = 0; None for no edge."""
+        return self._edges[s_sign]
+
+    def sticks(self, s, size):
+        """Tell whether s, a sum of terms up to ``size``, lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
+        near, far = self.edges(1 if s > 0 else -1)
+        if near is None or decided(self.m, abs(s) - abs(near), abs(near) + size) < 0:
+            return False
+        return far is None or decided(self.m, far - s, far + size) >= 0
+
+
+def decided(m, value, size):
+    """Return the sign of ``value``; raise ``Undecided`` when it is small against ``size``."""
+    if abs(value) <= m.margin * size and m.margin:
+        raise Undecided
+    return _sign(value)
+
+
+class Leg(NamedTuple):
+    """One segment of a solution: mode, start time, closed form, the event that ends it or "", duration, last state."""
+
+    mode: str
+    start: Any
+    segment: Any
+    kind: str
+    span: Any
+    end: tuple
+
+
+def follow(flow, start, until, deviation=None):
+    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
+
+    Return the legs of the solution; a state is (x, y, s, z, mu y').
+    """
+    x, y, s, z, s_sign, z_sign = start
+    m, t = flow.m, 0 * until
+    legs = []
+    while True:
+        name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
+        if deviation is None:
+            segment = flow.mode(name).start(x, y, s, z)
+        else:
+            segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
+        if z_sign:
+            found = (flow.quick and ordinary.slip_end(segment, s_sign, z_sign, until - t)) or slip(
+                segment, s_sign, z_sign, until - t)
+        else:
+            found = (flow.quick and ordinary.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
+                flow, segment, s_sign, until - t)
+        kind, span, state = found
+        legs.append(Leg(name, t, segment, kind, span, state))
+        if not kind:
+            return legs
+        x, y, s, z, _ = state
+        if abs(y) > m.largest:
+            raise TooLarge(_too_large(m, t, y))
+        t = t + span
+        if kind == "force_zero":
+            s_sign = -s_sign
+        elif kind == "slip_onset":
+            z_sign = 1 if s < 1 else -1
+        else:
+            z_sign = 0 if flow.sticks(s, segment.s_size(span)) else -z_sign
+        if len(legs) > MOST_EVENTS:
+            raise TooManyEvents(_too_many(until, t, state))
+
+
+def slip(segment, s_sign, z_sign, left):
+    """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
+    mode = segment.mode
+    a, fall = mode.a, mode.fall
+    end = segment.horizon(left)
+    lo, opening = 0, not segment.z0 or z_sign * (a + fall * segment.s0) > 0
+    for hi in stretches(segment, end):
+        s, z = segment.probe(hi)
+        opens = z_sign * (a + fall * s) > 0
+        event = _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
+        if event:
+            return event
+        lo, opening = hi, opens
+    if end < left:
+        raise Undecided
+    return "", left, segment.state(left)
+
+
+def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
+    """Return the event in (lo, hi], a stretch on which s is monotone, or None.
+
+    ``opening`` and ``opens`` tell whether z moves off the plane at lo and at hi.
+    """
+    m, t = segment.mode.m, None
+    if decided(m, z_sign * z, segment.z_size(hi)) < 0:
+        t = segment.z_root(_leaving(segment, lo, hi, s) if opening else lo, hi, -z_sign)
+    elif opens and not opening:
+        t = _dip(segment, z_sign, lo, hi)
+    if t is not None:
+        t, state = on_plane(segment, t)
+        hi, s = t, state[2]
+        if decided(m, s_sign * s, segment.s_size(t)) >= 0:
+            return "velocity_zero", t, state
+    if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(hi)) < 0:
+        return "force_zero", *on_level(segment, 0 * hi, segment.s_root(0, lo, hi, -s_sign))
+    return None
+
+
+def _leaving(segment, lo, hi, s):
+    """Return a time in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
+    if lo or segment.z0:
+        return lo
+    return segment.s_root(segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
+
+
+def _dip(segment, z_sign, lo, hi):
+    """Return the time in (lo, hi) at which z leaves its side though it is back at hi, or None."""
+    mode = segment.mode
+    least = segment.s_root(mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
+    if decided(mode.m, z_sign * segment.state(least)[3], segment.z_size(least)) < 0:
+        return segment.z_root(lo, least, -z_sign)
+    return None
+
+
+def stick(flow, segment, s_sign, left):
+    """Return (kind, time, state) of the slip onset, or ("", left, state) when the time ends first."""
+    near, far = flow.edges(s_sign)
+    lo = 0
+    for hi in stretches(segment, left):
+        s, size = segment.probe(hi)[0], segment.s_size(hi)
+        for edge, side in ((near, -s_sign), (far, 1)):
+            if edge is None or (not lo and segment.s0 == edge):
+                continue
+            if decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
+                return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
+        lo = hi
+    return "", left, segment.state(left)
+
+
+def on_plane(segment, t):
+    """Return the time and the state where z = 0: those at the root t, moved by the step that t is too coarse for."""
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(t)
+    fall = mode.a + mode.fall * s
+    if not fall:
+        return t, (x, y, s, z - z, thrust)
+    dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
+    if abs(z) > mode.m.root_tol * t * abs(fall):
+        raise Undecided
+    return t - z / fall, (x - dx, y - dy, s - dx - dy, z - z, thrust)
+
+
+def on_level(segment, level, t):
+    """Return the time and the state where s = level, likewise."""
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(t)
+    rate, fall = y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0
+    if not rate:
+        return t, (x, level - x, level, z, thrust)
+    missing = level - s
+    if abs(missing) > mode.m.root_tol * t * abs(rate):
+        raise Undecided
+    x = x + missing * (y / rate)
+    return t + missing / rate, (x, level - x, level, z + missing * (fall / rate), thrust)
+
+
+def stretches(segment, end):
+    """Return the ends of the stretches of (0, end) on which s is monotone, as far as they matter."""
+    turn = segment.turning()
+    if turn is None or turn >= end:
+        return (end,)
+    if segment.half_period is None or turn + segment.half_period >= end:
+        return turn, end
+    return turn, turn + segment.half_period, end
+
+
+def _too_many(until, t, state):
+    x, y, _, z, _ = state
+    return (f"more than {MOST_EVENTS} events by t = {float(t):.6g} of until = {float(until):.6g}, where (x, y, z) = "
+            f"({float(x):.6g}, {float(y):.6g}, {float(z):.6g}); take a smaller until")
+
+
+def _too_large(m, t, y):
+    power = int(m.log(abs(y)) / m.log(10))
+    return (f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller until, "
+            "or digits= where they are doubles")
+
+
+def beginning(flow, case):
+    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
+
+    The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
+    the scene, and one that is close to an unstable line from exact arithmetic.
+    """
+    m = flow.m
+    x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
+    if case.near:
+        manifold, offset = case.near
+        return beside_line(flow, manifold, x, z, m.number(offset))
+    s = x + y
+    s_sign, z_sign = _sign(s), _sign(z)
+    if not s_sign or not z_sign:
+        s_sign, z_sign, s = _first_signs(flow, case, x, y, z)
+    deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
+    return (x, y, s, z, s_sign, z_sign), deviation
+
+
+def beside_line(flow, manifold, x, z, offset):
+    """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
+    line = flow.split(MANIFOLDS[manifold][0])
+    s = line.line + line.lift * x + offset
+    y = line.slow_rate * (x - line.rest) + offset
+    return (x, y, s, z, _sign(s), _sign(z)), offset
+
+
+def first_signs(sign, sigma0, mu, x, y, z):
+    r"""Return the signs of s and z just after a start, and whether it sticks on an edge; ``sign(value, size)``.
+
+    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
+    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
+    """
+    s = x + y
+    s_sign = _sign(s) or sign(1 + mu * y, 1) or 1
+    if z:
+        return s_sign, _sign(z), False
+    grip = sign((sigma0 + 2) * abs(s) - abs(1 - s), 1)
+    if grip:
+        return s_sign, _sign(1 - s) if grip < 0 else 0, False
+    widening = (sigma0 + 2) * s_sign + _sign(1 - s)
+    if widening * (mu * y - s or -s) > 0:
+        return s_sign, 0, True
+    return s_sign, _sign(1 - s), False
+
+
+def _first_signs(flow, case, x, y, z):
+    """Return the signs of s and z just after a start on a boundary, and s, snapped to the edge that it is on."""
+    s = x + y
+    try:
+        s_sign, z_sign, on_edge = first_signs(partial(decided, flow.m), flow.sigma0, flow.mu, x, y, z)
+    except Undecided:
+        exact = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
+        s_sign, z_sign, on_edge = first_signs(lambda value, size: _sign(value), *exact)
+    return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
+
+
+def _beside_edge(flow, s, on_edge):
+    """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
+    nearest = min((edge for edge in flow.edges(_sign(s)) if edge is not None), key=lambda edge: abs(s - edge))
+    if on_edge:
+        return nearest
+    decided(flow.m, s - nearest, abs(nearest))
+    return s
+
+
+def _from_unstable_line(flow, case, x, s):
+    """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
+    m = flow.m
+    if m is Doubles and type(flow.mode("slip_opposite")) is not FastSlow:
+        return None
+    line = flow.split("slip_opposite")
+    size = abs(s) + abs(line.line) + abs(line.lift * x)
+    if not abs(s - line.line - line.lift * x) <= size / 64:
+        return None
+    return m.number(exact_deviation(*map(Fraction, (case.sigma, case.mu, case.x, case.y)), 8 * m.prec))
+
+
+def exact_deviation(sigma, mu, x, y, bits):
+    """Return s - s_slow(x) on the unstable line of slip_opposite as a Fraction, right to about ``bits`` bits."""
+    k = -mu / sigma
+    if not y and sigma * x == -1:
+        return 0
+    square = 1 - 4 * k
+    root = Fraction(isqrt(square.numerator * square.denominator << 2 * bits), square.denominator << bits)
+    rho = (1 + root) / 2
+    return x + y + 1 / (sigma * rho) + k * x / rho**2
+
+
+def _sign(value):
+    return 1 if value > 0 else -1 if value < 0 else 0

@@ -1,0 +1,111 @@
+r"""The ordinary leg in doubles: an event in the fast layer of two well separated exponentials, or none at all.
+
+A short cut, nothing else: what it finds is what ``legs`` finds, and whatever is out of the ordinary it leaves to
+``legs`` by returning None. A root is that of ``rate t = log(r/fast)``, where the fast part balances the rest
+r(t) = -(base + k t + slow (e^{slow_rate t} - 1)); so the fast part at the event is known from r, and no exponential of
+it is needed. The root is the first event if s is monotone before it, z is on its way to the plane there, and what does
+not vanish has kept its sign.
+"""
+
+from math import expm1, log
+
+MARGIN = 1e-13
+SMALL = 1e-8
+STEPS = 5
+LEAST = 0.05  # change of the fast exponent
+
+
+def slip_end(segment, s_sign, z_sign, left):
+    """Return (kind, time, state) as ``legs.slip`` does, or None."""
+    if segment.short or not segment.fast:
+        return None
+    mode, turn = segment.mode, segment.turning()
+    end = left if turn is None or turn > left else turn
+    opening = not segment.z0 or z_sign * (1.0 + mode.fall * segment.s0) > 0
+    ended = None if opening else _landing(segment, end)
+    if ended:
+        _, (_, _, s, _, _) = ended
+        if s_sign * s > MARGIN * segment.s_size(end) and z_sign * (1.0 + mode.fall * s) < -MARGIN:
+            return "velocity_zero", *ended
+    ended = _level(segment, 0.0, end)
+    if ended:
+        z = z_sign * ended[1][3]
+        return ("force_zero", *ended) if z > MARGIN * segment.z_size(end) and (opening or z_sign < 0) else None
+    return _nothing(segment, s_sign, z_sign, turn if end is turn else None, left, opening)
+
+
+def stick_end(segment, edge, far, s_sign, left):
+    """Return (kind, time, state) as ``legs.stick`` does where the cone has one edge on this side, or None."""
+    if far is not None or segment.short or not segment.fast or not s_sign * (segment.s0 - edge) > 0:
+        return None
+    turn = segment.turning()
+    ended = _level(segment, edge, left if turn is None or turn > left else turn)
+    return ("slip_onset", *ended) if ended else None
+
+
+def _nothing(segment, s_sign, z_sign, turn, left, opening):
+    mode = segment.mode
+    if mode.fast_rate * left > 600:
+        return None
+    for t in (left,) if turn is None else (turn, left):
+        s, z = segment.probe(t)
+        opens = z_sign * (1.0 + mode.fall * s) > 0
+        clear = s_sign * s > MARGIN * segment.s_size(t) and z_sign * z > MARGIN * segment.z_size(t)
+        if not clear or (opens and not opening and not _above(segment, z_sign)):
+            return None
+        opening = opens
+    return "", left, segment.state(left)
+
+
+def _above(segment, z_sign):
+    """Tell whether what decays in z cannot carry it to the plane, nor can the drift."""
+    mode = segment.mode
+    reach = abs(mode.fast_z * segment.fast) + abs(mode.slow_z * segment.slow)
+    return mode.fast_rate < 0 < z_sign * mode.rest and z_sign * segment.z0 > 1.01 * reach
+
+
+def _landing(segment, end):
+    """Return the time and the state where z = 0, or None."""
+    mode, fast = segment.mode, segment.fast
+    if -0.1 < mode.fall < 0.1:
+        return None
+    share, slow_z = mode.fast_z, mode.slow_z * segment.slow
+    found = _balance(segment.z0 - share * fast, mode.rest, share * fast, mode.fast_rate, slow_z, mode.slow_rate, end)
+    if not found:
+        return None
+    t, r, lost = found
+    left = r / share
+    lost, kept = segment.slow * lost, segment.slow * (1.0 + lost)
+    off = mode.fast_s * left + mode.lift * kept
+    x = segment.x0 + mode.fast_x * (left - fast) + lost
+    return t, (x, mode.fast_y * left + mode.slow_rate * kept, mode.rest + off, 0.0, -mode.b * off)
+
+
+def _level(segment, level, end):
+    """Return the time and the state where s = level, or None."""
+    mode, fast, slow_s, share = segment.mode, segment.fast, segment.slow_s, segment.mode.fast_s
+    found = _balance(mode.rest - level + slow_s, 0.0, share * fast, mode.fast_rate, slow_s, mode.slow_rate, end)
+    if not found:
+        return None
+    t, r, lost = found
+    gained, lost = r / share - fast, segment.slow * lost
+    x = segment.x0 + mode.fast_x * gained + lost
+    z = segment.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost
+    return t, (x, level - x, level, z, mode.a - mode.b * level)
+
+
+def _balance(base, k, fast, rate, slow, slow_rate, end):
+    """Return (t, r, e^{slow_rate t} - 1) at the root, if it is in (0, end) and the fast part has changed much."""
+    t, r, dr, lost = 0.0, -base, -(k + slow_rate * slow), 0.0
+    for _ in range(STEPS):
+        if r == 0.0 or (r > 0.0) != (fast > 0.0):
+            return None
+        step = (log(r / fast) - rate * t) / (rate - dr / r)
+        t += step
+        if not 0.0 < t < end or -LEAST < rate * t < LEAST:
+            return None
+        if -SMALL < step < SMALL and -SMALL < step * dr / r < SMALL:
+            return t, r + dr * step, lost + slow_rate * (1.0 + lost) * step
+        lost = expm1(slow_rate * t)
+        r, dr = -(base + k * t + slow * lost), -(k + slow_rate * slow * (1.0 + lost))
+    return None

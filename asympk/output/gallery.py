@@ -1,0 +1,80 @@
+"""The pictures of the paper and the page by name: each a thunk that computes its paths or reads its rows, and draws."""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, partial
+from importlib.util import find_spec
+from pathlib import Path
+
+from asympk.errors import MissingPackage
+from asympk.methods import solve
+from asympk.pictures import drawings, maps, portraits
+from asympk.scene import Scene
+from asympk.storage.rows import read_rows
+from asympk.studies.least import LADDER
+
+PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
+STEEP, SHALLOW = 1, Fraction(-1, 2)
+STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
+CHARTS = {
+    "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-failures-iii": "work.csv",
+    "chart-plane": "plane.csv", "chart-nonlinear": "nonlinear.csv",
+}  # fmt: skip
+README = ("phase", "jump", "regimes")
+SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the paper: its file name, how to draw it, and the file of rows that it is drawn from, if any."""
+
+    name: str
+    draw: object
+    rows: str = ""
+
+
+def pictures(root):
+    """Return the pictures that can be drawn in the checkout ``root``: those from rows need their rows."""
+    if not find_spec("matplotlib"):
+        raise MissingPackage("figures need matplotlib: pip install 'asympk[plot]'")
+    kept = Path(root) / "paper" / "generated" / "rows"
+    found = [
+        Picture("system", drawings.system),
+        Picture("phase", phase),
+        Picture("jump", jump),
+        Picture("slow", partial(portraits.slow_motions, STEEP, [k / 4 for k in range(-2, 7)])),
+        Picture("regimes", maps.regime_map),
+        Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
+        *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
+          for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
+                             ("least", partial(maps.least_models, names=list(LADDER))))),
+    ]  # fmt: skip
+    return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
+
+
+def _charts(kept):
+    """Return the chart's pictures that the paper shows and whose rows are there; they are drawn together, once."""
+    from asympk.output import chart
+
+    drawn = cache(partial(chart.drawn, kept.parent))
+    return [Picture(name, lambda name=name: drawn()[name], rows) for name, rows in CHARTS.items()
+            if (kept / rows).is_file()]  # fmt: skip
+
+
+def _from_rows(draw, file):
+    return draw(read_rows(file))
+
+
+def phase():
+    """Draw the phase space of the steep and the shallow rod with trajectories of the exact flow."""
+    groups = []
+    for sigma, words, starts in ((STEEP, "steep", STEEP_STARTS), (SHALLOW, "shallow", SHALLOW_STARTS)):
+        paths = [solve(Scene(sigma, PHASE_MU, start, until)) for start, until in starts]
+        groups.append((sigma, rf"{words} rod, $\sigma = {sigma}$", paths))
+    return portraits.phase_space(groups)
+
+
+def jump(until=3):
+    """Draw the jump from z < 0 for decreasing mu beside one that holds x."""
+    paths = [solve(Scene(STEEP, mu, JUMP_START, until)) for mu in JUMP_MUS]
+    return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, until))

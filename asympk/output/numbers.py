@@ -1,0 +1,251 @@
+"""Every number and every derived formula that the paper prints, as a LaTeX macro: ``\\newcommand{\\name}{...}``.
+
+Counts come from the ledger, formulas from the derivations, figures' parameters from the gallery, measurements from
+rows; macros from rows exist when the rows do.
+"""
+
+from collections import Counter
+from math import ceil, log10
+from pathlib import Path
+
+import sympy as sp
+
+from asympk.asymptotics.jump import first_integral, jump_map
+from asympk.errors import InputError
+from asympk.ledger import claims
+from asympk.ledger.nouns import VERDICTS
+from asympk.methods import solve
+from asympk.output import chart, gallery
+from asympk.pictures import style
+from asympk.pictures.figures import cheapest, outcome
+from asympk.pictures.portraits import level_formulas
+from asympk.scene import Scene
+from asympk.storage.rows import read_rows
+from asympk.studies import collisions, convergence, leastmap
+from asympk.studies.divide import DEPTH, divide
+from asympk.studies.least import LADDER
+from asympk.symbolic.regimes import thresholds
+from asympk.systems import painleve_klein as pk
+
+EXAMPLE_MU = "1e-6"
+SCENES = ((0, 0, 1), (0, "1/5", -1), (-1, -1, 1))
+MUS = tuple(f"1e-{k}" for k in range(1, 9))
+_LOAD, _FIRST, _SECOND = sp.Symbol("s", real=True), sp.Symbol("Lambda_1"), sp.Symbol("Lambda_2")
+
+
+def macros(root):
+    """Return all macros, name -> LaTeX, of the checkout ``root``."""
+    kept = Path(root) / "paper" / "generated" / "rows"
+    found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
+    told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
+            "plane": of_plane, "nonlinear": of_nonlinear}
+    for name, tell in told.items():
+        if (kept / f"{name}.csv").is_file():
+            found |= tell(read_rows(kept / f"{name}.csv"))
+    return found
+
+
+def as_latex(found):
+    """Return the macros as definitions; raises ``InputError`` for a name that is no macro name."""
+    for name in found:
+        if not (name.isascii() and name.isalpha()):
+            raise InputError(f"{name!r} cannot name a macro: use letters alone")
+    return "".join(f"\\newcommand{{\\{name}}}{{{value}}}\n" for name, value in sorted(found.items()))
+
+
+def power(value, digits=2):
+    """Return a number as ``m \\times 10^k`` with so many significant digits, or 10^k where m is 1.
+
+    >>> power(1.5331e-7), power(1e-8), power(0)
+    ('\\\\ensuremath{1.5\\\\times 10^{-7}}', '\\\\ensuremath{10^{-8}}', '0')
+    """
+    if value == 0:
+        return "0"
+    mantissa, exponent = f"{float(value):.{digits - 1}e}".split("e")
+    front = "" if float(mantissa) == 1 else rf"{mantissa}\times "
+    return rf"\ensuremath{{{front}10^{{{int(exponent)}}}}}"
+
+
+def decimal(value, places):
+    """Return a number with so many decimal places."""
+    return rf"\ensuremath{{{float(value):.{places}f}}}"
+
+
+def formula(expr):
+    """Return an expression as inline LaTeX."""
+    return rf"\ensuremath{{{sp.latex(expr)}}}"
+
+
+def counts():
+    """Return how many claims there are, of which verdict, and how many checks they rest on."""
+    found = claims()
+    by = Counter(claim.verdict for claim in found)
+    told = {f"claims{verdict.capitalize()}": str(by[verdict]) for verdict in VERDICTS}
+    return {"claimCount": str(len(found)), "checkCount": str(sum(len(c.evidence) for c in found)), **told}
+
+
+def formulas():
+    """Return the derived formulas: levels of planes and edges, the integral of all modes, the jump law."""
+    names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
+    levels = {f"load{names[name]}": formula(expr) for name, expr in level_formulas().items()}
+    ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
+    cuts = dict(zip(ordinals, map(formula, thresholds(pk.system())), strict=True))
+    return {**levels, **cuts, "integral": formula(first_integral(pk.system()).expr), **jump_law(), **escape()}
+
+
+def jump_law():
+    """Return the jump map from z < 0 for sigma0 = sigma, with Lambda_1 and Lambda_2 for its two logarithms."""
+    jump = jump_map(pk.system(), order=1, start={pk.sigma: 1})
+    landing, leaving = jump.events
+    found = {
+        "landMuY": formula(landing.y.coefficient(-1)),
+        "landX": formula(pk.x + sp.factor(sp.cancel(landing.x.coefficient(0) - pk.x))),
+        "landTime": formula(landing.t.coefficient(1, 1)),
+        "leaveTime": formula(sp.expand(leaving.t.coefficient(1, 1))),
+        "jumpX": formula(jump.x.coefficient(0)),
+    }
+    for name, series in (("X", jump.x), ("Z", jump.z)):
+        logs = {log: _SECOND if log.has(pk.sigma0) else _FIRST for log in series.coefficient(1).atoms(sp.log)}
+        known = {symbol: log for log, symbol in logs.items()}
+        found[f"jump{name}Log"] = formula(_by_powers(series.coefficient(1, 1)))
+        rest = _by_powers(series.coefficient(1).subs(logs))
+        plain = rest.as_independent(*known)[0]
+        found[f"jump{name}Rest"] = formula(plain)
+        found[f"jump{name}RestLogs"] = formula(rest - plain)
+    return found | {"firstLog": formula(_shown(known[_FIRST])), "secondLog": formula(_shown(known[_SECOND]))}
+
+
+def escape():
+    """Return the times to leave the divide from an offset delta to its load, and from one that is exp(-q/mu)."""
+    found = divide(pk.system())
+    above, below = found.escape_above, found.escape_below
+    return {
+        "escapeAbove": formula(above.coefficient(1)),
+        "escapeBelowLog": formula(below.coefficient(1, 1)),
+        "escapeBelow": formula(below.coefficient(1)),
+        "delayTime": formula(found.delay.coefficient(0).subs(DEPTH, sp.Symbol("q"))),
+    }
+
+
+def _shown(expr):
+    """Put s for x + y and the kinetic friction for the static one."""
+    return expr.subs(pk.y, _LOAD - pk.x).subs(pk.sigma0, pk.sigma)
+
+
+def _by_powers(expr):
+    """Collect by the logarithms and by z, each coefficient in factors."""
+    apart = sp.expand(sp.cancel(_shown(expr)))
+    return sp.Add(*(
+        log * sp.collect(sp.expand(apart.coeff(log)), pk.z, sp.factor) for log in (_FIRST, _SECOND)
+    )) + sp.collect(apart.subs({_FIRST: 0, _SECOND: 0}), (pk.z, _LOAD), sp.factor)
+
+
+def example():
+    """Return the events and the end of scene (ii), backward on a steep rod, at a small mu."""
+    path = solve(Scene(1, EXAMPLE_MU, gallery.JUMP_START, 5))
+    hit, leave = path.events
+    return {
+        "exampleMu": power(float(EXAMPLE_MU)),
+        "hitTime": power(hit.t, 3), "hitX": decimal(hit.x, 5), "hitY": power(hit.y, 2),
+        "leaveTimeExample": power(leave.t, 3), "leaveX": decimal(leave.x, 5),
+    }  # fmt: skip
+
+
+def accuracy():
+    """Return a power of ten above the errors of the exact flow in doubles, over three scenes and eight values of mu."""
+    worst = 0.0
+    for start in SCENES:
+        for mu in MUS:
+            scene = Scene(1, mu, start, 5)
+            truth, found = solve(scene, digits=30).final, solve(scene).final
+            scale = max(1, *(abs(v) for v in truth))
+            worst = max(worst, *(float(abs(a - b) / scale) for a, b in zip(found, truth, strict=True)))
+    runs = str(len(SCENES) * len(MUS))
+    return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": runs, "doublesLeastMu": power(1e-8)}
+
+
+def parameters():
+    """Return the parameters of the figures."""
+    return {
+        "phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}",
+        "collisionUntil": str(collisions.UNTIL),
+        "convergenceUntil": str(convergence.UNTIL),
+        "convergenceDigits": str(convergence.DIGITS),
+    }
+
+
+def of_convergence(rows):
+    """Return how far error / first omitted term is from 1 at the least mu, and the errors at sigma = 1."""
+    least = min(row["mu"] for row in rows)
+    at = next(row["mu"] for row in rows if row["mu"] == float(EXAMPLE_MU))
+    found = {"convergenceLeastMu": power(least)}
+    for order, name in ((0, "Zero"), (1, "One")):
+        away = [abs(r["error"] / r["omitted"] - 1) for r in rows if (r["order"], r["mu"]) == (order, least)]
+        (error,) = (r["error"] for r in rows if (r["order"], r["mu"], r["sigma"]) == (order, at, "1"))
+        found |= {f"ratioOrder{name}": power(max(away), 1), f"errorOrder{name}": power(error)}
+    return found
+
+
+def of_collisions(rows):
+    """Return how many starts were followed, and the most stops for small and for large mu."""
+    small, large = (max(r["count"] for r in rows if r["mu"] == mu) for mu in collisions.MUS)
+    names = {"collisionMuSmall": power(collisions.MUS[0]), "collisionMuLarge": f"{collisions.MUS[1]:g}"}
+    return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large), **names}
+
+
+def of_least(rows):
+    """Return the atlas's parameters, and up to which mu the lowest models do for every velocity drawn."""
+    found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}"}
+    for name, sigma, side, rung in (("Shallow", "-1/2", 1, "rigid"), ("Steep", "1", -1, "jump-0")):
+        here = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
+        beyond = min(row["mu"] for row in here if row["rung"] > list(LADDER).index(rung))
+        found[f"least{name}Mu"] = power(max(row["mu"] for row in here if row["mu"] < beyond), 1)
+    return found
+
+
+def of_work(rows, scene="ii", accuracy=1e-5):
+    """Return what accuracy costs on one scene at the least mu of the chart, and what the crude ways come to."""
+    here = [row for row in rows if row["scene"] == scene]
+    mus = sorted({row["mu"] for row in here})
+    careful = (*chart.EXPLICIT, *chart.IMPLICIT)
+    costs = {method: cheapest([r for r in here if r["method"] == method], accuracy) for method in careful}
+    best = min((m for m in careful if costs[m].get(mus[0])), key=lambda m: costs[m][mus[0]])
+    (jump,) = (row for row in here if row["method"] == "jump 1" and row["mu"] == mus[0])
+    found = {
+        "workRuns": str(len(rows)), "workAccuracy": power(accuracy), "workLeastMu": power(mus[0]),
+        "bestName": style.line(best)["label"], "bestRatio": rounded(costs[best][mus[0]]),
+        "explicitLeastMu": power(min(mu for m in ("rk45", "dop853") for mu, cost in costs[m].items() if cost)),
+        "jumpRatio": rounded(jump["ratio"]), "jumpError": power(jump["final_error"], 1),
+    }  # fmt: skip
+    for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
+        mine = [row for row in rows if row["method"] == method]
+        found |= {f"{method}Runs": str(len(mine)),
+                  f"{method}Failed": str(sum(outcome(row["status"]) == kind for row in mine))}
+    return found
+
+
+def of_plane(rows):
+    """Return how many runs beside the unstable plane end on the wrong side, and of which methods."""
+    wrong = [row for row in rows if outcome(row["status"]) == "wrong branch"]
+    names = [style.line(method)["label"] for method in dict.fromkeys(row["method"] for row in wrong)]
+    (mu,) = {row["mu"] for row in rows}
+    counts = {"planeRuns": str(len(rows)), "planeWrong": str(len(wrong))}
+    return {**counts, "planeWrongNames": listed(names), "planeMu": power(mu)}
+
+
+def of_nonlinear(rows, kappa=1):
+    """Return what the small-angle models miss of the rod with its geometry kept, at the least mu."""
+    least = min(row["mu"] for row in rows if row["kappa"] == kappa)
+    here = {row["method"]: row["final_error"] for row in rows if (row["kappa"], row["mu"]) == (kappa, least)}
+    names = {"nonlinearExact": "exact", "nonlinearZero": "jump 0", "nonlinearOne": "jump 1"}
+    return {"nonlinearMu": power(least), **{name: power(here[method]) for name, method in names.items()}}
+
+
+def rounded(ratio):
+    """Return a ratio of times with two significant digits, as they are worth no more."""
+    return f"{float(f'{ratio:.2g}'):g}"
+
+
+def listed(names):
+    """Join names as a sentence does."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"

@@ -1,0 +1,103 @@
+"""From symbols to a finished PDF: rows, figures, tables and numbers under paper/generated, then latexmk."""
+
+import logging
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+from asympk.errors import InputError, UnknownName
+from asympk.output import numbers
+from asympk.output.chart import method_table
+from asympk.output.gallery import README, pictures
+from asympk.output.regenerate import project, write_tables
+from asympk.output.tabular import latex, text
+from asympk.pictures.figures import save
+from asympk.storage.files import write_text
+from asympk.storage.rows import read_rows
+from asympk.studies import collisions, convergence, leastmap
+
+PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
+ROWS = {"convergence": convergence.write, "collisions": collisions.write, "least": leastmap.write}
+LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build", "main.tex")
+
+
+def build(root, progress=None):
+    """Write all that the paper is made of, and the PDF where latexmk is installed; return a line for each outcome.
+
+    Rows that exist are kept. Raises ``InputError`` with the first complaint of TeX when the paper does not compile.
+    """
+    root, tell = project(root), progress or (lambda message: None)
+    generated = root / "paper" / "generated"
+    made = [*write_rows(generated / "rows", tell), *write_figures(root, tell), *write_tables(root)]
+    made += write_method_table(generated)
+    tell("writing numbers")
+    made.append(write_text(generated / "numbers.tex", numbers.as_latex(numbers.macros(root))))
+    lines = [f"wrote {len(made)} files under {generated}"]
+    if not shutil.which("latexmk"):
+        return [*lines, f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {PACKAGES}"]
+    tell("running latexmk")
+    return [*lines, f"wrote {typeset(root / 'paper')}"]
+
+
+def draw(root, name):
+    """Draw one picture as PDF and SVG under paper/generated/figures; return the files.
+
+    Raises ``UnknownName`` for a picture that does not exist or whose rows are not there.
+    """
+    found = {picture.name: picture for picture in pictures(project(root))}
+    if name not in found:
+        raise UnknownName(f"picture {name!r} is unknown; choose one of {', '.join(found)}")
+    out = project(root) / "paper" / "generated" / "figures"
+    figure = found[name].draw()
+    return [save(figure, out / f"{name}.{kind}") for kind in ("pdf", "svg")]
+
+
+def write_rows(out, tell):
+    """Compute the rows that the paper's own figures need and that are not there; return the files written."""
+    written = []
+    for name, write in ROWS.items():
+        if not (out / f"{name}.csv").is_file():
+            tell(f"computing {name}")
+            written.append(write(out))
+    return written
+
+
+def write_figures(root, tell):
+    """Draw every picture as PDF for the paper, those of the README as SVG as well; return the files."""
+    logging.getLogger("fontTools").setLevel(logging.ERROR)  # it remarks on the age of matplotlib's fonts
+    out, written = root / "paper" / "generated" / "figures", []
+    for picture in pictures(root):
+        tell(f"drawing {picture.name}")
+        figure = picture.draw()
+        kinds = ("pdf", "svg") if picture.name in README else ("pdf",)
+        written += [save(figure, out / f"{picture.name}.{kind}") for kind in kinds]
+    return written
+
+
+def write_method_table(generated):
+    """Write the chart's table of methods where its rows are; return the files."""
+    if not (generated / "rows" / "work.csv").is_file():
+        return []
+    table = method_table(read_rows(generated / "rows" / "work.csv"))
+    dresses = {".tex": latex, ".csv": text}
+    return [write_text(generated / "tables" / f"{table.name}{end}", dress(table)) for end, dress in dresses.items()]
+
+
+def typeset(paper):
+    """Run latexmk in ``paper`` and return the PDF, whose bytes depend on what it is made of alone."""
+    fixed = {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "TZ": "UTC"}
+    env = {**os.environ, **fixed}
+    run = subprocess.run(LATEXMK, cwd=paper, env=env, capture_output=True, text=True, errors="replace")
+    if run.returncode:
+        why = first_complaint(run.stdout)
+        raise InputError(f"{paper / 'main.tex'} does not compile: {why}; see {paper}/build/main.log")
+    return Path(paper) / "build" / "main.pdf"
+
+
+def first_complaint(log):
+    """Return TeX's first error with the line it names, or the last line of the log."""
+    found = re.search(r"^! (.+?)$(?:.*?^(l\.\d+.*?)$)?", log, re.MULTILINE | re.DOTALL)
+    lines = [part.strip() for part in found.groups() if part] if found else log.strip().splitlines()[-1:]
+    return " at ".join(lines) or "latexmk says nothing"

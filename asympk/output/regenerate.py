@@ -1,0 +1,97 @@
+"""The main job: run the derivations, check the claims, write the tables."""
+
+import json
+import runpy
+from pathlib import Path
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.storage.files import write_text
+
+
+def project(root):
+    """Return the checkout's directory; raises ``InputError`` where it has no derivations."""
+    root = Path(root)
+    if not (root / "derivations").is_dir():
+        raise InputError(
+            f"{root.resolve()} has no derivations/: run asympk in a checkout of the project, or give --root"
+        )
+    return root
+
+
+def derive(root, progress=None):
+    """Run every derivation and write its results as LaTeX, JSON and srepr; return the files written."""
+    root = project(root)
+    out = root / "paper" / "generated" / "derivations"
+    written = []
+    for script in sorted((root / "derivations").glob("*.py")):
+        if progress:
+            progress(f"deriving {script.stem}")
+        results = runpy.run_path(str(script))["RESULTS"]
+        forms = {".tex": _as_latex, ".json": _as_json, ".srepr": _as_srepr}
+        written += [write_text(out / f"{script.stem}{suffix}", form(results)) for suffix, form in forms.items()]
+    if progress:
+        progress("")
+    return written
+
+
+def _as_latex(results):
+    lines = [
+        rf"\[ \text{{{_words(name)}}}\colon\quad {sp.latex(_symbolic(value))} \]" for name, value in results.items()
+    ]
+    return "\n".join([*lines, ""])
+
+
+def _as_json(results):
+    told = {
+        name: {"text": str(_symbolic(value)), "latex": sp.latex(_symbolic(value))} for name, value in results.items()
+    }
+    return json.dumps(told, indent=1, ensure_ascii=False) + "\n"
+
+
+def _as_srepr(results):
+    return "".join(f"{name} = {sp.srepr(_symbolic(value))}\n" for name, value in results.items())
+
+
+def _words(name):
+    return name.replace("_", " ")
+
+
+def _symbolic(value):
+    """Turn a result, which may nest tuples and dictionaries, into one SymPy object."""
+    if isinstance(value, dict):
+        return sp.Dict({_symbolic(key): _symbolic(item) for key, item in value.items()})
+    if isinstance(value, (tuple, list)):
+        return sp.Tuple(*map(_symbolic, value))
+    return sp.Symbol(value) if isinstance(value, str) else sp.sympify(value)
+
+
+def write_tables(root):
+    """Write every table as LaTeX and CSV under paper/generated/tables; return the files written."""
+    from asympk.output.tables import TABLES
+    from asympk.output.tabular import latex, text
+
+    out = project(root) / "paper" / "generated" / "tables"
+    written = []
+    for make in TABLES:
+        table = make()
+        written.append(write_text(out / f"{table.name}.tex", latex(table)))
+        written.append(write_text(out / f"{table.name}.csv", text(table)))
+    return written
+
+
+def everything(root, progress=None):
+    """Regenerate derivations, claims and tables, print a summary, and return 1 when a claim is not settled."""
+    from asympk.ledger import claims
+    from asympk.output.terminal import claims_as_json, exit_status, summary
+
+    root = project(root)
+    written = derive(root, progress)
+    found = claims(progress and (lambda identifier: progress(f"checking {identifier}")))
+    written.append(write_text(root / "paper" / "generated" / "claims.json", claims_as_json(found)))
+    written += write_tables(root)
+    if progress:
+        progress("")
+    print(summary(found, len(written)))
+    return exit_status(found)

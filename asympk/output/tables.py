@@ -1,0 +1,97 @@
+"""The paper's tables: what the package derived, as rows of symbols and words."""
+
+import sympy as sp
+
+from asympk.ledger import claims
+from asympk.output.tabular import Cell, Table, union_of, values_of, words
+from asympk.symbolic.manifold import rest_state, slow_manifolds
+from asympk.symbolic.regimes import regimes
+from asympk.symbolic.stability import eigenvalues
+from asympk.systems import painleve_klein as pk
+
+_MODE = {
+    "slip_same": "slip, $s z > 0$ (2.7)",
+    "slip_opposite": "slip, $s z < 0$ (2.8)",
+    "stick": "stick, $z = 0$ (2.9)",
+}
+_S = sp.Symbol("s", real=True)
+
+
+def groups_table():
+    """Nondimensional groups of section 2 with their definitions in physical quantities."""
+    rows = tuple((group.meaning, group.symbol, group.definition) for group in pk.groups())
+    return Table("groups", "lcl", ("quantity", "symbol", "definition"), rows)
+
+
+def modes_table():
+    r"""The right-hand sides mu y' and z' of every mode in terms of s = x + y; x' = y in all."""
+    rows = tuple((_MODE[mode.name], _of_load(mode.fast[pk.y]), _of_load(mode.slow[pk.z])) for mode in pk.system().modes)
+    return Table("modes", "lll", ("mode", r"$\mu y'$", "$z'$"), rows)
+
+
+def _of_load(expr):
+    return sp.collect(sp.expand(expr.subs(pk.y, _S - pk.x)), _S)
+
+
+def manifolds_table():
+    """Slow manifolds by range of sigma: place, stability, first term in mu, and the acceleration on them."""
+    planes = {plane.name: plane for plane in slow_manifolds(pk.system(), order=1)}
+    rows = [_manifold_row(planes["Pi1"], "all", regimes(pk.system())[0].passages[0])]
+    for regime in (regimes(pk.system())[0], regimes(pk.system())[-1]):
+        side = r"$\sigma > 0$" if regime.condition == (pk.sigma > 0) else r"$\sigma < 0$"
+        rows.append(_manifold_row(planes["Pi2"], side, regime.passages[1]))
+    header = ("plane", r"$\sigma$", r"at $\mu = 0$", r"$\mu$ term of $y$", "lives in", "", "$z'$ on it")
+    return Table("manifolds", "lllllll", header, tuple(rows))
+
+
+def _manifold_row(plane, where, passage):
+    return (
+        Cell(rf"$\Pi_{plane.name[-1]}$", plane.name),
+        where,
+        sp.Eq(_S, sp.cancel(pk.x + plane.coefficient(0))),
+        sp.factor(plane.coefficient(1)),
+        *_place(passage),
+        rest_state(plane).drift[pk.z],
+    )
+
+
+def _place(passage):
+    return f"$z {'>' if passage.side > 0 else '<'} 0$", "attracts" if passage.stable else "repels"
+
+
+def eigenvalues_table():
+    """Exact slow and fast eigenvalues of every mode, and the mu at which node turns to focus."""
+    rows = tuple((_MODE[s.mode], s.slow, s.fast, s.coalescence) for s in eigenvalues(pk.system()))
+    header = ("mode", "slow eigenvalue", "fast eigenvalue", r"node to focus at $\mu$")
+    return Table("eigenvalues", "llll", header, rows)
+
+
+def regimes_table():
+    """The ranges of sigma between thresholds: stick region, and what Pi2 is and where its motions meet z = 0."""
+    rows = tuple(_regime_row(regime) for regime in regimes(pk.system()))
+    header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"its motions meet $z = 0$ in")
+    return Table("regimes", "llll", header, rows)
+
+
+def _regime_row(regime):
+    second = regime.passages[1]
+    reached = {"stick": "the stick region", "up": "upward crossing", "down": "downward crossing", None: "--"}
+    return (
+        values_of(regime.sigma, regime.values),
+        union_of(regime.stick, {pk.sigma0: pk.sigma}),
+        ", ".join(_place(second)) if second.side else "does not exist",
+        reached[second.meets],
+    )
+
+
+def claims_table():
+    """The ledger: every claim of the paper with its verdict, and what holds where it is not a plain confirmation."""
+    rows = []
+    for claim in claims():
+        rows.append((claim.id, words(claim.statement), claim.verdict))
+        if claim.finding:
+            rows.append(("", Cell(rf"\emph{{{words(claim.finding).latex}}}", claim.finding), ""))
+    return Table("claims", r"lp{0.76\linewidth}l", ("claim", "statement", "verdict"), tuple(rows))
+
+
+TABLES = (groups_table, modes_table, manifolds_table, eigenvalues_table, regimes_table, claims_table)

@@ -1,0 +1,249 @@
+"""What the command line prints: paths, the ledger and the summary, as JSON or as lines that a person reads."""
+
+import json
+from collections import Counter
+from math import prod
+from textwrap import wrap
+
+from asympk.ledger.nouns import VERDICTS
+
+_WIDTH = 110
+
+
+def path_as_json(path, digits=None):
+    """Return a path as JSON: final, events, modes, model; with ``digits`` numbers are strings of that many digits."""
+    events = [
+        {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event[2:]]}
+        for event in path.events
+    ]
+    told = {
+        "final": [_plain(value, digits) for value in path.final],
+        "events": events,
+        "modes": list(path.modes),
+        "model": path.model,
+    }
+    if path.error is not None:
+        told["error"] = _plain(path.error, digits and 3)
+    return json.dumps(told, indent=2)
+
+
+def path_as_text(path, columns=("t", "x", "y", "z")):
+    """Return a path as a table of modes with the time and state at which each begins, and the final state."""
+    scene = path.scene
+    begins = [("start", 0, *scene.start), *path.events]
+    lines = [f"{'  '.join(f'{name:>14}' for name in columns)}  event -> mode"]
+    for (kind, *state), mode in zip(begins, path.modes, strict=True):
+        lines.append(f"{_columns(state)}  {kind} -> {mode}")
+    lines.append(f"{_columns((scene.until, *path.final))}  until ({path.model})")
+    return "\n".join(lines)
+
+
+def scenes_as_text(names):
+    """Return a line on each of the scenes that ship."""
+    from asympk.scenes.scenefile import about
+
+    width = max(map(len, names))
+    return "\n".join(f"{name:<{width}}  {about(name)}" for name in names)
+
+
+def _columns(numbers):
+    return "  ".join(f"{float(number):14.8g}" for number in numbers)
+
+
+def _plain(value, digits):
+    if digits is None:
+        return float(value)
+    import mpmath
+
+    return mpmath.nstr(value, digits, strip_zeros=True)
+
+
+def ladder_as_json(ladder):
+    """Return a ladder of models as JSON: model, predicted, rtol, rungs."""
+    return json.dumps(ladder.as_dict(), indent=2)
+
+
+def ladder_as_text(ladder):
+    """Return a ladder of models as a table, lowest rung first, with an arrow at the least model that will do."""
+    lines = [f"   {'model':<8}{'predicted':>11}{'measured':>11}{'time/exact':>12}"]
+    for rung in ladder.rungs:
+        mark = "->" if rung.model == ladder.model else "  "
+        numbers = (rung.predicted, rung.measured)
+        shown = [f"{number:.1e}" if number is not None else "--" for number in numbers]
+        shown.append(f"{rung.cost:.1f}" if rung.cost else "--")
+        lines.append(f"{mark} {rung.model:<8}{shown[0]:>11}{shown[1]:>11}{shown[2]:>12}")
+        lines += wrap(rung.reason, _WIDTH, initial_indent=" " * 6, subsequent_indent=" " * 6)
+    return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])
+
+
+def certificates_as_text(found, digits):
+    """Return certificates as text: one in full, those of the pieces of a box counted by what they prove."""
+    if len(found) == 1:
+        return _certificate_as_text(found[0], digits)
+    proven = [piece for piece in found if piece.proven]
+    outcomes = Counter(" -> ".join(piece.modes) if piece.proven else f"undecided, {piece.obstacle}" for piece in found)
+    lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {covered(found):.6g} of its volume"]
+    lines += [f"{count:>6}  {words}" for words, count in outcomes.most_common()]
+    if proven:
+        hull = [_hull([piece.final[axis] for piece in proven]) for axis in range(3)]
+        lines += ["  final, over the proven pieces", *_balls("xyz", hull, digits)]
+    return "\n".join(lines)
+
+
+def _hull(balls):
+    whole = balls[0]
+    for ball in balls[1:]:
+        whole = whole.union(ball)
+    return whole
+
+
+def covered(found):
+    """Return the proven part of the volume of a box, cut into pieces."""
+    sizes = [prod(high - low for low, high in piece.box.values() if high > low) for piece in found]
+    return float(sum(size for size, piece in zip(sizes, found, strict=True) if piece.proven) / sum(sizes))
+
+
+def _certificate_as_text(one, digits):
+    if not one.proven:
+        return f"undecided: {one.reason}"
+    lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
+    for kind, *state in one.events:
+        lines += [f"  {kind}", *_balls("txyz", state, digits)]
+    return "\n".join([*lines, "  final", *_balls("xyz", one.final, digits)])
+
+
+def _balls(names, values, digits):
+    return [f"    {name} = {value.str(digits)}" for name, value in zip(names, values, strict=True)]
+
+
+def certificates_as_json(found, digits):
+    """Return certificates as a list in JSON; a ball is a string "[middle +/- radius]"."""
+    return json.dumps([_certificate_as_dict(one, digits) for one in found], indent=1)
+
+
+def _certificate_as_dict(one, digits):
+    box = {name: [str(low), str(high)] for name, (low, high) in one.box.items()}
+    if not one.proven:
+        return {"proven": False, "reason": one.reason, "bits": one.bits, "box": box}
+    events = [{"kind": kind, "t": t.str(digits), "state": [v.str(digits) for v in state]}
+              for kind, t, *state in one.events]  # fmt: skip
+    return {"proven": True, "modes": list(one.modes), "events": events, "final": [v.str(digits) for v in one.final],
+            "bits": one.bits, "box": box}  # fmt: skip
+
+
+def proofs_as_text(found):
+    """Return a line on each inequality that was to be proven, with its box."""
+    lines = []
+    for proof in found:
+        box = ", ".join(f"{symbol} from {_decimal(low)} to {_decimal(high)}"
+                        for symbol, (low, high) in proof.inequality.box.items())  # fmt: skip
+        verdict = "proven" if proof.proven else "undecided"
+        lines.append(f"{proof.inequality.claim}  {verdict}: {proof.inequality.statement} ({box})")
+    return "\n".join(lines)
+
+
+def _decimal(value):
+    return f"{float(value):.7g}"
+
+
+def claims_as_json(found):
+    """Return claims with all their evidence as JSON."""
+    return json.dumps([claim.as_dict() for claim in found], indent=1, ensure_ascii=False) + "\n"
+
+
+def print_claims(identifiers, as_json):
+    """Print the ledger, or the evidence of chosen claims; return 1 when one is not settled."""
+    from asympk.ledger import claim, claims
+
+    found = tuple(claim(identifier) for identifier in identifiers) if identifiers else claims()
+    if as_json:
+        print(claims_as_json(found), end="")
+    elif identifiers:
+        print("\n\n".join(_with_evidence(claim) for claim in found))
+    else:
+        print("\n".join(_line(claim) for claim in found))
+    return exit_status(found)
+
+
+def exit_status(found):
+    """Return 0, or 1 when a claim is not settled."""
+    return 0 if all(claim.verdict in VERDICTS for claim in found) else 1
+
+
+def _line(claim):
+    room = _WIDTH - 17
+    statement = claim.statement if len(claim.statement) <= room else claim.statement[: room - 3] + "..."
+    return f"{claim.id}  {claim.verdict:<10}  {statement}"
+
+
+def _with_evidence(claim):
+    lines = [f"{claim.id} (section {claim.where}): {claim.verdict}", f"  {claim.statement}"]
+    lines += [f"  -> {claim.finding}"] if claim.finding else []
+    for check in claim.evidence:
+        mark = "holds" if check.holds else "fails"
+        lines.append(f"  - {check.role}, {check.kind}, {mark}: {check.what}")
+        if check.value:
+            lines.append(f"      {check.value}")
+    return "\n".join(lines)
+
+
+def summary(found, files):
+    """Return the screen a person reads: what the paper claims, what holds, what was found beyond it."""
+    counts = Counter(claim.verdict for claim in found)
+    checks = [check for claim in found for check in claim.evidence]
+    parts = [
+        "Fufaev 1991, the Painlevé-Klein example: rederived from the elastic rod and checked.",
+        f"{len(found)} claims, {len(checks)} checks: "
+        + ", ".join(f"{n} {verdict}" for verdict, n in counts.items())
+        + ".",
+        "",
+    ]
+    for verdict in ("corrected", "refined", "not settled"):
+        chosen = [claim for claim in found if claim.verdict == verdict]
+        if chosen:
+            parts.append(f"{verdict.capitalize()}:")
+            parts += [text for claim in chosen for text in _finding(claim)]
+            parts.append("")
+    parts += ["Beyond the paper, for sigma > 0 and z < 0, with L = log(1/mu):", *_jump_lines(), ""]
+    parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
+    parts.append(f"{files} files written under paper/generated; asympk claims ID shows the evidence of a claim.")
+    return "\n".join(parts)
+
+
+def _finding(claim):
+    """The claim, and under it what the paper leaves out or what holds instead."""
+    return [*_wrapped(claim.id, claim.statement), *_wrapped("", f"-> {claim.finding}")]
+
+
+def _wrapped(label, words):
+    indent = " " * 7
+    return wrap(words, _WIDTH, initial_indent=f"  {label:<5}", subsequent_indent=indent, break_long_words=False)
+
+
+def _jump_lines():
+    from asympk.asymptotics.jump import jump_map
+    from asympk.systems.painleve_klein import sigma, system
+
+    jump = jump_map(system(), order=1, start={sigma: 1})
+    lines = [f"  the layer lasts ({jump.t_leave.coefficient(1, 1)}) mu L + O(mu), and mid-way y is of order 1/mu"]
+    for name, expansion in (("x", jump.x), ("z", jump.z)):
+        limit = expansion.coefficient(0) or ""
+        lines.append(f"  {name} -> {limit}{_signed(expansion.coefficient(1, 1))} mu L + O(mu)")
+    return lines
+
+
+def _signed(coefficient):
+    import sympy as sp
+
+    coefficient = sp.factor(coefficient)
+    negative = coefficient.could_extract_minus_sign()
+    return f" - {-coefficient}" if negative else f" + {coefficient}"
+
+
+def _regime_lines():
+    from asympk.output.tables import regimes_table
+    from asympk.output.tabular import plain
+
+    rows = plain(regimes_table())
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]

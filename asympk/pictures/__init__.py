@@ -1,0 +1,1 @@
+"""Pictures: rows or computed paths in, a matplotlib ``Figure`` out."""

@@ -1,0 +1,268 @@
+"""Figures: rows in, a matplotlib ``Figure`` out; nothing is computed anew, and nothing is saved but by ``save``."""
+
+from contextlib import contextmanager
+from itertools import groupby
+from math import log10
+from pathlib import Path
+from textwrap import fill
+
+from asympk.pictures import style
+
+# key -> (mark, grey of its cell, words in the legend)
+OUTCOMES = {
+    "finished": ("o", "0.93", "right end, right modes"),
+    "events missed": ("+", "0.93", "right end, modes missed"),
+    "wrong branch": ("x", "0.55", "wrong end"),
+    "stalled": ("s", "0.75", "stalled"),
+    "limit": ("^", "0.75", "budget spent"),
+    "other": ("$?$", "0.75", "refused"),
+}
+LIMITS = ("step", "time", "limit")
+REFUSED = 0.5  # where a model that refuses at once stands on the axis of cost
+SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
+NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 5.6, 74, 0.093, 0.125  # points, characters, inches, inches
+
+
+def save(figure, path):
+    """Write ``figure`` to ``path``; the bytes depend on the figure alone, not on the day or the machine."""
+    import matplotlib
+
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unsaid = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
+    with matplotlib.rc_context(style.RC):
+        figure.savefig(path, metadata=unsaid[path.suffix], dpi=300)
+    return path
+
+
+@contextmanager
+def sheet(body, rows=1, columns=1, *, entries=0, per_line=3, note="", **options):
+    """Yield (figure, axes) of a column's width: ``body`` inches of axes above a legend of ``entries`` and a note."""
+    import matplotlib
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    words = fill(note, NOTE_WIDTH) if note else ""
+    note_height = NOTE_LINE * (words.count("\n") + 1) + 0.05 if words else 0.0
+    foot = note_height + LEGEND_LINE * -(-entries // per_line) + 0.05
+    height = body + foot
+    with matplotlib.rc_context(style.RC):
+        engine = ConstrainedLayoutEngine(rect=(0, foot / height, 1, body / height), w_pad=0.02, h_pad=0.02)
+        figure = Figure(figsize=(style.COLUMN, height), layout=engine)
+        axes = figure.subplots(rows, columns, squeeze=False, **options)
+        yield figure, axes
+        figure.text(0.01, 0.02 / height, words, fontsize=NOTE_SIZE, va="bottom", ha="left", in_layout=False)
+        handles = getattr(figure, "handles", None) or axes.flat[0].get_legend_handles_labels()[0]
+        legend = figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, note_height / height),
+                               ncols=per_line, columnspacing=1.0, borderpad=0.1, labelspacing=0.25)
+        legend.set_in_layout(False)
+
+
+def outcome(status):
+    """Return the key of ``OUTCOMES`` for a status sentence."""
+    word = status.split()[0]
+    return status if status in OUTCOMES else "limit" if word in LIMITS else "stalled" if word == "stalled" else "other"
+
+
+def work_precision(rows, scene, mus, note=""):
+    """Work against precision on ``scene``, one panel for each of ``mus``.
+
+    Runs without an end stand in a strip; models that refuse the scene stand at its foot.
+    """
+    rows = [row for row in rows if row["scene"] == scene]
+    methods, lines = _methods(rows), (len(mus) + 1) // 2
+    with sheet(1.5 * lines, lines, 2, entries=len(methods), note=note, sharex=True, sharey=True) as (figure, axes):
+        for ax, mu in zip(axes.flat, mus, strict=False):
+            _precision_panel(ax, [row for row in rows if row["mu"] == mu], methods)
+            ax.set_title(rf"$\mu = {power(mu)}$", pad=2)
+        for ax in axes.flat[len(mus):]:
+            ax.set_visible(False)
+        for ax in axes[:, 0]:
+            ax.set_ylabel("CPU time / exact flow")
+        for ax in axes[-1]:
+            ax.set_xlabel("error of the final state")
+        axes.flat[0].set_ylim(0.3, 3 * max(row["ratio"] or 0 for row in rows))
+    return figure
+
+
+def _precision_panel(ax, rows, methods):
+    ax.set(xscale="log", yscale="log", xlim=(1e-18, 1e5))
+    for left, right, grey, words in ((0.1, 10, "0.95", "wrong"), (10, 1e5, "0.89", "no end")):
+        ax.axvspan(left, right, color=grey, lw=0)
+        ax.text((left * right) ** 0.5, 1.3, words, rotation=90, ha="center", va="bottom", fontsize=6)
+    ax.set_xticks([1e-15, 1e-10, 1e-5])
+    ax.minorticks_off()
+    for method in methods:
+        good = sorted((r for r in rows if r["method"] == method and r["final_error"] is not None),
+                      key=lambda r: -(r["rtol"] or 0))  # fmt: skip
+        ax.plot([max(r["final_error"], 1e-17) for r in good], [r["ratio"] for r in good], **style.line(method))
+    lost = [r for r in rows if r["final_error"] is None]
+    for some in ([r for r in lost if r["ratio"]], [r for r in lost if not r["ratio"]]):
+        names = [m for m in methods if any(r["method"] == m for r in some)]
+        for k, method in enumerate(names):
+            costs = [r["ratio"] or REFUSED for r in some if r["method"] == method]
+            place = 10 * 1e4 ** ((k + 0.5) / len(names))
+            ax.plot([place] * len(costs), costs, **{**style.line(method), "linestyle": "none", "label": None})
+
+
+def cost_against_mu(rows, scenes, accuracy, note=""):
+    """Cheapest run with an error below ``accuracy`` against mu; what does not get there stands in the band."""
+    methods = _methods(rows)
+    with sheet(1.6 * len(scenes), len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
+        for ax, scene in zip(axes.flat, scenes, strict=True):
+            _cost_panel(ax, [row for row in rows if row["scene"] == scene], methods, accuracy)
+            ax.set(ylabel="CPU time / exact flow")
+            ax.set_title(f"scene ({scene}), error below ${power(accuracy)}$", pad=2)
+        axes.flat[-1].set_xlabel(r"$\mu$")
+        axes.flat[-1].margins(x=0.07)
+        axes.flat[-1].invert_xaxis()
+    return figure
+
+
+def _cost_panel(ax, rows, methods, accuracy):
+    ax.set(xscale="log", yscale="log")
+    ax.minorticks_off()
+    curves = {method: cheapest([r for r in rows if r["method"] == method], accuracy) for method in methods}
+    top = 3 * max(cost for curve in curves.values() for cost in curve.values() if cost)
+    never = [m for m in methods if not any(curves[m].values())]
+    lost = [m for m in methods if None in curves[m].values() and m not in never]
+    names = ", ".join(style.SHORT.get(m, style.line(m)["label"]) for m in never)
+    words = fill(f"never: {names}", 58) if never else ""
+    ceiling = top * SPACING ** (len(lost) + 1.5 + words.count("\n"))
+    ax.annotate(words, (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points", fontsize=6, va="top")
+    ax.set_ylim(0.4, ceiling)
+    ax.axhspan(top, ceiling, color="0.93", lw=0)
+    ax.set_yticks([10.0**k for k in range(int(log10(top)) + 1)])
+    ax.annotate("not reached", (1, 1), (-2, -2), xycoords="axes fraction", textcoords="offset points", fontsize=6,
+                rotation=90, ha="right", va="top")
+    for method in methods:
+        looks = style.line(method)
+        reached = [(mu, cost) for mu, cost in curves[method].items() if cost]
+        looks["linestyle"] = "-" if method == "exact" else looks["linestyle"]
+        ax.plot([mu for mu, _ in reached], [cost for _, cost in reached], **looks)
+        if method in lost:
+            missed = [mu for mu, cost in curves[method].items() if not cost]
+            level = top * SPACING ** (lost.index(method) + 0.5)
+            ax.plot(missed, [level] * len(missed), **{**looks, "linestyle": "none", "label": None})
+
+
+def cheapest(rows, accuracy):
+    """Return {mu: least ratio among the runs with an error below ``accuracy``, or None}."""
+    found = {}
+    for mu, group in groupby(sorted(rows, key=lambda r: r["mu"]), key=lambda r: r["mu"]):
+        costs = [r["ratio"] for r in group if r["final_error"] is not None and r["final_error"] <= accuracy]
+        found[mu] = min(costs, default=None)
+    return found
+
+
+def nonlinear(rows, note=""):
+    """The rod with its geometry kept: what the small-angle models miss of it, and work against precision."""
+    mus = sorted({row["mu"] for row in rows if row["kappa"] == 1})
+    panels = [mus[-1 - len(mus) // 3], mus[0]] if len(mus) > 1 else [mus[0]] * 2
+    methods = _methods(rows)
+    with sheet(3.3, 2, 2, entries=len(methods), note=note, sharey="row") as (figure, axes):
+        grid = axes[0, 0].get_gridspec()
+        for ax in axes[0]:
+            ax.remove()
+        _model_panel(figure.add_subplot(grid[0, :]), rows)
+        for ax, mu in zip(axes[1], panels, strict=True):
+            _precision_panel(ax, [row for row in rows if row["mu"] == mu and row["kappa"] == 1], methods)
+            ax.set_title(rf"$\kappa = 1$, $\mu = {power(mu)}$", pad=2)
+            ax.set_xlabel("error of the final state")
+        axes[1, 0].set_ylabel("CPU time / exact flow")
+        axes[1, 0].set_ylim(0.3, 3 * max(row["ratio"] for row in rows if row["ratio"]))
+        figure.handles = axes[1, 0].get_legend_handles_labels()[0]
+        for handle in figure.handles:
+            handle.set_label(handle.get_label().replace("exact flow", "(2.7)-(2.9), exact flow"))
+    return figure
+
+
+def _model_panel(ax, rows):
+    """Error against mu of the models that are linear in the angle, for every kappa; one integrator beside them."""
+    ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="error of the final state")
+    ax.minorticks_off()
+    for kappa in sorted({row["kappa"] for row in rows}):
+        here = [row for row in rows if row["kappa"] == kappa and row["final_error"] is not None]
+        exact = sorted((row["mu"], row["final_error"]) for row in here if row["method"] == "exact")
+        ax.plot(*zip(*exact, strict=True), **{**style.line("exact"), "linestyle": "-", "linewidth": 0.6})
+        ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5, 0), textcoords="offset points", fontsize=6, va="center")
+        for method in (*style.MODELS, "lsoda", "kvaerno5") if kappa == 1 else ():
+            found = [row for row in here if row["method"] == method and (row["rtol"] or 1e-5) == 1e-5]
+            if found and method != "exact":
+                points = sorted((row["mu"], row["final_error"]) for row in found)
+                ax.plot(*zip(*points, strict=True), **style.line(method))
+    low, high = ax.get_xlim()
+    ax.set_xlim(high, low / 6)
+
+
+def failure_map(rows, scene, note=""):
+    """What became of every run on ``scene``: a panel per method over mu and the tolerance."""
+    known = {*style.METHODS, "exact"}
+    return _maps([r for r in rows if r["scene"] == scene and r["method"] in known], "mu", r"$\mu$", 4, note)
+
+
+def plane_map(rows, note=""):
+    """What became of starts near the unstable plane: a panel per method over the deviation and the tolerance."""
+    return _maps(rows, "offset", r"deviation from $\Pi_2$", 3, note)
+
+
+def _maps(rows, along, label, columns, note):
+    methods = _methods(rows)
+    places = sorted({row[along] for row in rows})
+    kinds = [key for key in OUTCOMES if any(outcome(row["status"]) == key for row in rows)]
+    lines = -(-len(methods) // columns)
+    with sheet(0.93 * lines + 0.25, lines, columns, entries=len(kinds), note=note, sharex=True) as (figure, axes):
+        figure.handles = [_outcome_handle(key) for key in kinds]
+        for k, (ax, method) in enumerate(zip(axes.flat, methods, strict=False)):
+            _map_panel(ax, [row for row in rows if row["method"] == method], along, places)
+            ax.set_title(style.SHORT.get(method, style.line(method)["label"]), pad=2)
+            if k % columns == 0:
+                ax.set_ylabel("step" if method == "moreau" else "tolerance")
+            else:
+                ax.set_yticklabels([])
+        for ax in axes[-1]:
+            ax.set_xlabel(label)
+        for ax in axes.flat[len(methods):]:
+            ax.set_visible(False)
+    return figure
+
+
+def _map_panel(ax, rows, along, places):
+    from matplotlib.patches import Rectangle
+
+    tolerances = sorted({row["rtol"] for row in rows if row["rtol"]}, reverse=True) or [None]
+    for row in rows:
+        mark, grey, _ = OUTCOMES[outcome(row["status"])]
+        i, j = places.index(row[along]), tolerances.index(row["rtol"])
+        ax.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=grey, edgecolor="white", linewidth=0.4))
+        bold = outcome(row["status"]) == "wrong branch"
+        ax.plot(i, j, marker=mark, linestyle="none", color="black", markerfacecolor="none",
+                markersize=3.6 if bold else 1.8, markeredgewidth=1.0 if bold else 0.4)
+    ax.set(xlim=(-0.5, len(places) - 0.5), ylim=(-0.5, len(tolerances) - 0.5))
+    ax.grid(visible=False)
+    for axis, values in ((ax.xaxis, places), (ax.yaxis, tolerances if tolerances[0] else [])):
+        if not values:
+            axis.set_ticks([])
+            continue
+        axis.set_ticks([0, len(values) - 1], [f"${power(values[k])}$" for k in (0, -1)])
+
+
+def _outcome_handle(key):
+    from matplotlib.lines import Line2D
+
+    mark, _, words = OUTCOMES[key]
+    size = 4 if key == "wrong branch" else 3
+    return Line2D([], [], marker=mark, color="black", linestyle="none", markerfacecolor="none", label=words,
+                  markersize=size, markeredgewidth=1.0 if key == "wrong branch" else 0.5)
+
+
+def _methods(rows):
+    present = {row["method"] for row in rows}
+    return [method for method in (*style.METHODS, *style.MODELS) if method in present]
+
+
+def power(value):
+    """Return ``value`` as a power of ten in LaTeX, or as it is."""
+    exponent = log10(abs(value))
+    power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"
+    return f"-{power}" if value < 0 else power

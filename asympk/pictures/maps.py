@@ -1,0 +1,240 @@
+"""Maps over the parameters: regimes over sigma, stick over static friction, collisions, convergence in mu."""
+
+from itertools import pairwise
+
+from asympk.pictures import style
+from asympk.pictures.portraits import HELD, LINEAR, LOADS, SLOW, UNSTABLE, level_formulas, plate
+from asympk.symbolic.lowering import lower
+
+
+def regime_map(most=2):
+    """Draw where the slow planes and the edges of the stick region lie over sigma, for sigma0 = sigma."""
+    import sympy as sp
+
+    from asympk.symbolic.regimes import thresholds
+    from asympk.symbolic.stick import stick_regions
+    from asympk.systems import painleve_klein as pk
+
+    cuts = thresholds(pk.system())
+    with plate(2.3) as (figure, axes):
+        ax = axes.flat[0]
+        _load_axis(ax, (-30, 30))
+        ax.set(xlim=(-2, most), xlabel=r"$\sigma$")
+        ticks = sorted({sp.S(-2), *cuts, sp.S.One, sp.S(most)})
+        ax.set_xticks([float(tick) for tick in ticks], [f"${tick}$" for tick in ticks])
+        for cell in stick_regions(pk.system()).stick.cells:
+            _fill(ax, cell, pk.sigma0, {}, (-2, most), facecolor=HELD, edgecolor=HELD, linewidth=0.3)
+        for cut in cuts:
+            ax.axvline(float(cut), color="0.5", lw=0.5, ls=":")
+        formulas = {name: f.subs(pk.sigma0, pk.sigma) for name, f in level_formulas().items()}
+        curves = (("Pi1", -2, most, SLOW), ("Pi2", -2, 0, SLOW), ("Pi2", 0, most, UNSTABLE),
+                  ("Gamma1", -2, most, {}), ("Gamma2", -2, -1, {}), ("Gamma2", -1, most, {}))
+        for name, start, end, looks in curves:
+            _curve(ax, pk.sigma, formulas[name], start, end, **{"color": "black", "lw": 0.7, **looks})
+        for place, words, at in (((0.6, 0.06), r"$\Pi_1$", "center"), ((-0.62, 4.2), r"$\Pi_2$", "center"),
+                                 ((0.95, -3.0), r"$\Pi_2$", "center"), ((1.5, 0.42), r"$\Gamma_1$", "center"),
+                                 ((1.5, -0.25), r"$\Gamma_2$", "center"), ((-1.34, 8), r"$\Gamma_2$", "center"),
+                                 ((1.3, 4), "stick", "center"), ((-0.5, -9), "stick", "center")):
+            ax.text(*place, words, ha=at, va="center")
+    return figure
+
+
+def stick_over_static_friction(sigmas, most=4):
+    """Draw the stick region over sigma0, and in it where sticking and crossing are both consistent, for each sigma."""
+    from fractions import Fraction
+
+    import sympy as sp
+
+    from asympk.symbolic.stick import stick_regions
+    from asympk.systems import painleve_klein as pk
+
+    regions = stick_regions(pk.system())
+    with plate(2.2, 1, len(sigmas), sharey=True) as (figure, axes):
+        for ax, sigma in zip(axes.flat, sigmas, strict=True):
+            _load_axis(ax, (-30, 30), label=ax is axes.flat[0])
+            least, kinetic = float(Fraction(sigma)), {pk.sigma: sp.Rational(sigma)}
+            ax.set(xlim=(least, most), xlabel=r"$\sigma_0$")
+            ax.set_title(rf"$\sigma = {sigma}$", pad=3)
+            for region, looks in ((regions.stick, {"facecolor": HELD, "edgecolor": HELD, "linewidth": 0.3}),
+                                  (regions.ambiguous, {"facecolor": "none", "hatch": "//////", "edgecolor": "0.35",
+                                                       "linewidth": 0})):
+                for cell in region.cells:
+                    if all(value in cell.box.get(p, sp.Reals) for p, value in kinetic.items()):
+                        _fill(ax, cell, pk.sigma0, kinetic, (least, most), **looks)
+            for name, start, end in (("Gamma1", least, most), ("Gamma2", max(least, -1), most),
+                                     *((("Gamma2", least, -1),) if least < -1 else ())):
+                _curve(ax, pk.sigma0, level_formulas()[name], start, end, color="black", lw=0.7)
+        handles = _legend_patches()
+        figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _legend_patches():
+    from matplotlib.patches import Patch
+
+    return [Patch(facecolor=HELD, label="stick"),
+            Patch(facecolor=HELD, hatch="//////", edgecolor="0.35", linewidth=0,
+                  label="stick, but crossing is consistent")]
+
+
+def _load_axis(ax, limits, label=True):
+    ax.set_ylim(*limits)
+    ax.set_yscale("asinh", linear_width=LINEAR)
+    ax.set_yticks(LOADS, [f"{load:g}" for load in LOADS])
+    ax.minorticks_off()
+    ax.grid(visible=False)
+    if label:
+        ax.set_ylabel("$s$", labelpad=0)
+
+
+def _span(start, end, count=80):
+    """Return numbers from start to end, without the ends and dense near them."""
+    import numpy as np
+
+    half = np.geomspace(1e-6, 0.5, count)
+    return start + (end - start) * np.concatenate((half, 1 - half[-2::-1]))
+
+
+def _curve(ax, parameter, formula, start, end, **looks):
+    import numpy as np
+
+    at = _span(start, end)
+    load = np.broadcast_to(lower((parameter,), formula)(at), at.shape)
+    seen = abs(load) < ax.get_ylim()[1]
+    ax.plot(at[seen], load[seen], **looks)
+
+
+def _fill(ax, cell, parameter, fixed, limits, **looks):
+    """Fill a cell's spans over the open range of ``parameter`` that the cell covers; single values have no area."""
+    import numpy as np
+
+    part = cell.box[parameter]
+    if part.is_FiniteSet:
+        return
+    start, end = max(float(part.start), limits[0]), min(float(part.end), limits[1])
+    if start >= end:
+        return
+    at = _span(start, end)
+    low, high = ax.get_ylim()
+    for span in cell.spans:
+        ends = [lower((parameter,), border.subs(fixed))(at) if border.is_finite is not False else float(border)
+                for border in (span.start, span.end)]
+        ends = [np.clip(np.broadcast_to(border, at.shape), low, high) for border in ends]
+        ax.fill_between(at, *ends, **looks)
+
+
+LINES = {"-17/10": ("-", "v"), "-6/5": ("--", "D"), "-1/2": (":", "^"),
+         "1/2": ("-", "o"), "1": ("--", "s"), "3": (":", "p")}  # fmt: skip
+
+
+def convergence(rows):
+    """Draw error / first omitted term - 1 of the jump map against mu, a panel per order, from convergence rows."""
+    orders = sorted({row["order"] for row in rows})
+    with plate(2.5, 1, len(orders), sharey=True) as (figure, axes):
+        for ax, order in zip(axes.flat, orders, strict=True):
+            for sigma, (dash, mark) in LINES.items():
+                chosen = [row for row in rows if (row["order"], row["sigma"]) == (order, sigma) and row["omitted"]]
+                ax.plot([row["mu"] for row in chosen], [abs(row["error"] / row["omitted"] - 1) for row in chosen],
+                        color=style.RED if sigma.startswith("-") else style.BLUE, ls=dash, marker=mark, ms=2.6,
+                        markerfacecolor="white", label=rf"$\sigma = {sigma}$")
+            ax.set(xscale="log", yscale="log", xlabel=r"$\mu$")
+            ax.set_title(f"order {order}", pad=3)
+            ax.minorticks_off()
+        axes.flat[0].set_ylabel("|error / first omitted term − 1|")
+        figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def least_models(rows, names):
+    """Draw the least model over mu and |z0|, from rows of the atlas; ``names`` are those of the rungs.
+
+    A panel for each sigma and sign of z0; a model has its grey, and its number in the middle of its largest part.
+    """
+    from matplotlib.patches import Patch
+
+    sigmas = list(dict.fromkeys(row["sigma"] for row in rows))
+    with plate(1.45 * len(sigmas) + 0.55, len(sigmas), 2, sharex=True, sharey=True) as (figure, axes):
+        for line, sigma in zip(axes, sigmas, strict=True):
+            for ax, side in zip(line, (-1, 1), strict=True):
+                chosen = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
+                _cells_panel(ax, chosen, "mu", "rung", _shade)
+                ax.set_title(rf"$\sigma = {sigma}$, $z_0 {'<' if side < 0 else '>'} 0$", pad=3)
+            line[0].set_ylabel("$|z_0|$")
+        for ax in axes[-1]:
+            ax.set_xlabel(r"$\mu$")
+        met = sorted({row["rung"] for row in rows})
+        handles = [Patch(facecolor=_shade(k), edgecolor="0.4", linewidth=0.3, label=f"{k}  {names[k]}") for k in met]
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), columnspacing=0.9,
+                      handlelength=1.0, handletextpad=0.4)
+    return figure
+
+
+def _shade(rung):
+    return str(1 - 0.17 * rung)
+
+
+def collisions(rows):
+    """Draw how often the rough mass comes to rest, over mu |x0| and |z0|, from collision rows.
+
+    A panel for each mu and sign of z0; the numbers stand in the middle of the largest part that has them.
+    """
+    mus = sorted({row["mu"] for row in rows})
+    with plate(1.45 * len(mus) + 0.3, len(mus), 2, sharex=True, sharey=True) as (figure, axes):
+        for line, mu in zip(axes, mus, strict=True):
+            for ax, side in zip(line, (-1, 1), strict=True):
+                chosen = [row for row in rows if row["mu"] == mu and row["z"] * side > 0]
+                _cells_panel(ax, chosen, "scaled_x", "count", _grey)
+                ax.set_title(rf"$\mu = {mu:g}$, $z_0 {'<' if side < 0 else '>'} 0$", pad=3)
+            line[0].set_ylabel("$|z_0|$")
+        for ax in axes[-1]:
+            ax.set_xlabel(r"$\mu\,x_0$")
+    return figure
+
+
+def _cells_panel(ax, rows, along_key, value_key, grey):
+    """Draw whole numbers over a logarithmic grid of ``along_key`` and |z|, each in its grey, with its number inside."""
+    import numpy as np
+
+    along, up = (sorted({abs(row[key]) for row in rows}) for key in (along_key, "z"))
+    counts = np.zeros((len(up), len(along)), dtype=int)
+    for row in rows:
+        counts[up.index(abs(row["z"])), along.index(row[along_key])] = row[value_key]
+    across, upward = _borders(along), _borders(up)
+    for k, line in enumerate(counts):
+        for first, last in _runs(line):
+            ax.fill_between((across[first], across[last]), upward[k], upward[k + 1], color=grey(line[first]), lw=0.5)
+    ax.set(xlim=(across[0], across[-1]), ylim=(upward[0], upward[-1]))
+    ax.set(xscale="log", yscale="log")
+    ax.minorticks_off()
+    ax.grid(visible=False)
+    for value in np.unique(counts):
+        place = _inside(counts == value)
+        if place:
+            ax.text(along[place[1]], up[place[0]], str(value), ha="center", va="center",
+                    color="white" if float(grey(value)) < 0.5 else "black")
+
+
+def _grey(count):
+    return str(round(max(0.2, 1 - 0.075 * count), 3))
+
+
+def _borders(centres):
+    """Return the borders of cells around centres in geometric progression."""
+    half = (centres[1] / centres[0]) ** 0.5
+    return [centres[0] / half, *(centre * half for centre in centres)]
+
+
+def _runs(values):
+    """Yield (first, after the last) of every run of equal values."""
+    starts = [0, *(k for k in range(1, len(values)) if values[k] != values[k - 1]), len(values)]
+    yield from pairwise(starts)
+
+
+def _inside(mask, room=2):
+    """Return the cell of ``mask`` farthest from its border, or None when there is no room for a number."""
+    import numpy as np
+    from scipy.ndimage import distance_transform_cdt
+
+    depth = distance_transform_cdt(np.pad(mask, 1), metric="chessboard")[1:-1, 1:-1]
+    place = np.unravel_index(int(np.argmax(depth)), depth.shape)
+    return place if depth[place] >= room else None

@@ -1,0 +1,221 @@
+"""Portraits of the phase space: computed trajectories over the geometry that the package derives.
+
+A figure takes paths or rows and the parameters they belong to; the geometry (planes, edges, regions, integral curves)
+comes from the symbolic side through ``lower``.
+"""
+
+from contextlib import contextmanager
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+
+from asympk.pictures import style
+from asympk.symbolic.lowering import lower
+
+SLOW, UNSTABLE, HELD = {"color": style.BLACK, "lw": 1.6}, {"color": style.BLACK, "lw": 1.2, "ls": (0, (4, 2))}, "0.82"
+LINEAR = 0.1  # loads below it are drawn to scale, larger ones by their logarithm
+LOADS = (-10, -1, -0.1, 0, 0.1, 1, 10)
+INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
+
+
+@contextmanager
+def plate(height, rows=1, columns=1, **options):
+    """Yield (figure, axes) of a column's width and ``height`` inches, in the common style."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(style.RC):
+        figure = Figure(figsize=(style.COLUMN, height), layout="constrained")
+        yield figure, figure.subplots(rows, columns, squeeze=False, **options)
+
+
+def traced(path, count=120):
+    """Return (t, states) along a path, dense where it jumps: logarithmic from both ends of every mode."""
+    import numpy as np
+
+    edges = [0.0, *(float(event.t) for event in path.events), float(path.scene.until)]
+    steps = np.concatenate(([0], np.geomspace(1e-7, 0.5, count)))
+    times = [a + (b - a) * u for a, b in pairwise(edges) for u in (steps, 1 - steps[::-1])]
+    t = np.unique(np.concatenate(times))
+    return t, np.array([path(float(moment)) for moment in t], dtype=float).T
+
+
+@cache
+def levels(sigma, sigma0=None):
+    """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 by name, at mu = 0; those at infinity are left out."""
+    import sympy as sp
+
+    values = {"sigma": sp.Rational(str(sigma)), "sigma0": sp.Rational(str(sigma if sigma0 is None else sigma0))}
+    found = {name: expr.subs({symbol: values[symbol.name] for symbol in expr.free_symbols})
+             for name, expr in level_formulas().items()}
+    return {name: float(value) for name, value in found.items() if value.is_finite}
+
+
+@cache
+def level_formulas():
+    """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 as expressions in sigma and sigma0."""
+    import sympy as sp
+
+    from asympk.symbolic.manifold import slow_manifolds
+    from asympk.symbolic.stick import stick_regions
+    from asympk.systems import painleve_klein as pk
+
+    planes = {plane.name: sp.cancel(pk.x + plane.coefficient(0)) for plane in slow_manifolds(pk.system(), order=0)}
+    edges = dict(zip(("Gamma1", "Gamma2"), stick_regions(pk.system()).edges, strict=True))
+    return {**{name: planes[name] for name in ("Pi1", "Pi2")}, **edges}
+
+
+def phase_space(groups):
+    """Draw fig. 5: the phase space over s = x + y and z, a panel for each (sigma, title, paths) of ``groups``."""
+    with plate(2.25 * len(groups), len(groups), 1) as (figure, axes):
+        for ax, (sigma, title, paths) in zip(axes.flat, groups, strict=True):
+            ax.set(xlim=(-60, 60), ylim=(-1.35, 1.95), ylabel="$z$")
+            ax.set_xscale("asinh", linear_width=LINEAR)
+            ax.set_xticks(LOADS, [f"{load:g}" for load in LOADS])
+            ax.minorticks_off()
+            ax.grid(visible=False)
+            ax.set_title(title, pad=3)
+            _planes(ax, sigma)
+            _octants(ax, sigma)
+            for path, ink, name in zip(paths, INKS, "abcd", strict=False):
+                _trajectory(ax, path, ink, name)
+        axes.flat[-1].set_xlabel("$s = x + y$")
+    return figure
+
+
+def _planes(ax, sigma):
+    at = levels(sigma)
+    low, high = ax.get_ylim()
+    left, right = ax.get_xlim()
+    ax.plot((left, right), (0, 0), color="0.5", lw=0.5, zorder=1)
+    ax.plot((0, 0), (low, high), color="0.5", lw=0.5, zorder=1)
+    for name, start, end in _held(sigma, left, right):
+        ax.plot((start, end), (0, 0), color=HELD, lw=5, solid_capstyle="butt", zorder=1.5)
+        ax.plot((at[name],), (0,), "o", color="black", ms=3, zorder=5)
+        side = 1 if name == "Gamma1" else -1
+        ax.annotate(rf"$\Gamma_{name[-1]}$", (at[name], 0), (4 * side, -8), textcoords="offset points", ha="center",
+                    va="center")
+        far = 4 if side > 0 else -16
+        ax.annotate(f"$G_{name[-1]}$", (far, 0), (0, -9), textcoords="offset points", ha="center", va="center")
+    ax.plot((at["Pi1"],) * 2, (0, high), **SLOW, zorder=2)
+    ax.annotate(r"$\Pi_1$", (at["Pi1"], high), (5, -14), textcoords="offset points", ha="left", va="top")
+    stable, ends = sigma < 0, (0, low) if sigma < 0 else (0, high)
+    ax.plot((at["Pi2"],) * 2, ends, **(SLOW if stable else UNSTABLE), zorder=2)
+    ax.annotate(r"$\Pi_2$", (at["Pi2"], ends[1]), (5, 4 if stable else -14), textcoords="offset points", ha="left",
+                va="bottom" if stable else "top")
+
+
+def _held(sigma, left, right):
+    """Yield (edge, start, end) of the stick region's parts within the picture."""
+    at = levels(sigma)
+    if sigma < -1:
+        yield "Gamma1", at["Gamma1"], at["Gamma2"]
+        return
+    yield "Gamma1", at["Gamma1"], right
+    if "Gamma2" in at:
+        yield "Gamma2", left, at["Gamma2"]
+
+
+def _octants(ax, sigma):
+    for k, (load, z) in enumerate(((6, 0.75), (-0.07, 1.1), (-18, -0.6), (0.05, -0.6)), start=1):
+        ax.text(load, z, f"$O_{k}$", ha="center", va="center", color="0.35")
+    if sigma > 0:
+        high, split = ax.get_ylim()[1], levels(sigma)["Pi2"]
+        for k, (start, end) in ((5, (split, 50)), (6, (split, -50))):
+            ax.annotate("", (end, high - 0.12), (start, high - 0.12),
+                        arrowprops={"arrowstyle": "->", "lw": 0.5, "color": "0.35", "shrinkA": 3, "shrinkB": 0})
+            ax.text(20 if k == 5 else -20, high - 0.3, f"$O_{k}$", ha="center", va="center", color="0.35")
+
+
+def _trajectory(ax, path, ink, name):
+    _, (x, y, z) = traced(path)
+    ax.plot(x + y, z, color=ink, lw=1.0, zorder=4)
+    ax.plot(x[0] + y[0], z[0], "o", mfc="white", mec=ink, ms=3.4, zorder=6)
+    ax.annotate(name, (x[0] + y[0], z[0]), (0, 7), textcoords="offset points", ha="center", va="center", color=ink)
+    _arrows(ax, x + y, z, ink)
+
+
+def _arrows(ax, u, v, ink, every=0.9):
+    """Put an arrowhead on a curve every so many inches of its drawn length."""
+    import numpy as np
+
+    place = ax.transData.transform(np.column_stack((u, v))) / ax.figure.dpi
+    length = np.concatenate(([0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))))
+    for wanted in np.arange(every / 2, length[-1], every):
+        k = int(np.searchsorted(length, wanted))
+        ax.annotate("", (u[k], v[k]), (u[k - 1], v[k - 1]), zorder=4,
+                    arrowprops={"arrowstyle": "-|>", "color": ink, "lw": 0, "shrinkA": 0, "shrinkB": 0,
+                                "mutation_scale": 6})
+
+
+def jump_beside_the_vertical_one(paths, paper):
+    """Draw the jump from z < 0 as computed for several mu, and as the paper has it, with x fixed.
+
+    ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.
+    """
+    with plate(2.15, 1, 2) as (figure, axes):
+        first, second = axes.flat
+        for path, ink, dash in zip(paths, INKS, ((0, (1, 1)), (0, (4, 1.5)), "-"), strict=False):
+            _, (x, y, z) = traced(path)
+            mu = float(path.scene.mu)
+            first.plot(x, z, color=ink, ls=dash, label=rf"$\mu = {_power(mu)}$")
+            second.plot(x, mu * y, color=ink, ls=dash)
+        _arrows(first, x, z, ink)
+        _arrows(second, x, mu * y, ink)
+        first.plot(*paper, color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)), label="$x$ held, as in the paper")
+        second.plot((0, 0), (0, max(mu * y)), color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)))
+        first.set(xlabel="$x$", ylabel="$z$", xlim=(-0.12, 1.15))
+        second.set(xlabel="$x$", ylabel=r"$\mu y$", xlim=(-0.12, 1.15))
+        figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def with_x_held(sigma, start, until):
+    """Return (x, z) of the jump as Fufaev has it: up at constant x to z = 0, then along Pi1 for the time ``until``."""
+    import numpy as np
+
+    curve, rest = _curves("Pi1", sigma)
+    x0, _, z0 = map(float, map(Fraction, start))
+    x = rest + (x0 - rest) * np.exp(-np.linspace(0, until, 100))
+    return np.concatenate(([x0, x0], x)), np.concatenate(([z0, 0], curve(x) - curve(np.array(x0))))
+
+
+def _power(value):
+    from math import log10
+
+    return f"10^{{{round(log10(value))}}}"
+
+
+def slow_motions(sigma, offsets, until=1.6):
+    """Draw fig. 6: the integral curves of the slow motion on Pi1, and the line that all approach."""
+    import numpy as np
+
+    curve, rest = _curves("Pi1", sigma)
+    with plate(2.1) as (figure, axes):
+        ax = axes.flat[0]
+        ax.set(xlabel="$x$", ylabel="$z$", xlim=(rest - 1, rest + 1), ylim=(0, until))
+        for side, ink in ((-1, style.BLUE), (1, style.RED)):
+            x = rest + side * np.geomspace(1.2, 1e-4, 400)
+            for offset in offsets:
+                z = curve(x) + offset
+                seen = (z > 0) & (z < until) & (abs(x - rest) <= 1)
+                ax.plot(x[seen], z[seen], color=ink, lw=0.8)
+                apart = seen & (abs(x - rest) > 0.03)
+                _arrows(ax, x[apart], z[apart], ink, every=0.8)
+        ax.plot((rest, rest), (0, until), **SLOW)
+        ax.annotate(rf"$x = 1/{round(1 / rest)},\ y = 0$", (rest, until), (0, 3), textcoords="offset points",
+                    ha="center", va="bottom")
+    return figure
+
+
+def _curves(name, sigma):
+    """Return z(x) of the integral curve with C = 0 on a slow plane, as a callable, and x at rest."""
+    import sympy as sp
+
+    from asympk.symbolic.manifold import C, integral_curves, rest_state, slow_manifolds
+    from asympk.systems import painleve_klein as pk
+
+    plane = next(plane for plane in slow_manifolds(pk.system(), order=0) if plane.name == name)
+    at = {pk.sigma: sp.Rational(str(sigma)), pk.mu: 0, C: 0}
+    height = sp.sympify(integral_curves(plane)[pk.z]).subs(at)
+    return lower((pk.x,), height), float(rest_state(plane).state[pk.x].subs(at))

@@ -1,0 +1,141 @@
+r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or physical, and those that ship.
+
+    sigma = 1                      m = 1          # kg; or any consistent units
+    mu = 1e-6                      P = 10         # N
+    start = [0, 0.2, -1]           f = 3
+    until = 5                      alpha = "60 deg"
+                                   l = 1
+                                   k = 1e6        # N
+                                   h = 0.01       # s/m
+                                   start = [0, 0, -1]   # R_1 in N, its rate in N/s, u in m/s
+                                   until = 0.5          # s
+
+A decimal in the file is the number it spells: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, ``about`` one line
+on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a slow line (``Scene.near``).
+"""
+
+from dataclasses import dataclass, replace
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from asympk.errors import InputError, UnknownName
+from asympk.scene import Scene
+from asympk.storage.tomlfile import nearest, parse_table, plain, read_table, refuse_unknown, word
+
+COMMON = ("name", "about", "start", "until")
+NONDIMENSIONAL = ("sigma", "mu", "sigma0", "near")
+PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
+_NEAR = ("manifold", "x", "offset", "z")
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """What a file says: the scene, one line about it, and for a physical one its units and exact quantities."""
+
+    scene: Scene
+    about: str = ""
+    units: Any = None
+    quantities: dict | None = None
+
+
+def read_scene(where):
+    """Return the ``Scene`` in the TOML file ``where``, or the one of that name that ships with the package.
+
+    Raises ``InputError`` for what is not a scene, ``UnknownName`` for a name that does not exist.
+
+    >>> read_scene("backward").start
+    (0, Fraction(1, 5), -1)
+    """
+    return load(where).scene
+
+
+def load(where):
+    """Return the ``SceneFile`` of a file or of a scene that ships; raises as ``read_scene`` does."""
+    if str(where) in names():
+        return _told(parse_table(shipped(where).encode(), where), str(where))
+    if not (str(where).endswith(".toml") or Path(where).is_file()):
+        raise UnknownName(f"scene {str(where)!r:.60} is unknown; the nearest is {nearest(str(where), names())!r}, "
+                          "asympk scenes lists all, and a file must end in .toml")  # fmt: skip
+    return _told(read_table(where), str(where))
+
+
+def changed(found, changes):
+    """Return the scene of a ``SceneFile`` with some nondimensional fields replaced; raises ``InputError``."""
+    scene = found.scene
+    if not changes:
+        return scene
+    if found.units or scene.near_to:
+        tied = "its physical quantities" if found.units else "a slow line"
+        raise InputError(f"--{next(iter(changes))}: scene {scene.name!r} is tied to {tied}; change a copy of its file")
+    static = {"sigma0": None} if scene.sigma0 == scene.sigma else {}
+    return replace(scene, **{**static, **changes})
+
+
+def names():
+    """Return the names of the scenes that ship."""
+    found = (file.name for file in files("asympk").joinpath("scenes").iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
+
+
+def shipped(name):
+    """Return the text of the scene that ships as ``name``."""
+    return files("asympk").joinpath("scenes", f"{name}.toml").read_text(encoding="utf-8")
+
+
+def about(name):
+    """Return the line on what the scene that ships as ``name`` shows."""
+    return word(parse_table(shipped(name).encode(), name), "about", name)
+
+
+def _told(table, where):
+    refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL), where)
+    physical, other = ([key for key in table if key in keys] for keys in (PHYSICAL, NONDIMENSIONAL))
+    if physical and other:
+        raise InputError(f"{where}: {physical[0]} is physical and {other[0]} is not; give one kind of parameters only")
+    told = {key: value for key, value in table.items() if key != "about"}
+    told["name"] = word(table, "name", where, Path(where).stem)
+    line = word(table, "about", where)
+    try:
+        return _from_rod(told, line) if physical else SceneFile(_nondimensional(told), line)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _nondimensional(told):
+    beside = told.pop("near", None)
+    if beside is None:
+        _require(told, ("sigma", "mu", "start", "until"))
+        return Scene(**{**{key: plain(value) for key, value in told.items()}, "start": _list(told["start"])})
+    if "start" in told or not isinstance(beside, dict):
+        raise InputError("near must be a table {manifold, x, offset, z}, and stands in place of start")
+    _require(told, ("sigma", "mu", "until"))
+    refuse_unknown(beside, _NEAR, "near")
+    _require(beside, _NEAR)
+    return Scene.near(**{key: plain(value) for key, value in {**beside, **told}.items()})
+
+
+def _from_rod(told, line):
+    from asympk.scenes import units
+
+    _require(told, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
+    start = _list(told["start"])
+    if not isinstance(start, list) or len(start) != 3:
+        raise InputError(f"start = {start!r:.60}: it must be three numbers [R_1, R_1', u]")
+    given = {key: plain(told[key]) for key in PHYSICAL if key in told}
+    given = {"f0": given["f"], **given, **dict(zip(units.STATE, (*start, plain(told["until"])), strict=True))}
+    quantities = {name: units.quantity(name, value) for name, value in given.items()}
+    found, scale = units.nondimensional(quantities)
+    start = tuple(found[axis] for axis in "xyz")
+    scene = Scene(found["sigma"], found["mu"], start, found["until"], found["sigma0"], told["name"])
+    return SceneFile(scene, line, scale, quantities)
+
+
+def _list(value):
+    return [plain(item) for item in value] if isinstance(value, list) else plain(value)
+
+
+def _require(table, keys):
+    missing = [key for key in keys if key not in table]
+    if missing:
+        raise InputError(f"{', '.join(missing)} missing")

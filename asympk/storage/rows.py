@@ -1,0 +1,87 @@
+"""Rows: what is stored of a computation, as CSV beside a JSON file that says how it came about.
+
+A row is a mapping or a dataclass of numbers, words and truth values; None is an empty cell. The kind of every column
+stands in the JSON file, so that what is read equals what was written, and the bytes depend on the rows alone.
+"""
+
+import csv
+import io
+import json
+from dataclasses import asdict, is_dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from platform import python_version
+
+from asympk import __version__
+from asympk.errors import InputError
+from asympk.storage.files import write_text
+
+PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
+_READ = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
+
+
+def write_rows(path, rows, provenance):
+    """Write ``rows`` to ``path`` (CSV) and ``provenance`` with the columns' kinds to the JSON file of the same name.
+
+    Raises ``InputError`` for rows whose columns differ, or a column of more than one kind, or a NaN.
+    """
+    rows = [asdict(row) if is_dataclass(row) else dict(row) for row in rows]
+    columns = list(rows[0]) if rows else []
+    for k, row in enumerate(rows):
+        if list(row) != columns:
+            raise InputError(f"row {k} of {Path(path).name} has the columns {list(row)}; the first has {columns}")
+    kinds = {name: _kind(name, [row[name] for row in rows]) for name in columns}
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_cell(row[name], kinds[name]) for name in columns] for row in rows)
+    write_text(path, buffer.getvalue())
+    story = json.dumps({**provenance, "columns": kinds}, indent=1, sort_keys=True, ensure_ascii=False)
+    write_text(Path(path).with_suffix(".json"), story + "\n")
+
+
+def read_rows(path):
+    """Return the rows of ``path`` as dicts, every value of the kind with which it was written."""
+    kinds = read_provenance(path)["columns"]
+    with Path(path).open(encoding="utf-8", newline="") as file:
+        return [
+            {name: None if cell == "" else _READ[kinds[name]](cell) for name, cell in row.items()}
+            for row in csv.DictReader(file)
+        ]
+
+
+def read_provenance(path):
+    """Return what the JSON file beside ``path`` says of its rows."""
+    return json.loads(Path(path).with_suffix(".json").read_text(encoding="utf-8"))
+
+
+def provenance(**parameters):
+    """Return ``parameters`` with the versions of everything that took part."""
+    versions = {"python": python_version(), "asympk": __version__}
+    for package in PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "not installed"
+    return {**parameters, "versions": versions}
+
+
+def _kind(name, values):
+    kinds = {type(v).__name__ for v in values if v is not None}
+    if kinds == {"int", "float"}:
+        return "float"
+    if len(kinds) > 1 or not kinds <= set(_READ):
+        raise InputError(f"column {name!r} holds {', '.join(sorted(kinds))}; give one of {', '.join(_READ)}")
+    return kinds.pop() if kinds else "str"
+
+
+def _cell(value, kind):
+    if value is None:
+        return ""
+    if value == "":
+        raise InputError("a cell is an empty word, which would read back as None; give None")
+    if value != value:
+        raise InputError("a cell is NaN; leave it empty (None) and say why in a word beside it")
+    if kind == "bool":
+        return "true" if value else "false"
+    return repr(float(value)) if kind == "float" else str(value)

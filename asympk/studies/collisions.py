@@ -1,0 +1,46 @@
+"""How often the rough mass comes to rest: counts over mu x0 and z0, for an undisturbed start y0 = 0."""
+
+from dataclasses import dataclass
+
+from asympk.storage.rows import provenance, write_rows
+
+SIGMA, MUS, UNTIL = 1, (1e-3, 3.0), 60
+EXPONENTS_X, EXPONENTS_Z = (-2.03, 3.03), (-1.03, 2.03)  # no grid point on a border between whole powers
+CELLS = (60, 36)
+
+
+@dataclass(frozen=True)
+class Row:
+    """The number of times at which z becomes 0 from x0 = scaled_x / mu, y0 = 0 and z0 = z."""
+
+    mu: float
+    scaled_x: float
+    z: float
+    count: int
+
+
+def rows(mus=MUS, cells=CELLS):
+    """Return the rows of a logarithmic grid for every mu, both signs of z0."""
+    import numpy as np
+
+    from asympk.arrays.ensemble import solve_many
+
+    scaled, height = (_grid(*ends, n) for ends, n in zip((EXPONENTS_X, EXPONENTS_Z), cells, strict=True))
+    places = [(mu, x, z) for mu in mus for x in scaled for h in height for z in (-h, h)]
+    mu, x, z = np.array(places).T
+    events = solve_many(SIGMA, mu, x / mu, 0, z, UNTIL, events=True).events()
+    stops = events.trajectory[events.kind == "velocity_zero"]
+    counts = np.bincount(stops, minlength=len(places))
+    return [Row(*place, int(count)) for place, count in zip(places, counts, strict=True)]
+
+
+def write(out):
+    """Compute all rows and write them to ``out``/collisions.csv; return the file."""
+    path = out / "collisions.csv"
+    write_rows(path, rows(), provenance(sigma=SIGMA, until=UNTIL, start="(x0, 0, z0)", method="exact flow"))
+    return path
+
+
+def _grid(low, high, count):
+    return [10 ** (low + (high - low) * k / (count - 1)) for k in range(count)]
+

@@ -1,0 +1,166 @@
+r"""How sensitive the choice between the two rigid motions is: the separatrix through Pi2 and the time to leave it.
+
+For sigma > 0 the plane of fast starts in z > 0 is divided by the slow line of ``slip_opposite``, which repels: on one
+side the motion goes on (to Pi1), on the other the velocity vanishes at once. A start at the load s = s_line(x) + delta
+stays near the line for the time
+
+    T = (mu/sigma) log(1/(sigma delta)) + ...                          to s = 0,     delta > 0,
+    T = (mu/sigma) log(sigma z/((sigma + 1) mu |delta|)) + ...         to z = 0,     delta < 0,
+
+and follows Pi2, the second of the rigid motions, for a time that does not vanish with mu only if delta does so
+exponentially: T is O(1) where mu log(1/delta) is. All of it is derived: ``jump_map(near=...)``, ``series.solve``.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+import mpmath
+import sympy as sp
+
+from asympk.asymptotics.jump import OFFSET, JumpMap, jump_map
+from asympk.asymptotics.layers import MU, on_slow_line, rates, rest_of, slope_of
+from asympk.asymptotics.linear import linear
+from asympk.asymptotics.ratio import Ratios
+from asympk.asymptotics.series import Series, series, solve
+from asympk.methods import solve as follow
+from asympk.scene import Scene, number
+from asympk.symbolic.lowering import lower
+from asympk.systems import painleve_klein
+
+DEPTH = sp.Symbol("kappa", positive=True)
+TIME = sp.Symbol("T", positive=True)
+_HERE = (painleve_klein.sigma, painleve_klein.system().small, painleve_klein.x, painleve_klein.z)
+
+
+@dataclass(frozen=True)
+class Divide:
+    """The load on the separatrix, a series in mu whose coefficients depend on x, and the jump maps on its two sides.
+
+    ``delay`` is the time to leave it upwards where the offset is exponentially small, ``delta = exp(-kappa/mu)``.
+    """
+
+    load: Series
+    above: JumpMap
+    below: JumpMap
+    delay: Series
+
+    @property
+    def escape_above(self):
+        """The time until the load vanishes, for an offset > 0."""
+        return self.above.events[0].t
+
+    @property
+    def escape_below(self):
+        """The time until the velocity vanishes, for an offset < 0."""
+        return self.below.t_hit
+
+
+@dataclass(frozen=True)
+class Escape:
+    """One start near the divide: when it leaves, and which of the rigid motions it then takes.
+
+    ``depth`` is mu log(1/|offset|), None on the divide itself. ``motion``: "goes on" along Pi1, "stops at once", or
+    "decelerates" along Pi2 to the end. ``time`` is that of the first event of the exact flow. ``leading`` and ``next``
+    are the terms of the expansion for a fixed offset, ``ratio`` is (time - leading)/next; ``delayed`` is the expansion
+    for a fixed depth (offset > 0).
+    """
+
+    sigma: float
+    mu: float
+    x: float
+    z: float
+    offset: str
+    motion: str
+    depth: float | None
+    time: float
+    leading: float | None
+    next: float | None
+    ratio: float | None
+    delayed: float | None
+
+
+def escapes(sigma, mu, x, z, offsets, digits=40):
+    """Return an ``Escape`` for each offset (numbers or decimal strings) of a start ``(x, s_line(x) + offset, z)``."""
+    return [_escape(sigma, mu, x, z, offset, digits) for offset in offsets]
+
+
+def _escape(sigma, mu, x, z, offset, digits):
+    until = 2 * (1 + abs(number("sigma", sigma) * number("z", z)))
+    scene = Scene.near("Pi2", x=x, offset=offset, z=z, sigma=sigma, mu=mu, until=until)
+    size, here = scene.near_to[1], (scene.sigma, scene.mu, scene.start[0], scene.start[2])
+    with mpmath.workdps(digits):
+        first = follow(scene, digits=digits).events[0]
+        motion = _motion(first, _number(scene.sigma))
+        depth = leading = following = ratio = delayed = None
+        if size != 0:
+            depth = -_number(scene.mu) * mpmath.log(abs(_number(size)))
+        if motion != "decelerates":
+            leading, following = _escape_terms(size > 0)(*here, size, scene.sigma0)
+            ratio = (first.t - leading) / following
+        if motion == "goes on":
+            delayed = _delayed()(*here[:3], depth)
+        numbers = (None if v is None else float(v) for v in (depth, first.t, leading, following, ratio, delayed))
+        return Escape(*map(float, here), str(offset), motion, *numbers)
+
+
+def _motion(first, sigma):
+    if first.kind == "force_zero":
+        return "goes on"
+    return "decelerates" if sigma * (first.x + first.y) > -2 else "stops at once"
+
+
+def _number(value):
+    return mpmath.mpf(value.numerator) / value.denominator if isinstance(value, Fraction) else mpmath.mpf(value)
+
+
+@lru_cache(maxsize=2)
+def _escape_terms(above):
+    found = divide(painleve_klein.system())
+    time = found.escape_above if above else found.escape_below
+    return lower((*_HERE, OFFSET, painleve_klein.sigma0), [time.truncated(1).expr, time.power(2).expr], "mpmath")
+
+
+@lru_cache(maxsize=1)
+def _delayed():
+    return lower((*_HERE[:3], DEPTH), divide(painleve_klein.system()).delay.expr, "mpmath")
+
+
+def divide(system, order=1, mode="slip_opposite"):
+    """Derive the divide along the slow line of ``mode`` in z > 0; raises as ``jump_map`` does."""
+    z = system.friction.velocity
+    above, below = (jump_map(system, order, {z: 1, OFFSET: sp.Rational(k, 10)}, near=mode) for k in (1, -1))
+    return Divide(separatrix(system, order, mode), above, below, _delay(system, mode, order))
+
+
+def separatrix(system, order=1, mode="slip_opposite"):
+    """Return the load on the slow line of ``mode`` as a series whose coefficients depend on x."""
+    exact, numbers, x = _exactly(system)
+    y = on_slow_line(numbers.fields[mode], x, order)
+    return (numbers.load[0] + numbers.load[1] * x + numbers.load[2] * y).map(exact.expr, system.small)
+
+
+def _delay(system, mode, order):
+    # the load vanishes where delta e^(fast T) = -(load at rest + slow part e^(slow T))/(fast part per offset)
+    exact, numbers, x = _exactly(system)
+    field, (l0, lx, ly) = numbers.fields[mode], numbers.load
+    slow, fast = rates(field, order + 1)
+    up, down, (at_x, at_y) = slope_of(field, fast), slope_of(field, slow), rest_of(field)
+    parts = {
+        "slow": slow, "fast": fast, "rest": series(l0 + lx * at_x + ly * at_y), "part": (lx + ly * down) * (x - at_x),
+        "per": (lx + ly * up) / (ly * (up - down)),
+    }
+    symbols = {name: sp.Symbol(name) for name in parts}
+    values = {symbols[name]: part.map(exact.expr) for name, part in parts.items()} | {system.small: MU}
+    slow, fast, rest, part, per = symbols.values()
+    grown = -(rest + part * sp.exp(slow * TIME)) / per
+    dominant = series(DEPTH / (values[fast] * MU).leading)
+    return solve(fast * TIME - DEPTH / system.small - sp.log(grown), TIME, dominant, values, order).map(
+        sp.expand_log, system.small
+    )
+
+
+def _exactly(system):
+    model = linear(system)
+    exact = Ratios((*model.parameters, model.states[0]))
+    return exact, model.map(exact), exact(model.states[0])

@@ -1,0 +1,43 @@
+"""The least model over mu and the velocity at the start, for a steep and a shallow rod: rows of the atlas."""
+
+from dataclasses import dataclass
+
+from asympk.storage.rows import provenance, write_rows
+from asympk.studies.least import LADDER, atlas
+
+SIGMAS, START, UNTIL, RTOL = ("1", "-1/2"), (0.0, 0.2), 3.0, 1e-3
+EXPONENTS_MU, EXPONENTS_Z = (-8.03, -0.53), (-3.03, 0.97)
+CELLS = (31, 25)
+
+
+@dataclass(frozen=True)
+class Row:
+    """The least model from (x, y) = START and z; ``rung`` counts from 0, the rigid rod."""
+
+    sigma: str
+    mu: float
+    z: float
+    rung: int
+
+
+def rows(sigmas=SIGMAS, cells=CELLS):
+    """Return the rows of a logarithmic grid for every sigma, both signs of z0."""
+    from fractions import Fraction
+
+    import numpy as np
+
+    mus, heights = (np.logspace(*ends, n) for ends, n in zip((EXPONENTS_MU, EXPONENTS_Z), cells, strict=True))
+    speeds = np.concatenate((-heights[::-1], heights))
+    found = []
+    for sigma in sigmas:
+        rungs = atlas(float(Fraction(sigma)), mus[:, None], *START, speeds[None, :], UNTIL, rtol=RTOL)
+        found += [Row(sigma, float(mu), float(z), int(rungs[i, j]))
+                  for i, mu in enumerate(mus) for j, z in enumerate(speeds)]  # fmt: skip
+    return found
+
+
+def write(out):
+    """Compute all rows and write them to ``out``/least.csv; return the file."""
+    path = out / "least.csv"
+    write_rows(path, rows(), provenance(start=list(START), until=UNTIL, rtol=RTOL, rungs=list(LADDER)))
+    return path

@@ -1,0 +1,161 @@
+"""What a sweep found: counted and ranked chunk by chunk, with memory that does not grow with the sweep."""
+
+import json
+from collections import Counter
+from pathlib import Path
+
+from asympk.storage.files import write_text
+from asympk.sweep import results
+from asympk.sweep.chunks import OUTCOMES, itinerary
+
+PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
+_WIDTHS = (20, 16, 14, 14)  # bits of a double that one pass decides
+_GATHERED = 4_000_000  # doubles that may be held at once
+_COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisions", "itineraries": "itinerary"}
+
+
+def summarise(out):
+    """Return the summary of the complete sweep in ``out`` and write it to ``summary.json`` there.
+
+    Quantiles are exact: the ones at p are the elements of rank floor(p (n - 1)) of the final x, y, z.
+    """
+    out = Path(out)
+    counts = {name: Counter() for name in _COLUMNS}
+    found = quantiles(lambda first: _finals(out, counts if first else None), PROBABILITIES)
+    told = {
+        "trajectories": sum(counts["outcomes"].values()),
+        "outcomes": {OUTCOMES[k]: n for k, n in sorted(counts["outcomes"].items())},
+        "events": {str(k): n for k, n in sorted(counts["events"].items())},
+        "collisions": {str(k): n for k, n in sorted(counts["collisions"].items())},
+        "itineraries": {itinerary(k): n for k, n in sorted(counts["itineraries"].items(), key=lambda p: (-p[1], p[0]))},
+        "probabilities": list(PROBABILITIES),
+        "quantiles": found,
+    }
+    write_text(out / "summary.json", json.dumps(told, indent=1) + "\n")
+    return told
+
+
+def _finals(out, counts):
+    """Yield {axis: final values} of every chunk, counting its other columns on the way when ``counts`` are given."""
+    for _, _, columns in results(out, None if counts else ("x", "y", "z", "outcome")):
+        good = columns["outcome"] == 0
+        if counts:
+            _count(columns, good, counts)
+        yield {axis: columns[axis][good] for axis in "xyz"}
+
+
+def _count(columns, good, counts):
+    import numpy as np
+
+    for name, column in _COLUMNS.items():
+        if column in columns:
+            values = columns[column] if name == "outcomes" else columns[column][good]
+            counts[name].update(dict(zip(*(a.tolist() for a in np.unique(values, return_counts=True)), strict=True)))
+
+
+def quantiles(parts, probabilities):
+    """Return {axis: quantiles} of all that ``parts(first)`` yields, {axis: array} at a time, in a few passes.
+
+    A double is ranked as the integer of the same order. A pass counts the next bits of those that agree with a wanted
+    quantile so far; once they are few they are gathered and sorted. ``first`` tells the first pass from the others.
+    """
+    searches, shift = {}, 64
+    for width in _WIDTHS:
+        first, shift = shift == 64, shift - width
+        for part in parts(first):
+            for axis, values in part.items():
+                searches.setdefault(axis, _Search(probabilities)).look(_keys(values), shift, width)
+        for search in searches.values():
+            search.narrow(shift, width)
+        if all(search.found is not None for search in searches.values()):
+            break
+    return {axis: [_double(key) for key in search.found] for axis, search in searches.items()}
+
+
+class _Search:
+    """The ranks that are wanted of one axis, and the leading bits of the keys there as far as they are known."""
+
+    def __init__(self, probabilities):
+        self.probabilities, self.ranks, self.prefixes = probabilities, None, [0]
+        self.found, self.few, self.tables, self.gathered = None, False, {}, {}
+
+    def look(self, keys, shift, width):
+        """Count, or gather, those of ``keys`` that begin with a wanted prefix."""
+        if self.found is not None:
+            return
+        for prefix in sorted(set(self.prefixes)):
+            chosen = keys if self.ranks is None else keys[keys >> (shift + width) == prefix]
+            if self.few:
+                self.gathered.setdefault(prefix, []).append(chosen)
+            elif chosen.size:
+                lowest = -(1 << width - 1) if self.ranks is None else prefix << width
+                self._tally(prefix, (chosen >> shift) - lowest, width)
+
+    def _tally(self, prefix, digits, width):
+        import numpy as np
+
+        if prefix not in self.tables:
+            self.tables[prefix] = np.zeros(1 << width, dtype=np.int64)
+        least = int(digits.min())
+        counted = np.bincount(digits - least)
+        self.tables[prefix][least:least + counted.size] += counted
+
+    def narrow(self, shift, width):
+        """Learn the next bits of every wanted key from what was counted, or all of them from what was gathered."""
+        import numpy as np
+
+        if self.found is not None:
+            return
+        if self.few:
+            pools = {prefix: np.sort(np.concatenate(pieces)) for prefix, pieces in self.gathered.items()}
+            self.found = [int(pools[p][r]) for p, r in zip(self.prefixes, self.ranks, strict=True)]
+            return
+        first = self.ranks is None
+        if first:
+            total = int(sum(table.sum() for table in self.tables.values()))
+            self.ranks = [int(p * (total - 1)) for p in self.probabilities] if total else []
+            self.prefixes = [0] * len(self.ranks)
+        self._descend(width, -(1 << width - 1) if first else 0)
+        self.tables = {}
+        if not shift:
+            self.found = self.prefixes
+
+    def _descend(self, width, lowest):
+        import numpy as np
+
+        sizes = {}
+        for k, (prefix, rank) in enumerate(zip(self.prefixes, self.ranks, strict=True)):
+            table = self.tables[prefix]
+            below = np.cumsum(table)
+            digit = int(np.searchsorted(below, rank, side="right"))
+            self.ranks[k] = rank - (int(below[digit - 1]) if digit else 0)
+            self.prefixes[k] = (prefix << width) + digit + lowest
+            sizes[self.prefixes[k]] = int(table[digit])
+        self.few = sum(sizes.values()) <= _GATHERED
+
+
+def _keys(values):
+    """Return doubles as integers in the same order; -0.0 counts as 0.0."""
+    import numpy as np
+
+    bits = (values + 0.0).view(np.int64)
+    return bits ^ (bits >> 63 & 2**63 - 1)
+
+
+def _double(key):
+    import struct
+
+    return struct.unpack("<d", struct.pack("<q", key ^ (key >> 63 & 2**63 - 1)))[0]
+
+
+def as_text(told):
+    """Return a summary as lines that a person reads."""
+    lines = [f"{told['trajectories']:,} trajectories: " + ", ".join(f"{n:,} {w}" for w, n in told["outcomes"].items())]
+    lines += [f"{n:>14,}  {words}" for words, n in list(told["itineraries"].items())[:12]]
+    if len(told["itineraries"]) > 12:
+        lines.append(f"{'':>14}  and {len(told['itineraries']) - 12} itineraries more")
+    if told["collisions"]:
+        lines.append("collisions: " + ", ".join(f"{k}: {n:,}" for k, n in told["collisions"].items()))
+    lines.append("quantiles".ljust(10) + "".join(f"{p:>14g}" for p in told["probabilities"]))
+    lines += [f"{axis:>9} " + "".join(f"{q:>14.6g}" for q in found) for axis, found in told["quantiles"].items()]
+    return "\n".join(lines)

@@ -1,0 +1,234 @@
+r"""What to sweep over, in TOML: grids and random ensembles of any of sigma, mu, sigma0, start, until.
+
+    seed = 7
+    count = 1000000                                   # random draws at every point of the grid
+    sigma = [0.5, 1, 2]                               # a grid: these values
+    mu = { log_grid = [1e-6, 1e-2], points = 5 }      # or grid = [from, to]
+    start = [{ uniform = [-1, 1] }, 0.2, -1]          # x, y, z; or log_uniform = [from, to]
+    until = 5
+
+Trajectory i has grid point i // count. A random number depends on the seed, the quantity and i alone: it is the i-th
+output of a counter-based generator (Philox) with the key (seed, quantity), however the trajectories are cut up.
+"""
+
+import hashlib
+import json
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+from asympk.errors import InputError
+from asympk.scene import number
+from asympk.storage.tomlfile import parse_table, plain, read_table, refuse_unknown, word
+
+FIELDS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
+FORMATS = ("npz", "parquet")
+CHUNK = 65536
+_MOST, _MOST_POINTS = 10**12, 10**5
+_KEYS = ("name", "about", "seed", "count", "chunk", "format", "itineraries", "sigma", "mu", "sigma0", "start", "until")
+_RANGES = ("grid", "log_grid", "uniform", "log_uniform")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """How one quantity varies: ``kind`` is "values" (a grid, or one number), "uniform" or "log_uniform"."""
+
+    kind: str
+    values: tuple
+
+    @property
+    def random(self):
+        """Whether the quantity is drawn at random."""
+        return self.kind != "values"
+
+    @property
+    def points(self):
+        """The number of grid points that this quantity contributes."""
+        return 1 if self.random else len(self.values)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep: an ``Axis`` per field, draws per grid point, seed, trajectories per chunk, the chunks' format."""
+
+    axes: dict
+    count: int = 1
+    seed: int = 0
+    chunk: int = CHUNK
+    format: str = "npz"
+    itineraries: bool = True
+    name: str = ""
+
+    @property
+    def total(self):
+        """The number of trajectories."""
+        return self.count * math.prod(axis.points for axis in self.axes.values())
+
+    @property
+    def chunks(self):
+        """The number of chunks."""
+        return -(-self.total // self.chunk)
+
+    def described(self):
+        """Return the sweep as plain data, all that its results depend on."""
+        axes = {field: [axis.kind, *map(str, axis.values)] for field, axis in self.axes.items()}
+        return {"axes": axes, "count": self.count, "seed": self.seed, "chunk": self.chunk, "format": self.format,
+                "itineraries": self.itineraries}  # fmt: skip
+
+    @property
+    def digest(self):
+        """A name of the sweep that differs wherever its results could differ."""
+        return hashlib.sha256(json.dumps(self.described(), sort_keys=True).encode()).hexdigest()
+
+    def rows(self, index):
+        """Return (first, last + 1) of the trajectories of a chunk."""
+        return index * self.chunk, min(self.total, (index + 1) * self.chunk)
+
+    def columns(self, start, stop):
+        """Return {field: number, or array of stop - start numbers} of the trajectories from ``start`` on."""
+        columns = {}
+        for rank, field in enumerate(FIELDS):
+            if field not in self.axes:
+                continue
+            axis = self.axes[field]
+            columns[field] = _column(axis, start, stop, self._period(field), (self.seed, rank))
+        return columns
+
+    def _period(self, field):
+        """Return for how many trajectories in a row a grid quantity keeps its value: later fields vary faster."""
+        later = FIELDS[FIELDS.index(field) + 1:]
+        return self.count * math.prod(self.axes[f].points for f in later if f in self.axes)
+
+
+def _column(axis, start, stop, period, key):
+    import numpy as np
+
+    if axis.random:
+        return _draws(axis, start, stop, key)
+    values = np.array([float(value) for value in axis.values])
+    if len(values) == 1:
+        return values[0]
+    return values[(np.arange(start, stop) // period) % len(values)]
+
+
+def _draws(axis, start, stop, key):
+    """Return the outputs ``start`` to ``stop`` of the stream ``key``, 53 bits each, spread over the range."""
+    import numpy as np
+
+    block = start // 4  # Philox makes four numbers at each count
+    raw = np.random.Philox(key=key, counter=block).random_raw(stop - 4 * block)[start - 4 * block:]
+    part = (raw >> np.uint64(11)) * 2.0**-53
+    low, high = map(float, axis.values)
+    if axis.kind == "uniform":
+        return low + (high - low) * part
+    return np.exp(math.log(low) + (math.log(high) - math.log(low)) * part)
+
+
+def read_sweep(path):
+    """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` for what is not one."""
+    return told(read_table(path), path)
+
+
+def parse_sweep(text, where="sweep"):
+    """Return the ``Sweep`` that ``text`` describes."""
+    return told(parse_table(text.encode(), where), where)
+
+
+def told(table, where):
+    """Return the ``Sweep`` in a table of TOML."""
+    refuse_unknown(table, _KEYS, where)
+    try:
+        return _sweep(table, where)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _sweep(table, where):
+    missing = [key for key in ("sigma", "mu", "start", "until") if key not in table]
+    if missing:
+        raise InputError(f"{', '.join(missing)} missing")
+    start = table["start"]
+    if not isinstance(start, list) or len(start) != 3:
+        raise InputError(f"start = {start!r:.60}: it must be a list of three: x, y, z")
+    given = {**{key: table[key] for key in ("sigma", "mu", "sigma0", "until") if key in table},
+             **dict(zip("xyz", start, strict=True))}  # fmt: skip
+    axes = {field: _axis(field, given[field]) for field in FIELDS if field in given}
+    _check_ranges(axes)
+    sweep = Sweep(
+        axes,
+        _whole(table, "count", 1, 1, _MOST),
+        _whole(table, "seed", 0, 0, 2**64 - 1),
+        _whole(table, "chunk", CHUNK, 1, 2**24),
+        word(table, "format", where, "npz"),
+        table.get("itineraries", True),
+        word(table, "name", where),
+    )
+    _check(sweep, table)
+    return sweep
+
+
+def _check(sweep, table):
+    if sweep.format not in FORMATS:
+        raise InputError(f"format = {sweep.format!r:.40}: it must be one of {', '.join(FORMATS)}")
+    if not isinstance(sweep.itineraries, bool):
+        raise InputError(f"itineraries = {sweep.itineraries!r:.40}: it must be true or false")
+    drawn = [field for field, axis in sweep.axes.items() if axis.random]
+    if drawn and not {"seed", "count"} <= set(table):
+        raise InputError(f"{drawn[0]} is random: seed and count must be given")
+    if not drawn and sweep.count > 1:
+        raise InputError("count is for random quantities, and none is random")
+    if sweep.total > _MOST:
+        raise InputError(f"{sweep.total} trajectories; at most {_MOST} are swept over")
+
+
+def _axis(field, value):
+    if isinstance(value, dict):
+        return _range(field, value)
+    values = value if isinstance(value, list) else [value]
+    if not 1 <= len(values) <= _MOST_POINTS:
+        raise InputError(f"{field}: a list of values must have from 1 to {_MOST_POINTS}")
+    return Axis("values", tuple(Fraction(number(field, plain(v))) for v in values))
+
+
+def _range(field, table):
+    refuse_unknown(table, (*_RANGES, "points"), field)
+    kinds = [kind for kind in _RANGES if kind in table]
+    ends = table[kinds[0]] if len(kinds) == 1 else None
+    if not isinstance(ends, list) or len(ends) != 2:
+        raise InputError(f"{field}: it must have one of {', '.join(_RANGES)}, with two ends")
+    low, high = (Fraction(number(field, plain(end))) for end in ends)
+    if not low < high or (kinds[0].startswith("log") and low <= 0):
+        raise InputError(f"{field} from {float(low):g} to {float(high):g}: the ends must grow, log ones be positive")
+    if kinds[0].endswith("uniform"):
+        if "points" in table:
+            raise InputError(f"{field}: points belong to a grid; count says how many are drawn")
+        return Axis(kinds[0], (low, high))
+    if "points" not in table:
+        raise InputError(f"{field}: a grid needs points")
+    return Axis("values", _grid(kinds[0], low, high, _whole(table, "points", 2, 2, _MOST_POINTS)))
+
+
+def _grid(kind, low, high, points):
+    if kind == "grid":
+        return tuple(low + (high - low) * Fraction(i, points - 1) for i in range(points))
+    begin, step = math.log(low), (math.log(high) - math.log(low)) / (points - 1)
+    return (low, *(Fraction(math.exp(begin + step * i)) for i in range(1, points - 1)), high)
+
+
+def _whole(table, key, default, least, most):
+    value = table.get(key, default)
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise InputError(f"{key} = {value!r:.40}: it must be a whole number from {least} to {most}")
+    return value
+
+
+def _check_ranges(axes):
+    """Refuse ranges that reach where a quantity is not allowed, before anything is computed."""
+    lowest = {field: min(axis.values) for field, axis in axes.items()}
+    for field, bound in (("sigma", -2), ("mu", 0)):
+        if lowest[field] <= bound:
+            raise InputError(f"{field} reaches {float(lowest[field]):g}: it must be greater than {bound}")
+    if lowest["until"] < 0:
+        raise InputError(f"until reaches {float(lowest['until']):g}: it must be zero or positive")
+    if "sigma0" in axes and lowest["sigma0"] < max(axes["sigma"].values):
+        raise InputError("sigma0 reaches below the largest sigma: it must be at least sigma everywhere")

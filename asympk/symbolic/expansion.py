@@ -1,0 +1,214 @@
+r"""Coefficients of a slow manifold, order by order, from its invariance equation.
+
+For x' = f(x, y, mu), mu y' = g(x, y, mu) and y = h_0 + delta, delta = mu h_1 + mu^2 h_2 + ..., the coefficient of
+mu^k in mu h_x f = g is linear in h_k:
+
+    g_y h_k = [mu^(k-1)] h_x f - [mu^k] (g - g_y delta),
+
+and the right-hand side is known from h_0 .. h_(k-1). Here f and g are Taylor polynomials in delta and mu, whose
+coefficients are functions of x in one ``DifferentialRing``. A branch that is rational in x and in the functions
+that f and g contain is put in; any other (a root, an inverse function) is kept as a generator named y, with
+dy/dx = -g_y^-1 g_x, and takes its value only when a coefficient is asked for.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import factorial, prod
+
+import sympy as sp
+
+from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
+
+_TINY = sp.Rational(1, 10**30)
+
+
+@dataclass(frozen=True, eq=False)
+class Expansion:
+    """``height[y][k]`` and ``flow[x][k]`` multiply mu**k in y = h(x, mu) and in x' on the manifold."""
+
+    ring: DifferentialRing
+    height: dict[sp.Symbol, list[Fraction]]
+    flow: dict[sp.Symbol, list[Fraction]]
+    branch: dict
+
+    def expr(self, element):
+        """Return an element of the ring as an expression in the slow variables."""
+        expr = self.ring.expr(element)
+        return expr.subs(self.branch, simultaneous=True) if self.branch else by_powers(expr, tuple(self.flow))
+
+
+@lru_cache(maxsize=64)
+def expand(mode, small, branch, order):
+    """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
+    slow, fast = tuple(mode.slow), tuple(mode.fast)
+    branch = {y: sp.sympify(h) for y, h in branch.items()}
+    named = not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
+    value = {} if named else branch
+    ties = _ties(mode, small, branch) if named else []
+    inverse = _inverse(fast_jacobian(mode, small).subs(value, simultaneous=True), ties)
+    derivations = {x: _derivation(x, mode, small, inverse if named else None) for x in slow}
+    at = {small: 0, **value}
+    flow, force = (_taylor(rates.values(), fast, small, order, at) for rates in (mode.slow, mode.fast))
+    start = [value.get(y, y) for y in fast]
+    inputs = [*slow, *start, *inverse, *(c for series in flow + force for c in series.values())]
+    ring = DifferentialRing(inputs, derivations, order + 1, ties)
+    flow, force = ([{a: ring(c) for a, c in series.items()} for series in both] for both in (flow, force))
+    inverse = [[ring(c) for c in row] for row in inverse.tolist()]
+    recurrence = _Recurrence(ring, slow, [ring(h) for h in start], inverse, flow, force)
+    for k in range(1, order + 1):
+        recurrence.advance(k)
+    height, flow = (dict(zip(*both, strict=True)) for both in ((fast, recurrence.heights), (slow, recurrence.flows)))
+    return Expansion(ring, height, flow, branch if named else {})
+
+
+def fast_jacobian(mode, small):
+    """Return dg/dy at mu = 0, a matrix of functions of the states."""
+    fast = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
+    return fast.jacobian(list(mode.fast))
+
+
+def by_powers(expr, slow):
+    """Collect the powers of the slow variables where the denominator has none: 1/(sigma + 4) - x."""
+    denominator = sp.fraction(expr)[1]
+    if denominator.is_Rational or denominator.has(*slow) or not expr.is_rational_function(*slow):
+        return expr
+    return sp.Add(*(sp.factor(c) * sp.Poly.from_dict({m: 1}, *slow).as_expr() for m, c in sp.Poly(expr, *slow).terms()))
+
+
+def vanishes(expr):
+    """Tell whether ``expr`` is identically zero: by algebra, else by 50 digits at points that nothing singles out."""
+    reduced = sp.cancel(expr)
+    if reduced == 0 or all(a.is_Symbol for a in atoms_of(reduced)):
+        return reduced == 0
+    values = [_value(reduced, k) for k in range(1, 5)]
+    finite = [value for value in values if value.is_number and value.is_finite]
+    return all(abs(value) < _TINY for value in finite) if finite else sp.simplify(reduced) == 0
+
+
+def _value(expr, k):
+    """Evaluate at the k-th of a few points, each symbol at a rational of its own sign."""
+    symbols = sorted(expr.free_symbols, key=str)
+    points = {s: sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k) for i, s in enumerate(symbols)}
+    return expr.subs({s: -p if s.is_negative else p for s, p in points.items()}).evalf(50)
+
+
+class _Recurrence:
+    """The series so far: ``powers[a][k]`` multiplies mu**k in delta**a, ``slopes[j][i]`` is dh_j/dx_i."""
+
+    def __init__(self, ring, slow, start, inverse, flow, force):
+        self.ring, self.slow, self.inverse, self.flow, self.force = ring, slow, inverse, flow, force
+        self.units = [tuple(int(i == j) for i in range(len(start))) for j in range(len(start))]
+        self.powers = {(0,) * len(start): [ring.one]}
+        self.powers |= {a: [ring.zero] for a in _with_parents({a[:-1] for f in flow + force for a in f}, self.units)}
+        self.heights = [[h] for h in start]
+        self.slopes = [[[ring.diff(h, x)] for x in slow] for h in start]
+        self.flows = [[self._coefficient(f, 0)] for f in flow]
+
+    def advance(self, k):
+        """Append the coefficients of mu**k to every series."""
+        for a, power in self.powers.items():
+            if sum(a) > 1:
+                power.append(self._product(a, k))
+        sides = [self._side(j, k) for j in range(len(self.heights))]
+        for j, row in enumerate(self.inverse):
+            h = self.ring.dot(zip(row, sides, strict=True))
+            self.heights[j].append(h)
+            self.powers[self.units[j]].append(h)
+            for x, slope in zip(self.slow, self.slopes[j], strict=True):
+                slope.append(self.ring.diff(h, x))
+        for series, flow in zip(self.flow, self.flows, strict=True):
+            flow.append(self._coefficient(series, k))
+
+    def _product(self, a, k):
+        unit, rest = _split(a)
+        return self.ring.dot((self.powers[unit][i], self.powers[rest][k - i]) for i in range(1, k))
+
+    def _side(self, j, k):
+        """Return [mu^(k-1)] h_x f - [mu^k] g, the unknown h_k left out of g."""
+        known = self._coefficient(self.force[j], k)
+        moved = [(s[i], f[k - 1 - i]) for s, f in zip(self.slopes[j], self.flows, strict=True) for i in range(k)]
+        return self.ring.dot([*moved, (known, self.ring(-1))])
+
+    def _coefficient(self, series, k):
+        """Return the coefficient of mu**k in a Taylor polynomial, as far as the powers of delta are known."""
+        known = ((c, self.powers[a[:-1]], k - a[-1]) for a, c in series.items())
+        return self.ring.dot((c, power[i]) for c, power, i in known if 0 <= i < len(power))
+
+
+def _split(a):
+    """Split the multi-index ``a`` into a unit and the rest."""
+    j = next(j for j, n in enumerate(a) if n)
+    return tuple(int(i == j) for i in range(len(a))), tuple(n - (i == j) for i, n in enumerate(a))
+
+
+def _with_parents(indices, units):
+    """Return the multi-indices, the units, and what ``_split`` makes of them, in order of their degree."""
+    closed, queue = set(units), [a for a in indices if sum(a) > 1]
+    while queue:
+        a = queue.pop()
+        closed.add(a)
+        rest = _split(a)[1]
+        if rest not in closed:
+            queue.append(rest)
+    return sorted(closed, key=lambda a: (sum(a), a))
+
+
+def _taylor(rates, fast, small, order, at):
+    """Return for every rate {(a, m): the coefficient of delta**a mu**m, as an expression on the branch}."""
+    names = (*fast, small)
+    ring = DifferentialRing(list(rates), {v: lambda e, v=v: e.diff(v) for v in names}, order)
+    return [_derivatives(ring, ring(rate), names, order, at) for rate in rates]
+
+
+def _derivatives(ring, start, names, order, at):
+    found = {}
+    level = {(0,) * len(names): start}
+    for degree in range(order + 1):
+        for a, element in level.items():
+            found[a] = ring.expr(element).subs(at, simultaneous=True) / prod(map(factorial, a))
+        level = {
+            tuple(n + (i == j) for i, n in enumerate(a)): ring.diff(element, name)
+            for a, element in level.items()
+            for j, name in enumerate(names)
+            if degree < order and not any(a[j + 1 :])
+        }
+        level = {a: element for a, element in level.items() if element.numerator}
+    return found
+
+
+def _derivation(x, mode, small, inverse):
+    """Return d/dx: along the branch, dy/dx = -g_y^-1 g_x, when the branch is a generator, else partial."""
+    if inverse is None:
+        return lambda e: e.diff(x)
+    fast = sp.Matrix(list(mode.fast))
+    tangent = -inverse * sp.Matrix([g.subs(small, 0) for g in mode.fast.values()]).diff(x)
+    return lambda e: e.diff(x) + sum(e.diff(y) * slope for y, slope in zip(fast, tangent, strict=True))
+
+
+def _inverse(jacobian, ties):
+    """Return the inverse matrix; over an algebraic branch, with a denominator that is free of the branch's name."""
+    if jacobian.shape != (1, 1):
+        return jacobian.inv().applyfunc(sp.cancel)
+    numerator, denominator = sp.fraction(sp.cancel(jacobian[0]))
+    if not ties:
+        return sp.Matrix([[denominator / numerator]])
+    ((y, degree, value),) = ties
+    return sp.Matrix([[denominator * sp.invert(numerator, y**degree - value, y)]])
+
+
+def _ties(mode, small, branch):
+    """Return y**degree = value from g(x, y, 0) = 0, when that is a polynomial in the only fast variable."""
+    if len(branch) > 1:
+        return []
+    ((y, h),) = branch.items()
+    numerator = sp.fraction(sp.cancel(mode.fast[y].subs(small, 0)))[0]
+    if any(a != y and a.has(y) for a in atoms_of(numerator)):
+        return []
+    factors = [f for f, _ in sp.factor_list(numerator, y)[1] if f.has(y)]
+    factor = sp.Poly(next(f for f in factors if len(factors) == 1 or vanishes(f.subs(y, h))), y)
+    value = -(factor.as_expr() - factor.LC() * y ** factor.degree()) / factor.LC()
+    return [(y, factor.degree(), value)]
+
+
+def _atoms(exprs):
+    return set().union(*map(atoms_of, map(sp.sympify, exprs)))

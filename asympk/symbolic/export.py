@@ -1,0 +1,151 @@
+r"""Write a system as a stand-alone module, C99 or Python, that needs neither asympk nor SymPy.
+
+It holds the field of every mode (x' and y' = g / mu), every slow manifold (the coefficients of its series, the
+truncated sum, and the exact form where there is one), the slow and the fast eigenvalue of every mode, and the loads
+at which stick can end.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import sympy as sp
+
+from asympk import __version__
+from asympk.errors import InputError, NotDerivable, UnknownName
+from asympk.storage.files import write_text
+from asympk.symbolic.lowering import lower
+from asympk.symbolic.manifold import slow_manifolds
+from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stick import stick_regions
+
+
+@dataclass(frozen=True)
+class Function:
+    """One function of the module; ``values`` is an expression, or a tuple of them."""
+
+    name: str
+    meaning: str
+    args: tuple[sp.Symbol, ...]
+    values: sp.Expr | tuple[sp.Expr, ...]
+
+
+def export(system, target, out, order=3, name="model"):
+    """Write ``system`` to the directory ``out`` and return the paths: ``name.h`` and ``name.c``, or ``name.py``.
+
+    ``order`` is that of the slow manifolds. Raises ``InputError`` when ``out`` cannot be written or ``name`` cannot
+    name a module, ``UnknownName`` for another target than ``"c"`` and ``"python"``.
+    """
+    if target not in _WRITERS:
+        raise UnknownName(f"target {target!r} is unknown; choose one of {', '.join(_WRITERS)}")
+    if not (name.isidentifier() and name.isascii()):
+        raise InputError(f"name {name!r} cannot name a module; give letters, digits and underscores")
+    files = _WRITERS[target](name, _heading(system, name), functions(system, order))
+    try:
+        return tuple(write_text(Path(out) / file, text) for file, text in files.items())
+    except OSError as reason:
+        raise InputError(f"{out} cannot be written ({reason.strerror}); give another directory") from None
+
+
+def functions(system, order):
+    """Return the functions that make up the module, the same for every target."""
+    return (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
+
+
+def _fields(system):
+    states = _states(system)
+    rates = {m: {**m.slow, **{y: g / system.small for y, g in m.fast.items()}} for m in system.modes}
+    values = {m: tuple(rate[s] for s in states) for m, rate in rates.items()}
+    args = _signature(system, states + sum(values.values(), ()))
+    for mode in system.modes:
+        yield Function(mode.name, f"{', '.join(f'd{s}/dt' for s in states)} in mode {mode.name}", args, values[mode])
+
+
+def _manifolds(system, order):
+    for m in slow_manifolds(system, order):
+        y = ", ".join(map(str, m.branch))
+        single = len(m.branch) == 1
+        kind = f", the {m.stability} slow manifold" if isinstance(m.stability, str) else ""
+        where = f"{y} on {m.name}{kind} of {m.mode}"
+        if single:
+            about = f"the coefficients of 1, {m.small}, .., {m.small}^{order} of {where}"
+            yield _function(system, f"{m.name}_series", about, tuple(m.coefficients))
+        value = m.expr if single else tuple(m.expr[y] for y in m.branch)
+        yield _function(system, m.name, f"{where}, to order {order} in {m.small}", value)
+        if m.closed is not None:
+            yield _function(system, f"{m.name}_exact", f"{where}, exact while its root is real", m.closed)
+
+
+def _spectra(system):
+    try:
+        spectra = eigenvalues(system)
+    except NotDerivable:
+        return
+    for s in spectra:
+        real = f"of {s.mode}; real while {sp.cancel(system.small / s.coalescence)} <= 1"
+        yield _function(system, f"{s.mode}_slow_eigenvalue", f"the slow eigenvalue {real}", s.slow)
+        yield _function(system, f"{s.mode}_fast_eigenvalue", f"the fast eigenvalue {real}", s.fast)
+
+
+def _edges(system):
+    if system.friction is not None:
+        about = f"the loads {system.friction.load} at which stick can end; none where a denominator is 0"
+        yield _function(system, "stick_edges", about, stick_regions(system).edges)
+
+
+def _function(system, name, meaning, values):
+    return Function(name, meaning, _signature(system, values if isinstance(values, tuple) else (values,)), values)
+
+
+def _signature(system, values):
+    """Return the arguments of ``values`` in a fixed order: states, small parameter, other parameters by name."""
+    used, states = sp.Tuple(*values).free_symbols, _states(system)
+    rest = sorted(used - {*states, system.small}, key=str)
+    return (*(s for s in states if s in used), *({system.small} & used), *rest)
+
+
+def _states(system):
+    """Return the states in order: slow, fast, and last the velocity that friction acts on."""
+    mode, last = system.modes[0], [system.friction.velocity] if system.friction else []
+    return (*(s for s in (*mode.slow, *mode.fast) if s not in last), *last)
+
+
+def _heading(system, name):
+    """Return the equations as lines of text, those of each mode under its name and condition."""
+    lines = [f"{name}: a slow-fast system, written by asympk {__version__}; needs nothing but a math library.", ""]
+    for mode in system.modes:
+        lines.append(f"{mode.name}:" if mode.where == sp.true else f"{mode.name}, where {mode.where}:")
+        lines += [f"    d{x}/dt = {f}" for x, f in mode.slow.items()]
+        lines += [f"    {system.small} d{y}/dt = {g}" for y, g in mode.fast.items()]
+    return lines if system.assumptions == sp.true else [*lines, "", f"assumed: {system.assumptions}"]
+
+
+def _python(name, heading, functions):
+    """Return {file name: text} of a Python module that imports math and nothing else."""
+    parts = ["\n".join(['r"""', *heading, '"""', ""])]
+    for f in functions:
+        head, body = lower(f.args, f.values, "math", name=f.name).source.split("\n", 1)
+        parts.append(f'{head}\n    r"""Return {f.meaning}."""\n{body}')
+    if any("math." in part for part in parts[1:]):
+        parts[0] += "\nimport math\n"
+    return {f"{name}.py": "\n\n".join(parts)}
+
+
+def _c(name, heading, functions):
+    """Return {file name: text} of a C99 header and source; every function is called ``name_function``."""
+    comment = "\n".join(["/*", *(f" * {line}".rstrip() for line in heading), " */", ""])
+    functions = [(f, lower(f.args, f.values, "c", name=f"{name}_{f.name}")) for f in functions]
+    prototypes = [f"/* {f.meaning} */\n{text.partition(chr(10))[0]};\n" for f, text in functions]
+    guard = f"{name.upper()}_H"
+    header = [
+        comment,
+        f"#ifndef {guard}\n#define {guard}\n",
+        '#ifdef __cplusplus\nextern "C" {\n#endif\n',
+        *prototypes,
+        "#ifdef __cplusplus\n}\n#endif\n",
+        "#endif\n",
+    ]
+    source = [comment, f'#include <math.h>\n\n#include "{name}.h"\n', *(text for _, text in functions)]
+    return {f"{name}.h": "\n".join(header), f"{name}.c": "\n".join(source)}
+
+
+_WRITERS = {"c": _c, "python": _python}

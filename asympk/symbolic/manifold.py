@@ -1,0 +1,252 @@
+r"""Slow manifolds: their series in mu, their closed form in a linear mode, and the flow on them.
+
+Where dg/dy is regular on a critical manifold y = h_0(x), a slow manifold y = h_0 + mu h_1 + mu^2 h_2 + ... of
+x' = f, mu y' = g continues it (Fenichel), with
+
+    mu h_x f(x, h, mu) = g(x, h, mu)
+
+order by order. In a linear mode with one slow and one fast variable it is a line, known in closed form.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from numbers import Integral
+
+import sympy as sp
+from sympy.integrals.rationaltools import ratint
+
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.symbolic.critical import (
+    CriticalManifold,
+    checked_branch,
+    critical_manifolds,
+    determinant,
+    equations,
+    names,
+)
+from asympk.symbolic.diffring import DifferentialRing
+from asympk.symbolic.expansion import expand, vanishes
+
+C = sp.Symbol("C", real=True)
+
+
+@dataclass(frozen=True)
+class SlowManifold(CriticalManifold):
+    """A critical manifold continued to ``order``: ``y = sum(coefficients[k] * mu**k)``, remainder O(mu**(order + 1)).
+
+    With one fast variable a coefficient is an expression, with several a ``Dict`` keyed by fast variable.
+    """
+
+    order: int = 0
+
+    @cached_property
+    def coefficients(self):
+        """The coefficients of 1, mu, ..., mu**order."""
+        return tuple(self.coefficient(k) for k in range(self.order + 1))
+
+    @cached_property
+    def expr(self):
+        """The truncated series, one expression or a ``Dict`` as a coefficient is."""
+        if len(self.branch) == 1:
+            return _polynomial(self.coefficients, self.small)
+        return sp.Dict({y: _polynomial([c[y] for c in self.coefficients], self.small) for y in self.branch})
+
+    @cached_property
+    def closed(self):
+        """The exact manifold where the mode is linear in one slow and one fast variable, else None.
+
+        It holds for the small mu at which its root is real; see ``line``.
+        """
+        return line(self.dynamics, self.small)
+
+    def coefficient(self, k):
+        """Return the coefficient of mu**k; raises ``OrderError`` beyond ``order``."""
+        k = _whole(k)
+        if k > self.order:
+            raise OrderError(f"{self.name} is known to order {self.order} in {self.small}, not {k}; ask for order={k}")
+        values = self.branch
+        if k > 0:
+            expansion = expand(self.dynamics, self.small, self.branch, self.order)
+            values = sp.Dict({y: expansion.expr(height[k]) for y, height in expansion.height.items()})
+        return values if len(values) > 1 else next(iter(values.values()))
+
+
+@dataclass(frozen=True)
+class RestState:
+    """Where the flow on a manifold rests: ``state`` gives the variables that determine it, and the fast ones.
+
+    ``drift`` gives the rates at which the other variables go on; ``rate`` is the slow eigenvalue at mu = 0
+    (negative: attracting) where one variable determines the flow, else None.
+    """
+
+    state: sp.Dict
+    drift: sp.Dict
+    rate: sp.Expr | None
+
+
+def slow_manifold(system, branch, order=1, mode=None, name="Pi"):
+    r"""Expand ``y = h(x, mu)`` from ``mu h_x x' = g(x, h, mu)``; ``branch`` is {y: h_0}, a root of g(x, y, 0).
+
+    ``mode`` names the mode where there are several. Raises ``OrderError``, ``InputError``, ``BranchError`` when g
+    does not vanish on the branch, and ``NotNormallyHyperbolic`` when det dg/dy does.
+    """
+    order = _whole(order)
+    if mode is None and len(system.modes) > 1:
+        raise InputError(f"this system has several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
+    mode = system.mode(mode) if mode else system.modes[0]
+    branch = checked_branch(branch, mode, system.small)
+    manifold = SlowManifold(name, mode, system.small, branch, system.assumptions, order)
+    if vanishes(manifold.jacobian.det()):
+        raise NotNormallyHyperbolic(
+            f"{determinant(branch)} vanishes on {equations(branch)}; no slow manifold continues this branch"
+        )
+    expand(mode, system.small, branch, order)
+    return manifold
+
+
+def slow_manifolds(system, order=1):
+    """Continue to ``order`` every critical manifold that can be normally hyperbolic and lies in its mode."""
+    order = _whole(order)
+    return tuple(
+        SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order)
+        for c in critical_manifolds(system)
+        if c.exists != sp.false and c.domain != sp.false
+    )
+
+
+def invariance_residual(manifold):
+    """Return {y: mu h_x f - g} with the truncated series put in: expressions of order mu**(order + 1)."""
+    mode, small = manifold.dynamics, manifold.small
+    h = manifold.expr if len(manifold.branch) > 1 else {next(iter(manifold.branch)): manifold.expr}
+    flow = {x: f.subs(h, simultaneous=True) for x, f in mode.slow.items()}
+    return sp.Dict(
+        {
+            y: small * sum(h[y].diff(x) * rate for x, rate in flow.items()) - g.subs(h, simultaneous=True)
+            for y, g in mode.fast.items()
+        }
+    )
+
+
+def line(mode, small):
+    r"""Return the exact slow line of x' = p x + q y + r, mu y' = c x + d y + e, or None for another kind of mode.
+
+    y = y_* + k (x - x_*) through the rest state, with the root of mu q k^2 + (mu p - d) k = c that stays finite as
+    mu -> 0, k = 2 c / (B (1 + sqrt(1 + 4 mu q c / B^2))), B = mu p - d: no cancellation, whatever the sign of B.
+    """
+    active = active_slow(mode)
+    if len(active) != 1 or len(mode.fast) != 1:
+        return None
+    (x,), ((y, g),) = active, mode.fast.items()
+    rates = [sp.Poly(rate, x, y) if rate.is_polynomial(x, y) else None for rate in (mode.slow[x], g)]
+    if None in rates or max(rate.total_degree() for rate in rates) > 1:
+        return None
+    (p, q, r), (c, d, e) = ([rate.coeff_monomial(m) for m in (x, y, 1)] for rate in rates)
+    b = small * p - d
+    k = sp.cancel(2 * c / b) / (1 + sp.sqrt(1 + sp.cancel(4 * small * q * c / b**2)))
+    rest = sp.cancel(p * d - q * c)
+    if rest == 0:
+        return k * x + (e - small * k * r) / (small * k * q - d)
+    return sp.cancel((c * r - p * e) / rest) + k * (x - sp.cancel((q * e - d * r) / rest))
+
+
+def active_slow(mode):
+    """Return the slow variables that determine the flow: those in g, and those that their rates contain."""
+    active, queue = set(), set().union(*(g.free_symbols for g in mode.fast.values()))
+    while new := (queue & {*mode.slow}) - active:
+        active |= new
+        queue = set().union(*(mode.slow[x].free_symbols for x in new))
+    return tuple(x for x in mode.slow if x in active)
+
+
+def reduced_flow(manifold):
+    """Return {x: x'} on the manifold, truncated to its order in mu."""
+    return sp.Dict({x: _polynomial(rates, manifold.small) for x, rates in _flow(manifold).items()})
+
+
+def integral_curves(manifold):
+    r"""Return {z: z(x) + C} on the manifold for every other slow variable z, truncated to its order in mu.
+
+    dz/dx = z'/x' is expanded in mu and integrated. Raises ``NotDerivable`` unless one slow variable x determines
+    the flow, or where SymPy has no integral.
+    """
+    name, active = manifold.name, active_slow(manifold.dynamics)
+    if len(active) != 1:
+        raise NotDerivable(f"{name}: the flow is that of {names(active)}; curves are known for one variable")
+    (x,) = active
+    flow = _flow(manifold)
+    run = flow.pop(x)
+    if run[0] == 0:
+        raise NotDerivable(f"{name}: {x} rests everywhere at {manifold.small} = 0; there are no curves over it")
+    if coupled := set().union(*(rate.free_symbols for rates in flow.values() for rate in rates)) & {*flow}:
+        raise NotDerivable(f"{name}: rates depend on {names(coupled)}; curves are known where {x} alone matters")
+    curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
+    return sp.Dict({z: _polynomial(terms, manifold.small) + C for z, terms in curves.items()})
+
+
+def rest_state(manifold):
+    """Return the isolated ``RestState`` on the manifold, or None.
+
+    Raises ``NotDerivable`` when there are several, or when SymPy cannot solve f = g = 0.
+    """
+    mode, active = manifold.dynamics, active_slow(manifold.dynamics)
+    unknowns = [*active, *mode.fast]
+    try:
+        found = sp.solve([*(mode.slow[x] for x in active), *mode.fast.values()], unknowns, dict=True)
+    except NotImplementedError:
+        raise NotDerivable(f"{manifold.name}: SymPy does not solve f = g = 0 for its rest states") from None
+    found = [s for s in found if s.keys() == {*unknowns} and _lies_on(s, manifold)]
+    if len(found) > 1:
+        raise NotDerivable(f"{manifold.name}: several rest states lie on it: {'; '.join(map(equations, found))}")
+    if not found:
+        return None
+    (state,) = found
+    drift = {z: sp.cancel(rate.subs(state, simultaneous=True)) for z, rate in mode.slow.items() if z not in active}
+    return RestState(sp.Dict(state), sp.Dict(drift), _rate(manifold, active, state))
+
+
+def _lies_on(state, manifold):
+    return all(vanishes((y - h).subs(state).subs(manifold.small, 0)) for y, h in manifold.branch.items())
+
+
+def _rate(manifold, active, state):
+    if len(active) != 1:
+        return None
+    return sp.cancel(_flow(manifold)[active[0]][0].diff(active[0]).subs(state).subs(manifold.small, 0))
+
+
+def _flow(manifold):
+    """Return {x: the coefficients of x' on the manifold}."""
+    order = manifold.order if isinstance(manifold, SlowManifold) else 0
+    expansion = expand(manifold.dynamics, manifold.small, manifold.branch, order)
+    return {x: [expansion.expr(c) for c in rates] for x, rates in expansion.flow.items()}
+
+
+def _quotient(above, below, x):
+    """Divide one series in mu by another."""
+    ring = DifferentialRing([*above, *below, 1 / below[0]], {x: lambda e: e.diff(x)}, 0)
+    rest, inverse = [ring(b) for b in below[1:]], ring(1 / below[0])
+    result = []
+    for rate in above:
+        carried = ring.dot(zip(result, rest[: len(result)][::-1], strict=True))
+        result.append(ring.dot([(ring(rate), inverse), (ring.dot([(carried, ring(-1))]), inverse)]))
+    return [ring.expr(q) for q in result]
+
+
+def _integral(integrand, x):
+    """Integrate over x; logarithms of absolute values, coefficients in factors."""
+    found = ratint(integrand, x) if integrand.is_rational_function(x) else sp.integrate(integrand, x)
+    if found.has(sp.Integral):
+        raise NotDerivable(f"SymPy has no integral of {integrand} over {x}")
+    real = found.replace(sp.log, lambda argument: sp.log(sp.Abs(sp.numer(sp.together(argument)))))
+    sums = sp.collect(sp.expand(real), [x, *real.atoms(sp.log)], sp.factor)
+    return sums.replace(sp.Abs, lambda argument: sp.Abs(sp.collect(argument, x)))
+
+
+def _polynomial(coefficients, small):
+    return sp.Add(*(c * small**k for k, c in enumerate(coefficients)))
+
+
+def _whole(order):
+    if isinstance(order, bool) or not isinstance(order, Integral) or order < 0:
+        raise OrderError(f"order = {order!r} is not a whole number >= 0")
+    return int(order)

@@ -1,0 +1,114 @@
+r"""The regime table: how the phase space changes with sigma, with static friction equal to the kinetic one.
+
+A threshold is a sigma at which a slow manifold loses normal hyperbolicity, an edge of the stick region goes to
+infinity, or a slow manifold meets the plane z = 0 on an edge. Between thresholds, and on them, one exact sample tells
+the rest.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import chain, pairwise, zip_longest
+
+import sympy as sp
+
+from asympk.symbolic.conditions import assumed_range, between
+from asympk.symbolic.manifold import critical_manifolds
+from asympk.symbolic.regions import Span
+from asympk.symbolic.stick import drive_of_load, stick_regions
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A slow manifold in one regime.
+
+    ``side`` is the sign of z where it lives (0: it does not exist), ``stable`` whether it attracts, ``drift`` the sign
+    of z' on it, and ``meets`` the part of z = 0 that its motions reach: "stick", "up", "down", or None if they recede.
+    """
+
+    name: str
+    side: int
+    stable: bool
+    drift: int
+    meets: str | None
+
+
+@dataclass(frozen=True)
+class Regime:
+    """One range of sigma, an interval or a value: the stick region on z = 0, and what each slow manifold does."""
+
+    sigma: sp.Symbol
+    values: sp.Set
+    stick: tuple[Span, ...]
+    passages: tuple[Passage, ...]
+
+    @property
+    def condition(self):
+        """The range as a relation on sigma."""
+        return between(self.sigma, self.values)
+
+
+def thresholds(system):
+    """Return the values of sigma at which the phase space changes, in order, for sigma0 = sigma."""
+    sigma = _parameter(system)
+    load, drive = drive_of_load(system)
+    kinetic = system.friction.kinetic
+    events = [sp.Poly(drive - sign * kinetic * load, load).coeff_monomial(load) for sign in (1, -1)]
+    for manifold in _slip_manifolds(system):
+        events.append(manifold.jacobian.det())
+        level = _load_on(manifold, system)
+        events += [drive.subs(load, level) - sign * kinetic * level for sign in (1, -1)]
+    zeros = {zero for event in events for zero in sp.solve(sp.numer(sp.together(event)), sigma)}
+    allowed = assumed_range(sigma, system.assumptions)
+    return tuple(sorted(zero for zero in zeros if zero in allowed))
+
+
+@cache
+def regimes(system):
+    """Return the ``Regime`` of every range of sigma between thresholds, and on each threshold."""
+    sigma = _parameter(system)
+    allowed = assumed_range(sigma, system.assumptions)
+    cuts = thresholds(system)
+    ranges = [sp.Interval.open(a, b) for a, b in pairwise([allowed.start, *cuts, allowed.end])]
+    parts = chain.from_iterable(zip_longest(ranges, (sp.FiniteSet(cut) for cut in cuts)))
+    return tuple(_regime(part, system) for part in parts if part is not None)
+
+
+def _regime(part, system):
+    sample = _sample(part)
+    regions = stick_regions(system)
+    manifolds = _slip_manifolds(system)
+    passages = tuple(_passage(manifold, system, regions, sample) for manifold in manifolds)
+    return Regime(_parameter(system), part, regions.stick.spans(sigma=sample), passages)
+
+
+def _passage(manifold, system, regions, sample):
+    at = {_parameter(system): sample}
+    if manifold.exists.subs(at) == sp.false:
+        return Passage(manifold.name, 0, False, 0, None)
+    level = _load_on(manifold, system).subs(at)
+    side = int(sp.sign(level)) * (1 if manifold.mode == "slip_same" else -1)
+    rate = manifold.dynamics.slow[system.friction.velocity].subs(manifold.branch).subs(at)
+    drift = int(sp.sign(sp.cancel(rate)))
+    named = ((name, getattr(regions, name)) for name in ("stick", "up", "down"))
+    reached = next(name for name, region in named if region.contains(level, sigma=sample))
+    stable = manifold.jacobian.det().subs(at) < 0
+    return Passage(manifold.name, side, bool(stable), drift, reached if side * drift < 0 else None)
+
+
+def _slip_manifolds(system):
+    return [manifold for manifold in critical_manifolds(system) if manifold.mode != "stick"]
+
+
+def _load_on(manifold, system):
+    return sp.cancel(system.friction.load.subs(manifold.branch))
+
+
+def _parameter(system):
+    (parameter,) = system.friction.kinetic.free_symbols
+    return parameter
+
+
+def _sample(part):
+    if part.is_FiniteSet:
+        return next(iter(part))
+    return part.start + 1 if part.end is sp.oo else (part.start + part.end) / 2
