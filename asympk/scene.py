@@ -71,7 +71,7 @@ def _slow_y(manifold, sigma, mu, x):
     if b == 0 or 0 < b <= 4 * mu:
         where = f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}"
         raise NoManifold(f"{where}: with b = {b} it needs 4 mu < b, or b < 0")
-    slow_root = -2 / (1 + math.sqrt(1 - 4 * mu / b))
+    slow_root = -2 / (1 + math.sqrt(abs(b - 4 * mu)) / math.sqrt(abs(b)))
     return slow_root * float(x - 1 / Fraction(b))
 
 
