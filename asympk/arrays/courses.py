@@ -33,7 +33,8 @@ from asympk.arrays.kernels import (
 )
 
 SAFE = 1e-10
-NEAR = 1e-6
+NEAR = 1e-4
+SMALLEST = 1e-3
 BLOCK = 8192
 NONE = np.array([], dtype=np.intp)
 
@@ -85,12 +86,14 @@ class Setting:
         r"""Bound on |x|, |z| and mu |y| below which the courses hold, or 0.
 
         It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2, 2 (sigma+1) and 2/edge: then s
-        and s' have at most one zero in a mode of a course, and so has z or it has none.
+        and s' have at most one zero in a mode of a course, and so has z or it has none. For a small sigma the fast part
+        may change by so little that its logarithm tells no time.
         """
         size = np.abs(self.sigma)
-        apart = (self.mu <= 0.0625 * np.minimum(size, 1.0)) & (self.mu >= 1e-200) & (self.steep | (size >= 0.25))
+        apart = (self.mu <= 0.0625 * np.minimum(size * size, 1.0)) & (self.mu >= 1e-200)
+        apart &= size >= np.where(self.steep, SMALLEST, 0.25)
         most = 0.3 / (self.mu * (2.3 * self.sigma0 + 7)) - 0.3 / size - 0.3
-        return np.where(apart, np.minimum(most, 1e4), 0.0)
+        return np.where(apart, np.minimum(most, 1e3), 0.0)
 
 
 def direct(p, x, y, z, until, log):

@@ -16,7 +16,7 @@ class FastSlow:
     """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the share of F in x, and so on."""
 
     __slots__ = ("a", "b", "beta", "delicate", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap",
-                 "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slow_rate", "slow_z", "turn")
+                 "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slight", "slow_rate", "slow_z", "turn")
 
     def __init__(self, m, a, b, mu):
         self.m, self.a, self.b, self.mu = m, a, b, mu
@@ -28,6 +28,7 @@ class FastSlow:
         self.fast_rate, self.slow_rate, self.gap = -rho / k, -1 / rho, -root / k
         self.lift = -k / (rho * rho)
         self.rest = a / b
+        self.slight = abs(self.rest) / 1024
         self.line = a / (b * rho)
         self.fast_x = 1 / self.gap
         self.fast_y = self.fast_rate / self.gap
@@ -56,8 +57,8 @@ class FastSlowSegment:
         self.fast = fast = deviation if self.known else s - mode.line - mode.lift * x
         self.slow = slow = x - mode.rest - fast * mode.fast_x
         self.slow_s = slow_s = mode.lift * slow
-        # the two exponentials nearly cancel at short times when the rest a/b or the slow part is large
-        delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest)
+        # at short times the two exponentials nearly cancel where the rest a/b or the slow part is large, or s is small
+        delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest) or 0 < abs(s) < mode.slight
         self.short = mode.short if delicate and not self.known else 0
 
     def rounded(self, m):
