@@ -33,7 +33,7 @@ from asympk.arrays.kernels import (
 )
 
 SAFE = 1e-10
-NEAR = 1e-4
+NEAR = 1e-6
 SMALLEST = 1e-3
 BLOCK = 8192
 NONE = np.array([], dtype=np.intp)
