@@ -137,6 +137,43 @@ def test_without_latexmk_one_line_says_what_to_install(monkeypatch, tmp_path):
     assert last == f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {paper.PACKAGES}"
 
 
+ASKING = "LaTeX Warning: Label(s) may have changed. Rerun to get cross-references right.\n"
+
+
+@pytest.mark.parametrize(("log", "asks"), [
+    (ASKING, True),
+    ("Package natbib Warning: Citation(s) may have changed.\n(natbib)      Rerun to get citations correct.\n", True),
+    ("Package: rerunfilecheck 2022-07-10 v1.10 Rerun checks for auxiliary files (HO)\n", False),
+])  # fmt: skip
+def test_a_log_asks_to_run_again_where_latex_or_a_package_does(log, asks):
+    assert paper.asks_to_run_again(log) is asks
+
+
+def _latexmk(folder, logs, commands):
+    """Return a stand-in for ``subprocess.run`` that writes one log after the other, as latexmk does."""
+    (folder / "build").mkdir()
+
+    def run(command, **_):
+        commands.append(command)
+        (folder / "build" / "main.log").write_text(logs[min(len(commands), len(logs)) - 1])
+        return subprocess.CompletedProcess(command, 0, "", "")
+
+    return run
+
+
+def test_the_paper_is_typeset_until_its_labels_settle(monkeypatch, tmp_path):
+    commands = []
+    monkeypatch.setattr(paper.subprocess, "run", _latexmk(tmp_path, [ASKING, ASKING, "done\n"], commands))
+    assert paper.typeset(tmp_path) == tmp_path / "build" / "main.pdf"
+    assert ["-g" in command for command in commands] == [False, True, True]
+
+
+def test_labels_that_never_settle_are_an_error_and_no_endless_loop(monkeypatch, tmp_path):
+    monkeypatch.setattr(paper.subprocess, "run", _latexmk(tmp_path, [ASKING], []))
+    with pytest.raises(InputError, match="labels still change after 6 runs"):
+        paper.typeset(tmp_path)
+
+
 @pytest.fixture(scope="module")
 def typeset(tmp_path_factory):
     """Typeset a copy of the paper twice, where TeX and the figures are there; return the PDFs' bytes."""

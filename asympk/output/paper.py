@@ -21,6 +21,7 @@ from asympk.studies import collisions, convergence, leastmap
 PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
 ROWS = {"convergence": convergence.write, "collisions": collisions.write, "least": leastmap.write}
 LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build", "main.tex")
+MOST_RUNS = 6
 
 
 def build(root, progress=None):
@@ -86,14 +87,28 @@ def write_method_table(generated):
 
 
 def typeset(paper):
-    """Run latexmk in ``paper`` and return the PDF, whose bytes depend on what it is made of alone."""
+    """Run latexmk in ``paper`` and return the PDF, whose bytes depend on what it is made of alone.
+
+    Latexmk knows files by their size and second: it misses labels that change within one. So it runs again while the
+    log asks for it. Raises ``InputError`` where TeX complains, and where the labels do not settle.
+    """
     fixed = {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "TZ": "UTC"}
-    env = {**os.environ, **fixed}
-    run = subprocess.run(LATEXMK, cwd=paper, env=env, capture_output=True, text=True, errors="replace")
-    if run.returncode:
-        why = first_complaint(run.stdout)
-        raise InputError(f"{paper / 'main.tex'} does not compile: {why}; see {paper}/build/main.log")
-    return Path(paper) / "build" / "main.pdf"
+    built = Path(paper) / "build"
+    for again in range(MOST_RUNS):
+        command = [*LATEXMK, *["-g"] * (again > 0)]
+        run = subprocess.run(command, cwd=paper, env={**os.environ, **fixed}, capture_output=True, text=True,
+                             errors="replace")  # fmt: skip
+        if run.returncode:
+            why = first_complaint(run.stdout)
+            raise InputError(f"{Path(paper) / 'main.tex'} does not compile: {why}; see {built}/main.log")
+        if not asks_to_run_again((built / "main.log").read_text(encoding="utf-8", errors="replace")):
+            return built / "main.pdf"
+    raise InputError(f"{Path(paper) / 'main.tex'}: labels still change after {MOST_RUNS} runs; see {built}/main.log")
+
+
+def asks_to_run_again(log):
+    """Return whether LaTeX or a package says in ``log`` that what it wrote differs from what it read."""
+    return bool(re.search(r"Warning:.*\n?.*Rerun to get", log))
 
 
 def first_complaint(log):
