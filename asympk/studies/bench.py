@@ -13,7 +13,11 @@ import asympk as ap
 
 SCENES = {"i": (0, 0, 1), "ii": (0, 0.2, -1), "iii": (-1, -1, 1)}
 MUS = (1e-2, 1e-4, 1e-6)
-STARTS = 100_000
+STARTS = 1_000_000
+BOXES = {
+    "random starts": ((-2, 2), (-2, 2), (-2, 2)),
+    "one itinerary": ((0, 0), (0.1, 0.3), (-1.5, -0.5)),  # slip_opposite, stick, slip_same
+}
 
 
 def seconds(call, least=5, budget=0.25):
@@ -47,11 +51,12 @@ def random_starts(mu):
     return f"{each * 1e6:7.1f} us per trajectory"
 
 
-def many(mu):
-    """Time the array flow on starts in [-2, 2]^3 against the scalar flow."""
+def many(box, mu):
+    """Time the array flow on starts in a box against the scalar flow."""
     import numpy as np
 
-    x, y, z = np.random.default_rng(1).uniform(-2, 2, (3, STARTS))
+    random = np.random.default_rng(1)
+    x, y, z = (random.uniform(*side, STARTS) for side in BOXES[box])
     each = seconds(lambda: ap.solve_many(1, mu, x, y, z, 5)) / STARTS
     scenes = [ap.Scene(1, mu, start, 5) for start in zip(x[:200], y[:200], z[:200], strict=True)]
     alone = seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)
@@ -72,7 +77,10 @@ LINES = [
         for name in SCENES for mu in MUS
     ),
     *((f"solve, random starts, mu = {mu:g}", lambda mu=mu: random_starts(mu)) for mu in MUS),
-    *((f"solve_many, random starts, mu = {mu:g}", lambda mu=mu: many(mu)) for mu in (1e-3, 1e-6)),
+    *(
+        (f"solve_many, {box}, mu = {mu:g}", lambda box=box, mu=mu: many(box, mu))
+        for box in BOXES for mu in (1e-3, 1e-6)
+    ),
     ("import and a first solve", imports),
 ]
 
