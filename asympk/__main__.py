@@ -66,6 +66,11 @@ def _parser():
     tables.set_defaults(run=_tables)
     _root(tables)
 
+    chart = commands.add_parser("chart", help="run every method on every scene; write what each costs and gets wrong")
+    chart.set_defaults(run=_chart)
+    chart.add_argument("--quick", action="store_true", help="under a minute, into paper/generated/quick")
+    _root(chart)
+
     paper = commands.add_parser("paper", help="write the figures, tables and numbers of the paper, and its PDF")
     paper.set_defaults(run=_paper)
     paper.add_argument("--only", metavar="PICTURE", help="draw one picture as PDF and SVG, and nothing else")
@@ -190,6 +195,19 @@ def _tables(options):
     from asympk.output.regenerate import write_tables
 
     print(f"wrote {len(write_tables(options.root))} files under {options.root}/paper/generated/tables")
+
+
+def _chart(options):
+    from asympk.output.chart import main as chart
+    from asympk.output.regenerate import project
+    from asympk.sweep.meter import Steps
+
+    steps = Steps(sys.stderr)
+    try:
+        files = chart(options.quick, project(options.root) / "paper" / "generated", steps.tell)
+    finally:
+        steps.close()
+    print(*files, sep="\n")
 
 
 def _paper(options):

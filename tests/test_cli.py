@@ -1,8 +1,10 @@
 """The command line: what it prints, and one line with status 2 for anything wrong."""
 
 import json
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -55,6 +57,65 @@ def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
     assert "instead, numeric, holds" in out
 
 
+# the chart
+
+TINY = {"scenes": ("ii",), "mus": ("1e-1",), "kappas": {"1": ("1e-1",)}, "tolerances": (1e-3,), "step_sizes": (1e-1,),
+        "offsets": ("1e-2",), "repeats": 1, "steps": 400, "seconds": 5.0}  # fmt: skip
+
+
+@pytest.fixture
+def tiny(tmp_path, monkeypatch):
+    """A checkout with the kept references alone, a plan of a few runs, and peers that all seem to be installed."""
+    from asympk.output import chart
+
+    kept = tmp_path / "paper" / "generated" / "rows"
+    kept.mkdir(parents=True)
+    (tmp_path / "derivations").mkdir()
+    for file in (Path(__file__).parent.parent / "paper" / "generated" / "rows").glob("nonlinear-reference.*"):
+        shutil.copy(file, kept)
+    monkeypatch.setattr(chart, "QUICK", TINY)
+    monkeypatch.setattr(chart, "FULL", TINY)
+    monkeypatch.setattr(chart, "EXPLICIT", ("rk45",))
+    monkeypatch.setattr(chart, "IMPLICIT", ("lsoda",))
+    monkeypatch.setattr(chart, "absent", dict)
+    return tmp_path
+
+
+def test_the_quick_chart_prints_its_files_and_leaves_the_kept_rows_alone(tiny, capsys):
+    pytest.importorskip("matplotlib")
+    kept = tiny / "paper" / "generated"
+    before = {path: path.read_bytes() for path in (kept / "rows").iterdir()}
+    status, out, err = _run(capsys, "chart", "--quick", "--root", str(tiny))
+    assert (status, err) == (0, "")
+    files = [Path(line) for line in out.splitlines()]
+    assert {"work.csv", "plane.csv", "nonlinear.csv", "methods.tex", "chart-cost.pdf"} <= {file.name for file in files}
+    assert all(file.is_file() and (kept / "quick") in file.parents for file in files)
+    assert {path: path.read_bytes() for path in kept.rglob("*.*") if kept / "quick" not in path.parents} == before
+    assert "quick/" in (Path(__file__).parent.parent / ".gitignore").read_text()
+
+
+def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys):
+    pytest.importorskip("matplotlib")
+    status, out, _ = _run(capsys, "chart", "--root", str(tiny))
+    assert status == 0
+    assert str(tiny / "paper" / "generated" / "rows" / "work.csv") in out.splitlines()
+    assert not (tiny / "paper" / "generated" / "quick").exists()
+
+
+def test_the_full_chart_without_a_peer_is_refused_in_one_line_and_the_quick_one_does_without(tiny, capsys, monkeypatch):
+    from asympk.output import chart
+    from asympk.storage.rows import read_rows
+
+    monkeypatch.setattr(chart, "absent", lambda: {"lsoda": "some-package"})
+    status, out, err = _run(capsys, "chart", "--root", str(tiny))
+    assert (status, out, err) == (2, "", "asympk: the full chart runs lsoda too: pip install 'some-package'\n")
+    pytest.importorskip("matplotlib")
+    assert _run(capsys, "chart", "--quick", "--root", str(tiny))[0] == 0
+    ran = {row["method"] for row in read_rows(tiny / "paper" / "generated" / "quick" / "rows" / "work.csv")}
+    assert "rk45" in ran
+    assert "lsoda" not in ran
+
+
 def _with(option, value):
     arguments = list(GOOD)
     arguments[arguments.index(option) + 1] = value
@@ -79,6 +140,8 @@ def _with(option, value):
         (["resolve"], "resolve"),
         (["claims", "C99"], "C99"),
         (["derive", "--root", "/nowhere"], "derivations"),
+        (["chart", "--quick", "--root", "/nowhere"], "derivations"),
+        (["chart", "--slow"], "--slow"),
         (["export", "--target", "fortran", "--out", "x"], "fortran"),
     ],
 )

@@ -3,7 +3,6 @@
 import math
 import random
 from fractions import Fraction
-from importlib.util import find_spec
 from itertools import pairwise
 
 import mpmath
@@ -13,11 +12,11 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import asympk as ap
+from asympk.integrators.integrate import absent
 from asympk.integrators.moreau import _solutions
 from asympk.integrators.piecewise import first_phase, next_phase, piece_of, rod, snapped
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
-PACKAGES = {"heyoka": "heyoka", "cvode": "sksundae", "kvaerno5": "diffrax"}
 WRONG = 0.1
 
 
@@ -28,7 +27,7 @@ def scene(name, mu, until=5, **other):
 def here(*methods):
     return [
         pytest.param(m, marks=pytest.mark.skipif(
-            m in PACKAGES and not find_spec(PACKAGES[m]), reason=f"{m}: the extra 'peers' is not installed"))
+            m in absent(), reason=f"{m}: the extra 'peers' is not installed"))
         for m in methods
     ]  # fmt: skip
 

@@ -1,8 +1,11 @@
 """The peers' driver: one mode logic under every integrator, dense output, status sentences, and no hanging."""
 
 import random
+import re
 import sys
+import tomllib
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,10 +14,9 @@ import sympy as sp
 import asympk as ap
 from asympk.errors import InputError, MissingPackage, OutOfRange, UnknownName
 from asympk.integrators import piecewise
-from asympk.integrators.integrate import FAMILIES, FINISHED
+from asympk.integrators.integrate import FAMILIES, FINISHED, PEERS, absent
 from asympk.systems import painleve_klein
 
-PACKAGES = {"heyoka": "heyoka", "cvode": "sksundae", "kvaerno5": "diffrax"}
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
 STIFF = ("radau", "bdf", "lsoda", "cvode", "kvaerno5")
 
@@ -23,7 +25,7 @@ def here(methods):
     """Parametrise over methods, skipping those whose package is not installed."""
     return [
         pytest.param(m, marks=pytest.mark.skipif(
-            m in PACKAGES and not find_spec(PACKAGES[m]), reason=f"{m}: the extra 'peers' is not installed"))
+            m in absent(), reason=f"{m}: the extra 'peers' is not installed"))
         for m in methods
     ]
 
@@ -142,21 +144,28 @@ def test_a_scene_of_no_length_ends_where_it_starts():
     assert ap.solve(ap.Scene(1, 0.1, (0, "0.2", -1), 0), method="lsoda").final == (0.0, 0.2, -1.0)
 
 
-@pytest.mark.parametrize(("method", "package"), [
-    ("heyoka", "heyoka"), ("cvode", "sksundae.cvode"), ("kvaerno5", "jax"),
+@pytest.mark.parametrize(("method", "module", "package"), [
+    ("heyoka", "heyoka", "heyoka"), ("cvode", "sksundae.cvode", "scikit-sundae"), ("kvaerno5", "jax", "diffrax"),
 ])  # fmt: skip
-def test_a_missing_peer_is_one_line_with_the_way_to_get_it(monkeypatch, method, package):
-    for name in [m for m in sys.modules if m.split(".")[0] == package.split(".")[0]]:
+def test_a_missing_peer_is_one_line_with_the_way_to_get_it(monkeypatch, method, module, package):
+    for name in [m for m in sys.modules if m.split(".")[0] == module.split(".")[0]]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.setitem(sys.modules, module, None)
     if method == "heyoka":
         from asympk.integrators import taylor
 
         taylor._compiled.cache_clear()
     with pytest.raises(MissingPackage) as caught:
         ap.solve(scene("i", 0.1), method=method)
-    assert "pip install '" in str(caught.value)
+    assert str(caught.value).endswith(f"pip install '{package}'")
     assert "\n" not in str(caught.value)
+
+
+def test_the_extra_peers_has_every_package_that_a_method_may_lack():
+    extra = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]
+    named = {re.match(r"[\w-]+", line)[0] for line in extra["optional-dependencies"]["peers"]}
+    assert {package for _, package in PEERS.values()} == named
+    assert {method for method, (module, _) in PEERS.items() if not find_spec(module)} == set(absent())
 
 
 @pytest.mark.parametrize("options", [{"rtol": 1e-15}, {"rtol": 2}, {"rtol": float("nan")}, {"atol": 0}])

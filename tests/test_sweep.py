@@ -22,7 +22,7 @@ from asympk.path import MODES
 from asympk.sweep import chunks, files, results, run, summary
 from asympk.sweep.executors import Processes
 from asympk.sweep.lock import locked
-from asympk.sweep.meter import Meter, duration
+from asympk.sweep.meter import Meter, Steps, duration
 from asympk.sweep.sweepfile import parse_sweep
 
 TEXT = """
@@ -481,6 +481,16 @@ def test_in_a_log_progress_is_a_line_now_and_then():
     meter.close()
     assert screen.text.count("\n") == 3
     assert "\r" not in screen.text
+
+
+def test_the_steps_of_a_job_are_one_line_on_a_terminal_and_none_in_the_log_of_a_short_one():
+    for live, text in ((True, "\r\033[Kone\r\033[Ktwo\r\033[K"), (False, "")):
+        screen = _Screen(live)
+        steps = Steps(screen, lambda: 0.0)
+        for line in ("one", "two"):
+            steps.tell(line)
+        steps.close()
+        assert screen.text == text
 
 
 def test_setting_the_time_of_day_changes_no_progress(monkeypatch):

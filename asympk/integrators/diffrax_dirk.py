@@ -18,7 +18,7 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
         import diffrax  # noqa: F401
         import jax
     except ImportError as error:
-        raise missing("diffrax", method) from error
+        raise missing(method) from error
     import numpy as np
 
     problem = piece.problem

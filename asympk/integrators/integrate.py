@@ -7,6 +7,7 @@ that does not reach the end says why and where.
 """
 
 from importlib import import_module
+from importlib.util import find_spec
 from time import monotonic
 from typing import NamedTuple
 
@@ -25,6 +26,11 @@ FAMILIES = {
     "heyoka": "taylor",
     "cvode": "sundials",
     "kvaerno5": "diffrax_dirk",
+}
+PEERS = {  # method -> (module, package) where it needs one of the extra ``peers``
+    "heyoka": ("heyoka", "heyoka"),
+    "cvode": ("sksundae", "scikit-sundae"),
+    "kvaerno5": ("diffrax", "diffrax"),
 }
 FINISHED = "finished"
 
@@ -151,6 +157,12 @@ def tolerances(rtol, atol):
     return rtol, atol
 
 
-def missing(package, method):
-    """Return the error for an optional package that is not installed."""
+def absent():
+    """Return {method: package} of the peers that are not installed."""
+    return {method: package for method, (module, package) in PEERS.items() if not find_spec(module)}
+
+
+def missing(method):
+    """Return the error for the package of a peer that is not installed."""
+    package = PEERS[method][1]
     return MissingPackage(f"method {method!r} needs {package}, which is missing: pip install '{package}'")

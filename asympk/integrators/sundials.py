@@ -35,7 +35,7 @@ def _solver(method, piece, rtol, atol, limits, last):
     try:
         from sksundae.cvode import CVODE
     except ImportError as error:
-        raise missing("scikit-sundae", method) from error
+        raise missing(method) from error
 
     def rhs(t, w, dw):
         last[:] = last[0] + 1, t, w.tolist()

@@ -48,7 +48,7 @@ def _compiled(method, tracer, tol):
     try:
         import heyoka as hy
     except ImportError as error:
-        raise missing("heyoka", method) from error
+        raise missing(method) from error
     rhs, load, drive, count = tracer
     x, y, z = hy.make_vars("x", "y", "z")
     p = [hy.par[k] for k in range(count)]

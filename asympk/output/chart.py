@@ -7,9 +7,10 @@ from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
 
+from asympk.errors import MissingPackage
 from asympk.integrators import hybrid
 from asympk.integrators.collocation import reference
-from asympk.integrators.integrate import endpoints, follow
+from asympk.integrators.integrate import absent, endpoints, follow
 from asympk.methods import METHODS
 from asympk.output.tabular import Cell, Table, latex, text
 from asympk.path import Event
@@ -62,9 +63,11 @@ PARTS = ("work", "plane", "nonlinear")
 def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
     """Compute the rows of ``parts``, draw all figures, and return the files written, rows first.
 
-    ``quick`` computes fewer rows into ``out``/quick and leaves the kept ones alone. ``progress`` is called with one
-    line for each step.
+    ``quick`` computes fewer rows, of the peers that are there, into ``out``/quick and leaves the kept ones alone.
+    ``progress`` is called with one line for each step. Raises ``MissingPackage`` where the full run lacks a peer.
     """
+    if absent() and not quick:
+        raise MissingPackage(f"the full chart runs {', '.join(absent())} too: pip install {_quoted(absent())}")
     plan = QUICK if quick else FULL
     kept, tell = Path(out), progress or (lambda line: None)
     out = kept / "quick" if quick else kept
@@ -81,6 +84,10 @@ def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
         files += _store(out, "nonlinear-reference", found, story)
         files += _store(out, "nonlinear", nonlinear_rows(plan, found, tell), story)
     return files + draw(out, tell)
+
+
+def _quoted(packages):
+    return " ".join(f"'{package}'" for package in packages.values())
 
 
 def _store(out, name, rows, story):
@@ -110,7 +117,7 @@ def _models():
 
 
 def _integrators(plan):
-    for method in (*EXPLICIT, *IMPLICIT):
+    for method in (m for m in (*EXPLICIT, *IMPLICIT) if m not in absent()):
         steps = plan["steps"] * (COMPILED if method == "heyoka" else 1)
         yield method, {"method": method, "steps": steps, "seconds": plan["seconds"]}, plan["tolerances"]
 

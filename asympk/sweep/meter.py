@@ -2,19 +2,45 @@
 
 import time
 
+PAUSE = 30  # seconds between two lines of a log
 
-class Meter:
-    """Tell ``stream`` how far a job of ``total`` units is.
+
+class Steps:
+    """Tell ``stream`` in words what a job is at.
 
     On a terminal one line is rewritten, elsewhere a line is added now and then. The clock is monotonic, so that
     setting the time of day changes nothing.
     """
 
-    def __init__(self, total, stream, clock=time.monotonic):
-        self._total, self._known, self._done = total, 0, 0
+    def __init__(self, stream, clock=time.monotonic, pause=0.0):
         self._stream, self._clock = stream, clock
         self._live = stream.isatty()
-        self._begin = self._last = clock()
+        self._pause = pause if self._live else PAUSE
+        self._last, self._written = clock(), False
+
+    def tell(self, line):
+        """Write ``line``, unless the last one is too recent."""
+        now = self._clock()
+        if now - self._last >= self._pause:
+            self._last, self._written = now, True
+            self._stream.write(f"\r\033[K{line}" if self._live else f"{line}\n")
+            self._stream.flush()
+
+    def close(self):
+        """Clear the line on a terminal."""
+        if self._live and self._written:
+            self._stream.write("\r\033[K")
+            self._stream.flush()
+
+
+class Meter:
+    """Tell ``stream`` how far a job of ``total`` units is, as ``Steps`` does."""
+
+    def __init__(self, total, stream, clock=time.monotonic):
+        self._total, self._known, self._done = total, 0, 0
+        self._clock = clock
+        self._begin = clock()
+        self._steps = Steps(stream, clock, pause=0.2)
 
     def add(self, units, fresh=True):
         """Count ``units`` more as done; those that are not ``fresh`` were there before and tell nothing of the rate."""
@@ -22,19 +48,11 @@ class Meter:
         now = self._clock()
         if not fresh:
             self._known, self._begin = self._done, now
-        if now - self._last >= (0.2 if self._live else 30):
-            self._last = now
-            self._write(now)
+        self._steps.tell(self.line(now))
 
     def close(self):
-        """End the line on a terminal."""
-        if self._live and self._last > self._begin:
-            self._stream.write("\r\033[K")
-            self._stream.flush()
-
-    def _write(self, now):
-        self._stream.write(f"\r\033[K{self.line(now)}" if self._live else f"{self.line(now)}\n")
-        self._stream.flush()
+        """Clear the line on a terminal."""
+        self._steps.close()
 
     def line(self, now):
         """Return what there is to tell at the time ``now``."""
