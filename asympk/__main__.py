@@ -99,6 +99,9 @@ def _parser():
     solve.add_argument("--plot", metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     solve.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
     solve.add_argument("--digits", type=int, help="run on that many digits")
+    solve.add_argument("--order", type=int, help="order in mu, of the asymptotic models")
+    solve.add_argument("--rtol", type=float, help="relative tolerance, of the integrators")
+    solve.add_argument("--atol", type=float, help="absolute tolerance, of the integrators")
     solve.add_argument("--json", action="store_true")
 
     least = commands.add_parser("least", help="find the least model that a scene needs")
@@ -118,6 +121,7 @@ def _parser():
     certify = commands.add_parser("certify", help="prove what a scene does, in ball arithmetic")
     certify.set_defaults(run=_certify)
     certify.add_argument("scene", nargs="?", help="a scene that ships, or a TOML file")
+    _scene_arguments(certify, required=False)
     certify.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
                          help="let sigma, mu, sigma0, x, y, z or until vary; may be repeated")  # fmt: skip
     certify.add_argument("--pieces", type=int, default=64, help="cut the box into at most so many pieces (64)")
@@ -244,7 +248,8 @@ def _solve(options):
 
     found = _scene_file(options)
     units = _units(found) if options.physical else None
-    path = solve(found.scene, options.method, **({} if options.digits is None else {"digits": options.digits}))
+    given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
+    path = solve(found.scene, options.method, **{name: value for name, value in given.items() if value is not None})
     if units:
         from asympk.scenes.units import physical
 
@@ -254,7 +259,8 @@ def _solve(options):
         write_csv(options.csv, path, frame)
     if options.plot:
         plot(options.plot, path, frame)
-    print(path_as_json(path, options.digits) if options.json else path_as_text(path, frame.columns[:4]))
+    told = path_as_json(path, options.digits) if options.json else path_as_text(path, frame.columns[:4], options.digits)
+    print(told)
 
 
 def _units(found):
@@ -293,7 +299,8 @@ def _sweep(options):
 def _certify(options):
     from asympk.errors import InputError
 
-    if options.claims == (options.scene is not None) or (options.claims and options.box):
+    scene = (options.scene, options.sigma, options.mu, options.start, options.until, options.sigma0)
+    if options.claims and (options.box or any(given is not None for given in scene)):
         raise InputError("certify takes either a scene, with a --box or without, or --claims")
     if not (1 <= options.digits <= 300 and 1 <= options.pieces <= 100_000):
         raise InputError("--digits must be from 1 to 300, --pieces from 1 to 100000")
@@ -312,10 +319,9 @@ def _prove_claims():
 def _prove_scene(options):
     from asympk.certify import certify, cover
     from asympk.output.terminal import certificates_as_json, certificates_as_text
-    from asympk.scenes.scenefile import load
 
     box = {name: ends for name, *ends in options.box or ()}
-    scene = load(options.scene)
+    scene = _scene_file(options)
     found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
     return 0 if all(one.proven for one in found) else 1

@@ -92,7 +92,7 @@ BAD_LINES = [
     ("sweep good.toml --out o --workers 0", "workers = 0"),
     ("sweep good.toml --out o --workers two", "invalid int"),
     ("sweep good.toml --out o --workers 2 --dask tcp://x", "either"),
-    ("certify", "either a scene"),
+    ("certify", "a scene, or --sigma"),
     ("certify nonsense", "nearest"),
     ("certify backward --box mu 0 1", "above 0"),
     ("certify backward --box mu 1", "expected 3 arguments"),

@@ -45,6 +45,38 @@ def test_solve_with_digits_prints_strings_of_that_many_digits(capsys):
     assert len(final[0].lstrip("-0.")) == pytest.approx(40, abs=2)
 
 
+def test_solve_with_digits_prints_the_final_state_in_full(capsys):
+    _, out, _ = _run(capsys, *GOOD, "--digits", "40")
+    full = json.loads(_run(capsys, *GOOD, "--digits", "40", "--json")[1])["final"]
+    assert out.splitlines()[-3:] == [f"{axis} = {value}" for axis, value in zip("xyz", full, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("option", "method"), [("--rtol=1e-3", "exact"), ("--digits=30", "lsoda"), ("--order=1", "sign")]
+)
+def test_an_option_that_the_method_does_not_have_is_refused_with_those_it_has(capsys, option, method):
+    status, _, err = _run(capsys, *GOOD, "--method", method, option)
+    assert status == 2
+    assert err.startswith(f"asympk: method '{method}' has no option '{option[2:].partition('=')[0]}'; it has ")
+
+
+def test_tolerances_and_orders_reach_the_method(capsys):
+    finals = [
+        json.loads(_run(capsys, *GOOD, "--json", "--method", method, *option)[1])["final"][0]
+        for method, option in (("lsoda", ["--rtol", "1e-3"]), ("lsoda", ["--rtol", "1e-9"]),
+                               ("jump", ["--order", "0"]), ("jump", ["--order", "2"]), ("exact", []))
+    ]  # fmt: skip
+    loose, tight, zeroth, second = (abs(final - finals[-1]) for final in finals[:-1])
+    assert tight < loose
+    assert second < zeroth
+
+
+def test_a_scene_in_numbers_is_certified(capsys):
+    status, out, _ = _run(capsys, "certify", *GOOD[1:])
+    assert status == 0
+    assert "x = [0.20539040887" in out
+
+
 def test_negative_numbers_of_every_form_are_values(capsys):
     arguments = [*GOOD[:5], "--start", "-1/2", "-1e-3", "-.5", "--until", "1"]
     assert _run(capsys, *arguments)[0] == 0

@@ -65,13 +65,14 @@ class Leg(NamedTuple):
     samples: tuple = ()
 
 
-def run(scene, method, **options):
-    """Follow ``scene`` with a general-purpose integrator and return a ``Path``; ``options`` as in ``follow``.
+def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, events=1000):
+    """Follow ``scene`` with a general-purpose integrator and return a ``Path``; the options are those of ``follow``.
 
     ``path.info["status"]`` is "finished", or says what stopped the run and where; ``final`` is then the
     state there. Raises ``InputError`` for a tolerance out of range, ``MissingPackage`` for a peer not installed.
     """
     start, until = endpoints(scene)
+    options = {"rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, "events": events}
     return Path(scene, method, **follow(rod(scene), start, until, method, **options))
 
 

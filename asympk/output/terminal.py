@@ -27,14 +27,19 @@ def path_as_json(path, digits=None):
     return json.dumps(told, indent=2)
 
 
-def path_as_text(path, columns=("t", "x", "y", "z")):
-    """Return a path as a table of modes with the time and state at which each begins, and the final state."""
+def path_as_text(path, columns=("t", "x", "y", "z"), digits=None):
+    """Return a path as a table of modes with the time and state at which each begins, and the final state.
+
+    With ``digits`` the final state follows in full.
+    """
     scene = path.scene
     begins = [("start", 0, *scene.start), *path.events]
     lines = [f"{'  '.join(f'{name:>14}' for name in columns)}  event -> mode"]
     for (kind, *state), mode in zip(begins, path.modes, strict=True):
         lines.append(f"{_columns(state)}  {kind} -> {mode}")
     lines.append(f"{_columns((scene.until, *path.final))}  until ({path.model})")
+    if digits is not None:
+        lines += [f"{name} = {_plain(value, digits)}" for name, value in zip(columns[1:], path.final, strict=True)]
     return "\n".join(lines)
 
 
