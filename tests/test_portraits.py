@@ -9,6 +9,7 @@ from asympk.output import gallery
 from asympk.pictures import maps, portraits
 from asympk.pictures.figures import save
 from asympk.scene import Scene
+from asympk.studies.convergence import CASES
 from asympk.studies.least import LADDER
 
 PICTURES = {
@@ -18,8 +19,8 @@ PICTURES = {
     "regimes": maps.regime_map,
     "stick": lambda: maps.stick_over_static_friction(("1", "-17/10")),
     "convergence": lambda: maps.convergence(
-        [{"sigma": s, "order": n, "mu": mu, "error": mu * (1 + mu), "omitted": mu}
-         for s in ("1", "-1/2") for n in (0, 1) for mu in (1e-2, 1e-4, 1e-6)]),
+        [{"expansion": name, "sigma": s, "order": n, "mu": mu, "excess": mu}
+         for name in CASES for s in ("1", "-1/2") for n in (0, 1, 2) for mu in (1e-2, 1e-8, 1e-12)]),
     "collisions": lambda: maps.collisions(
         [{"mu": mu, "scaled_x": 10.0**i, "z": side * 10.0**j, "count": max(0, i + j)}
          for mu in (1e-3, 3.0) for i in range(-6, 7) for j in range(-6, 7) for side in (-1, 1)]),

@@ -8,11 +8,13 @@ import pytest
 
 from asympk.errors import InputError
 from asympk.output import regenerate
+from asympk.output.rowtables import tables_from_rows
+from asympk.output.tabular import latex, text
 from asympk.storage.files import write_text
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "paper" / "generated"
-FROM_ROWS = {"methods.tex", "methods.csv"}  # written by asympk paper, from the rows of the chart
+FROM_ROWS = {f"{name}.{end}" for name in ("methods", "convergence", "escape") for end in ("tex", "csv")}
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +42,15 @@ def test_no_committed_derivation_or_table_is_left_over(regenerated):
     for part in ("derivations", "tables"):
         kept = {path.name for path in (COMMITTED / part).iterdir()} - FROM_ROWS
         assert kept == {path.name for path in (out / part).iterdir()}
+
+
+def test_tables_of_what_was_computed_are_those_of_the_kept_rows():
+    made = tables_from_rows(ROOT)
+    assert {f"{name}.{end}" for name in made for end in ("tex", "csv")} == FROM_ROWS
+    for name, make in made.items():
+        table = make()
+        for end, dress in (("tex", latex), ("csv", text)):
+            assert (COMMITTED / "tables" / f"{name}.{end}").read_text(encoding="utf-8") == dress(table)
 
 
 def test_the_summary_tells_the_verdicts_and_the_corrections(regenerated):

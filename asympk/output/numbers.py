@@ -22,6 +22,7 @@ from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
 from asympk.studies import collisions, convergence, leastmap
+from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
 from asympk.studies.least import LADDER
 from asympk.symbolic.regimes import thresholds
@@ -171,18 +172,26 @@ def parameters():
         "collisionUntil": str(collisions.UNTIL),
         "convergenceUntil": str(convergence.UNTIL),
         "convergenceDigits": str(convergence.DIGITS),
+        "escapeX": rf"\ensuremath{{{escapes.START[0]}}}",
+        "escapeZ": rf"\ensuremath{{{escapes.START[1]}}}",
     }
 
 
 def of_convergence(rows):
-    """Return how far error / first omitted term is from 1 at the least mu, and the errors at sigma = 1."""
-    least = min(row["mu"] for row in rows)
-    at = next(row["mu"] for row in rows if row["mu"] == float(EXAMPLE_MU))
-    found = {"convergenceLeastMu": power(least)}
+    """Return how far error / first omitted term is from 1 at the least mu, from where on, and errors at sigma = 1."""
+    found = {"convergenceLeastMu": power(least := min(row["mu"] for row in rows))}
+    for order, name in ((0, "Zero"), (1, "One"), (2, "Two")):
+        away = [abs(row["excess"]) for row in rows if (row["order"], row["mu"]) == (order, least)]
+        found[f"ratioOrder{name}"] = power(max(away), 1)
+    here = [row for row in rows if (row["expansion"], row["sigma"]) == ("z < 0, s > 0", "1")]
+    at = next(row["mu"] for row in here if row["mu"] == float(EXAMPLE_MU))
     for order, name in ((0, "Zero"), (1, "One")):
-        away = [abs(r["error"] / r["omitted"] - 1) for r in rows if (r["order"], r["mu"]) == (order, least)]
-        (error,) = (r["error"] for r in rows if (r["order"], r["mu"], r["sigma"]) == (order, at, "1"))
-        found |= {f"ratioOrder{name}": power(max(away), 1), f"errorOrder{name}": power(error)}
+        errors = [abs(r["error"]) for r in here if (r["order"], r["mu"]) == (order, at) and r["quantity"] in "xz"]
+        found[f"errorOrder{name}"] = power(max(errors))
+    since = [(group[0]["expansion"] == "z > 0, s < -1/sigma", convergence.monotone_from(group))
+             for group in convergence.groups(rows)]  # fmt: skip
+    for beyond, name in ((False, "monotoneMu"), (True, "monotoneMuBeyond")):
+        found[name] = power(min(mu for which, mu in since if which is beyond))
     return found
 
 

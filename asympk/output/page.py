@@ -11,15 +11,14 @@ from pathlib import Path
 
 from asympk.errors import InputError
 from asympk.output import numbers
-from asympk.output.chart import method_table
 from asympk.output.gallery import pictures
 from asympk.output.mathml import mathml
 from asympk.output.regenerate import project
+from asympk.output.rowtables import tables_from_rows
 from asympk.output.tables import TABLES
 from asympk.output.tabular import as_cell
 from asympk.pictures.figures import save
 from asympk.storage.files import write_text
-from asympk.storage.rows import read_rows
 
 STYLE = """
 body { font: 1rem/1.5 Georgia, serif; max-width: 46rem; margin: 2rem auto; padding: 0 1rem; color: #111; }
@@ -55,7 +54,7 @@ def write_page(root, out, progress=None):
     reader = Reader(found, works((root / "paper" / "refs.bib").read_text(encoding="utf-8")))
     drawn = {picture.name: picture for picture in pictures(root)}
     made = {make.__name__.removesuffix("_table"): make for make in TABLES}
-    made["methods"] = lambda: method_table(read_rows(root / "paper" / "generated" / "rows" / "work.csv"))
+    made |= tables_from_rows(root)
     parts = []
     for kind, body in _FLOAT.findall(source):
         caption = reader.html(argument(body, "caption"))

@@ -9,17 +9,15 @@ from pathlib import Path
 
 from asympk.errors import InputError, UnknownName
 from asympk.output import numbers
-from asympk.output.chart import method_table
 from asympk.output.gallery import README, pictures
 from asympk.output.regenerate import project, write_tables
-from asympk.output.tabular import latex, text
 from asympk.pictures.figures import save
 from asympk.storage.files import write_text
-from asympk.storage.rows import read_rows
-from asympk.studies import collisions, convergence, leastmap
+from asympk.studies import collisions, convergence, divide, leastmap
 
 PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
-ROWS = {"convergence": convergence.write, "collisions": collisions.write, "least": leastmap.write}
+ROWS = {"convergence": convergence.write, "escape": divide.write, "collisions": collisions.write,
+        "least": leastmap.write}  # fmt: skip
 LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build", "main.tex")
 MOST_RUNS = 6
 
@@ -32,7 +30,6 @@ def build(root, progress=None):
     root, tell = project(root), progress or (lambda message: None)
     generated = root / "paper" / "generated"
     made = [*write_rows(generated / "rows", tell), *write_figures(root, tell), *write_tables(root)]
-    made += write_method_table(generated)
     tell("writing numbers")
     made.append(write_text(generated / "numbers.tex", numbers.as_latex(numbers.macros(root))))
     lines = [f"wrote {len(made)} files under {generated}"]
@@ -75,15 +72,6 @@ def write_figures(root, tell):
         kinds = ("pdf", "svg") if picture.name in README else ("pdf",)
         written += [save(figure, out / f"{picture.name}.{kind}") for kind in kinds]
     return written
-
-
-def write_method_table(generated):
-    """Write the chart's table of methods where its rows are; return the files."""
-    if not (generated / "rows" / "work.csv").is_file():
-        return []
-    table = method_table(read_rows(generated / "rows" / "work.csv"))
-    dresses = {".tex": latex, ".csv": text}
-    return [write_text(generated / "tables" / f"{table.name}{end}", dress(table)) for end, dress in dresses.items()]
 
 
 def typeset(paper):

@@ -68,13 +68,17 @@ def _symbolic(value):
 
 
 def write_tables(root):
-    """Write every table as LaTeX and CSV under paper/generated/tables; return the files written."""
+    """Write every table as LaTeX and CSV under paper/generated/tables; return the files written.
+
+    Tables of what was computed are made where the rows are kept.
+    """
+    from asympk.output.rowtables import tables_from_rows
     from asympk.output.tables import TABLES
     from asympk.output.tabular import latex, text
 
     out = project(root) / "paper" / "generated" / "tables"
     written = []
-    for make in TABLES:
+    for make in (*TABLES, *tables_from_rows(root).values()):
         table = make()
         written.append(write_text(out / f"{table.name}.tex", latex(table)))
         written.append(write_text(out / f"{table.name}.csv", text(table)))

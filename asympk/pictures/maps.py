@@ -128,19 +128,30 @@ LINES = {"-17/10": ("-", "v"), "-6/5": ("--", "D"), "-1/2": (":", "^"),
 
 
 def convergence(rows):
-    """Draw error / first omitted term - 1 of the jump map against mu, a panel per order, from convergence rows."""
-    orders = sorted({row["order"] for row in rows})
-    with plate(2.5, 1, len(orders), sharey=True) as (figure, axes):
-        for ax, order in zip(axes.flat, orders, strict=True):
-            for sigma, (dash, mark) in LINES.items():
-                chosen = [row for row in rows if (row["order"], row["sigma"]) == (order, sigma) and row["omitted"]]
-                ax.plot([row["mu"] for row in chosen], [abs(row["error"] / row["omitted"] - 1) for row in chosen],
-                        color=style.RED if sigma.startswith("-") else style.BLUE, ls=dash, marker=mark, ms=2.6,
-                        markerfacecolor="white", label=rf"$\sigma = {sigma}$")
-            ax.set(xscale="log", yscale="log", xlabel=r"$\mu$")
+    """Draw the largest |error / first omitted term - 1| of all quantities against mu, from convergence rows.
+
+    A line of panels for each expansion, a column for each order.
+    """
+    orders, expansions = sorted({row["order"] for row in rows}), list(dict.fromkeys(row["expansion"] for row in rows))
+    largest = {}
+    for row in rows:
+        key = tuple(row[name] for name in ("expansion", "order", "sigma", "mu"))
+        largest[key] = max(abs(row["excess"]), largest.get(key, 0))
+    with plate(0.85 * len(expansions) + 0.75, len(expansions), len(orders), sharex=True, sharey=True) as (figure, axes):
+        for line, expansion in zip(axes, expansions, strict=True):
+            for ax, order in zip(line, orders, strict=True):
+                for sigma, (dash, mark) in LINES.items():
+                    here = {key[3]: size for key, size in largest.items() if key[:3] == (expansion, order, sigma)}
+                    ax.plot(list(here), list(here.values()), color=style.RED if sigma.startswith("-") else style.BLUE,
+                            ls=dash, marker=mark, ms=2.2, markerfacecolor="white", markeredgewidth=0.5,
+                            label=rf"$\sigma = {sigma}$")
+                ax.set(xscale="log", yscale="log", xticks=[1e-12, 1e-8, 1e-4], yticks=[1e-10, 1e-5, 1])
+                ax.minorticks_off()
+            line[0].set_ylabel(expansion.replace("sigma", "σ").replace("Pi", "Π").replace("-", "−"))
+        for ax, order in zip(axes[0], orders, strict=True):
             ax.set_title(f"order {order}", pad=3)
-            ax.minorticks_off()
-        axes.flat[0].set_ylabel("|error / first omitted term − 1|")
+        for ax in axes[-1]:
+            ax.set_xlabel(r"$\mu$")
         figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
 

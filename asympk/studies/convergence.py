@@ -1,60 +1,118 @@
-r"""Convergence of the jump map: its error over the first omitted term, which must tend to 1 as mu -> 0.
+r"""Convergence of the expansions: their error over the first omitted term, which must tend to 1 as mu -> 0.
 
-From a start in z < 0 the composite of order n and the exact flow, both at many digits, are compared at the end of the
-run, in the larger of the errors of x and z; the first omitted term is what order n + 1 adds there.
+A composite of order n, or the slow flow, and the exact flow, both at many digits, are compared in x and z at the end of
+the run and in the times of the events. With e(n) the value of order n, the first omitted term is e(n+1) - e(n), and
+
+    error/(first omitted) - 1 = (second omitted)/(first omitted) + ...,
+
+a rational function of L = log(1/mu) times mu. It tends to 0 monotonically once mu is below the zeros of its numerator
+and its denominator as functions of L; where a zero lies within the range of mu, ``excess`` changes sign or
+peaks there, as ``expected`` does, and that is where the quotient is not monotone.
 """
 
 from dataclasses import dataclass
+from itertools import groupby, pairwise
 
-from asympk.errors import OutOfRange
 from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import provenance, write_rows
 
 SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
-MUS = tuple(f"1e-{k}" for k in range(1, 9))
-START, UNTIL = (0, "1/5", -1), 3
-ORDERS = (0, 1)
-DIGITS = 40
+MUS = tuple(f"1e-{k}" for k in range(2, 13))
+UNTIL = 3
+ORDERS = (0, 1, 2)
+DIGITS = 80
+KEPT = 6  # digits of a row
+
+
+@dataclass(frozen=True)
+class Case:
+    """An expansion: its model, a start within its domain, and the signs of sigma for which it exists."""
+
+    method: str
+    start: tuple
+    signs: tuple = (1, -1)
+
+    def exists(self, sigma):
+        """Tell whether the expansion exists for ``sigma``, a word."""
+        return (-1 if sigma.startswith("-") else 1) in self.signs
+
+
+CASES = {
+    "z < 0, s > 0": Case("jump", (0, "1/5", -1)),
+    "z < 0, s < 0": Case("jump", ("1/3", -1, "-3/2")),
+    "z > 0, s < -1/sigma": Case("jump", (0, -3, 1), (1,)),
+    "z > 0, s < 0": Case("jump", ("-1/2", "3/10", "3/4")),
+    "slow, Pi1": Case("slow", ("-1/2", 1, "3/4")),
+    "slow, Pi2": Case("slow", (0, "1/5", -1), (-1,)),
+}
 
 
 @dataclass(frozen=True)
 class Row:
-    """Error and first omitted term of one order at one sigma and mu; ``sigma`` is kept as a word, exact."""
+    """How far one quantity is off at one order, beside the first term that the order omits.
 
+    ``quantity`` is x, z, or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding,
+    and ``expected`` the second omitted term over the first. ``sigma`` is kept as a word, exact.
+    """
+
+    expansion: str
     sigma: str
     order: int
+    quantity: str
     mu: float
     error: float
     omitted: float
+    excess: float
+    expected: float
 
 
-def rows(sigmas=SIGMAS, mus=MUS, orders=ORDERS):
-    """Return the rows of every sigma, order and mu at which the expansion says that it holds."""
+def rows(cases=tuple(CASES), sigmas=SIGMAS, mus=MUS, orders=ORDERS):
+    """Return the rows by expansion, sigma, order and quantity, mu decreasing within."""
     found = []
-    for sigma in sigmas:
-        for mu in mus:
-            scene = Scene(sigma, mu, START, UNTIL)
-            truth = solve(scene, digits=DIGITS).final
-            found += [row for order in orders if (row := _row(scene, sigma, order, truth))]
+    for name in cases:
+        for sigma in filter(CASES[name].exists, sigmas):
+            here = [row for mu in mus for row in _rows(name, sigma, mu, orders)]
+            found += sorted(here, key=lambda row: (row.order, row.quantity, -row.mu))
     return found
 
 
 def write(out):
     """Compute all rows and write them to ``out``/convergence.csv; return the file."""
     path = out / "convergence.csv"
-    story = provenance(start=list(map(str, START)), until=UNTIL, digits=DIGITS, reference="exact flow")
-    write_rows(path, rows(), story)
+    starts = {name: list(map(str, case.start)) for name, case in CASES.items()}
+    write_rows(path, rows(), provenance(starts=starts, until=UNTIL, digits=DIGITS, kept=KEPT, reference="exact flow"))
     return path
 
 
-def _row(scene, sigma, order, truth):
-    try:
-        kept, finer = (solve(scene, "jump", order=n, digits=DIGITS).final for n in (order, order + 1))
-    except OutOfRange:
-        return None
-    return Row(sigma, order, float(scene.mu), _apart(kept, truth), _apart(kept, finer))
+def monotone_from(group):
+    """Return the largest mu from which on ``excess`` shrinks in modulus to the end, for rows of one quantity."""
+    sizes = [abs(row["excess"]) for row in group]
+    broken = [k + 1 for k, (before, after) in enumerate(pairwise(sizes)) if not after < before]
+    return group[broken[-1] if broken else 0]["mu"]
 
 
-def _apart(first, second):
-    return float(max(abs(a - b) for a, b in zip(first[::2], second[::2], strict=True)))
+def groups(rows):
+    """Yield the rows, as dictionaries, of one expansion, sigma, order and quantity after the other."""
+    names = ("expansion", "sigma", "order", "quantity")
+    for _, group in groupby(rows, key=lambda row: [row[name] for name in names]):
+        yield list(group)
+
+
+def _rows(name, sigma, mu, orders):
+    case = CASES[name]
+    scene = Scene(sigma, mu, case.start, UNTIL)
+    truth = _quantities(solve(scene, digits=DIGITS))
+    levels = sorted({n + k for n in orders for k in range(3)})
+    found = {n: _quantities(solve(scene, case.method, order=n, digits=DIGITS)) for n in levels}
+    for n in orders:
+        for quantity in found[n]:
+            now, next_, last = (found[n + k][quantity] for k in range(3))
+            error, omitted = truth[quantity] - now, next_ - now
+            numbers = (error, omitted, error / omitted - 1, (last - next_) / omitted)
+            yield Row(name, sigma, n, quantity, float(mu), *(float(f"{float(v):.{KEPT}g}") for v in numbers))
+
+
+def _quantities(path):
+    x, _, z = path.final
+    return {"x": x, "z": z, **{f"t{k}": event.t for k, event in enumerate(path.events, 1)}}

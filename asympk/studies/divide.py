@@ -25,12 +25,16 @@ from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series, series, solve
 from asympk.methods import solve as follow
 from asympk.scene import Scene, number
+from asympk.storage.rows import provenance, write_rows
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
 
 DEPTH = sp.Symbol("kappa", positive=True)
 TIME = sp.Symbol("T", positive=True)
 _HERE = (painleve_klein.sigma, painleve_klein.system().small, painleve_klein.x, painleve_klein.z)
+
+SIGMAS, MUS, START, DIGITS = ("1/2", "1", "3"), ("1e-3", "1e-6"), ("1/3", 1), 60
+OFFSETS = ("1e-2", "1e-12", "1e-400", "0", "-1e-12", "-1e-2")
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,18 @@ class Escape:
 def escapes(sigma, mu, x, z, offsets, digits=40):
     """Return an ``Escape`` for each offset (numbers or decimal strings) of a start ``(x, s_line(x) + offset, z)``."""
     return [_escape(sigma, mu, x, z, offset, digits) for offset in offsets]
+
+
+def rows(sigmas=SIGMAS, mus=MUS, offsets=OFFSETS):
+    """Return the escapes from (x, z) = START at ``offsets`` from the separatrix, for every sigma and mu."""
+    return [row for sigma in sigmas for mu in mus for row in escapes(sigma, mu, *START, offsets, DIGITS)]
+
+
+def write(out):
+    """Compute all rows and write them to ``out``/escape.csv; return the file."""
+    path = out / "escape.csv"
+    write_rows(path, rows(), provenance(start=list(map(str, START)), digits=DIGITS, reference="exact flow"))
+    return path
 
 
 def _escape(sigma, mu, x, z, offset, digits):

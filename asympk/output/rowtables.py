@@ -1,0 +1,101 @@
+"""The paper's tables of what was computed: pure functions of rows, made where the rows are kept."""
+
+from fractions import Fraction
+from itertools import groupby
+from pathlib import Path
+
+from asympk.output.chart import method_table
+from asympk.output.tabular import Cell, Table, words
+from asympk.storage.rows import read_rows
+from asympk.studies.convergence import groups, monotone_from
+from asympk.studies.divide import MUS, OFFSETS
+
+SHOWN = (1e-4, 1e-8, 1e-12)
+
+
+def tables_from_rows(root):
+    """Return the tables that can be made in the checkout ``root``, name -> thunk."""
+    kept = Path(root) / "paper" / "generated" / "rows"
+    made = {"methods": ("work", method_table), "convergence": ("convergence", convergence_table),
+            "escape": ("escape", escape_table)}  # fmt: skip
+    files = {name: (kept / f"{stem}.csv", make) for name, (stem, make) in made.items()}
+    return {name: lambda file=file, make=make: make(read_rows(file))
+            for name, (file, make) in files.items() if file.is_file()}  # fmt: skip
+
+
+def convergence_table(rows):
+    r"""For every expansion, sigma and order the largest |error/(first omitted term) - 1| at some mu.
+
+    The largest is over x, z and the times of the events; with it the mu from which on all of them are monotone.
+    """
+    orders = sorted({row["order"] for row in rows})
+    found = {}
+    for group in groups(rows):
+        key = group[0]["expansion"], group[0]["sigma"]
+        found.setdefault(key, {n: [] for n in orders})[group[0]["order"]].append(group)
+    body, last = [], None
+    for (expansion, sigma), by_order in found.items():
+        cells = [cell for n in orders for cell in _closeness(by_order[n])]
+        body.append((words(expansion if expansion != last else ""), _ratio(sigma), *cells))
+        last = expansion
+    header = ("expansion", r"$\sigma$")
+    for n in orders:
+        header += (*(f"{f'{n}: ' if mu == SHOWN[0] else ''}${_scale(mu)}$" for mu in SHOWN), "from")
+    return Table("convergence", "ll" + "lllr" * len(orders), header, tuple(body))
+
+
+def _closeness(several):
+    """Return the largest excess at each mu that is shown, and the mu from which on all shrink."""
+    sizes = {mu: max(abs(row["excess"]) for group in several for row in group if row["mu"] == mu) for mu in SHOWN}
+    since = min(map(monotone_from, several))
+    return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${_scale(since)}$", f"{since:.0e}".replace("e-0", "e-"))]
+
+
+def escape_table(rows):
+    """How long starts near the divide stay, and which of the rigid motions they take, for one mu beside the other."""
+    body, last = [], None
+    for sigma, several in groupby(rows, key=lambda row: row["sigma"]):
+        several = list(several)
+        for offset in OFFSETS:
+            by_mu = {row["mu"]: row for row in several if row["offset"] == offset}
+            cells = [cell for mu in MUS for cell in _escape(by_mu[float(mu)])]
+            body.append((_ratio(str(Fraction(sigma))) if sigma != last else "", _power(offset), *cells))
+            last = sigma
+    header = (r"$\sigma$", r"$\delta$")
+    for mu in MUS:
+        header += (rf"$T$ at $\mu={_scale(float(mu))}$", "quotient", "motion")
+    return Table("escape", "ll" + "lll" * len(MUS), header, tuple(body))
+
+
+def _escape(row):
+    quotient = "--" if row["ratio"] is None else f"{row['ratio']:.6f}"
+    return _power(row["time"], 5), quotient, row["motion"]
+
+
+def _ratio(word):
+    return Cell(f"${word}$", word)
+
+
+def _scale(mu):
+    return f"10^{{{_parts(mu, 1)[1]}}}"
+
+
+def _short(value):
+    """Make a cell of a number to one digit that is narrow in print: 2e-12."""
+    mantissa, exponent = _parts(value, 1)
+    return Cell(f"{mantissa}e${exponent}$", f"{mantissa}e{exponent}")
+
+
+def _power(value, digits=1):
+    """Make a cell of a number, or of the decimal that a word spells, as m x 10^k."""
+    mantissa, exponent = _parts(value, digits)
+    front = {"1": "", "-1": "-"}.get(mantissa, rf"{mantissa}\times ")
+    if not exponent:
+        return Cell(f"${mantissa}$", mantissa)
+    return Cell(f"${front}10^{{{exponent}}}$", f"{mantissa}e{exponent}")
+
+
+def _parts(value, digits):
+    """Return the mantissa, a word, and the exponent, a whole number."""
+    mantissa, _, exponent = (value if isinstance(value, str) else f"{value:.{digits - 1}e}").partition("e")
+    return mantissa, int(exponent or 0)
