@@ -1,5 +1,6 @@
 """Figures: rows in, a matplotlib ``Figure`` out; nothing is computed anew, and nothing is saved but by ``save``."""
 
+from bisect import bisect
 from contextlib import contextmanager
 from itertools import groupby
 from math import log10
@@ -20,7 +21,8 @@ OUTCOMES = {
 LIMITS = ("step", "time", "limit")
 REFUSED = 0.5  # where a model that refuses at once stands on the axis of cost
 SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
-NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 5.6, 74, 0.093, 0.125  # points, characters, inches, inches
+NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 6.0, 76, 0.1, 0.125  # points, characters, inches, inches
+GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; how near marks touch, in parts of the axes
 
 
 def save(figure, path):
@@ -87,15 +89,20 @@ def work_precision(rows, scene, mus, note=""):
 
 def _precision_panel(ax, rows, methods):
     ax.set(xscale="log", yscale="log", xlim=(1e-18, 1e5))
-    for left, right, grey, words in ((0.1, 10, "0.95", "wrong"), (10, 1e5, "0.89", "no end")):
+    for left, right, grey, words, height, end in (
+            (0.1, 10, "0.95", "wrong", 0.97, "top"), (10, 1e5, "0.89", "no end", 0.2, "bottom")):
         ax.axvspan(left, right, color=grey, lw=0)
-        ax.text((left * right) ** 0.5, 1.3, words, rotation=90, ha="center", va="bottom", fontsize=6)
+        ax.text((left * right) ** 0.5, height, words, rotation=90, ha="center", va=end, fontsize=6,
+                transform=ax.get_xaxis_transform())
     ax.set_xticks([1e-15, 1e-10, 1e-5])
     ax.minorticks_off()
+    glyphs = []
     for method in methods:
         good = sorted((r for r in rows if r["method"] == method and r["final_error"] is not None),
                       key=lambda r: -(r["rtol"] or 0))  # fmt: skip
-        ax.plot([max(r["final_error"], 1e-17) for r in good], [r["ratio"] for r in good], **style.line(method))
+        places = [(max(r["final_error"], 1e-17), r["ratio"]) for r in good]
+        glyphs += _drawn_or_glyphs(ax, method, places, style.line(method))
+    _side_by_side(ax, glyphs)
     lost = [r for r in rows if r["final_error"] is None]
     for some in ([r for r in lost if r["ratio"]], [r for r in lost if not r["ratio"]]):
         names = [m for m in methods if any(r["method"] == m for r in some)]
@@ -135,15 +142,52 @@ def _cost_panel(ax, rows, methods, accuracy):
     ax.set_yticks([10.0**k for k in range(int(log10(top)) + 1)])
     ax.annotate("not reached", (1, 1), (-2, -2), xycoords="axes fraction", textcoords="offset points", fontsize=6,
                 rotation=90, ha="right", va="top")
+    glyphs = []
     for method in methods:
         looks = style.line(method)
         reached = [(mu, cost) for mu, cost in curves[method].items() if cost]
         looks["linestyle"] = "-" if method == "exact" else looks["linestyle"]
-        ax.plot([mu for mu, _ in reached], [cost for _, cost in reached], **looks)
+        glyphs += _drawn_or_glyphs(ax, method, reached, looks)
         if method in lost:
             missed = [mu for mu, cost in curves[method].items() if not cost]
             level = top * SPACING ** (lost.index(method) + 0.5)
             ax.plot(missed, [level] * len(missed), **{**looks, "linestyle": "none", "label": None})
+    _side_by_side(ax, glyphs)
+
+
+def _drawn_or_glyphs(ax, method, places, looks):
+    """Draw the curve of ``method`` through ``places``; return those of a model instead, as (x, y, looks) each."""
+    if method not in style.MODELS or method == "exact":
+        ax.plot([x for x, _ in places], [y for _, y in places], **looks)
+        return []
+    ax.plot([], [], **looks)
+    return [(x, y, {**looks, "label": None}) for x, y in places]
+
+
+def _side_by_side(ax, glyphs, begin=None):
+    """Draw the marks of models, those that would lie on one another beside one another; both axes are logarithmic.
+
+    A group is centred at its place, or stands ``begin`` marks to the right of it.
+    """
+    from matplotlib.patheffects import withStroke
+    from matplotlib.transforms import ScaledTranslation
+
+    halo = [withStroke(linewidth=1.2, foreground="white")]
+    scale = [log10(high / low) for low, high in (sorted(ax.get_xlim()), sorted(ax.get_ylim()))]
+    groups = []
+    for glyph in sorted(glyphs, key=lambda glyph: glyph[:1]):
+        near = [group for group in groups if any(_touch(glyph, other, scale) for other in group)]
+        groups = [group for group in groups if group not in near] + [[g for group in near for g in group] + [glyph]]
+    for group in groups:
+        for k, (x, y, looks) in enumerate(group):
+            aside = k - (len(group) - 1) / 2 if begin is None else k + begin
+            shift = ScaledTranslation(aside * GLYPH / 72, 0, ax.figure.dpi_scale_trans)
+            ax.plot([x], [y], transform=ax.transData + shift, path_effects=halo, **looks)
+
+
+def _touch(one, other, scale):
+    return all(abs(log10(a / b)) < near * span
+               for a, b, near, span in zip(one[:2], other[:2], NEAR, scale, strict=True))
 
 
 def cheapest(rows, accuracy):
@@ -181,18 +225,21 @@ def _model_panel(ax, rows):
     """Error against mu of the models that are linear in the angle, for every kappa; one integrator beside them."""
     ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="error of the final state")
     ax.minorticks_off()
+    glyphs = []
     for kappa in sorted({row["kappa"] for row in rows}):
         here = [row for row in rows if row["kappa"] == kappa and row["final_error"] is not None]
         exact = sorted((row["mu"], row["final_error"]) for row in here if row["method"] == "exact")
         ax.plot(*zip(*exact, strict=True), **{**style.line("exact"), "linestyle": "-", "linewidth": 0.6})
-        ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5, 0), textcoords="offset points", fontsize=6, va="center")
+        ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5 + 4 * GLYPH * (kappa == 1), 0), textcoords="offset points",
+                    fontsize=6, va="center")  # fmt: skip
         for method in (*style.MODELS, "lsoda", "kvaerno5") if kappa == 1 else ():
             found = [row for row in here if row["method"] == method and (row["rtol"] or 1e-5) == 1e-5]
             if found and method != "exact":
                 points = sorted((row["mu"], row["final_error"]) for row in found)
-                ax.plot(*zip(*points, strict=True), **style.line(method))
+                glyphs += _drawn_or_glyphs(ax, method, points, style.line(method))
     low, high = ax.get_xlim()
-    ax.set_xlim(high, low / 6)
+    ax.set_xlim(high, low / 50)
+    _side_by_side(ax, glyphs, begin=1.4)  # the stars of the exact flow are where they are
 
 
 def failure_map(rows, scene, note=""):
@@ -244,7 +291,10 @@ def _map_panel(ax, rows, along, places):
         if not values:
             axis.set_ticks([])
             continue
-        axis.set_ticks([0, len(values) - 1], [f"${power(values[k])}$" for k in (0, -1)])
+        ticks = {0: f"${power(values[0])}$", len(values) - 1: f"${power(values[-1])}$"}
+        if values[0] < 0 < values[-1]:
+            ticks[bisect(values, 0) - 0.5] = "0"
+        axis.set_ticks([*ticks], [*ticks.values()])
 
 
 def _outcome_handle(key):
