@@ -10,7 +10,7 @@ Each arrow is a module that imports only from its left; nothing is loaded until 
 ('slip_opposite', 'stick', 'slip_same')
 
 One motion      Scene, read_scene (TOML, or a scene that ships), solve (method=, digits=), Path, Event
-Many motions    solve_many for arrays; asympk.sweep for more than memory holds
+Many motions    solve_many (method=) for arrays; asympk.sweep for more than memory holds
 Proofs          asympk.certify encloses the exact flow in balls; claims() is the ledger of the paper's claims
 The system      systems.painleve_klein.system(), or System.smooth and System.with_friction for another
 Its geometry    slow_manifolds, slow_manifold, eigenvalues, stick_regions, jump_map
@@ -42,7 +42,7 @@ _HOME = {
     "Path": "path",
     "Event": "path",
     "solve": "methods",
-    "solve_many": "arrays.ensemble",
+    "solve_many": "methods",
     "least_model": "studies.least",
     "atlas": "studies.least",
     "claims": "ledger",

@@ -1,4 +1,4 @@
-"""The door to every model: ``solve(scene, method=...)`` looks the method up and loads its module only then."""
+"""The doors to every model: ``solve`` and ``solve_many`` look the method up and load its module only then."""
 
 from functools import cache
 from importlib import import_module
@@ -23,6 +23,13 @@ METHODS = {
     "tanh": "integrators.tanh",
     "moreau": "integrators.moreau",
 }
+# method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
+FOR_ARRAYS = {
+    "exact": "arrays.ensemble",
+    "rigid": "asymptotics.finals",
+    "slow": "asymptotics.finals",
+    "jump": "asymptotics.finals",
+}
 
 
 def solve(scene, method="exact", **options):
@@ -33,15 +40,33 @@ def solve(scene, method="exact", **options):
     """
     if method not in METHODS:
         raise UnknownName(f"method {method!r} is unknown; choose one of {', '.join(METHODS)}")
-    run = _runner(METHODS[method])
+    run = _found(METHODS[method], "run")
     if options:
         _require_known(method, run, options)
     return run(scene, method, **options)
 
 
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options):
+    """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
+
+    ``method="exact"`` returns an ``Ensemble`` with ``final`` (3, ...), ``n_events`` and ``events()``; its options are
+    ``events=True``, to keep the events, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
+    ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
+    where a model refuses and both are inf, ``reason``, an index of ``reasons``. Raises ``UnknownName``, ``InputError``;
+    ``"exact"`` also ``TooManyEvents`` and ``TooLarge``, the models ``OrderError``.
+    """
+    if method not in FOR_ARRAYS:
+        raise UnknownName(f"method {method!r} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
+                          "or solve scene by scene")  # fmt: skip
+    run = _found(FOR_ARRAYS[method], "solve_many")
+    if options:
+        _require_known(method, run, options)
+    return run(sigma, mu, x, y, z, until, sigma0, method, **options)
+
+
 @cache
-def _runner(module):
-    return import_module(f"asympk.{module}").run
+def _found(module, name):
+    return getattr(import_module(f"asympk.{module}"), name)
 
 
 def _require_known(method, run, options):

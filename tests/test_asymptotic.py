@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import asympk as ap
-from asympk.asymptotics.finals import finals
-from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
+from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions, UnknownName
 
 MUS = [f"1e-{k}" for k in (2, 3, 4, 6, 8, 10, 12)]
 SIGMAS = ["-17/10", "-6/5", "-1/2", "1/2", "1", "3"]
@@ -297,35 +296,67 @@ def test_slow_flow_predicts_how_far_the_first_layer_still_is_from_it():
 # arrays and numbers
 
 
-@pytest.mark.parametrize(("method", "order"), [("jump", 1), ("slow", 0), ("rigid", 0)])
-def test_arrays_agree_with_single_scenes(method, order):
-    scenes = [*random_scenes(60, False), *random_scenes(60, True)]
-    columns = np.array([(s.sigma, s.mu, *s.start, s.until, s.sigma0) for s in scenes]).T
-    found = finals(*columns[:6], method, order, sigma0=columns[6])
-    for k, scene in enumerate(scenes):
-        try:
-            path = ap.solve(scene, method, order=order)
-        except (OutOfRange, NoManifold, NoMotion, TwoMotions):
-            assert found.reason[k] >= 0
-            assert found.error[k] == np.inf
+def _path_or_refusal(scene, method, order):
+    try:
+        return ap.solve(scene, method, order=order), None
+    except (OutOfRange, NoManifold, NoMotion, TwoMotions) as refusal:
+        return None, type(refusal).__name__
+
+
+@pytest.mark.parametrize(("method", "order"), [("jump", 0), ("jump", 1), ("jump", 3), ("slow", 0), ("rigid", 0)])
+def test_arrays_agree_with_single_scenes_in_states_errors_and_refusals(method, order):
+    listed = [*random_scenes(60, False), *random_scenes(60, True)]
+    listed += [ap.Scene(s, 1e-3, start, 1) for s in (0, 1, -1.5, -1) for start in ((0, -1, 1), (0, 0, 0), (1, 2, -1))]
+    columns = np.array([(s.sigma, s.mu, *s.start, s.until, s.sigma0) for s in listed], dtype=float).T
+    found = ap.solve_many(*columns, method=method, order=order)
+    refused = 0
+    for k, scene in enumerate(listed):
+        path, refusal = _path_or_refusal(scene, method, order)
+        if refusal:
+            refused += 1
+            assert found.reasons[found.reason[k]].startswith(f"{refusal}: ")
+            assert np.isinf([found.error[k], *found.final[:, k]]).all()
             continue
         assert found.reason[k] == -1
         assert relative(found.final[:, k], path.final) < 1e-9 * path.error + 1e-13
         assert found.error[k] == pytest.approx(path.error, rel=0.1, abs=1e-13)
+    assert 10 < refused < len(listed) - 10
 
 
-def test_arrays_broadcast_and_every_refusal_has_its_words():
-    found = finals(1.0, np.array([[1e-3], [1e-6]]), 0.0, 0.2, np.array([-1, -0.5, -1e-7]), 1.0)
+def test_arrays_broadcast_and_every_refusal_has_its_words_in_one_line():
+    found = ap.solve_many(1.0, np.array([[1e-3], [1e-6]]), 0, "1/5", np.array([-1, -0.5, -1e-7]), 1.0, method="jump")
+    assert found.model == "jump"
     assert found.final.shape == (3, 2, 3)
     assert found.error.shape == found.reason.shape == (2, 3)
     assert (found.reason[:, 2] >= 0).all()
     assert (found.error[1, :2] < found.error[0, :2] / 1e4).all()
-    assert all(found.reasons)
+    assert all(words and "\n" not in words for words in found.reasons)
+    divide = ap.solve_many(1.0, 1e-3, 0.0, -1.0, np.ones(3000), 1.0, method="jump")
+    assert divide.reasons == ("OutOfRange: the start lies on the repelling manifold of slip_opposite, whose sides "
+                              "differ",)
 
 
-def test_not_a_number_in_an_array_is_refused():
-    with pytest.raises(InputError, match="finite"):
-        finals(1.0, 1e-3, np.array([0, np.nan]), 0.2, -1.0, 1.0)
+@pytest.mark.parametrize("method", ["jump", "slow", "rigid"])
+def test_no_scene_and_many_scenes_are_as_good_as_one(method):
+    assert ap.solve_many(1, 1e-3, 0, np.zeros((0, 4)), 1, 5, method=method).final.shape == (3, 0, 4)
+    many = ap.solve_many(-0.5, 1e-4, np.linspace(0, 1, 70000), 0.2, -1.0, 2, method="jump")
+    few = ap.solve_many(-0.5, 1e-4, np.linspace(0, 1, 70000)[::9999], 0.2, -1.0, 2, method="jump")
+    assert np.array_equal(many.final[:, ::9999], few.final)
+
+
+def test_bad_arguments_of_arrays_are_refused_by_name():
+    with pytest.raises(InputError, match=r"x\[1\] = nan: it must be a finite number"):
+        ap.solve_many(1.0, 1e-3, np.array([0, np.nan]), 0.2, -1.0, 1.0, method="jump")
+    with pytest.raises(InputError, match="mu = -1"):
+        ap.solve_many(1.0, -1, 0, 0.2, -1.0, 1.0, method="slow")
+    with pytest.raises(InputError, match="it must be at least sigma"):
+        ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, 0.5, "jump")
+    with pytest.raises(InputError, match="method 'exact' has no option 'order'; it has events, progress"):
+        ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, order=1)
+    with pytest.raises(OrderError, match="known to the orders"):
+        ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, method="jump", order=7)
+    with pytest.raises(UnknownName, match="'radau' does not follow arrays; choose one of exact, rigid, slow, jump"):
+        ap.solve_many(1.0, 1e-3, 0, 0.2, -1.0, 1.0, method="radau")
 
 
 def test_dense_output_has_the_shape_of_the_times_and_ends_in_the_final_state():

@@ -9,6 +9,13 @@ from asympk.errors import InputError
 from asympk.scene import number
 
 LARGEST = 2.0**1023
+ANY = (None, "")
+LIMITS = {
+    "sigma": (lambda v: v > -2, "greater than -2"),
+    "mu": (lambda v: v > 0, "positive"),
+    "until": (lambda v: v >= 0, "zero or positive"),
+    "sigma0": ANY,
+}
 
 
 @dataclass(frozen=True)
@@ -35,6 +42,17 @@ class Column:
             size = len(range(*which.indices(_size(self.shape)))) if isinstance(which, slice) else len(which)
             return np.full(size, found)
         return found
+
+
+def scenes(sigma, mu, x, y, z, until, sigma0=None):
+    """Return (shape, {name: Column}) of many scenes; the states are not looked at. Raises ``InputError``."""
+    given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
+    shape, found = columns(LIMITS, **given, **({} if sigma0 is None else {"sigma0": sigma0}))
+    if sigma0 is None:
+        found["sigma0"] = found["sigma"]
+    else:
+        require_order("sigma0", found["sigma0"], "sigma", found["sigma"])
+    return shape, found
 
 
 def columns(limits, **arguments):

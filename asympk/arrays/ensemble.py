@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.arrays import careful, courses
-from asympk.arrays.columns import columns, require, require_order
+from asympk.arrays.columns import require, scenes
 from asympk.arrays.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents
 from asympk.flow import exact
@@ -25,13 +25,6 @@ from asympk.scene import Scene
 CHUNK = 131072
 BATCH = 16384
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
-ANY = (None, "")
-LIMITS = {
-    "sigma": (lambda v: v > -2, "greater than -2"),
-    "mu": (lambda v: v > 0, "positive"),
-    "until": (lambda v: v >= 0, "zero or positive"),
-    "sigma0": ANY,
-}
 
 
 class Events(NamedTuple):
@@ -70,22 +63,14 @@ class Ensemble:
         return again._events
 
 
-def solve_many(sigma, mu, x, y, z, until, sigma0=None, *, events=False, progress=None):
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None):
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not
     copied. ``progress(done, total)`` is called after each chunk. Raises ``InputError``, ``TooManyEvents`` and
     ``TooLarge``.
     """
-    given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
-    if sigma0 is not None:
-        given["sigma0"] = sigma0
-    shape, job = columns(LIMITS, **given)
-    if sigma0 is None:
-        job["sigma0"] = job["sigma"]
-    else:
-        require_order("sigma0", job["sigma0"], "sigma", job["sigma"])
-    return _follow((shape, job), events, progress)
+    return _follow(scenes(sigma, mu, x, y, z, until, sigma0), events, progress)
 
 
 def _follow(job, keep, progress):

@@ -7,45 +7,53 @@ its first member and setting aside those that answer otherwise.
 from dataclasses import dataclass
 from typing import Any
 
+from asympk.arrays.columns import require, scenes
 from asympk.asymptotics import composite
 from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
-from asympk.errors import AsympkError, InputError
+from asympk.errors import AsympkError, OutOfRange
 
 CHUNK = 1 << 15
+ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
 
 
 @dataclass(frozen=True)
 class Finals:
-    """``final`` (3, ...) and its expected ``error``; inf where ``reason``, an index of ``reasons``, is not -1."""
+    """States at the end and the error to expect of them, relative to the largest of 1, |x|, |z|.
 
+    ``final`` has the shape (3, ...), ``error`` and ``reason`` the broadcast shape (...). Where the model refuses,
+    ``final`` and ``error`` are inf and ``reason`` is an index of ``reasons``, the words; elsewhere it is -1.
+    """
+
+    model: str
     final: Any
     error: Any
     reason: Any
     reasons: tuple[str, ...]
 
 
-def finals(sigma, mu, x, y, z, until, method="jump", order=None, sigma0=None):
-    """Return the states at ``until`` for arrays that broadcast, by ``"jump"``, ``"slow"`` or ``"rigid"``."""
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="jump", *, order=None):
+    """Return the ``Finals`` of ``"jump"``, ``"slow"`` or ``"rigid"`` at ``until`` for arguments that broadcast.
+
+    Raises ``InputError`` and ``OrderError``; what ``solve`` would raise for one scene is told by its ``reason``.
+    """
     import numpy as np
 
     order = checked_order(method, order)
-    given = [np.asarray(v, dtype=float) for v in (sigma, sigma if sigma0 is None else sigma0, mu, x, y, z, until)]
-    if not all(np.isfinite(v).all() for v in given):
-        raise InputError("sigma, sigma0, mu, x, y, z, until: they must be finite")
-    given = np.broadcast_arrays(*given)
-    shape, flat = given[0].shape, [v.ravel() for v in given]
-    final, error = np.full((3, flat[0].size), np.inf), np.full(flat[0].size, np.inf)
-    reason, reasons = np.full(flat[0].size, -1), {}
+    shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
+    for name in "xyz":
+        require(name, job[name].values)
+    size = int(np.prod(shape))
+    final, error = np.full((3, size), np.inf), np.full(size, np.inf)
+    reason, reasons = np.full(size, -1), {}
     with np.errstate(all="ignore"):
-        for start in range(0, flat[0].size, CHUNK):
-            part = slice(start, start + CHUNK)
-            for members, course in _groups(method, *(v[part] for v in flat)):
-                at = start + members
-                results = (None, None, [(np.zeros(at.size, bool), course)])
+        for start in range(0, size, CHUNK):
+            flat = [job[name].array(slice(start, min(start + CHUNK, size))) for name in ORDER]
+            for members, course in _groups(method, *flat):
+                results = (None, None, [(np.zeros(members.size, bool), course)])
                 if not isinstance(course, str):
-                    results = _follow(course, order, method == "jump", *(v[at] for v in flat))
-                _store(at, results, final, error, reason, reasons)
-    return Finals(final.reshape(3, *shape), error.reshape(shape), reason.reshape(shape), tuple(reasons))
+                    results = _follow(course, order, method == "jump", *(v[members] for v in flat))
+                _store(start + members, results, final, error, reason, reasons)
+    return Finals(method, final.reshape(3, *shape), error.reshape(shape), reason.reshape(shape), tuple(reasons))
 
 
 def _groups(method, sigma, sigma0, mu, x, y, z, until):
@@ -74,7 +82,8 @@ def _follow(course, order, layers, sigma, sigma0, mu, x, y, z, until):
     m = arrays()
     found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
     motion, error = composite.chosen(found, layers, until, m)
-    return m.pick(motion, until, m), error, composite.checks(course, found, error, until, m)
+    checks = composite.checks(course, found, error, until, m)
+    return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in checks)
 
 
 def _store(at, results, final, error, reason, reasons):

@@ -88,7 +88,8 @@ def _slip(line, load, side, sign):
         return Step(mode, side, "force_zero", "load"), 0 * p, 0
     away = sign(p + q * load)
     if away == 0:
-        raise OutOfRange(f"the start lies on the repelling manifold of {mode}, s = {line.rest(mode)}: the sides differ")
+        raise OutOfRange(f"the start lies on the repelling manifold of {mode}, whose sides differ "
+                         f"(s = {line.rest(mode)})")
     if away != of_load:
         return Step(mode, side, "force_zero", "load"), 0 * p, 0
     if sign(line.rate[mode][1]) * away != -side:
