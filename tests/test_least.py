@@ -83,14 +83,23 @@ def test_the_table_marks_the_chosen_rung_and_the_json_has_every_rung():
     assert told["rungs"][-1]["cost"] == 1
 
 
-def test_the_atlas_is_the_least_model_place_by_place():
-    z = np.array([[-1.0], [1.0]])
-    sigma = np.array([-1.0, 1.0, 2.0])
-    found = atlas(sigma, 1e-4, 0.0, 0.2, z, 2.0)
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6])
+def test_the_atlas_is_the_least_model_place_by_place(rtol):
+    z = np.concatenate([-np.logspace(-3, 1, 5), [0], np.logspace(-3, 1, 5)])
+    sigma, mu = np.array([-1.7, -0.5, 0, 0.5, 3]), np.logspace(-7.9, -0.9, 4)
+    found = atlas(sigma[:, None, None], mu[:, None], 0.0, 0.2, z, 2.0, rtol)
     names = list(LADDER)
-    for place in np.ndindex(found.shape):
-        scene = Scene(sigma[place[1]], 1e-4, (0.0, 0.2, z[place[0], 0]), 2.0)
-        assert names[found[place]] == lowest(predictions(scene), 1e-3).model
+    for i, j, k in np.ndindex(found.shape):
+        scene = Scene(sigma[i], mu[j], (0.0, 0.2, z[k]), 2.0)
+        assert names[found[i, j, k]] == lowest(predictions(scene), rtol).model
+    assert len(np.unique(found)) == len(LADDER)
+
+
+def test_the_atlas_takes_static_friction_and_decimals_as_words():
+    found = atlas("1/2", "1e-4", 0, "1/5", [-1, 1], 2, sigma0=[["1/2"], ["3"]])
+    assert found.tolist() == [[list(LADDER).index("jump-0"), list(LADDER).index("slow")]] * 2
+    with pytest.raises(InputError, match="mu"):
+        atlas(1, [-1e-3, 1e-3], 0, 0.2, -1, 1)
 
 
 def test_the_atlas_tells_its_progress():

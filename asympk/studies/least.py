@@ -8,8 +8,7 @@ from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 
 from asympk.errors import AsympkError, InputError
-from asympk.methods import solve
-from asympk.scene import Scene
+from asympk.methods import solve, solve_many
 
 LADDER = {
     "rigid": ("rigid", {}),
@@ -80,27 +79,22 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
     """Map the least model over parameters and starts that broadcast: an array of rung numbers, 0 for ``"rigid"``.
 
     Plane by plane: give two of the arguments as ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the
-    share done. The names of the rungs are the keys of ``LADDER``, in order.
+    share of the ladder that is climbed. The names of the rungs are the keys of ``LADDER``, in order.
     """
     import numpy as np
 
     rtol = _tolerance(rtol)
-    sigma0 = sigma if sigma0 is None else sigma0
-    sigma, mu, x, y, z, until, static = np.broadcast_arrays(sigma, mu, x, y, z, until, sigma0)
-    found = np.empty(sigma.shape, dtype=np.int8)
-    names = list(LADDER)
-    for done, place in enumerate(np.ndindex(sigma.shape)):
-        start = (x[place].item(), y[place].item(), z[place].item())
-        scene = Scene(sigma[place].item(), mu[place].item(), start, until[place].item(), static[place].item())
-        found[place] = names.index(_lowest_name(scene, rtol))
-        if progress and done % 100 == 0:
-            progress(done / found.size)
-    return found
-
-
-def _lowest_name(scene, rtol):
-    """Climb only as far as needed."""
-    return next(name for name in LADDER if (p := _predicted(name, scene).predicted) is not None and p < rtol)
+    given = np.broadcast_arrays(sigma, mu, x, y, z, until, sigma if sigma0 is None else sigma0)
+    flat = [np.asarray(v).ravel() for v in given]
+    found = np.full(flat[0].size, len(LADDER) - 1, dtype=np.int8)
+    left = np.arange(found.size)
+    for rung, (method, options) in enumerate(list(LADDER.values())[:-1]):
+        if progress:
+            progress(rung / len(LADDER))
+        enough = solve_many(*(v[left] for v in flat), method=method, **options).error < rtol
+        found[left[enough]] = rung
+        left = left[~enough]
+    return found.reshape(given[0].shape)
 
 
 def _predicted(name, scene):
