@@ -26,11 +26,23 @@ def groups_table():
 def modes_table():
     r"""The right-hand sides mu y' and z' of every mode in terms of s = x + y; x' = y in all."""
     rows = tuple((_MODE[mode.name], _of_load(mode.fast[pk.y]), _of_load(mode.slow[pk.z])) for mode in pk.system().modes)
-    return Table("modes", "lll", ("mode", r"$\mu y'$", "$z'$"), rows)
+    return Table("modes", "lll", ("mode", Cell(r"$\mu \dot y$", "mu y'"), Cell(r"$\dot z$", "z'")), rows)
 
 
 def _of_load(expr):
-    return sp.collect(sp.expand(expr.subs(pk.y, _S - pk.x)), _S)
+    """Make a cell of an expression that is linear in the load: 1 - (sigma + 4) s."""
+    linear = sp.Poly(expr.subs(pk.y, _S - pk.x), _S)
+    rest, slope = linear.coeff_monomial(1), linear.coeff_monomial(_S)
+    if not slope:
+        return rest
+    sign, size = ("-", sp.expand(-slope)) if slope.could_extract_minus_sign() else ("+", slope)
+    return Cell(f"${_linear(rest, sign, size, sp.latex, ' ')}$", _linear(rest, sign, size, str, "*"))
+
+
+def _linear(rest, sign, size, form, times):
+    front = f"{form(rest)} {sign} " if rest else sign.replace("+", "")
+    factor = form(size) if size.is_Atom else f"({form(size)})"
+    return f"{front}{'' if size == 1 else factor + times}{form(_S)}"
 
 
 def manifolds_table():
@@ -40,7 +52,8 @@ def manifolds_table():
     for regime in (regimes(pk.system())[0], regimes(pk.system())[-1]):
         side = r"$\sigma > 0$" if regime.condition == (pk.sigma > 0) else r"$\sigma < 0$"
         rows.append(_manifold_row(planes["Pi2"], side, regime.passages[1]))
-    header = ("plane", r"$\sigma$", r"at $\mu = 0$", r"$\mu$ term of $y$", "lives in", "", "$z'$ on it")
+    drift = Cell(r"$\dot z$ on it", "z' on it")
+    header = ("plane", r"$\sigma$", r"at $\mu = 0$", r"$\mu$ term of $y$", "lives in", "", drift)
     return Table("manifolds", "lllllll", header, tuple(rows))
 
 
