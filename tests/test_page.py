@@ -63,6 +63,17 @@ def test_fractions_roots_scripts_and_primes_become_their_elements():
     assert "<msqrt><mrow><mn>1</mn><mo>−</mo>" in mathml(r"\sqrt{1 - 4 \mu}")
 
 
+def test_brackets_open_and_close_wherever_they_stand_and_stretch_around_high_things_alone():
+    low = '<mo form="prefix" stretchy="false">(</mo><mi>x</mi><mo form="postfix" stretchy="false">)</mo>'
+    assert low in mathml(r"2 (x) 3")
+    assert low in mathml(r"2 \left(x\right) 3")
+    assert mathml(r"\left(y \left(x\right)\right)").count(' stretchy="false"') == 4
+    high = mathml(r"\left(\frac{1}{2} \left(x\right)\right)")
+    assert '<mrow><mo form="prefix">(</mo><mfrac>' in high
+    assert low in high
+    assert high.endswith('<mo form="postfix">)</mo></mrow></math>')
+
+
 def test_an_argument_without_braces_is_one_digit_as_in_tex():
     assert mathml(r"\tfrac15") == "<math><mrow><mfrac><mn>1</mn><mn>5</mn></mfrac></mrow></math>"
 

@@ -17,8 +17,14 @@ _SIGNS = {"le": "≤", "ge": "≥", "ne": "≠", "to": "→", "pm": "±", "cup":
 _FUNCTIONS = ("log", "ln", "cos", "sin", "tan", "exp")
 _SPACES = {",": "0.17em", ";": "0.28em", "quad": "1em", "qquad": "2em", " ": "0.25em"}
 _DELIMITERS = ("left", "right", "bigl", "bigr", "Bigl", "Bigr")
+_LOOKS = {  # no space inside brackets, wherever they stand in a row
+    "/": ' lspace="0" rspace="0"', "|": ' stretchy="false"',
+    **dict.fromkeys("([", ' form="prefix" stretchy="false"'), **dict.fromkeys(")]", ' form="postfix" stretchy="false"'),
+}  # fmt: skip
 _SILENT = ("ensuremath", "displaystyle", "notag")
 _SIGN = re.compile(r"(<mo[^>]*>(?:[(\[=≤≥,→]|&lt;|&gt;)</mo>)<mo>(?=[−±]<)")  # a minus there is no operator between two
+_LOW = re.compile(  # a pair of brackets that might stretch, around nothing high
+    r'<mo form="prefix">([(\[])</mo>((?:(?!<mfrac|<msqrt|<mo form="prefix">[(\[]<).)*?)<mo form="postfix">([)\]])</mo>')
 _TOKEN = re.compile(r"\\([A-Za-z]+|.)|(\d+(?:\.\d+)?)|(\S)|(\s+)", re.DOTALL)
 
 
@@ -32,8 +38,14 @@ def mathml(latex, block=False):
     row, rest = _row(tokens[::-1], latex)
     if rest:
         raise InputError(f"{latex}: a brace too many")
-    row = _SIGN.sub(r'\1<mo form="prefix">', row)
+    row = _SIGN.sub(r'\1<mo form="prefix">', _unstretched(row))
     return f'<math display="block">{row}</math>' if block else f"<math>{row}</math>"
+
+
+def _unstretched(row):
+    """Keep brackets around low things from stretching: browsers set those that may with more space around them."""
+    held = _LOW.sub(r'<mo form="prefix" stretchy="false">\1</mo>\2<mo form="postfix" stretchy="false">\3</mo>', row)
+    return held if held == row else _unstretched(held)
 
 
 def _row(stack, latex, braced=False):
@@ -102,8 +114,7 @@ def _atom(stack, latex):
         return _row(stack, latex, braced=True)[0]
     if sign.isalpha():
         return f"<mi>{sign}</mi>"
-    tight = ' lspace="0" rspace="0"' if sign == "/" else ' stretchy="false"' if sign in "()[]|" else ""
-    return f"<mo{tight}>{'−' if sign == '-' else escape(sign)}</mo>"
+    return f"<mo{_LOOKS.get(sign, '')}>{'−' if sign == '-' else escape(sign)}</mo>"
 
 
 def _command(name, stack, latex):

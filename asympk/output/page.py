@@ -27,10 +27,11 @@ figure { margin: 2rem 0; } figure svg { display: block; width: 100%; max-width: 
 figcaption, caption { font-size: .9rem; color: #333; text-align: left; padding: .5rem 0; caption-side: top; }
 .wide { overflow-x: auto; margin: 2rem 0; } table { border-collapse: collapse; font-size: .9rem; }
 td { white-space: nowrap; } td.long { white-space: normal; min-width: 15rem; }
-caption div { max-width: min(46rem, 100vw - 2rem); }
+caption div { max-width: min(46rem, 100vw - 3.5rem); position: sticky; left: 0; }
 th, td { text-align: left; padding: .3rem .7rem .3rem 0; vertical-align: top; }
-thead th { border-bottom: 1px solid #111; }
+thead th { border-bottom: 1px solid #111; vertical-align: bottom; } td math { math-style: normal; }
 tbody tr { border-bottom: 1px solid #ddd; } math { font-size: 1.05em; } .law { overflow-x: auto; overflow-y: hidden; }
+@media (max-width: 40rem) { .law math { font-size: .85em; } }
 """
 LAW = (
     r"z \to 0, \quad x \to \jumpX",
