@@ -134,6 +134,32 @@ def test_the_predicted_error_bounds_the_measured_one(method, order, wild):
     assert followed > (40 if wild else 60)
 
 
+@pytest.mark.parametrize(
+    "scene",
+    [
+        ap.Scene(8.941294644370325, 0.030664307591589633, (-2.3374041450707486, 2.447198471059221, 0), 1.91),
+        ap.Scene(2.865, 5.7266e-6, (8556.782, -8557.185, 2.4734), 3.468, 4.182),
+        ap.Scene(0.007128, 4.34348e-8, (-3730304.81, 3730305.27, -1.808), 1),
+    ],
+    ids=["the load settles near the edge of the cone", "a coincidence makes the second term small", "large x"],
+)
+@pytest.mark.parametrize("order", range(5))
+def test_the_prediction_allows_for_series_that_converge_slowly(scene, order):
+    path = ap.solve(scene, "jump", order=order)
+    assert relative(path.final, ap.solve(scene, digits=30).final) <= path.error + 2e-15
+
+
+@pytest.mark.parametrize("order", range(5))
+def test_a_rate_that_is_not_fast_and_a_stop_that_the_series_misses_are_refused_to_every_order(order):
+    # sigma < 4 mu; and mu/sigma = 0.14, where a series with amplitudes 1/sigma has z' = 104 at the start, not -1/4
+    slow = ap.Scene(0.00052, 0.00232, (0.79, -2.8, 0.00049), 0.196)
+    start = (0.8547779221390002, -2.1026124665526833, 4.5641247495281463e-07)
+    missed = ap.Scene(-0.00018075955636440692, 2.4751133131876675e-05, start, 3.1237600709664004e-05, 1.31)
+    for scene, words in ((slow, "not fast"), (missed, "meets z = 0 in slip_opposite")):
+        with pytest.raises(OutOfRange, match=words):
+            ap.solve(scene, "jump", order=order)
+
+
 def test_ordinary_scenes_are_hardly_ever_refused():
     found = sum(_follows(scene) for scene in random_scenes(250, False))
     assert found >= 245

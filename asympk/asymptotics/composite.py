@@ -3,8 +3,8 @@ r"""A composite expansion in numbers: states, the error to expect, and the range
 A ``Motion`` strings the segments of its layers together, in absolute time. All functions take one text for floats,
 mpmath numbers and arrays: ``m`` gives exp, expm1, log, where and eps.
 
-The predicted error is what the next order changes at the time asked for, and four times what the one after it does, so
-that a first omitted term that happens to vanish does not hide the rest.
+The predicted error is what the next order changes at the time asked for, and several times what the one after it does,
+so that a first omitted term that happens to vanish, or a series that converges slowly, does not hide the rest.
 """
 
 from itertools import pairwise
@@ -15,6 +15,7 @@ from asympk.asymptotics.replay import Piece, Turn, replay
 
 SPREAD = 0.5  # an event whose first correction exceeds this part of its leading term is not where the layer says
 TOO_LARGE = 0.5
+STALLED = 0.9  # the ratio of omitted terms beyond which nothing is learnt from it
 
 
 class Motion(NamedTuple):
@@ -126,7 +127,9 @@ def states(motion, t, m):
 def predicted_error(found, t, m):
     """Return the absolute error at ``t`` to expect of the first of three motions."""
     now, next_, last = (m.pick(motion, t, m) for motion in found)
-    error = _distance(now, next_, m) + 4 * _distance(next_, last, m)
+    first, second = _distance(now, next_, m), _distance(next_, last, m)
+    spread = largest(0, *(m.where(t <= turn.t, 0, turn.spread) for turn in found[0].turns), m=m)
+    error = first * (1 + spread) + _rest(second / m.where(first > 0, first, 1), m) * second
     error = error + _distance(now, m.pick(found[0], t * (1 + 4 * m.eps), m), m)
     late = [abs(a.t - b.t) + abs(b.t - c.t) for a, b, c in zip(*(motion.turns for motion in found), strict=True)]
     for i, turn in enumerate(found[0].turns):
@@ -136,6 +139,12 @@ def predicted_error(found, t, m):
         error = error + m.where(t < t_left, 0, 4 * lasting + m.where(t < t_left + fades, 4 * passing, 0))
     sizes = (c for p in found[0].pieces for w in (p.x, p.z) for c in w)
     return error + 16 * m.eps * largest(1, t, now[1], *sizes, m=m)
+
+
+def _rest(ratio, m):
+    """Return what to take the second omitted term times, for all that follow, when it is ``ratio`` of the first."""
+    near = m.where(ratio < STALLED, ratio, STALLED)
+    return 2 / (1 - m.where(near > 0.5, near, 0.5))
 
 
 def _relative(error, state, m):
@@ -161,13 +170,13 @@ def chosen(found, layers, t, m):
     return found[0][1], _relative(error + _distance(now, slowly, m), slowly, m)
 
 
-def checks(course, found, error, t, m):
+def checks(course, found, error, line, mu, t, m):
     """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
     now, coarse, fine = (motion for motion, _ in found)
     steps = course.steps + course.then
     for i, (step, piece, end) in enumerate(zip(steps, fine.pieces, _ends(fine, t, m), strict=True)):
         later, turn = t <= piece.began, fine.turns[i] if i < len(fine.turns) else None
-        yield later | (abs(piece.fast) > 4), f"the fast rate in {step.mode} is not fast, 4 mu >= |b|"
+        yield later | (abs(line.fast[step.mode][1]) > 4 * mu), f"the fast rate in {step.mode} is not fast, 4 mu >= |b|"
         if turn:
             yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= piece.began)), (
                 f"{step.mode} does not end with {turn.kind} as in the limit mu -> 0"
@@ -175,11 +184,12 @@ def checks(course, found, error, t, m):
             yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
             if turn.kind == "velocity_zero":
                 end = m.where(t < turn.t, end, piece.began)
-        for at in (end, *_turning(piece, end, m)) if step.side else ():
+        for at in (*_turning(piece, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
             z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
             # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
             slack = m.where(piece.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(piece.z[0]))
-            yield later | (step.side * z >= -slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
+            unsure = m.where(piece.z[0] == 0, 0, 2 * _slope_error(piece, line.rate[step.mode])) * (at - piece.began)
+            yield later | (step.side * z >= unsure - slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
         if step.event is None:
             s = sum(w[4] + w[2] for w in (piece.x, piece.y))
             sign = step.side if step.mode == "slip_same" else -step.side
@@ -187,6 +197,13 @@ def checks(course, found, error, t, m):
     final = m.pick(now, t, m)
     scale = largest(1, final[0], final[2], m=m)
     yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
+
+
+def _slope_error(piece, rate):
+    """Return by how much z' of a segment is off where it begins: (h0, h1) = ``rate`` give it from the load."""
+    _, constant, part, fast, _ = piece.z
+    load = piece.x[0] + piece.y[0]
+    return abs(constant + part * piece.slow + fast * piece.fast - rate[0] - rate[1] * load)
 
 
 def _turning(piece, end, m):

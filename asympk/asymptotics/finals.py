@@ -82,7 +82,7 @@ def _follow(course, order, layers, sigma, sigma0, mu, x, y, z, until):
     m = arrays()
     found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
     motion, error = composite.chosen(found, layers, until, m)
-    checks = composite.checks(course, found, error, until, m)
+    checks = composite.checks(course, found, error, line_of(sigma, sigma0), mu, until, m)
     return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in checks)
 
 

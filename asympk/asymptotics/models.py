@@ -44,11 +44,12 @@ def run(scene, method, *, order=None, digits=None):
         m.number, (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)
     )
     here = f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
-    course = course_for(method, line_of(sigma, sigma0), x + y, z, sign, here)
+    line = line_of(sigma, sigma0)
+    course = course_for(method, line, x + y, z, sign, here)
     try:
         found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
         motion, error = composite.chosen(found, method == "jump", until, m)
-        checks = composite.checks(course, found, error, until, m)
+        checks = composite.checks(course, found, error, line, mu, until, m)
         words = next((words for holds, words in checks if not holds), None)
         if words is None:
             return _path(scene, method, motion, error, until, m)
