@@ -105,6 +105,8 @@ class System:
 def _mode(name, slow, fast, small, where=sp.true):
     slow, fast = sp.Dict(slow), sp.Dict(fast)
     states = [*slow, *fast]
+    if not isinstance(small, sp.Symbol):
+        raise InputError(f"small = {small!r}: it must be a Symbol, the parameter to expand in; put a number in later")
     if not fast:
         raise InputError(f"mode {name!r}: there is no fast state; give fast={{y: g}} with {small} y' = g")
     for state in states:
