@@ -155,7 +155,10 @@ def test_a_rate_that_is_not_fast_and_a_stop_that_the_series_misses_are_refused_t
     slow = ap.Scene(0.00052, 0.00232, (0.79, -2.8, 0.00049), 0.196)
     start = (0.8547779221390002, -2.1026124665526833, 4.5641247495281463e-07)
     missed = ap.Scene(-0.00018075955636440692, 2.4751133131876675e-05, start, 3.1237600709664004e-05, 1.31)
-    for scene, words in ((slow, "not fast"), (missed, "meets z = 0 in slip_opposite")):
+    # just beyond the edge of the cone, whence mu y carries the load back into it
+    held = ap.Scene(3.0870791654617653, 0.27751067150580233, (-0.4932988354789227, 0.657581239697989, 0), 2.53)
+    refused = (slow, "not fast"), (missed, "meets z = 0 in slip_opposite"), (held, "returns to z = 0 in slip_same")
+    for scene, words in refused:
         with pytest.raises(OutOfRange, match=words):
             ap.solve(scene, "jump", order=order)
 

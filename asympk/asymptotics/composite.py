@@ -184,6 +184,9 @@ def checks(course, found, error, line, mu, t, m):
             yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
             if turn.kind == "velocity_zero":
                 end = m.where(t < turn.t, end, piece.began)
+        if step.side:
+            leaves = _leaves(piece, step.side, line.rate[step.mode], line.fast[step.mode], mu)
+            yield later | leaves, f"the motion returns to z = 0 in {step.mode} at once"
         for at in (*_turning(piece, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
             z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
             # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
@@ -197,6 +200,14 @@ def checks(course, found, error, line, mu, t, m):
     final = m.pick(now, t, m)
     scale = largest(1, final[0], final[2], m=m)
     yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
+
+
+def _leaves(piece, side, rate, fast, mu):
+    """Tell whether a segment that begins on z = 0 leaves it, by its exact z' and z'' there; true of all others."""
+    y, load = piece.y[0], piece.x[0] + piece.y[0]
+    slope = side * (rate[0] + rate[1] * load)
+    bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
+    return (piece.z[0] != 0) | (bend >= 0) | (2 * slope * abs(piece.fast) > -bend)
 
 
 def _slope_error(piece, rate):
