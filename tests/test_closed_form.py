@@ -9,13 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asympk.flow import fastslow, legs, ordinary, smooth
+from asympk.flow import fastslow, legs, ordinary, smooth, starts
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.flow.fastslow import FastSlow
-from asympk.flow.legs import Flow, beginning, follow, on_level, on_plane
+from asympk.flow.legs import Flow, follow, on_level, on_plane
 from asympk.flow.roots import smooth_root
 from asympk.flow.rounding import largest
 from asympk.flow.smooth import Smooth, short_responses, superposed
+from asympk.flow.starts import beginning
 
 BOUND = 2e-15
 balance = ordinary._balance
@@ -222,7 +223,7 @@ SWAPS = {
         (-0.009132168110426568, 384.5635289468976, (1.1645882230637756, 270504.0508388527, -22.365777589991062), 91.53),
     ),
     "deviation from the unstable line": (
-        [legs],
+        [starts],
         "_from_unstable_line",
         state_only,
         (1.0, 1e-3, (0.3, -1.2987025935171457 + 1e-12, 1.0), 5.0),

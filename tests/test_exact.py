@@ -349,6 +349,46 @@ def test_no_event_is_missed_between_the_times_of_a_fine_grid():
 # --- the ends of the domain -------------------------------------------------------------------------------
 
 
+def oscillating(n):
+    """Yield starts in slip_same with a complex pair, s on its way to a first minimum and z near 0."""
+    random = np.random.default_rng(7)
+    for _ in range(n):
+        b = 10 ** random.uniform(0.33, 3)
+        mu = float(min(1000, b * 10 ** random.uniform(0, 2)))
+        omega = math.sqrt(b / mu - (b / mu / 2) ** 2)
+        s = random.uniform(0, 1) / b * random.choice([1, 0.1, 0.01])
+        y = (b * s - 1) / mu - abs(random.normal()) * omega / b * random.choice([1, 0.1, 0.01, 0])
+        z = 10 ** random.uniform(-5, -0.5)
+        yield float(b - 4), mu, (float(s - y), float(y), float(z)), float(random.uniform(3, 60) / omega)
+
+
+def test_no_stop_is_missed_after_the_second_extremum_of_the_load():
+    stops = 0
+    for sigma, mu, start, until in oscillating(150):
+        path = ap.solve(ap.Scene(sigma, mu, start, until))
+        many = ap.solve_many(sigma, mu, *start, until)
+        x, y, z = path(np.linspace(0, float(path.events[0].t) if path.events else until, 2000)[1:-1])
+        assert z.min() > 0
+        assert (x + y).min() > 0
+        assert many.n_events == len(path.events)
+        stops += path.events[:1] != () and path.events[0].kind == "velocity_zero"
+    assert stops > 20
+
+
+@pytest.mark.parametrize(
+    ("sigma", "mu", "start", "until"),
+    [
+        (45.0, 1000.0, (0.00103, -0.001, 0.013), 272.0),
+        (44.7, 1000.0, (0.0135, -0.00043, 0.0508), 145.7),
+    ],
+)
+def test_a_stop_in_the_third_stretch_is_that_of_an_integrator(sigma, mu, start, until):
+    scene = ap.Scene(sigma, mu, start, until)
+    found, other = ap.solve(scene).events, ap.solve(scene, method="dop853", rtol=1e-11, atol=1e-13).events
+    assert [event.kind for event in found] == [event.kind for event in other] == ["velocity_zero", "slip_onset"]
+    assert [event.t for event in found] == pytest.approx([event.t for event in other], rel=1e-8)
+
+
 def test_no_time_is_no_motion():
     for start in ((0, 0.2, -1), (0, 0, 0), (1, 2, 0)):
         path = ap.solve(ap.Scene(1, 1e-3, start, 0))

@@ -62,7 +62,7 @@ def test_bounds_carried_forward_grow_over_many_events_where_derivatives_carried_
 
 
 def test_a_start_that_amplifies_the_rounding_of_its_deviation_is_not_trusted_without_it(monkeypatch):
-    monkeypatch.setattr("asympk.flow.legs._from_unstable_line", lambda *_: None)
+    monkeypatch.setattr("asympk.flow.starts._from_unstable_line", lambda *_: None)
     estimated, true = account(Case(1.0, 1.0, 1e-3, 0.3, -1.2987025935171457 + 1e-12, 1.0, 5.0, None))
     assert true > 1e-9
     assert estimated > 1e-9

@@ -87,7 +87,7 @@ def follow(sigma, sigma0, mu, x, y, z, until, told=None):
 
 
 def _first_signs(sigma0, mu, x, y, s, z):
-    """Return the signs of s and z just after the start, as in ``flow.first_signs``, and where they are in doubt."""
+    """Return the signs of s and z just after the start, as in ``starts.first_signs``, and where they are in doubt."""
     rate = 1 + mu * y
     grip = (sigma0 + 2) * np.abs(s) - np.abs(1 - s)
     s_sign = np.where(s == 0, np.sign(rate), np.sign(s))
@@ -298,10 +298,9 @@ class _Search:
 
     def stretches(self, end):
         """Yield (rows without an event so far, start, end) of the stretches, as far as they matter."""
-        turn = self.motion.turning()
-        first, second = np.minimum(turn, end), np.minimum(turn + self.motion.half_period, end)
+        turn, half = self.motion.turning(), self.motion.half_period
         lo = np.zeros_like(end)
-        for hi in (first, second, end):
+        for hi in (*(np.minimum(t, end) for t in (turn, turn + half, turn + 2 * half)), end):
             rows = np.flatnonzero((self.kind == NOTHING) & ((lo < hi) | (end == 0)))
             if rows.size:
                 yield rows, lo[rows], hi[rows]

@@ -12,8 +12,9 @@ from typing import Any, NamedTuple
 from asympk.errors import InputError, TooLarge, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.flow.dense import Dense
-from asympk.flow.legs import Flow, beginning, follow
+from asympk.flow.legs import Flow, follow
 from asympk.flow.rounding import calm, estimate, largest
+from asympk.flow.starts import beginning
 from asympk.path import Event, Path
 
 MOST_DIGITS = 1000

@@ -2,19 +2,17 @@ r"""The exact flow: one closed form per mode, and event times from roots that ar
 
 The trajectory is linear in each mode, and one text follows it in doubles and in mpmath numbers. What makes it exact is
 that nothing is searched by sampling. s is monotone between its extrema, and there z' = a - (b-1) s has at most one
-zero, so z has at most one extremum: signs at known times bracket every event alone. Two extrema of s are enough where
+zero, so z has at most one extremum: signs at known times bracket every event alone. Three extrema of s are enough where
 s oscillates, which is about a/b with b > 0. Its swings u = s - a/b decay by one factor r < 1 per half period, so the
 first minimum of s is the lowest. After it, while s > 0, u < r/b: where z < 0 (slip_opposite, b < 2) that is below
-1/(b(b-1)), the level of z' = 0, and z rises for good; where z > 0 (slip_same) each later minimum of z is higher, since
-the lobe of u under zero that lifts z is larger than the next one that lowers it.
+1/(b(b-1)), the level of z' = 0, and z rises for good. Where z > 0 (slip_same) the first minimum of z after a maximum
+of s is the lowest from there on, since a lobe of u under zero, which lifts z, is larger than the one after it, which
+lowers z; only the lobe in which the motion starts is not whole, so that minimum may lie past the second extremum of s.
 
 At an event the quantity that vanishes is set, not computed; what follows is decided by derivatives. A sign that the
 numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
 """
 
-from fractions import Fraction
-from functools import partial
-from math import isqrt
 from typing import Any, NamedTuple
 
 from asympk.errors import TooLarge, TooManyEvents, Undecided
@@ -22,7 +20,6 @@ from asympk.flow import ordinary
 from asympk.flow.arithmetic import Doubles
 from asympk.flow.fastslow import FastSlow
 from asympk.flow.smooth import Smooth
-from asympk.scene import MANIFOLDS
 
 MOST_EVENTS = 1000
 WIDEST = 1e100
@@ -77,11 +74,16 @@ class Flow:
         return far is None or decided(self.m, far - s, far + size) >= 0
 
 
+def sign_of(value):
+    """Return 1, 0 or -1."""
+    return 1 if value > 0 else -1 if value < 0 else 0
+
+
 def decided(m, value, size):
     """Return the sign of ``value``; raise ``Undecided`` when it is small against ``size``."""
     if abs(value) <= m.margin * size and m.margin:
         raise Undecided
-    return _sign(value)
+    return sign_of(value)
 
 
 class Leg(NamedTuple):
@@ -232,9 +234,10 @@ def stretches(segment, end):
     turn = segment.turning()
     if turn is None or turn >= end:
         return (end,)
-    if segment.half_period is None or turn + segment.half_period >= end:
+    if segment.half_period is None:
         return turn, end
-    return turn, turn + segment.half_period, end
+    turns = (turn + n * segment.half_period for n in range(3))
+    return *(t for t in turns if t < end), end
 
 
 def _too_many(until, t, state):
@@ -247,96 +250,3 @@ def _too_large(m, t, y):
     power = int(m.log(abs(y)) / m.log(10))
     return (f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller until, "
             "or digits= where they are doubles")
-
-
-def beginning(flow, case):
-    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
-
-    The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
-    the scene, and one that is close to an unstable line from exact arithmetic.
-    """
-    m = flow.m
-    x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
-    if case.near:
-        manifold, offset = case.near
-        return beside_line(flow, manifold, x, z, m.number(offset))
-    s = x + y
-    s_sign, z_sign = _sign(s), _sign(z)
-    if not s_sign or not z_sign:
-        s_sign, z_sign, s = _first_signs(flow, case, x, y, z)
-    deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
-    return (x, y, s, z, s_sign, z_sign), deviation
-
-
-def beside_line(flow, manifold, x, z, offset):
-    """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
-    line = flow.split(MANIFOLDS[manifold][0])
-    s = line.line + line.lift * x + offset
-    y = line.slow_rate * (x - line.rest) + offset
-    return (x, y, s, z, _sign(s), _sign(z)), offset
-
-
-def first_signs(sign, sigma0, mu, x, y, z):
-    r"""Return the signs of s and z just after a start, and whether it sticks on an edge; ``sign(value, size)``.
-
-    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
-    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
-    """
-    s = x + y
-    s_sign = _sign(s) or sign(1 + mu * y, 1) or 1
-    if z:
-        return s_sign, _sign(z), False
-    grip = sign((sigma0 + 2) * abs(s) - abs(1 - s), 1)
-    if grip:
-        return s_sign, _sign(1 - s) if grip < 0 else 0, False
-    widening = (sigma0 + 2) * s_sign + _sign(1 - s)
-    if widening * (mu * y - s or -s) > 0:
-        return s_sign, 0, True
-    return s_sign, _sign(1 - s), False
-
-
-def _first_signs(flow, case, x, y, z):
-    """Return the signs of s and z just after a start on a boundary, and s, snapped to the edge that it is on."""
-    s = x + y
-    try:
-        s_sign, z_sign, on_edge = first_signs(partial(decided, flow.m), flow.sigma0, flow.mu, x, y, z)
-    except Undecided:
-        exact = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
-        s_sign, z_sign, on_edge = first_signs(lambda value, size: _sign(value), *exact)
-    return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
-
-
-def _beside_edge(flow, s, on_edge):
-    """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
-    nearest = min((edge for edge in flow.edges(_sign(s)) if edge is not None), key=lambda edge: abs(s - edge))
-    if on_edge:
-        return nearest
-    decided(flow.m, s - nearest, abs(nearest))
-    return s
-
-
-def _from_unstable_line(flow, case, x, s):
-    """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
-    m = flow.m
-    if m is Doubles and type(flow.mode("slip_opposite")) is not FastSlow:
-        return None
-    line = flow.split("slip_opposite")
-    size = abs(s) + abs(line.line) + abs(line.lift * x)
-    if not abs(s - line.line - line.lift * x) <= size / 64:
-        return None
-    return m.number(exact_deviation(*map(Fraction, (case.sigma, case.mu, case.x, case.y)), 8 * m.prec))
-
-
-def exact_deviation(sigma, mu, x, y, bits):
-    """Return s - s_slow(x) on the unstable line of slip_opposite as a Fraction, right to about ``bits`` bits."""
-    k = -mu / sigma
-    if not y and sigma * x == -1:
-        return 0
-    square = 1 - 4 * k
-    root = Fraction(isqrt(square.numerator * square.denominator << 2 * bits), square.denominator << bits)
-    rho = (1 + root) / 2
-    return x + y + 1 / (sigma * rho) + k * x / rho**2
-
-
-def _sign(value):
-    return 1 if value > 0 else -1 if value < 0 else 0

@@ -1,0 +1,104 @@
+r"""How a solution begins: anywhere, on z = 0, on s = 0, on an edge of the static cone, beside a slow line or on it.
+
+What holds just after a start on a boundary is decided by derivatives; what a sum of doubles cannot decide, by exact
+fractions.
+"""
+
+from fractions import Fraction
+from functools import partial
+from math import isqrt
+
+from asympk.errors import Undecided
+from asympk.flow.arithmetic import Doubles
+from asympk.flow.fastslow import FastSlow
+from asympk.flow.legs import decided, sign_of
+from asympk.scene import MANIFOLDS
+
+
+def beginning(flow, case):
+    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
+
+    The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
+    the scene, and one that is close to an unstable line from exact arithmetic.
+    """
+    m = flow.m
+    x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
+    if case.near:
+        manifold, offset = case.near
+        return beside_line(flow, manifold, x, z, m.number(offset))
+    s = x + y
+    s_sign, z_sign = sign_of(s), sign_of(z)
+    if not s_sign or not z_sign:
+        s_sign, z_sign, s = _first_signs(flow, case, x, y, z)
+    deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
+    return (x, y, s, z, s_sign, z_sign), deviation
+
+
+def beside_line(flow, manifold, x, z, offset):
+    """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
+    line = flow.split(MANIFOLDS[manifold][0])
+    s = line.line + line.lift * x + offset
+    y = line.slow_rate * (x - line.rest) + offset
+    return (x, y, s, z, sign_of(s), sign_of(z)), offset
+
+
+def first_signs(sign, sigma0, mu, x, y, z):
+    r"""Return the signs of s and z just after a start, and whether it sticks on an edge; ``sign(value, size)``.
+
+    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
+    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
+    """
+    s = x + y
+    s_sign = sign_of(s) or sign(1 + mu * y, 1) or 1
+    if z:
+        return s_sign, sign_of(z), False
+    grip = sign((sigma0 + 2) * abs(s) - abs(1 - s), 1)
+    if grip:
+        return s_sign, sign_of(1 - s) if grip < 0 else 0, False
+    widening = (sigma0 + 2) * s_sign + sign_of(1 - s)
+    if widening * (mu * y - s or -s) > 0:
+        return s_sign, 0, True
+    return s_sign, sign_of(1 - s), False
+
+
+def _first_signs(flow, case, x, y, z):
+    """Return the signs of s and z just after a start on a boundary, and s, snapped to the edge that it is on."""
+    s = x + y
+    try:
+        s_sign, z_sign, on_edge = first_signs(partial(decided, flow.m), flow.sigma0, flow.mu, x, y, z)
+    except Undecided:
+        exact = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
+        s_sign, z_sign, on_edge = first_signs(lambda value, size: sign_of(value), *exact)
+    return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
+
+
+def _beside_edge(flow, s, on_edge):
+    """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
+    nearest = min((edge for edge in flow.edges(sign_of(s)) if edge is not None), key=lambda edge: abs(s - edge))
+    if on_edge:
+        return nearest
+    decided(flow.m, s - nearest, abs(nearest))
+    return s
+
+
+def _from_unstable_line(flow, case, x, s):
+    """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
+    m = flow.m
+    if m is Doubles and type(flow.mode("slip_opposite")) is not FastSlow:
+        return None
+    line = flow.split("slip_opposite")
+    size = abs(s) + abs(line.line) + abs(line.lift * x)
+    if not abs(s - line.line - line.lift * x) <= size / 64:
+        return None
+    return m.number(exact_deviation(*map(Fraction, (case.sigma, case.mu, case.x, case.y)), 8 * m.prec))
+
+
+def exact_deviation(sigma, mu, x, y, bits):
+    """Return s - s_slow(x) on the unstable line of slip_opposite as a Fraction, right to about ``bits`` bits."""
+    k = -mu / sigma
+    if not y and sigma * x == -1:
+        return 0
+    square = 1 - 4 * k
+    root = Fraction(isqrt(square.numerator * square.denominator << 2 * bits), square.denominator << bits)
+    rho = (1 + root) / 2
+    return x + y + 1 / (sigma * rho) + k * x / rho**2
