@@ -10,6 +10,7 @@ import pytest
 from asympk.errors import InputError, UnknownName
 from asympk.output import numbers, paper
 from asympk.output.page import with_sections
+from asympk.storage.rows import read_rows
 
 ROOT = Path(__file__).parent.parent
 PAPER = ROOT / "paper"
@@ -80,7 +81,7 @@ def test_figures_in_the_paper_are_pictures_of_the_gallery():
     assert set(shown) <= {picture.name for picture in pictures(ROOT)}
 
 
-def test_the_readme_shows_three_committed_pictures_each_with_the_command_that_makes_it():
+def test_the_readme_shows_committed_pictures_each_with_the_command_that_makes_it():
     from asympk.output.gallery import README as SHOWN
 
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -98,6 +99,12 @@ def test_the_regimes_of_the_readme_are_those_of_the_package():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for row in plain(regimes_table()):
         assert f"| {' | '.join(row)} |".replace("--", "–") in readme
+
+
+def test_the_readme_names_the_integrators_that_fail_beside_the_unstable_plane_as_the_rows_do():
+    readme = re.sub(r"\s+", " ", (ROOT / "README.md").read_text(encoding="utf-8"))
+    found = numbers.of_plane(read_rows(PAPER / "generated" / "rows" / "plane.csv"))
+    assert f"{found['planeWrongNames']} end wrong; {found['planeRightNames']} do not" in readme
 
 
 def test_one_picture_is_drawn_by_its_name_and_an_unknown_one_is_refused(tmp_path):

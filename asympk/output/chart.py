@@ -53,8 +53,8 @@ CAREFUL = (
     "as the exact flow does. At most {steps} steps (heyoka {compiled} times as many) and {seconds:g} s."
 )
 CARELESS = (
-    " sign: LSODA. tanh: Radau, ε = rtol. Moreau-Jean: implicit Euler, fixed steps, the present mode where a step has "
-    "several solutions."
+    " sign: LSODA. tanh: Radau, ε = rtol. Moreau-Jean: implicit Euler, fixed steps of {longest:g} to {shortest:g}, "
+    "the present mode where a step has several solutions."
 )
 KEPT = " Scene (ii), tan α = 3; the reference is a Radau IIA collocation to 30 digits."
 PARTS = ("work", "plane", "nonlinear")
@@ -268,9 +268,12 @@ def _drawn_work(path):
     panels = mus if len(mus) < 5 else [mus[k] for k in (0, 2, 4, -1)]
     drawn = {f"workprec-{s}": figures.work_precision(rows, s, panels, note) for s in scenes}
     drawn |= {f"failures-{s}": figures.failure_map(rows, s) for s in scenes}
+    drawn |= {f"cost-{s}": figures.cost_against_mu(rows, [s], 1e-5, note) for s in scenes}
     return drawn | {"cost": figures.cost_against_mu(rows, scenes, 1e-5, note)}
 
 
 def _note(path, more):
     """Return the options of all peers in words, as the figure prints them."""
-    return CAREFUL.format(**read_provenance(path)["plan"], compiled=COMPILED) + more
+    plan = read_provenance(path)["plan"]
+    steps = plan["step_sizes"]
+    return (CAREFUL + more).format(**plan, compiled=COMPILED, longest=max(steps), shortest=min(steps))

@@ -17,10 +17,10 @@ PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5",
 STEEP, SHALLOW = 1, Fraction(-1, 2)
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
 CHARTS = {
-    "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-failures-iii": "work.csv",
-    "chart-plane": "plane.csv", "chart-nonlinear": "nonlinear.csv",
+    "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-cost-ii": "work.csv",
+    "chart-failures-iii": "work.csv", "chart-plane": "plane.csv", "chart-nonlinear": "nonlinear.csv",
 }  # fmt: skip
-README = ("phase", "jump", "regimes")
+README = ("phase", "jump", "regimes", "chart-cost-ii")
 SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
 
 

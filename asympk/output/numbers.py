@@ -17,7 +17,7 @@ from asympk.ledger.nouns import VERDICTS
 from asympk.methods import solve
 from asympk.output import chart, gallery
 from asympk.pictures import style
-from asympk.pictures.figures import cheapest, outcome
+from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
@@ -213,41 +213,67 @@ def of_least(rows):
 
 
 def of_work(rows, scene="ii", accuracy=1e-5):
-    """Return what accuracy costs on one scene at the least mu of the chart, and what the crude ways come to."""
+    """Return what accuracy costs on one scene at either end of the chart, and what became of some methods' runs."""
     here = [row for row in rows if row["scene"] == scene]
     mus = sorted({row["mu"] for row in here})
     careful = (*chart.EXPLICIT, *chart.IMPLICIT)
     costs = {method: cheapest([r for r in here if r["method"] == method], accuracy) for method in careful}
-    best = min((m for m in careful if costs[m].get(mus[0])), key=lambda m: costs[m][mus[0]])
+    best, fast = (min((m for m in careful if costs[m].get(mu)), key=lambda m: costs[m][mu]) for mu in (mus[0], mus[-1]))
     (jump,) = (row for row in here if row["method"] == "jump 1" and row["mu"] == mus[0])
     found = {
         "workRuns": str(len(rows)), "workAccuracy": power(accuracy), "workLeastMu": power(mus[0]),
         "bestName": style.line(best)["label"], "bestRatio": rounded(costs[best][mus[0]]),
         "explicitLeastMu": power(min(mu for m in ("rk45", "dop853") for mu, cost in costs[m].items() if cost)),
+        "workLargestMu": power(mus[-1]),
+        "fastName": style.line(fast)["label"], "fastRatio": rounded(costs[fast][mus[-1]]),
         "jumpRatio": rounded(jump["ratio"]), "jumpError": power(jump["final_error"], 1),
     }  # fmt: skip
     for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
         mine = [row for row in rows if row["method"] == method]
-        found |= {f"{method}Runs": str(len(mine)),
-                  f"{method}Failed": str(sum(outcome(row["status"]) == kind for row in mine))}
-    return found
+        found |= {f"{method}Runs": str(len(mine)), f"{method}Failed": str(_count(mine, kind))}
+    stiff = [row for row in rows if row["method"] in chart.IMPLICIT]
+    short = [row for row in stiff if row["status"] != "finished"]
+    steps = [row for row in here if row["method"] == "moreau"]
+    longest = max(row["rtol"] for row in steps)
+    return found | {
+        "stiffNames": _names(stiff), "stiffRuns": str(len(stiff)), "stiffRight": str(_count(stiff, "finished")),
+        "shortNames": _names(short), "shortTolerance": power(max((row["rtol"] for row in short), default=0)),
+        "moreauLongest": power(longest),
+        "moreauError": power(max(row["final_error"] for row in steps if row["rtol"] == longest), 1),
+    }  # fmt: skip
+
+
+def _count(rows, kind):
+    return sum(outcome(row["status"]) == kind for row in rows)
+
+
+def _names(rows):
+    return listed([style.line(method)["label"] for method in dict.fromkeys(row["method"] for row in rows)])
 
 
 def of_plane(rows):
-    """Return how many runs beside the unstable plane end on the wrong side, and of which methods."""
+    """Return how many runs of integrators beside the unstable plane end on the wrong side, and of which methods."""
+    rows = [row for row in rows if row["method"] != "exact"]
     wrong = [row for row in rows if outcome(row["status"]) == "wrong branch"]
-    names = [style.line(method)["label"] for method in dict.fromkeys(row["method"] for row in wrong)]
+    failing = {row["method"] for row in wrong}
     (mu,) = {row["mu"] for row in rows}
-    counts = {"planeRuns": str(len(rows)), "planeWrong": str(len(wrong))}
-    return {**counts, "planeWrongNames": listed(names), "planeMu": power(mu)}
+    away = [abs(row["offset"]) for row in rows]
+    return {
+        "planeRuns": str(len(rows)), "planeWrong": str(len(wrong)), "planeMu": power(mu),
+        "planeWrongNames": _names(wrong), "planeRightNames": _names(r for r in rows if r["method"] not in failing),
+        "planeNearest": power(min(away)), "planeFarthest": power(max(away)),
+    }  # fmt: skip
 
 
 def of_nonlinear(rows, kappa=1):
-    """Return what the small-angle models miss of the rod with its geometry kept, at the least mu."""
-    least = min(row["mu"] for row in rows if row["kappa"] == kappa)
-    here = {row["method"]: row["final_error"] for row in rows if (row["kappa"], row["mu"]) == (kappa, least)}
-    names = {"nonlinearExact": "exact", "nonlinearZero": "jump 0", "nonlinearOne": "jump 1"}
-    return {"nonlinearMu": power(least), **{name: power(here[method]) for name, method in names.items()}}
+    """Return what the small-angle models miss of the rod with its geometry kept, at the least mu, and at most kappa."""
+    least, large = min(row["mu"] for row in rows if row["kappa"] == kappa), max(row["kappa"] for row in rows)
+    found = {"nonlinearMu": power(least), "nonlinearLarge": f"{large:g}", "nonlinearTolerance": power(ALONGSIDE)}
+    for name, method, value in (("Exact", "exact", kappa), ("Zero", "jump 0", kappa), ("One", "jump 1", kappa),
+                                ("LargeZero", "jump 0", large), ("LargeOne", "jump 1", large)):
+        (row,) = (r for r in rows if (r["kappa"], r["mu"], r["method"]) == (value, least, method))
+        found[f"nonlinear{name}"] = power(row["final_error"])
+    return found
 
 
 def rounded(ratio):

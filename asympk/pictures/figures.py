@@ -22,6 +22,7 @@ LIMITS = ("step", "time", "limit")
 REFUSED = 0.5  # where a model that refuses at once stands on the axis of cost
 SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
 NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 6.0, 76, 0.1, 0.125  # points, characters, inches, inches
+ALONGSIDE = 1e-5  # tolerance of the integrators that are drawn beside the models
 GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; how near marks touch, in parts of the axes
 
 
@@ -115,7 +116,7 @@ def _precision_panel(ax, rows, methods):
 def cost_against_mu(rows, scenes, accuracy, note=""):
     """Cheapest run with an error below ``accuracy`` against mu; what does not get there stands in the band."""
     methods = _methods(rows)
-    with sheet(1.6 * len(scenes), len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
+    with sheet(1.5 * len(scenes) + 0.6, len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
         for ax, scene in zip(axes.flat, scenes, strict=True):
             _cost_panel(ax, [row for row in rows if row["scene"] == scene], methods, accuracy)
             ax.set(ylabel="CPU time / exact flow")
@@ -133,9 +134,10 @@ def _cost_panel(ax, rows, methods, accuracy):
     top = 3 * max(cost for curve in curves.values() for cost in curve.values() if cost)
     never = [m for m in methods if not any(curves[m].values())]
     lost = [m for m in methods if None in curves[m].values() and m not in never]
+    kinds = list(dict.fromkeys("model" if m in style.MODELS else m for m in lost))  # a level each
     names = ", ".join(style.SHORT.get(m, style.line(m)["label"]) for m in never)
     words = fill(f"never: {names}", 58) if never else ""
-    ceiling = top * SPACING ** (len(lost) + 1.5 + words.count("\n"))
+    ceiling = top * SPACING ** (len(kinds) + 1.5 + words.count("\n"))
     ax.annotate(words, (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points", fontsize=6, va="top")
     ax.set_ylim(0.4, ceiling)
     ax.axhspan(top, ceiling, color="0.93", lw=0)
@@ -150,8 +152,9 @@ def _cost_panel(ax, rows, methods, accuracy):
         glyphs += _drawn_or_glyphs(ax, method, reached, looks)
         if method in lost:
             missed = [mu for mu, cost in curves[method].items() if not cost]
-            level = top * SPACING ** (lost.index(method) + 0.5)
-            ax.plot(missed, [level] * len(missed), **{**looks, "linestyle": "none", "label": None})
+            level = top * SPACING ** (kinds.index("model" if method in style.MODELS else method) + 0.5)
+            apart = {**looks, "linestyle": "none", "label": None}
+            glyphs += _drawn_or_glyphs(ax, method, [(mu, level) for mu in missed], apart)
     _side_by_side(ax, glyphs)
 
 
@@ -233,7 +236,7 @@ def _model_panel(ax, rows):
         ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5 + 4 * GLYPH * (kappa == 1), 0), textcoords="offset points",
                     fontsize=6, va="center")  # fmt: skip
         for method in (*style.MODELS, "lsoda", "kvaerno5") if kappa == 1 else ():
-            found = [row for row in here if row["method"] == method and (row["rtol"] or 1e-5) == 1e-5]
+            found = [row for row in here if row["method"] == method and (row["rtol"] or ALONGSIDE) == ALONGSIDE]
             if found and method != "exact":
                 points = sorted((row["mu"], row["final_error"]) for row in found)
                 glyphs += _drawn_or_glyphs(ax, method, points, style.line(method))

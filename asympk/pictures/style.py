@@ -38,7 +38,7 @@ METHODS = {
     "rk45": ("RK45", SKY, "^", "--"),
     "dop853": ("DOP853", BLUE, "v", "--"),
     "heyoka": ("heyoka", PURPLE, "d", "--"),
-    "kvaerno5": ("Kvaerno5", PURPLE, "h", "-"),
+    "kvaerno5": ("Kvaerno5", PURPLE, ">", "-"),
     "radau": ("Radau", GREEN, "s", "-"),
     "bdf": ("BDF", BLUE, "p", "-"),
     "lsoda": ("LSODA", ORANGE, "o", "-"),
