@@ -19,7 +19,7 @@ OUTCOMES = {
     "other": ("$?$", "0.75", "refused"),
 }
 LIMITS = ("step", "time", "limit")
-REFUSED = 0.5  # where a model that refuses at once stands on the axis of cost
+REFUSED, NO_END = 0.4, 1e3  # on the axis of cost, of a model that refuses; on that of error, of what has no end
 SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
 NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 6.0, 76, 0.1, 0.125  # points, characters, inches, inches
 ALONGSIDE = 1e-5  # tolerance of the integrators that are drawn beside the models
@@ -84,7 +84,7 @@ def work_precision(rows, scene, mus, note=""):
             ax.set_ylabel("CPU time / exact flow")
         for ax in axes[-1]:
             ax.set_xlabel("error of the final state")
-        axes.flat[0].set_ylim(0.3, 3 * max(row["ratio"] or 0 for row in rows))
+        axes.flat[0].set_ylim(0.15, 3 * max(row["ratio"] or 0 for row in rows))
     return figure
 
 
@@ -103,14 +103,14 @@ def _precision_panel(ax, rows, methods):
                       key=lambda r: -(r["rtol"] or 0))  # fmt: skip
         places = [(max(r["final_error"], 1e-17), r["ratio"]) for r in good]
         glyphs += _drawn_or_glyphs(ax, method, places, style.line(method))
-    _side_by_side(ax, glyphs)
     lost = [r for r in rows if r["final_error"] is None]
-    for some in ([r for r in lost if r["ratio"]], [r for r in lost if not r["ratio"]]):
-        names = [m for m in methods if any(r["method"] == m for r in some)]
-        for k, method in enumerate(names):
-            costs = [r["ratio"] or REFUSED for r in some if r["method"] == method]
-            place = 10 * 1e4 ** ((k + 0.5) / len(names))
-            ax.plot([place] * len(costs), costs, **{**style.line(method), "linestyle": "none", "label": None})
+    glyphs += [(NO_END, REFUSED, {**style.line(r["method"]), "label": None}) for r in lost if not r["ratio"]]
+    _side_by_side(ax, glyphs)
+    names = [m for m in methods if any(r["method"] == m and r["ratio"] for r in lost)]
+    for k, method in enumerate(names):
+        costs = [r["ratio"] for r in lost if r["method"] == method and r["ratio"]]
+        place = NO_END * 1e4 ** ((k + 0.5) / len(names) - 0.5)
+        ax.plot([place] * len(costs), costs, **{**style.line(method), "linestyle": "none", "label": None})
 
 
 def cost_against_mu(rows, scenes, accuracy, note=""):
@@ -217,7 +217,7 @@ def nonlinear(rows, note=""):
             ax.set_title(rf"$\kappa = 1$, $\mu = {power(mu)}$", pad=2)
             ax.set_xlabel("error of the final state")
         axes[1, 0].set_ylabel("CPU time / exact flow")
-        axes[1, 0].set_ylim(0.3, 3 * max(row["ratio"] for row in rows if row["ratio"]))
+        axes[1, 0].set_ylim(0.15, 3 * max(row["ratio"] for row in rows if row["ratio"]))
         figure.handles = axes[1, 0].get_legend_handles_labels()[0]
         for handle in figure.handles:
             handle.set_label(handle.get_label().replace("exact flow", "(2.7)-(2.9), exact flow"))
