@@ -1,4 +1,4 @@
-r"""A composite expansion in numbers: states, the error to expect, and the range in which it may be trusted.
+r"""A composite expansion in numbers: states, and the error to expect.
 
 A ``Motion`` strings the segments of its layers together, in absolute time. All functions take one text for floats,
 mpmath numbers and arrays: ``m`` gives exp, expm1, log, where and eps.
@@ -13,8 +13,6 @@ from typing import Any, NamedTuple
 from asympk.asymptotics.itinerary import itinerary
 from asympk.asymptotics.replay import Piece, Turn, replay
 
-SPREAD = 0.5  # an event whose first correction exceeds this part of its leading term is not where the layer says
-TOO_LARGE = 0.5
 STALLED = 0.9  # the ratio of omitted terms beyond which nothing is learnt from it
 
 
@@ -118,7 +116,7 @@ def state(motion, t, m):
 def states(motion, t, m):
     """Return (x, y, z) at the array ``t``: of every segment at a time within it, then of the right one."""
     found = None
-    for piece, end in zip(motion.pieces, _ends(motion, t, m), strict=True):
+    for piece, end in zip(motion.pieces, ends(motion, t, m), strict=True):
         here = state_of(piece, end, m)
         found = here if found is None else [m.where(t < piece.began, f, h) for f, h in zip(found, here, strict=True)]
     return tuple(found)
@@ -128,7 +126,8 @@ def predicted_error(found, t, m):
     """Return the absolute error at ``t`` to expect of the first of three motions."""
     now, next_, last = (m.pick(motion, t, m) for motion in found)
     first, second = _distance(now, next_, m), _distance(next_, last, m)
-    spread = largest(0, *(m.where(t <= turn.t, 0, turn.spread) for turn in found[0].turns), m=m)
+    spread = largest(0, *(m.where(t <= turn.t, 0, turn.spread) for turn in found[0].turns),
+                     *(m.where(t <= piece.began, 0, piece.slow / piece.fast) for piece in found[0].pieces), m=m)
     error = first * (1 + spread) + _rest(second / m.where(first > 0, first, 1), m) * second
     error = error + _distance(now, m.pick(found[0], t * (1 + 4 * m.eps), m), m)
     late = [abs(a.t - b.t) + abs(b.t - c.t) for a, b, c in zip(*(motion.turns for motion in found), strict=True)]
@@ -170,66 +169,7 @@ def chosen(found, layers, t, m):
     return found[0][1], _relative(error + _distance(now, slowly, m), slowly, m)
 
 
-def checks(course, found, error, line, mu, t, m):
-    """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
-    now, coarse, fine = (motion for motion, _ in found)
-    steps = course.steps + course.then
-    for i, (step, piece, end) in enumerate(zip(steps, fine.pieces, _ends(fine, t, m), strict=True)):
-        later, turn = t <= piece.began, fine.turns[i] if i < len(fine.turns) else None
-        yield later | (abs(line.fast[step.mode][1]) > 4 * mu), f"the fast rate in {step.mode} is not fast, 4 mu >= |b|"
-        if turn:
-            yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= piece.began)), (
-                f"{step.mode} does not end with {turn.kind} as in the limit mu -> 0"
-            )
-            yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
-            if turn.kind == "velocity_zero":
-                end = m.where(t < turn.t, end, piece.began)
-        if step.side:
-            leaves = _leaves(piece, step.side, line.rate[step.mode], line.fast[step.mode], mu)
-            yield later | leaves, f"the motion returns to z = 0 in {step.mode} at once"
-        for at in (*_turning(piece, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
-            z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
-            # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
-            slack = m.where(piece.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(piece.z[0]))
-            unsure = m.where(piece.z[0] == 0, 0, 2 * _slope_error(piece, line.rate[step.mode])) * (at - piece.began)
-            yield later | (step.side * z >= unsure - slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
-        if step.event is None:
-            s = sum(w[4] + w[2] for w in (piece.x, piece.y))
-            sign = step.side if step.mode == "slip_same" else -step.side
-            yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
-    final = m.pick(now, t, m)
-    scale = largest(1, final[0], final[2], m=m)
-    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
-
-
-def _leaves(piece, side, rate, fast, mu):
-    """Tell whether a segment that begins on z = 0 leaves it, by its exact z' and z'' there; true of all others."""
-    y, load = piece.y[0], piece.x[0] + piece.y[0]
-    slope = side * (rate[0] + rate[1] * load)
-    bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
-    return (piece.z[0] != 0) | (bend >= 0) | (2 * slope * abs(piece.fast) > -bend)
-
-
-def _slope_error(piece, rate):
-    """Return by how much z' of a segment is off where it begins: (h0, h1) = ``rate`` give it from the load."""
-    _, constant, part, fast, _ = piece.z
-    load = piece.x[0] + piece.y[0]
-    return abs(constant + part * piece.slow + fast * piece.fast - rate[0] - rate[1] * load)
-
-
-def _turning(piece, end, m):
-    """Yield the times in a segment at which the fast or the slow part turns z back, or its beginning."""
-    _, rate, part, fast, _ = piece.z
-    for top, bottom, speed in (
-        (-(rate + part * piece.slow), fast * piece.fast, piece.fast),
-        (-rate, part * piece.slow, piece.slow),
-    ):
-        ratio = top / m.where(bottom == 0, 1, bottom)
-        at = piece.began + m.log(m.where(ratio > 0, ratio, 1)) / speed
-        yield m.where((ratio > 0) & (bottom != 0) & (at > piece.began) & (at < end), at, piece.began)
-
-
-def _ends(motion, t, m):
+def ends(motion, t, m):
     """Return the end of each segment, none after ``t`` and none before the segment begins."""
     ends = [m.where(p.began < t, p.began, t) for p in motion.pieces[1:]] + [t]
     return [m.where(end > p.began, end, p.began) for p, end in zip(motion.pieces, ends, strict=True)]

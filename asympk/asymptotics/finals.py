@@ -10,6 +10,7 @@ from typing import Any
 from asympk.arrays.columns import require, scenes
 from asympk.asymptotics import composite
 from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
+from asympk.asymptotics.ranges import checks
 from asympk.errors import AsympkError, OutOfRange
 
 CHUNK = 1 << 15
@@ -82,8 +83,8 @@ def _follow(course, order, layers, sigma, sigma0, mu, x, y, z, until):
     m = arrays()
     found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
     motion, error = composite.chosen(found, layers, until, m)
-    checks = composite.checks(course, found, error, line_of(sigma, sigma0), mu, until, m)
-    return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in checks)
+    problems = checks(course, found, error, line_of(sigma, sigma0), mu, until, m)
+    return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in problems)
 
 
 def _store(at, results, final, error, reason, reasons):

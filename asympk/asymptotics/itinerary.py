@@ -13,6 +13,7 @@ from asympk.asymptotics.layers import Step
 from asympk.errors import NotDerivable, OutOfRange
 
 LONGEST = 8
+EDGES = {"upper": 1, "lower": -1}
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,16 @@ class LoadLine:
 
     def edges(self, sign):
         """Yield the levels ``drive = k static s``, k = 1 and -1, and the loads there."""
-        for name, k in (("upper", 1), ("lower", -1)):
-            slope = k * self.static - self.drive[1]
-            if sign(slope):
-                yield name, self.drive[0] / slope
+        for name in EDGES:
+            if sign(self._slope(name)):
+                yield name, self.load_at(name)
+
+    def load_at(self, level):
+        """Return the load at a level: an edge of the cone, or ``"load"`` itself, where it vanishes."""
+        return self.drive[0] / self._slope(level) if level in EDGES else 0
+
+    def _slope(self, edge):
+        return EDGES[edge] * self.static - self.drive[1]
 
 
 def itinerary(line, load, velocity, sign):

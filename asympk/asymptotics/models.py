@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 from asympk.asymptotics import composite
 from asympk.asymptotics.linear import SLIP
+from asympk.asymptotics.ranges import checks
 from asympk.asymptotics.replay import coefficient, model
 from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
 from asympk.path import Event, Path
@@ -49,8 +50,8 @@ def run(scene, method, *, order=None, digits=None):
     try:
         found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
         motion, error = composite.chosen(found, method == "jump", until, m)
-        checks = composite.checks(course, found, error, line, mu, until, m)
-        words = next((words for holds, words in checks if not holds), None)
+        problems = checks(course, found, error, line, mu, until, m)
+        words = next((words for holds, words in problems if not holds), None)
         if words is None:
             return _path(scene, method, motion, error, until, m)
     except (OverflowError, ZeroDivisionError, ValueError):

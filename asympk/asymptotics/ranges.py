@@ -1,0 +1,79 @@
+r"""The range in which a composite expansion may be trusted: what must hold up to a time if it is to mean anything.
+
+Conditions are truth values for numbers and arrays of them for arrays; each comes with the words that refuse.
+"""
+
+from asympk.asymptotics.composite import ends, largest, state_of
+
+SPREAD = 0.5  # a correction that exceeds this part of what it corrects leaves no order to the terms
+TOO_LARGE = 0.5
+SLOWEST = 5  # |b|/mu; slow and fast rates meet at 4, and their series in mu/b converge up to there
+
+
+def checks(course, found, error, line, mu, t, m):
+    """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
+    now, coarse, fine = (motion for motion, _ in found)
+    steps = course.steps + course.then
+    for i, (step, piece, end) in enumerate(zip(steps, fine.pieces, ends(fine, t, m), strict=True)):
+        later, turn = t <= piece.began, fine.turns[i] if i < len(fine.turns) else None
+        fast = abs(line.fast[step.mode][1]) > SLOWEST * mu
+        yield later | fast, f"the fast rate in {step.mode} is not fast, {SLOWEST} mu >= |b|"
+        if turn:
+            yield later | _apart(piece, step, line), f"the slow line of {step.mode} is far from its limit mu -> 0"
+            yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= piece.began)), (
+                f"{step.mode} does not end with {turn.kind} as in the limit mu -> 0"
+            )
+            yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
+            if turn.kind == "velocity_zero":
+                end = m.where(t < turn.t, end, piece.began)
+        if step.side:
+            leaves = _leaves(piece, step.side, line.rate[step.mode], line.fast[step.mode], mu)
+            yield later | leaves, f"the motion returns to z = 0 in {step.mode} at once"
+        for at in (*_turning(piece, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
+            z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
+            # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
+            slack = m.where(piece.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(piece.z[0]))
+            unsure = m.where(piece.z[0] == 0, 0, 2 * _slope_error(piece, line.rate[step.mode])) * (at - piece.began)
+            yield later | (step.side * z >= unsure - slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
+        if step.event is None:
+            s = sum(w[4] + w[2] for w in (piece.x, piece.y))
+            sign = step.side if step.mode == "slip_same" else -step.side
+            yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
+    final = m.pick(now, t, m)
+    scale = largest(1, final[0], final[2], m=m)
+    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
+
+
+def _apart(piece, step, line):
+    """Tell whether a slow line is near its limit, against the distances from there to the start and to the event."""
+    rest = line.rest(step.mode)
+    moved = abs(sum(w[4] + w[2] for w in (piece.x, piece.y)) - rest)
+    near = moved <= SPREAD * abs(piece.x[0] + piece.y[0] - rest)
+    return near if step.event == "velocity_zero" else near & (moved <= SPREAD * abs(line.load_at(step.level) - rest))
+
+
+def _leaves(piece, side, rate, fast, mu):
+    """Tell whether a segment that begins on z = 0 leaves it, by its exact z' and z'' there; true of all others."""
+    y, load = piece.y[0], piece.x[0] + piece.y[0]
+    slope = side * (rate[0] + rate[1] * load)
+    bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
+    return (piece.z[0] != 0) | (bend >= 0) | (2 * slope * abs(piece.fast) > -bend)
+
+
+def _slope_error(piece, rate):
+    """Return by how much z' of a segment is off where it begins: (h0, h1) = ``rate`` give it from the load."""
+    _, constant, part, fast, _ = piece.z
+    load = piece.x[0] + piece.y[0]
+    return abs(constant + part * piece.slow + fast * piece.fast - rate[0] - rate[1] * load)
+
+
+def _turning(piece, end, m):
+    """Yield the times in a segment at which the fast or the slow part turns z back, or its beginning."""
+    _, rate, part, fast, _ = piece.z
+    for top, bottom, speed in (
+        (-(rate + part * piece.slow), fast * piece.fast, piece.fast),
+        (-rate, part * piece.slow, piece.slow),
+    ):
+        ratio = top / m.where(bottom == 0, 1, bottom)
+        at = piece.began + m.log(m.where(ratio > 0, ratio, 1)) / speed
+        yield m.where((ratio > 0) & (bottom != 0) & (at > piece.began) & (at < end), at, piece.began)
