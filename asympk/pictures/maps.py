@@ -147,13 +147,19 @@ def convergence(rows):
                             label=rf"$\sigma = {sigma}$")
                 ax.set(xscale="log", yscale="log", xticks=[1e-12, 1e-8, 1e-4], yticks=[1e-10, 1e-5, 1])
                 ax.minorticks_off()
-            line[0].set_ylabel(expansion.replace("sigma", "σ").replace("Pi", "Π").replace("-", "−"))
+            line[0].set_ylabel(", ".join(map(_typeset, expansion.split(", "))))
         for ax, order in zip(axes[0], orders, strict=True):
             ax.set_title(f"order {order}", pad=3)
         for ax in axes[-1]:
             ax.set_xlabel(r"$\mu$")
         figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return figure
+
+
+def _typeset(part):
+    """Return a part of an expansion's name as mathtext, unless it is a word."""
+    formula = part.replace("sigma", r"\sigma").replace("Pi", r"\Pi_")
+    return part if part.isalpha() else f"${formula}$"
 
 
 def least_models(rows, names):
