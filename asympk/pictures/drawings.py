@@ -69,7 +69,8 @@ def rod(ax, x, y):
     _spring(ax, a, b, middle + 0.24)
     _damper(ax, a, b, middle - 0.24)
     ax.text(x + 0.85, middle + 0.4, r"$R_1 = (k/l)\,\Delta l$", ha="center", va="bottom")
-    ax.text(x + 0.85, middle - 0.42, r"$R_2 = h\,k\,\mathrm{d}(\Delta l)/\mathrm{d}t = h\,l\,\dot{R}_1$", ha="center", va="top")
+    damping = r"$R_2 = h\,k\,\mathrm{d}(\Delta l)/\mathrm{d}t = h\,l\,\dot{R}_1$"
+    ax.text(x + 0.85, middle - 0.42, damping, ha="center", va="top")
 
 
 def small_turn(ax, x, y):
