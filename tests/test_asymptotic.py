@@ -160,8 +160,11 @@ def test_where_the_limit_misleads_the_series_is_refused_to_every_order(order):
     # in stick the load settles on -mu x, near the edge; and beside Pi2 on the separatrix, mu (x + 1/sigma) off Pi2
     settles = ap.Scene(8.941294644370325, 0.030664307591589633, (-2.3374041450707486, 2.447198471059221, 0), 1.91)
     divides = ap.Scene(1, 1.4621e-4, (-1.637977, 0.637884, 0.0028287), 4.75)
+    # Pi2 meets z = 0 just below the edge 1/(sigma0 + 3), and for this mu above it
+    arrives = ap.Scene(-1.7, 0.04, (-2.3, 0.3, -0.36), 16, -1.374)
     for scene, words in (
-        (slow, "not fast"), (missed, "meets z = 0 in slip_opposite"), (held, "returns to z = 0 in slip_same"),
+        (arrives, "slip_same does not follow the arrival"), (slow, "not fast"),
+        (missed, "meets z = 0 in slip_opposite"), (held, "returns to z = 0 in slip_same"),
         (settles, "slow line of stick is far"), (divides, "slow line of slip_opposite is far"),
     ):  # fmt: skip
         with pytest.raises(OutOfRange, match=words):
@@ -368,6 +371,19 @@ def test_arrays_broadcast_and_every_refusal_has_its_words_in_one_line():
     divide = ap.solve_many(1.0, 1e-3, 0.0, -1.0, np.ones(3000), 1.0, method="jump")
     assert divide.reasons == ("OutOfRange: the start lies on the repelling manifold of slip_opposite, whose sides "
                               "differ",)
+
+
+@pytest.mark.parametrize(("method", "order"), [("jump", 0), ("jump", 1), ("jump", 4), ("slow", 1), ("rigid", 0)])
+def test_the_predicted_error_bounds_the_measured_one_on_ten_thousand_scenes(method, order):
+    rng, n = np.random.default_rng(1991), 10000
+    x, y, z = rng.choice([-1, 1], (3, n)) * 10 ** rng.uniform(-4, 2, (3, n))
+    sigma, mu = rng.uniform(-1.95, 8, n), 10 ** rng.uniform(-10, -0.5, n)
+    y = np.where(rng.random(n) < 0.2, -1 / sigma - x + y * mu, y)
+    scenes = sigma, mu, x, y, np.where(rng.random(n) < 0.2, z * mu, z), 10 ** rng.uniform(-2, 1.3, n)
+    found, exact = ap.solve_many(*scenes, method=method, order=order), ap.solve_many(*scenes)
+    error = abs(found.final - exact.final)[::2].max(axis=0) / np.maximum(1, abs(exact.final[::2]).max(axis=0))
+    assert (error[found.reason < 0] <= found.error[found.reason < 0] + 1e-13).all()
+    assert (found.reason < 0).mean() > (0.25 if method == "rigid" else 0.45)
 
 
 @pytest.mark.parametrize("method", ["jump", "slow", "rigid"])

@@ -128,7 +128,7 @@ def predicted_error(found, t, m):
     first, second = _distance(now, next_, m), _distance(next_, last, m)
     spread = largest(0, *(m.where(t <= turn.t, 0, turn.spread) for turn in found[0].turns),
                      *(m.where(t <= piece.began, 0, piece.slow / piece.fast) for piece in found[0].pieces), m=m)
-    error = first * (1 + spread) + _rest(second / m.where(first > 0, first, 1), m) * second
+    error = first * (1 + 2 * spread) + _rest(second / m.where(first > 0, first, 1), m) * second
     error = error + _distance(now, m.pick(found[0], t * (1 + 4 * m.eps), m), m)
     late = [abs(a.t - b.t) + abs(b.t - c.t) for a, b, c in zip(*(motion.turns for motion in found), strict=True)]
     for i, turn in enumerate(found[0].turns):

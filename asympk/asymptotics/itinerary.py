@@ -45,6 +45,10 @@ class LoadLine:
         """Tell whether the slow motion on the critical manifold of a mode heads for the switching plane."""
         return self.side(mode, sign) * sign(self.acceleration(mode)) < 0
 
+    def margin(self, load):
+        """Return what static friction can hold less what it must."""
+        return self.static * abs(load) - abs(self.drive[0] + self.drive[1] * load)
+
     def edges(self, sign):
         """Yield the levels ``drive = k static s``, k = 1 and -1, and the loads there."""
         for name in EDGES:
@@ -125,7 +129,7 @@ def _stick(line, load, far, sign):
 
 def _hold(line, load, sign):
     """Return the sign of what static friction can hold less what it must."""
-    return sign(line.static * abs(load) - abs(line.drive[0] + line.drive[1] * load))
+    return sign(line.margin(load))
 
 
 def _require_hold_far(line, mode, sign):

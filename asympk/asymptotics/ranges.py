@@ -18,6 +18,9 @@ def checks(course, found, error, line, mu, t, m):
         later, turn = t <= piece.began, fine.turns[i] if i < len(fine.turns) else None
         fast = abs(line.fast[step.mode][1]) > SLOWEST * mu
         yield later | fast, f"the fast rate in {step.mode} is not fast, {SLOWEST} mu >= |b|"
+        if i == len(course.steps):
+            held = line.margin(piece.x[0] + piece.y[0]) >= 0
+            yield later | (held == (step.mode == "stick")), f"{step.mode} does not follow the arrival at z = 0"
         if turn:
             yield later | _apart(piece, step, line), f"the slow line of {step.mode} is far from its limit mu -> 0"
             yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= piece.began)), (
