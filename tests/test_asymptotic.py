@@ -383,7 +383,7 @@ def test_the_predicted_error_bounds_the_measured_one_on_ten_thousand_scenes(meth
     found, exact = ap.solve_many(*scenes, method=method, order=order), ap.solve_many(*scenes)
     error = abs(found.final - exact.final)[::2].max(axis=0) / np.maximum(1, abs(exact.final[::2]).max(axis=0))
     assert (error[found.reason < 0] <= found.error[found.reason < 0] + 1e-13).all()
-    assert (found.reason < 0).mean() > (0.25 if method == "rigid" else 0.45)
+    assert (found.reason < 0).sum() > 1000
 
 
 @pytest.mark.parametrize("method", ["jump", "slow", "rigid"])
