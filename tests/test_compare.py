@@ -200,7 +200,7 @@ def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, 
         rows.write_rows(tmp_path / "rows" / f"{name}.csv", found, {"plan": PLAN})
     from legibility import flaws
 
-    assert [flaws(figure) for figure in chart.drawn(tmp_path).values()] == [[]] * 5
+    assert [flaws(figure) for figure in chart.drawn(tmp_path).values()] == [[]] * 4
     files = chart.draw(tmp_path)
     assert all(File(file).stat().st_size > 0 for file in files)
     assert {File(file).suffix for file in files} == {".pdf", ".tex", ".csv"}
