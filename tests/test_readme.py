@@ -24,3 +24,8 @@ def test_ci_runs_the_two_commands_of_the_readme():
     assert "README.md" in script
     assert install.startswith("python3 -m venv --without-pip .venv")
     assert test == ".venv/bin/python -m pytest"
+
+
+def test_ci_installs_the_peers_before_it_runs_the_tests():
+    script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert 0 < script.index("install -qe '.[peers]'") < script.index("${commands[1]}")
