@@ -26,7 +26,7 @@ h1, h2 { line-height: 1.2; font-weight: 600; } h2 { margin-top: 2.5rem; }
 figure { margin: 2rem 0; } figure svg { display: block; width: 100%; max-width: 32rem; height: auto; margin: 0 auto; }
 figcaption, caption { font-size: .9rem; color: #333; text-align: left; padding: .5rem 0; caption-side: top; }
 .wide { overflow-x: auto; margin: 2rem 0; } table { border-collapse: collapse; font-size: .9rem; }
-td { white-space: nowrap; } td.long { white-space: normal; min-width: 15rem; }
+td { white-space: nowrap; } td.long { white-space: normal; min-width: 13rem; }
 caption div { max-width: min(46rem, 100vw - 3.5rem); position: sticky; left: 0; }
 th, td { text-align: left; padding: .3rem .7rem .3rem 0; vertical-align: top; }
 thead th { border-bottom: 1px solid #111; vertical-align: bottom; } td math { math-style: normal; }
