@@ -71,6 +71,21 @@ def test_ensembles_tell_the_same_as_solve_near_what_is_singular():
     assert_same_as_solve(sigma, sigma, mu, x, s - x, rng.choice([0, 1, -1, 1e-10, -1e-8, 0.01], n), 5.0)
 
 
+def test_ensembles_tell_the_same_as_solve_where_mu_is_not_small():
+    rng, n = np.random.default_rng(3), 1500
+    sigma = np.where(rng.random(n) < 0.5, rng.uniform(-1.99, 4, n), 10 ** rng.uniform(-2, 3, n))
+    mu = 10 ** rng.uniform(-2, 3, n)
+    x, y, z = rng.normal(size=(3, n)) * 10 ** rng.uniform(-3, 0, (3, n))
+    assert_same_as_solve(sigma, sigma, mu, x, y, z, 10 ** rng.uniform(0, 2, n), 4e-15)
+
+
+def test_a_root_is_not_taken_for_found_where_the_fast_part_has_nothing_to_balance():
+    start = (-1.0916013630004633, 2.901339201997149, 0.22440329176185003)
+    scene = ap.Scene(-1.0086437016452257, 0.3136444386387876, start, 46)
+    assert ap.solve(scene, digits=30).modes == ("slip_same", "stick", "slip_same")
+    assert_same_as_solve(scene.sigma, scene.sigma, scene.mu, *start, 46.0)
+
+
 @pytest.mark.parametrize("offset", [1e-3, -1e-6, 1e-9, -1e-12])
 @pytest.mark.parametrize("mu", [1e-1, 1e-3, 1e-6])
 def test_starts_beside_the_unstable_plane_leave_it_as_they_should(mu, offset):

@@ -3,6 +3,7 @@
 import numpy as np
 
 MOST_STEPS = 400
+AT_REST = 1e-5
 
 
 def roots(step, lo, hi, rising, t, first=np.inf):
@@ -53,8 +54,9 @@ def balance(value, u, k, fast, rate, slow, slow_rate):
     r"""Return the ``step`` for ``value + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``; u is its constant.
 
     Where the fast part can balance the rest r(t) = -(u + k t + slow e^{slow_rate t}), it is Newton's step for
-    ``rate t = log(r/fast)``; where it cannot, the rest itself must vanish; otherwise the step is that of the whole. As
-    long as the fast part has changed little, what it gains is balanced instead: sums of large terms would cancel.
+    ``rate t = log(r/fast)``; where it cannot, the rest itself must vanish first, and the step is towards that unless t
+    is there already; otherwise it is that of the whole. As long as the fast part has changed little, what it gains is
+    balanced instead: sums of large terms would cancel.
     """
     side, size = np.sign(fast), np.log(np.abs(fast))
 
@@ -74,7 +76,8 @@ def balance(value, u, k, fast, rate, slow, slow_rate):
         can = side[rows] * r > 0
         by_log = can & (np.abs(f * pace) > np.abs(dr))
         if not by_log.all():
-            whole, alone = t - over / (f * pace - dr), np.where(pace < 0, t - r / dr, np.nan)
+            far = (pace < 0) & (np.abs(r) > AT_REST * t * np.abs(dr))
+            whole, alone = t - over / (f * pace - dr), np.where(far, t - r / dr, np.nan)
             new = np.where(by_log, new, np.where(can | (np.abs(f) <= np.abs(r)), whole, alone))
         return over > 0, new
 
