@@ -34,7 +34,7 @@ def test_the_sessions_of_the_howto_print_what_it_says(desk):
 
 def test_the_commands_of_the_howto_run(desk, capsys):
     lines = "\n".join(re.findall(r"```sh\n(.*?)```", HOWTO, re.DOTALL)).splitlines()
-    commands = [shlex.split(line, comments=True) for line in lines]
+    commands = [shlex.split(line, comments=True) for line in lines if line]
     commands.append(re.search(r"`asympk (sweep fan.toml --out fan)`", HOWTO)[1].split())
     commands.append(re.search(r"`asympk (export --target c --out build)`", HOWTO)[1].split())
     for command in commands:
