@@ -36,11 +36,14 @@ def convergence_table(rows):
     body, last = [], None
     for (expansion, sigma), by_order in found.items():
         cells = [cell for n in orders for cell in _closeness(by_order[n])]
-        body.append((words(expansion if expansion != last else ""), _ratio(sigma), *cells))
+        body.append((words(expansion) if expansion != last else Cell("", expansion), _ratio(sigma), *cells))
         last = expansion
     header = ("expansion", r"$\sigma$")
     for n in orders:
-        header += (*(f"{f'{n}: ' if mu == SHOWN[0] else ''}${_scale(mu)}$" for mu in SHOWN), "from")
+        for mu in SHOWN:
+            front = f"{n}: " if mu == SHOWN[0] else ""
+            header += (Cell(f"{front}${_scale(mu)}$", f"order {n}, mu = {_bare(mu)}"),)
+        header += (Cell("from", f"order {n}, monotone from mu"),)
     return Table("convergence", "ll" + "lllr" * len(orders), header, tuple(body))
 
 
@@ -48,7 +51,7 @@ def _closeness(several):
     """Return the largest excess at each mu that is shown, and the mu from which on all shrink."""
     sizes = {mu: max(abs(row["excess"]) for group in several for row in group if row["mu"] == mu) for mu in SHOWN}
     since = min(map(monotone_from, several))
-    return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${_scale(since)}$", f"{since:.0e}".replace("e-0", "e-"))]
+    return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${_scale(since)}$", _bare(since))]
 
 
 def escape_table(rows):
@@ -59,11 +62,14 @@ def escape_table(rows):
         for offset in OFFSETS:
             by_mu = {row["mu"]: row for row in several if row["offset"] == offset}
             cells = [cell for mu in MUS for cell in _escape(by_mu[float(mu)])]
-            body.append((_ratio(str(Fraction(sigma))) if sigma != last else "", _power(offset), *cells))
+            ratio = _ratio(str(Fraction(sigma)))
+            body.append((ratio if sigma != last else Cell("", ratio.text), _power(offset), *cells))
             last = sigma
     header = (r"$\sigma$", r"$\delta$")
     for mu in MUS:
-        header += (rf"$T$ at $\mu={_scale(float(mu))}$", "quotient", "motion")
+        at = f" at mu = {_bare(float(mu))}"
+        header += (Cell(rf"$T$ at $\mu={_scale(float(mu))}$", f"T{at}"),
+                   *(Cell(name, f"{name}{at}") for name in ("quotient", "motion")))
     return Table("escape", "ll" + "lll" * len(MUS), header, tuple(body))
 
 
@@ -78,6 +84,10 @@ def _ratio(word):
 
 def _scale(mu):
     return f"10^{{{_parts(mu, 1)[1]}}}"
+
+
+def _bare(mu):
+    return f"1e{_parts(mu, 1)[1]}"
 
 
 def _short(value):

@@ -35,14 +35,14 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """A header and rows; ``align`` is the tabular's column specification.
+    """A header and rows of cells; ``align`` is the tabular's column specification.
 
     A cell is a ``Cell``, a SymPy object, or a string in LaTeX whose formulas stand between dollar signs.
     """
 
     name: str
     align: str
-    header: tuple[str, ...]
+    header: tuple[Any, ...]
     rows: tuple[tuple[Any, ...], ...]
 
 
