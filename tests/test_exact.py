@@ -12,7 +12,7 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 import asympk as ap
-from asympk.errors import InputError, TooLarge, TooManyEvents
+from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.flow.arithmetic import Doubles
 from asympk.flow.exact import Case, legs_of
 
@@ -478,6 +478,28 @@ def test_a_run_in_doubles_needs_more_digits_only_rarely():
         scene = ap.Scene(1, 10 ** random.uniform(-8, -1), tuple(random.uniform(-2, 2, 3)), 5)
         asked += ap.solve(scene).error == 2.0**-53
     assert asked <= 3
+
+
+def test_where_rounding_may_show_the_result_is_that_of_more_digits_rounded():
+    random = np.random.default_rng(12)
+    refined = 0
+    for _ in range(60):
+        scene = ap.Scene(1, 3, tuple(random.uniform(-2, 2, 3)), 5)
+        path, true = ap.solve(scene), ap.solve(scene, digits=40)
+        assert path.modes == true.modes
+        if path.error == 2.0**-53:
+            refined += 1
+            assert path.final == tuple(map(float, true.final))
+            for found, event in zip(path.events, true.events, strict=True):
+                assert found[1:] == tuple(map(float, event[1:]))
+    assert refined > 20
+
+
+def test_a_course_that_more_digits_do_not_share_is_not_refined():
+    case = Case(1.0, 1.0, 3.0, 0.3, 0.2, -1.0, 5.0, None)
+    other = legs_of(Doubles, case._replace(z=1.0))
+    with pytest.raises(Undecided):
+        legs_of(Doubles, case, other)
 
 
 def test_doubles_alone_follow_an_ordinary_scene():

@@ -49,14 +49,12 @@ def _exact(m, value):
 
 
 def _expm1(m, p):
+    from mpmath.libmp import fone, mpf_exp, mpf_sub
+
     lost = -m.mag(p) if p else 0
     if lost > m.prec:
         return p
-    m.prec += max(0, lost)
-    try:
-        return m.exp(p) - 1
-    finally:
-        m.prec -= max(0, lost)
+    return m.make_mpf(mpf_sub(mpf_exp(p._mpf_, m.prec + max(0, lost) + 8, "n"), fone, m.prec, "n"))
 
 
 def _guess(m, segment, find, *arguments):

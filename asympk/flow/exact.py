@@ -1,7 +1,8 @@
 """``method="exact"``: the exact flow in doubles, and on mpmath numbers to any number of digits.
 
-A run in doubles keeps account of its own rounding errors. Where they would show in the result, where a sign cannot be
-told, or where the range of doubles ends, the same flow is followed on mpmath numbers instead and rounded at the end.
+A run in doubles keeps account of its own rounding errors. Where they may show in the result its events are refined on
+mpmath numbers, and the result is rounded from there; where they may show in the course of events, where a sign cannot
+be told, or where the range of doubles ends, the flow is followed on mpmath numbers from the start.
 """
 
 from functools import lru_cache
@@ -23,6 +24,8 @@ DIGITS_OF_DOUBLES = 17
 LARGEST_DOUBLE = 308
 ROUNDED = 2.0**-53
 TRUSTED = 2e-15
+REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
+REFINED_DIGITS = 34
 
 
 class Case(NamedTuple):
@@ -64,6 +67,9 @@ def _in_doubles(scene):
         error = TRUSTED if calm(legs, case.until) else estimate(legs, TRUSTED)
         if error <= TRUSTED:
             return _path(scene, None, legs, legs, error, float)
+        if error <= REFINABLE:
+            legs = legs_of(_refining(), case, legs)
+            return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
     legs, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
@@ -75,12 +81,19 @@ def _flow_in_doubles(sigma, sigma0, mu):
     return Flow(Doubles, sigma, sigma0, mu)
 
 
-def legs_of(m, case):
-    """Return the legs of the solution of ``case`` in the numbers of ``m``."""
+@lru_cache(maxsize=1)
+def _refining():
+    m = context(LARGEST_DOUBLE)
+    set_digits(m, REFINED_DIGITS)
+    return m
+
+
+def legs_of(m, case, known=None):
+    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known`` is as in ``follow``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
     start, deviation = beginning(flow, case)
-    return follow(flow, start, m.number(case.until), deviation)
+    return follow(flow, start, m.number(case.until), deviation, known)
 
 
 def _certified(case, digits, largest=None):

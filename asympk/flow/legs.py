@@ -97,10 +97,11 @@ class Leg(NamedTuple):
     end: tuple
 
 
-def follow(flow, start, until, deviation=None):
+def follow(flow, start, until, deviation=None, known=None):
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
-    Return the legs of the solution; a state is (x, y, s, z, mu y').
+    Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
+    numbers, whose event times need only be refined.
     """
     x, y, s, z, s_sign, z_sign = start
     m, t = flow.m, 0 * until
@@ -111,7 +112,9 @@ def follow(flow, start, until, deviation=None):
             segment = flow.mode(name).start(x, y, s, z)
         else:
             segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
-        if z_sign:
+        if known:
+            found = settle(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
+        elif z_sign:
             found = (flow.quick and ordinary.slip_end(segment, s_sign, z_sign, until - t)) or slip(
                 segment, s_sign, z_sign, until - t)
         else:
@@ -202,6 +205,25 @@ def stick(flow, segment, s_sign, left):
                 return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
         lo = hi
     return "", left, segment.state(left)
+
+
+def settle(flow, segment, known, s_sign, left):
+    """Return (kind, time, state) of the event, or of the end, of a leg that is ``known`` in coarser numbers."""
+    if not known.kind:
+        return "", left, segment.state(left)
+    t = flow.m.number(known.span)
+    if known.kind == "velocity_zero":
+        return known.kind, *on_plane(segment, t)
+    edges = (edge for edge in flow.edges(s_sign) if edge is not None)
+    level = 0 * t if known.kind == "force_zero" else min(edges, key=lambda edge: abs(edge - known.end[2]))
+    return known.kind, *on_level(segment, level, t)
+
+
+def _counterpart(known, legs, name):
+    """Return the known leg that the leg after ``legs``, in the mode ``name``, must be."""
+    if len(legs) == len(known) or known[len(legs)].mode != name:
+        raise Undecided
+    return known[len(legs)]
 
 
 def on_plane(segment, t):
