@@ -339,7 +339,7 @@ BAD = {
     "sigma": [(-2, "greater than -2"), (np.nan, "finite"), ([1, np.inf], r"sigma\[1\] = inf: .*finite"), ("x", "'x'")],
     "mu": [(0, "positive"), ([[1, -1e-300]], r"mu\[0, 1\] = -1e-300: .*positive"), (None, "None"), (1j, "1j")],
     "x": [([0, 1, np.nan], r"x\[2\] = nan"), ([True], "True"), ([[1], [1, 2]], "number"), (object(), "object")],
-    "z": [(10**400, "finite"), ("1/0", "zero"), (np.array(["a"]), r"z\[0\]")],
+    "z": [(10**400, "finite"), ("1/0", "zero"), (np.array(["a"]), r"z\[0\] = 'a'")],
     "until": [(-1e-9, "zero or positive"), (np.inf, "finite")],
     "sigma0": [(0.5, r"sigma0 = 0.5: it must be at least sigma = 1"), ([1, 2, 0.9], r"sigma0\[2\] = 0.9")],
 }

@@ -82,7 +82,7 @@ def numbers(name, value):
     except ValueError:
         raise InputError(f"{name} = {_short(value)}: it must be a number or an array of numbers") from None
     if values.dtype.kind in "OUS":
-        values = _read_each(name, values)
+        values = _read_each(name, values.astype(object))
     if values.dtype.kind not in "iuf":
         raise InputError(f"{name} = {_short(value)}: it must be a number or an array of numbers")
     return values
