@@ -79,6 +79,13 @@ def test_ensembles_tell_the_same_as_solve_where_mu_is_not_small():
     assert_same_as_solve(sigma, sigma, mu, x, y, z, 10 ** rng.uniform(0, 2, n), 4e-15)
 
 
+def test_ensembles_tell_the_same_as_solve_where_sigma_is_small():
+    rng, n = np.random.default_rng(4), 400
+    sigma = 10 ** rng.uniform(-14, -2, n)
+    mu, z = sigma * 10 ** rng.uniform(-4, -1.3, n), 10 ** rng.uniform(-2, 1.5, n) * rng.choice([-1, 1], n)
+    assert_same_as_solve(sigma, sigma, mu, *rng.uniform(-2, 2, (2, n)), z, 5.0, 4e-15)
+
+
 def test_a_root_is_not_taken_for_found_where_the_fast_part_has_nothing_to_balance():
     start = (-1.0916013630004633, 2.901339201997149, 0.22440329176185003)
     scene = ap.Scene(-1.0086437016452257, 0.3136444386387876, start, 46)
