@@ -389,6 +389,38 @@ def test_a_stop_in_the_third_stretch_is_that_of_an_integrator(sigma, mu, start, 
     assert [event.t for event in found] == pytest.approx([event.t for event in other], rel=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("sigma", "mu", "start", "until"),
+    [
+        (5.0, 2.0, (0.062499999999999986, 0.06250000000000001, 0.0), 3.0),  # into the cone for 1e-16 only
+        (-1.0, 2.0**-22, (-2097151.5, 2097152.0, 0.0), 3.0),  # on its edge with s' = 0, and so z' = z'' = 0
+        (1.0, 2.0**-8, (-63.75, 64.0, 0.0), 5.0),
+        (3.0, 0.25, (0.75, -1.0, 0.5), 0.1),  # z' = z'' = 0 off the plane
+        (-1.0, 2.0**-28, (-134217727.5, 134217728.0, 0.5), 20.0),
+    ],
+)
+def test_a_start_where_several_derivatives_vanish_is_followed_alike_in_all_numbers(sigma, mu, start, until):
+    scene = ap.Scene(sigma, mu, start, until)
+    path, true = ap.solve(scene), ap.solve(scene, digits=40)
+    assert path.modes == true.modes
+    assert distance(path, true) <= BOUND
+    assert ap.solve_many(sigma, mu, *start, until).n_events == len(true.events)
+
+
+def test_starts_on_the_edges_and_levels_go_as_more_digits_tell():
+    random = np.random.default_rng(5)
+    for _ in range(400):
+        sigma = float(random.choice([1, 0, -1, -1.5, -0.5, 3, -1.75, 5]))
+        mu = 2.0 ** -random.integers(-3, 20)
+        s = float(random.choice([1 / (sigma + 3), 1 / (sigma + 4), 0, 1, *([-1 / (sigma + 1)] if sigma != -1 else [])]))
+        rates = 0, s / mu, s / mu * (1 + 2.0**-52), -1 / mu, random.normal(), ((sigma + 4) * s - 1) / mu
+        y = float(random.choice(rates))
+        scene = ap.Scene(sigma, mu, (s - y, y, random.choice([0, 0, 0.5, -0.5, 1e-8])), 3.0)
+        path, true = ap.solve(scene), ap.solve(scene, digits=40)
+        assert path.modes == true.modes
+        assert distance(path, true) <= BOUND
+
+
 def test_no_time_is_no_motion():
     for start in ((0, 0.2, -1), (0, 0, 0), (1, 2, 0)):
         path = ap.solve(ap.Scene(1, 1e-3, start, 0))

@@ -11,6 +11,8 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the st
 from asympk.flow.roots import fast_slow_root
 from asympk.flow.smooth import s_root, short_responses, short_time, superposed, z_root
 
+SOON = 2.0**-10
+
 
 class FastSlow:
     """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the share of F in x, and so on."""
@@ -79,8 +81,15 @@ class FastSlowSegment:
         mode, fast, slow = self.mode, self.fast, self.slow
         if not fast or not slow or (fast > 0) != (slow > 0):
             return None
-        t = (mode.m.log(slow / fast) + mode.turn) / mode.gap
+        p = mode.m.log(slow / fast) + mode.turn
+        if -SOON < p < SOON and not self.known:
+            p = mode.m.log1p(-self.slope() / (mode.fast_s * mode.fast_rate * fast))
+        t = p / mode.gap
         return t if t > 0 else None
+
+    def slope(self):
+        """Return the rate of s at t = 0."""
+        return self.y0 + self.mode.load - self.mode.beta * self.s0
 
     def state(self, t):
         """Return (x, y, s, z, mu y') at t."""

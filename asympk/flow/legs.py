@@ -143,7 +143,7 @@ def slip(segment, s_sign, z_sign, left):
     mode = segment.mode
     a, fall = mode.a, mode.fall
     end = segment.horizon(left)
-    lo, opening = 0, not segment.z0 or z_sign * (a + fall * segment.s0) > 0
+    lo, opening = 0, not segment.z0 or z_sign * ((a + fall * segment.s0) or _bend(segment)) > 0
     for hi in stretches(segment, end):
         s, z = segment.probe(hi)
         opens = z_sign * (a + fall * s) > 0
@@ -154,6 +154,12 @@ def slip(segment, s_sign, z_sign, left):
     if end < left:
         raise Undecided
     return "", left, segment.state(left)
+
+
+def _bend(segment):
+    """Return the second derivative of z at the start, or the third where that is zero too."""
+    mode = segment.mode
+    return mode.fall * (segment.slope() or mode.load - mode.beta * segment.s0)
 
 
 def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):

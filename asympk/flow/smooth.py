@@ -137,16 +137,19 @@ class SmoothSegment:
         """
         mode = self.mode
         m, omega = mode.m, mode.omega
-        push = mode.load - mode.beta * self.s0
-        slope = self.y0 + push
-        w = push - mode.gamma * slope
+        slope = self.slope()
+        w = mode.load - mode.beta * self.s0 - mode.gamma * slope
         if not mode.real:
-            angle = m.atan2(-slope * omega, w)
-            return (angle if angle > 0 else angle + m.pi) / omega
+            side = 1 if slope > 0 else -1
+            return m.atan2(side * slope * omega, -side * w) / omega if slope else mode.half_period
         if not w or slope / w >= 0 or -omega * slope / w >= 1:
             return None
         p = -omega * slope / w
         return m.log1p(2 * p / (1 - p)) / (2 * omega) if p else -slope / w
+
+    def slope(self):
+        """Return the rate of s at t = 0."""
+        return self.y0 + self.mode.load - self.mode.beta * self.s0
 
     def state(self, t):
         """Return (x, y, s, z, mu y') at t."""
