@@ -153,7 +153,7 @@ def _scene(options):
 
 
 def _scene_file(options):
-    """Return the ``SceneFile`` that the options of ``solve`` name, their own numbers replacing the file's."""
+    """Return the ``SceneFile`` that the options name, their own numbers replacing the file's."""
     from asympk.errors import InputError
     from asympk.scenes.scenefile import SceneFile, changed, load
 

@@ -9,12 +9,12 @@ from asympk.errors import InputError
 from asympk.scene import number
 
 LARGEST = 2.0**1023
-ANY = (None, "")
+ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
 LIMITS = {
     "sigma": (lambda v: v > -2, "greater than -2"),
     "mu": (lambda v: v > 0, "positive"),
     "until": (lambda v: v >= 0, "zero or positive"),
-    "sigma0": ANY,
+    "sigma0": (),
 }
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.arrays import careful, courses
-from asympk.arrays.columns import require, scenes
+from asympk.arrays.columns import ORDER, require, scenes
 from asympk.arrays.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents
 from asympk.flow import exact
@@ -24,7 +24,6 @@ from asympk.scene import Scene
 
 CHUNK = 131072
 BATCH = 16384
-ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
 
 
 class Events(NamedTuple):

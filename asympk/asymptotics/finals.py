@@ -7,14 +7,13 @@ its first member and setting aside those that answer otherwise.
 from dataclasses import dataclass
 from typing import Any
 
-from asympk.arrays.columns import require, scenes
+from asympk.arrays.columns import ORDER, require, scenes
 from asympk.asymptotics import composite
 from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
 from asympk.asymptotics.ranges import checks
 from asympk.errors import AsympkError, OutOfRange
 
 CHUNK = 1 << 15
-ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the st
 """
 
 from asympk.flow.roots import fast_slow_root
-from asympk.flow.smooth import s_root, short_responses, short_time, superposed, z_root
+from asympk.flow.smooth import s_root, short_responses, short_time, slope, superposed, z_root
 
 SOON = 2.0**-10
 
@@ -83,13 +83,9 @@ class FastSlowSegment:
             return None
         p = mode.m.log(slow / fast) + mode.turn
         if -SOON < p < SOON and not self.known:
-            p = mode.m.log1p(-self.slope() / (mode.fast_s * mode.fast_rate * fast))
+            p = mode.m.log1p(-slope(self) / (mode.fast_s * mode.fast_rate * fast))
         t = p / mode.gap
         return t if t > 0 else None
-
-    def slope(self):
-        """Return the rate of s at t = 0."""
-        return self.y0 + self.mode.load - self.mode.beta * self.s0
 
     def state(self, t):
         """Return (x, y, s, z, mu y') at t."""

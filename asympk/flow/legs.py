@@ -19,7 +19,7 @@ from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.flow import ordinary
 from asympk.flow.arithmetic import Doubles
 from asympk.flow.fastslow import FastSlow
-from asympk.flow.smooth import Smooth
+from asympk.flow.smooth import Smooth, slope
 
 MOST_EVENTS = 1000
 WIDEST = 1e100
@@ -30,7 +30,7 @@ class Flow:
 
     def __init__(self, m, sigma, sigma0, mu):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
-        self._modes, self.quick = {}, m is Doubles
+        self._modes = {}
         other = -1 / (sigma0 + 1) if sigma0 != -1 else None
         self._edges = {
             1: (1 / (sigma0 + 3), other if sigma0 < -1 else None),
@@ -65,6 +65,10 @@ class Flow:
     def edges(self, s_sign):
         """Return the edges (near zero, far from zero) of the static cone on one side of s = 0; None for no edge."""
         return self._edges[s_sign]
+
+    def nearest_edge(self, s_sign, s):
+        """Return the edge of the static cone on one side of s = 0 that is nearest to s."""
+        return min((edge for edge in self.edges(s_sign) if edge is not None), key=lambda edge: abs(edge - s))
 
     def sticks(self, s, size):
         """Tell whether s, a sum of terms up to ``size``, lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
@@ -104,8 +108,7 @@ def follow(flow, start, until, deviation=None, known=None):
     numbers, whose event times need only be refined.
     """
     x, y, s, z, s_sign, z_sign = start
-    m, t = flow.m, 0 * until
-    legs = []
+    m, t, legs = flow.m, 0 * until, []
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
         if deviation is None:
@@ -115,10 +118,10 @@ def follow(flow, start, until, deviation=None, known=None):
         if known:
             found = settle(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
         elif z_sign:
-            found = (flow.quick and ordinary.slip_end(segment, s_sign, z_sign, until - t)) or slip(
+            found = (m is Doubles and ordinary.slip_end(segment, s_sign, z_sign, until - t)) or slip(
                 segment, s_sign, z_sign, until - t)
         else:
-            found = (flow.quick and ordinary.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
+            found = (m is Doubles and ordinary.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
                 flow, segment, s_sign, until - t)
         kind, span, state = found
         legs.append(Leg(name, t, segment, kind, span, state))
@@ -159,7 +162,7 @@ def slip(segment, s_sign, z_sign, left):
 def _bend(segment):
     """Return the second derivative of z at the start, or the third where that is zero too."""
     mode = segment.mode
-    return mode.fall * (segment.slope() or mode.load - mode.beta * segment.s0)
+    return mode.fall * (slope(segment) or mode.load - mode.beta * segment.s0)
 
 
 def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
@@ -220,8 +223,7 @@ def settle(flow, segment, known, s_sign, left):
     t = flow.m.number(known.span)
     if known.kind == "velocity_zero":
         return known.kind, *on_plane(segment, t)
-    edges = (edge for edge in flow.edges(s_sign) if edge is not None)
-    level = 0 * t if known.kind == "force_zero" else min(edges, key=lambda edge: abs(edge - known.end[2]))
+    level = 0 * t if known.kind == "force_zero" else flow.nearest_edge(s_sign, known.end[2])
     return known.kind, *on_level(segment, level, t)
 
 

@@ -69,6 +69,11 @@ def short_responses(m, beta, t):
             return rate, g, h, k
 
 
+def slope(segment):
+    """Return the rate of s at the start of a segment."""
+    return segment.y0 + segment.mode.load - segment.mode.beta * segment.s0
+
+
 def superposed(segment, t, responses):
     """Return the state (x, y, s, z, mu y') at t from the responses there."""
     mode, x, y, s = segment.mode, segment.x0, segment.y0, segment.s0
@@ -137,19 +142,15 @@ class SmoothSegment:
         """
         mode = self.mode
         m, omega = mode.m, mode.omega
-        slope = self.slope()
-        w = mode.load - mode.beta * self.s0 - mode.gamma * slope
+        rate = slope(self)
+        w = mode.load - mode.beta * self.s0 - mode.gamma * rate
         if not mode.real:
-            side = 1 if slope > 0 else -1
-            return m.atan2(side * slope * omega, -side * w) / omega if slope else mode.half_period
-        if not w or slope / w >= 0 or -omega * slope / w >= 1:
+            side = 1 if rate > 0 else -1
+            return m.atan2(side * rate * omega, -side * w) / omega if rate else mode.half_period
+        if not w or rate / w >= 0 or -omega * rate / w >= 1:
             return None
-        p = -omega * slope / w
-        return m.log1p(2 * p / (1 - p)) / (2 * omega) if p else -slope / w
-
-    def slope(self):
-        """Return the rate of s at t = 0."""
-        return self.y0 + self.mode.load - self.mode.beta * self.s0
+        p = -omega * rate / w
+        return m.log1p(2 * p / (1 - p)) / (2 * omega) if p else -rate / w
 
     def state(self, t):
         """Return (x, y, s, z, mu y') at t."""

@@ -74,7 +74,7 @@ def _first_signs(flow, case, x, y, z):
 
 def _beside_edge(flow, s, on_edge):
     """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
-    nearest = min((edge for edge in flow.edges(sign_of(s)) if edge is not None), key=lambda edge: abs(s - edge))
+    nearest = flow.nearest_edge(sign_of(s), s)
     if on_edge:
         return nearest
     decided(flow.m, s - nearest, abs(nearest))
