@@ -12,12 +12,11 @@ from asympk.integrators import hybrid
 from asympk.integrators.collocation import reference
 from asympk.integrators.integrate import absent, endpoints, follow
 from asympk.methods import METHODS
-from asympk.output.tabular import Cell, Table, latex, text
+from asympk.output.tabular import Cell, Table, write_table
 from asympk.path import Event
 from asympk.path import Path as Trajectory
 from asympk.pictures import figures, style
 from asympk.scene import Scene
-from asympk.storage.files import write_text
 from asympk.storage.rows import provenance, read_provenance, read_rows, write_rows
 from asympk.studies.compare import workprec
 from asympk.systems import nonlinear_rod
@@ -67,8 +66,9 @@ def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
     ``quick`` computes fewer rows, of the peers that are there, into ``out``/quick and leaves the kept ones alone.
     ``progress`` is called with one line for each step. Raises ``MissingPackage`` where the full run lacks a peer.
     """
-    if absent() and not quick:
-        raise MissingPackage(f"the full chart runs {', '.join(absent())} too: pip install {_quoted(absent())}")
+    lacking = absent()
+    if lacking and not quick:
+        raise MissingPackage(f"the full chart runs {', '.join(lacking)} too: pip install {_quoted(lacking)}")
     plan = QUICK if quick else FULL
     kept, tell = Path(out), progress or (lambda line: None)
     out = kept / "quick" if quick else kept
@@ -118,7 +118,8 @@ def _models():
 
 
 def _integrators(plan):
-    for method in (m for m in (*EXPLICIT, *IMPLICIT) if m not in absent()):
+    lacking = absent()
+    for method in (m for m in (*EXPLICIT, *IMPLICIT) if m not in lacking):
         steps = plan["steps"] * (COMPILED if method == "heyoka" else 1)
         yield method, {"method": method, "steps": steps, "seconds": plan["seconds"]}, plan["tolerances"]
 
@@ -244,8 +245,7 @@ def draw(out, tell=lambda line: None):
     tell("drawing")
     if (out / "rows" / "work.csv").exists():
         table = method_table(read_rows(out / "rows" / "work.csv"))
-        tables = [write_text(out / "tables" / f"{table.name}{end}", dress(table))
-                  for end, dress in ((".tex", latex), (".csv", text))]
+        tables = write_table(table, out / "tables")
     return [figures.save(figure, out / "figures" / f"{name}.pdf") for name, figure in drawn(out).items()] + tables
 
 

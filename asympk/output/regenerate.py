@@ -74,14 +74,12 @@ def write_tables(root):
     """
     from asympk.output.rowtables import tables_from_rows
     from asympk.output.tables import TABLES
-    from asympk.output.tabular import latex, text
+    from asympk.output.tabular import write_table
 
     out = project(root) / "paper" / "generated" / "tables"
     written = []
     for make in (*TABLES, *tables_from_rows(root).values()):
-        table = make()
-        written.append(write_text(out / f"{table.name}.tex", latex(table)))
-        written.append(write_text(out / f"{table.name}.csv", text(table)))
+        written += write_table(make(), out)
     return written
 
 

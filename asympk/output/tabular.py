@@ -8,6 +8,8 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.storage.files import write_text
+
 _SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}",
             "\\": r"\textbackslash{}", "~": r"\~{}"}  # fmt: skip
 _RELATIONS = {"<=": r"\le ", ">=": r"\ge ", "->": r"\to ", "+-": r"\pm ", "<": "<", ">": ">", "|": "|"}
@@ -63,6 +65,11 @@ def text(table):
     buffer = io.StringIO()
     csv.writer(buffer, lineterminator="\n").writerows(plain(table))
     return buffer.getvalue()
+
+
+def write_table(table, out):
+    """Write the table into the directory ``out`` as ``name``.tex and ``name``.csv; return the files."""
+    return [write_text(out / f"{table.name}{end}", dress(table)) for end, dress in ((".tex", latex), (".csv", text))]
 
 
 def words(sentence):

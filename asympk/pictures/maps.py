@@ -169,16 +169,9 @@ def least_models(rows, names):
     """
     from matplotlib.patches import Patch
 
-    sigmas = list(dict.fromkeys(row["sigma"] for row in rows))
+    sigmas = {sigma: rf"$\sigma = {sigma}$" for sigma in dict.fromkeys(row["sigma"] for row in rows)}
     with plate(1.45 * len(sigmas) + 0.55, len(sigmas), 2, sharex=True, sharey=True) as (figure, axes):
-        for line, sigma in zip(axes, sigmas, strict=True):
-            for ax, side in zip(line, (-1, 1), strict=True):
-                chosen = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
-                _cells_panel(ax, chosen, "mu", "rung", _shade)
-                ax.set_title(rf"$\sigma = {sigma}$, $z_0 {'<' if side < 0 else '>'} 0$", pad=3)
-            line[0].set_ylabel("$|z_0|$")
-        for ax in axes[-1]:
-            ax.set_xlabel(r"$\mu$")
+        _maps(axes, rows, "sigma", sigmas, "mu", "rung", _shade, r"$\mu$")
         met = sorted({row["rung"] for row in rows})
         handles = [Patch(facecolor=_shade(k), edgecolor="0.4", linewidth=0.3, label=f"{k}  {names[k]}") for k in met]
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), columnspacing=0.9,
@@ -195,17 +188,22 @@ def collisions(rows):
 
     A panel for each mu and sign of z0; the numbers stand in the middle of the largest part that has them.
     """
-    mus = sorted({row["mu"] for row in rows})
+    mus = {mu: rf"$\mu = {mu:g}$" for mu in sorted({row["mu"] for row in rows})}
     with plate(1.45 * len(mus) + 0.3, len(mus), 2, sharex=True, sharey=True) as (figure, axes):
-        for line, mu in zip(axes, mus, strict=True):
-            for ax, side in zip(line, (-1, 1), strict=True):
-                chosen = [row for row in rows if row["mu"] == mu and row["z"] * side > 0]
-                _cells_panel(ax, chosen, "scaled_x", "count", _grey)
-                ax.set_title(rf"$\mu = {mu:g}$, $z_0 {'<' if side < 0 else '>'} 0$", pad=3)
-            line[0].set_ylabel("$|z_0|$")
-        for ax in axes[-1]:
-            ax.set_xlabel(r"$\mu\,x_0$")
+        _maps(axes, rows, "mu", mus, "scaled_x", "count", _grey, r"$\mu\,x_0$")
     return figure
+
+
+def _maps(axes, rows, name, titles, along, what, shade, label):
+    """Fill a line of panels for each value of ``name``, of which ``titles`` are the words, one for each sign of z0."""
+    for line, (value, title) in zip(axes, titles.items(), strict=True):
+        for ax, side in zip(line, (-1, 1), strict=True):
+            chosen = [row for row in rows if row[name] == value and row["z"] * side > 0]
+            _cells_panel(ax, chosen, along, what, shade)
+            ax.set_title(f"{title}, $z_0 {'<' if side < 0 else '>'} 0$", pad=3)
+        line[0].set_ylabel("$|z_0|$")
+    for ax in axes[-1]:
+        ax.set_xlabel(label)
 
 
 def _cells_panel(ax, rows, along_key, value_key, grey):
