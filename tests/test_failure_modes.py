@@ -9,10 +9,10 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from peers import here
 from scipy.integrate import solve_ivp
 
 import asympk as ap
-from asympk.integrators.integrate import absent
 from asympk.integrators.moreau import _solutions
 from asympk.integrators.piecewise import first_phase, next_phase, piece_of, rod, snapped
 
@@ -22,14 +22,6 @@ WRONG = 0.1
 
 def scene(name, mu, until=5, **other):
     return ap.Scene(1, mu, SCENES[name], until, **other)
-
-
-def here(*methods):
-    return [
-        pytest.param(m, marks=pytest.mark.skipif(
-            m in absent(), reason=f"{m}: the extra 'peers' is not installed"))
-        for m in methods
-    ]  # fmt: skip
 
 
 def error(path, truth):
