@@ -77,7 +77,7 @@ def _landing(segment, end):
     left = r / share
     lost, kept = segment.slow * lost, segment.slow * (1.0 + lost)
     off = mode.fast_s * left + mode.lift * kept
-    x = segment.x0 + mode.fast_x * (left - fast) + lost
+    x = segment.x0 - (segment.z0 + mode.rest * t + mode.slow_z * lost) * (mode.fast_x / mode.fast_z) + lost
     return t, (x, mode.fast_y * left + mode.slow_rate * kept, mode.rest + off, 0.0, -mode.b * off)
 
 
@@ -89,7 +89,7 @@ def _level(segment, level, end):
         return None
     t, r, lost = found
     gained, lost = r / share - fast, segment.slow * lost
-    x = segment.x0 + mode.fast_x * gained + lost
+    x = segment.x0 + (level - segment.s0 - mode.lift * lost) * (mode.fast_x / mode.fast_s) + lost
     z = segment.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost
     return t, (x, level - x, level, z, mode.a - mode.b * level)
 
