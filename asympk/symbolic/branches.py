@@ -127,6 +127,8 @@ def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
         else:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
+        if friction.constraint is not None:
+            found.append(Guard("unbounded", k, phase.load / load))
     placed = [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
     moving = {*system.states, system.time}
     return tuple(g for g in placed if g.value.free_symbols & moving)
@@ -149,11 +151,11 @@ def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
 
 
 def check(system: "System", friction: "Friction", number: int) -> None:
-    """Refuse a friction that is not one: its velocity not linear in the states, its force nowhere or not linear."""
+    """Refuse a friction that is not one: its velocity without states, its force nowhere or not linear."""
     which = f"friction {number}" if len(system.frictions) > 1 else "the friction"
     v, states = friction.velocity, system.states
-    if not v.free_symbols & {*states} or any(v.diff(a, b) != 0 for a in states for b in states):
-        raise InputError(f"{which}: the velocity {v} must be linear in the states {', '.join(map(str, states))}")
+    if not v.free_symbols & {*states}:
+        raise InputError(f"{which}: the velocity {v} must depend on the states {', '.join(map(str, states))}")
     if friction.force in (*states, system.small, system.time):
         raise InputError(f"{which}: the force {friction.force} is also a state, the small parameter or the time")
     entering = [r for r in system.rates.values() if r.has(friction.force)]

@@ -5,7 +5,7 @@ A smooth mode is
     x' = f(x, y, t, mu),    mu y' = g(x, y, t, mu),
 
 with slow states x, fast states y and the small parameter mu; a system without fast states needs none. Every dry
-friction has a sliding velocity v, a linear expression in the states, and a force F that may enter every rate linearly:
+friction has a sliding velocity v, an expression in the states, and a force F that may enter every rate linearly:
 
     F = -kinetic |load| sign(v)   (slip, v != 0),      v' = 0 with |F| <= static |load|   (stick, v = 0).
 
@@ -39,7 +39,7 @@ class Mode:
 class Friction:
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
-    ``velocity`` is linear in the states and may contain the time, as that of a belt does; ``load``, ``kinetic`` and
+    ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic`` and
     ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
     open, without load, while ``gap > 0``. ``normal`` is the symbol, if any, under which the load enters the rates: it
     is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression linear in
