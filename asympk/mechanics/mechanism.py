@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.mechanics import elastic, jump, paradox, rigid
+from asympk.mechanics import elastic, jump, motion, paradox, rigid
 from asympk.mechanics.checks import check
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
@@ -147,6 +147,10 @@ class Mechanism:
     def jump_law(self, ratio=None, damping=None):
         """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump.jump_law``."""
         return jump.jump_law(self.plain, self._own, ratio, damping)
+
+    def rigid(self):
+        """Return the rigid mechanism as a ``System`` that runs; see ``motion.rigid_system``."""
+        return motion.rigid_system(self.plain)
 
     def elastic(self, compliance, damping):
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``; see ``elastic.elastic``."""
