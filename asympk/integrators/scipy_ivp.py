@@ -36,7 +36,10 @@ def advance(method, mode, t, state, until, rtol, atol, limits, times):
 
 
 class Watch:
-    """The guards of a mode and their rates at the end of the last step; none starts outside its mode."""
+    """The guards of a mode and their rates at the end of the last step; none starts outside its mode.
+
+    A guard that starts at zero is lost only where it falls: it may grow from there by less than its rounding.
+    """
 
     def __init__(self, mode, t, state):
         self.mode = mode
@@ -49,7 +52,7 @@ class Watch:
         self.values, self.rates = self.mode.guard_values(t, state), self.mode.guard_rates(t, state)
         found = []
         for k, (start, end) in enumerate(zip(before, self.values, strict=True)):
-            if start >= 0 >= end and start != end:
+            if start >= 0 >= end and start != end and (start > 0 or self.rates[k] < 0):
                 found.append((self._root(solver, k, start, falling[k], solver.t), k))
             elif start > 0 and falling[k] < 0 < self.rates[k]:
                 least = _bracketed(lambda at, k=k: self._at(solver, at, rate=True)[k], solver.t_old, solver.t)

@@ -127,11 +127,32 @@ def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
         else:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
-        if friction.constraint is not None:
-            found.append(Guard("unbounded", k, phase.load / load))
+        if friction.constraint is not None and phase.velocity:
+            found += _determined(system, k, phase)
     placed = [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
     moving = {*system.states, system.time}
     return tuple(g for g in placed if g.value.free_symbols & moving)
+
+
+def _determined(system: "System", k: int, phase: Phase) -> list[Guard]:
+    """Return the guards of a sliding rigid contact: its reaction stays determined, and no second one comes up.
+
+    With one contact, 0 = g'' = a + p N. A motion that is the only one has p > 0, and so has, in a constraint that holds
+    both ways, the motion with the other sign of N. With several contacts the guard is the inverse of the load.
+    """
+    friction = system.frictions[k]
+    if len(system.frictions) > 1:
+        return [Guard("unbounded", k, phase.load / friction.load)]
+    found = [Guard("unbounded", k, _stiffness(friction, phase))]
+    if friction.gap is None:
+        found.append(Guard("several", k, _stiffness(friction, phase._replace(load=-phase.load))))
+    return found
+
+
+def _stiffness(friction: "Friction", phase: Phase) -> sp.Expr:
+    """Return p, the factor of the reaction in the constraint with the force of slip put in."""
+    slip = -phase.load * phase.velocity * friction.kinetic * friction.load
+    return friction.constraint.subs(friction.force, slip).diff(friction.normal)
 
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
@@ -145,9 +166,13 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
 
 def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
     """Return the rate of the sliding velocity along the field, forces as symbols."""
-    v = friction.velocity
-    rate = sum(v.diff(s) * r for s, r in system.rates.items() if v.has(s))
-    return sp.expand(rate + (v.diff(system.time) if system.time else 0))
+    return rate_along(system, friction.velocity)
+
+
+def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
+    """Return the rate of an expression in the states along the field, forces as symbols."""
+    rate = sum(expr.diff(s) * r for s, r in system.rates.items() if expr.has(s))
+    return sp.expand(rate + (expr.diff(system.time) if system.time else 0))
 
 
 def check(system: "System", friction: "Friction", number: int) -> None:
