@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from asympk.errors import InputError, MissingPackage, OutOfRange, UnknownName
 from asympk.integrators.piecewise import first_phase, next_phase, piece_of, rod, snapped
+from asympk.numbers import number
 from asympk.path import Event, Path
-from asympk.scene import number
 
 # method -> module of asympk.integrators that has ``advance``
 FAMILIES = {

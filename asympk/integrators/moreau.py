@@ -12,8 +12,8 @@ from time import monotonic
 from asympk.errors import InputError
 from asympk.integrators.integrate import Leg, Work, dense, endpoints, report
 from asympk.integrators.piecewise import Phase, first_phase, rod, sign
+from asympk.numbers import number
 from asympk.path import Event, Path
-from asympk.scene import number
 
 COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps with three solutions"}
 

@@ -4,7 +4,7 @@ from math import cosh, tanh
 
 from asympk.errors import InputError
 from asympk.integrators.onefield import follow, friction_field
-from asympk.scene import number
+from asympk.numbers import number
 
 
 def run(scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau", steps=20_000, seconds=60.0):
