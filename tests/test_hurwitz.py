@@ -68,7 +68,7 @@ def two_fast(matrix, **options):
 
 def test_a_centre_is_not_normally_hyperbolic_and_no_saddle():
     system = two_fast([[0, 1], [-1, 0]])
-    with pytest.raises(NotNormallyHyperbolic, match="real part 0 .a centre. on v = 0, w = 0; no slow manifold"):
+    with pytest.raises(NotNormallyHyperbolic, match=r"real part 0 \(a centre\) on v = 0, w = 0; no slow"):
         ap.slow_manifold(system, {v: 0, w: 0})
     (critical,) = critical_manifolds(system)
     assert critical.exists == sp.false
@@ -110,8 +110,9 @@ def test_three_fast_states_are_told_by_routh_and_hurwitz():
 def test_stability_of_random_fast_matrices_is_that_of_their_eigenvalues():
     rng = random.Random(11)
     seen = set()
-    for _ in range(12):
-        matrix = sp.Matrix(3, 3, lambda i, j: sp.Rational(rng.randint(-6, 6), 2) - 2 * (i == j) * rng.choice([1, -1]))
+    for k in range(9):
+        shift = (-5, 0, 5)[k % 3]
+        matrix = sp.Matrix(3, 3, lambda i, j, shift=shift: sp.Rational(rng.randint(-4, 4), 2) + shift * (i == j))
         rates = dict(zip((v, w, p), matrix * sp.Matrix([v, w, p]), strict=True))
         parts = np.linalg.eigvals(np.array(matrix, dtype=float)).real
         if min(abs(parts)) < 1e-9:

@@ -11,6 +11,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import conjunction, nonzero, positive
+from asympk.symbolic.values import names
 
 _U = sp.Dummy("u", real=True)
 
@@ -84,13 +85,9 @@ def _no_negative_root(poly, assumptions):
     if not poly.free_symbols_in_domain:
         return sp.sympify(poly.count_roots(None, 0) == 0)
     raise NotDerivable(
-        f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for {_names(poly.free_symbols_in_domain)}"
-        " to tell centres from saddles"
+        f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for "
+        f"{names(poly.free_symbols_in_domain)} to tell centres from saddles"
     )
-
-
-def _names(symbols):
-    return ", ".join(sorted(map(str, symbols)))
 
 
 def _determinants(coefficients):

@@ -22,7 +22,8 @@ def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: s
     """
     symbols = sorted(symbols, key=str)
     if not isinstance(values, Mapping | sp.Dict):
-        raise InputError(f"{values!r} gives no {kind}s of {owner}; give a mapping {{{kind}: value}}, as {{{_first(symbols)}}}")
+        example = f"{{{symbols[0].name!r}: 1}}" if symbols else "{}"
+        raise InputError(f"{values!r:.60} is not a mapping from each {kind} of {owner} to its value, such as {example}")
     found = {}
     for key, value in values.items():
         meant = [s for s in symbols if s == key or s.name == key]
@@ -83,7 +84,3 @@ def _number(value):
         return sp.Rational(value) if isinstance(value, str | Decimal) else None
     except (TypeError, ValueError):
         return None
-
-
-def _first(symbols):
-    return f"{symbols[0].name!r}: 1" if symbols else ""
