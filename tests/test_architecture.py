@@ -14,7 +14,7 @@ PACKAGE = Path(asympk.__file__).parent
 
 # from left to right: a part imports only from itself and from parts to its left
 ARROW = (
-    "errors", "numbers", "storage", "path", "scene", "symbolic", "automaton", "systems", "flow", "arrays",
+    "errors", "numbers", "formulas", "storage", "path", "scene", "symbolic", "automaton", "systems", "flow", "arrays",
     "asymptotics", "integrators", "scenes", "certify",
     "methods", "sweep", "studies", "ledger", "pictures", "output", "__main__",
 )
