@@ -1,0 +1,218 @@
+r"""The first root of any guard, isolated by bounds.
+
+On [lo, hi] of length h let ``|g''| <= B``. Then g stays above ``min(g(lo), g(hi)) - B h^2/8``, and ``(g'(lo) + g'(hi)
+-+ B h)/2`` bound its slope from below and above. So an interval is free of roots, or the guard falls through zero on
+it just once while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per
+mode bounds a hundred intervals at once; only those in which something may happen are looked at one by one.
+
+A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.affine.functions import MOST_EXPONENT, functions, sizes, tremors
+from asympk.errors import Undecided
+from asympk.flow.arithmetic import Doubles
+
+_CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
+_MOST_STEPS = 200
+_FURTHER = 1.375
+
+
+class Point(NamedTuple):
+    """All guards at one time: values, slopes, and how far each may be wrong."""
+
+    t: Any
+    values: list
+    slopes: list
+    doubts: list
+    slope_doubts: list
+
+
+def first_root(guards, until, mesh):
+    """Return (time, indices of the guards) of the first root in (0, until], or None.
+
+    ``guards`` is a ``Guards``. Several indices stand for roots that the numbers cannot tell apart when margins are
+    turned off. Raises ``Undecided``.
+    """
+    done = 0
+    for lo, hi in guards.suspects(mesh, until):
+        if hi <= done:
+            continue
+        found, done = _isolated(guards, max(lo, done), hi, until)
+        if found:
+            return found
+    return None
+
+
+class Guards:
+    """The guards of one segment: ``first + sum_r weights[r] (F_r(t) - F_r(0))`` with slopes and bounds of bends."""
+
+    def __init__(self, segment):
+        m, flow = segment.m, segment.flow
+        self.m, self.blocks, self.decays = m, flow.blocks, flow.rate.diagonal()
+        self.arrays = segment.first, segment.weights, segment.slopes, abs(segment.bends)
+        self.masses = segment.mass, abs(flow.rate) @ segment.mass, segment.first_mass
+        self.first, self.weights, self.slopes, self.bends = (array.T.tolist() for array in self.arrays)
+        self.mass, self.slope_mass, self.first_mass = (array.T.tolist() for array in self.masses)
+        self.zero = set(segment.zero)
+        self.every = range(len(self.first))
+
+    def at(self, t):
+        """Return the ``Point`` at t."""
+        margin = self.m.margin
+        found, gained = functions(self.m, self.blocks, t)
+        off, slope_off = tremors(self.m, self.blocks, t)
+        return Point(
+            t,
+            [_dot(w, gained) + g for w, g in zip(self.weights, self.first, strict=True)],
+            [_dot(w, found) for w in self.slopes],
+            [(_dot(w, off) + g) * margin for w, g in zip(self.mass, self.first_mass, strict=True)],
+            [_dot(w, slope_off) * margin for w in self.slope_mass],
+        )
+
+    def bounds(self, lo, hi):
+        """Return a bound of every ``|g''|`` on [lo, hi]."""
+        found = sizes(self.m, self.blocks, lo, hi)
+        return [_dot(w, found) for w in self.bends]
+
+    def value(self, guard, t):
+        """Return the value and the slope of one guard."""
+        found, gained = functions(self.m, self.blocks, t)
+        return self.first[guard] + _dot(self.weights[guard], gained), _dot(self.slopes[guard], found)
+
+    def suspects(self, mesh, until):
+        """Yield intervals (lo, hi) of (0, until) in order, outside which no guard has a root.
+
+        Raises ``OverflowError`` where a part of a guard grows beyond the doubles.
+        """
+        last = self._last()
+        for window in mesh.windows():
+            if window.t[-1] > last and until > last:
+                raise OverflowError
+            suspect = self._suspect(window) if self.m is Doubles else np.ones(len(window.t) - 1, dtype=bool)
+            for k in np.flatnonzero(suspect):
+                if window.t[k] >= until:
+                    return
+                yield self.m.number(window.t[k]), min(self.m.number(window.t[k + 1]), until)
+            if window.t[-1] >= until:
+                return
+
+    def _last(self):
+        """Return the time at which a part of a guard leaves the range of the numbers in use."""
+        if self.m is not Doubles:
+            return self.m.inf
+        fastest = self.decays[self.arrays[1].any(axis=1)].max(initial=0.0)
+        return MOST_EXPONENT / fastest if fastest else float("inf")
+
+    def _suspect(self, window):
+        """Return which intervals of a window may have a root, by the verdicts of ``_verdict`` on arrays."""
+        margin = self.m.margin
+        (first, weights, slopes, bends), (mass, slope_mass, first_mass) = self.arrays, self.masses
+        g, off = first + window.gained @ weights, (window.tremors @ mass + first_mass) * margin
+        rise, rise_off = window.values @ slopes, window.slope_tremors @ slope_mass * margin
+        h = np.diff(window.t)[:, None]
+        spare = (window.sizes @ bends) * h
+        clear = g > off
+        above = np.minimum((g - off)[:-1], (g - off)[1:]) > spare * h / 8
+        both, both_off = rise[:-1] + rise[1:], spare + rise_off[:-1] + rise_off[1:]
+        rising, falling = (both > both_off) & clear[:-1], (both < -both_off) & clear[1:]
+        if self.zero and window.t[0] == 0:
+            rising[0] |= [guard in self.zero and both[0, guard] > both_off[0, guard] for guard in self.every]
+        return ~(above | rising | falling).all(axis=1)
+
+
+def _dot(first, second):
+    return sum(map(_times, first, second))
+
+
+def _times(a, b):
+    return a * b
+
+
+def _isolated(guards, lo, hi, until):
+    """Return (found, time up to which there is no other root) for an interval from which a root may be in."""
+    left = guards.at(lo)
+    right = _certain(guards, lo, hi, until)
+    done, pieces = right.t, [right]
+    for _ in range(_MOST_STEPS):
+        right = pieces[-1]
+        verdicts = [_verdict(guards, q, left, right, bend)
+                    for q, bend in zip(guards.every, guards.bounds(left.t, right.t), strict=True)]  # fmt: skip
+        fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]
+        if all(verdict == "positive" for verdict in verdicts):
+            left = pieces.pop()
+            if not pieces:
+                return None, done
+        elif len(fall) == 1 and "unknown" not in verdicts:
+            return (root(guards, fall[0], left, right), tuple(fall)), done
+        else:
+            pieces.append(_cut(guards, left, right))
+    raise Undecided
+
+
+def _certain(guards, lo, hi, until):
+    """Return the point at hi, or at a later time where every guard has a sign; or at ``until``."""
+    for _ in range(_MOST_STEPS):
+        point = guards.at(hi)
+        if _signs(point):
+            return point
+        if hi >= until:
+            raise Undecided
+        hi = min(lo + (hi - lo) * _FURTHER, until)
+    raise Undecided
+
+
+def _signs(point):
+    return all(abs(g) > off for g, off in zip(point.values, point.doubts, strict=True))
+
+
+def _cut(guards, left, right):
+    """Return a point between where every guard has a sign."""
+    for part in _CUTS:
+        t = left.t + (right.t - left.t) * part
+        if left.t < t < right.t:
+            point = guards.at(t)
+            if _signs(point):
+                return point
+    raise Undecided
+
+
+def _verdict(guards, q, left, right, bend):
+    h = right.t - left.t
+    (a, off_a), (b, off_b) = ((p.values[q], p.doubts[q]) for p in (left, right))
+    if min(a - off_a, b - off_b) > bend * h * h / 8:
+        return "positive"
+    both = left.slopes[q] + right.slopes[q]
+    spare = bend * h + left.slope_doubts[q] + right.slope_doubts[q]
+    touching = not left.t and q in guards.zero
+    if both > spare and (touching or a > off_a):
+        return "positive"
+    if both < -spare and not touching:
+        return "positive" if b > off_b else "falls" if a > off_a else "unknown"
+    return "unknown"
+
+
+def root(guards, q, left, right):
+    """Return the root of a guard that falls from plus at ``left`` to minus at ``right``, by Newton's method."""
+    lo, hi, m = left.t, right.t, guards.m
+    close = (hi - lo) * m.root_tol
+    t = lo + (hi - lo) * left.values[q] / (left.values[q] - right.values[q])
+    for _ in range(_MOST_STEPS):
+        value, slope = guards.value(q, t)
+        if value > 0:
+            lo = t
+        else:
+            hi = t
+        new = t - value / slope if slope < 0 else lo
+        if abs(new - t) <= close:
+            value, slope = guards.value(q, new)
+            return new - value / slope if slope else new
+        if not lo < new < hi:
+            new = lo + (hi - lo) / 2
+            if not lo < new < hi:
+                return t
+        t = new
+    raise Undecided

@@ -1,0 +1,68 @@
+r"""Times that suit a spectrum, and the functions F_r there, kept per mode: where a search for a root begins.
+
+A part ``e^{l t}`` with Re l < 0 bends a guard by ``|l|^2 e^{Re l t}``, so an interval may be as long as
+``1/|l| e^{-Re l t/2}``: intervals grow as fast parts vanish, and their number is O(log(1/mu)). What is on an interval
+is then decided by bounds, in ``events``; the mesh decides nothing.
+"""
+
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+
+from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, sizes, tremors
+
+POINTS = 96
+_PART = 0.7
+_KEPT = 64
+
+
+class Window(NamedTuple):
+    """Times t_0 < .. < t_K and what is known there: (K + 1, functions), ``sizes`` (K, functions) on the intervals."""
+
+    t: np.ndarray
+    values: np.ndarray
+    gained: np.ndarray
+    tremors: np.ndarray
+    slope_tremors: np.ndarray
+    sizes: np.ndarray
+
+
+class Mesh:
+    """The windows of a mode's spectrum, from 0 on, made as they are asked for."""
+
+    def __init__(self, blocks):
+        self.blocks, self._windows = blocks, []
+
+    def windows(self):
+        """Yield the windows in order of time, without end."""
+        for k in count():
+            if k < len(self._windows):
+                window = self._windows[k]
+            else:
+                window = self._window(window.t[-1] if k else 0.0)
+                if k < _KEPT:
+                    self._windows.append(window)
+            yield window
+
+    def _window(self, t):
+        times = [t]
+        for _ in range(POINTS):
+            times.append(times[-1] + self._step(times[-1]))
+        t, blocks = np.array(times), self.blocks
+        with np.errstate(over="ignore"):
+            found = *functions(Arrays, blocks, t), *tremors(Arrays, blocks, t)
+            bounds = sizes(Arrays, blocks, t[:-1], t[1:])
+        return Window(t, *(_columns(part, t) for part in found), _columns(bounds, t[:-1]))
+
+    def _step(self, t):
+        speeds = [(decay, abs(complex(decay, turn))) for decay, turn, _ in self.blocks]
+        first = max((speed for _, speed in speeds), default=0.0)
+        speeds = [(decay, speed) for decay, speed in speeds if decay * t < MOST_EXPONENT]
+        fastest = max((speed * np.exp(min(decay * t / 2, 0.0)) for decay, speed in speeds), default=0.0)
+        grown = t + (_PART / first if first else 1.0)
+        return _PART / fastest if fastest * grown > _PART else grown
+
+
+def _columns(found, t):
+    return np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1)

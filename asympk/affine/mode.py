@@ -1,0 +1,142 @@
+r"""An affine mode in numbers: ``W' = M W`` with W = (w, 1), its exponential and its guards, and a segment from a start.
+
+A guard is a function ``g = c.w + d`` that is positive inside the mode. Its weights ``(c, d) D_r`` are multiplied in
+many digits before they are rounded, so a guard that does not feel a fast part says so.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from asympk.affine.events import Guards, first_root
+from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
+from asympk.affine.functions import functions, rate_of
+from asympk.affine.mesh import Mesh
+from asympk.errors import InputError
+from asympk.flow.arithmetic import Doubles
+
+_LEAST_DIGITS = 40
+
+
+@dataclass(frozen=True)
+class AffineMode:
+    """``w' = A w + b`` while all guards ``c.w + d`` are positive; rows of exact numbers (int, float, Fraction)."""
+
+    matrix: tuple[tuple[Fraction, ...], ...]
+    vector: tuple[Fraction, ...]
+    guards: tuple[tuple[Fraction, ...], ...] = ()
+
+    @classmethod
+    def of(cls, matrix, vector, guards=()):
+        """Build a mode from ``A`` (n, n), ``b`` (n,) and guards ``(c, d)``; floats are taken for what they are exactly.
+
+        Raises ``InputError`` for shapes that do not fit and for a guard that depends on no state.
+        """
+        size = len(vector)
+        if any(len(row) != size for row in matrix) or len(matrix) != size:
+            raise InputError(f"matrix: {len(matrix)} rows for a vector of {size}; A must be square and as long as b")
+        rows = tuple(_exact(c, (d,)) for c, d in guards)
+        for k, row in enumerate(rows):
+            if len(row) != size + 1:
+                raise InputError(f"guard {k}: {len(row) - 1} coefficients for {size} states")
+            if not any(row[:-1]):
+                raise InputError(f"guard {k} = {row[-1]} depends on no state: it never ends the mode; leave it out")
+        return cls(tuple(_exact(row) for row in matrix), _exact(vector), rows)
+
+    @cached_property
+    def homogeneous(self):
+        """The rows of M, ``(w, 1)' = M (w, 1)``."""
+        rows = tuple((*row, b) for row, b in zip(self.matrix, self.vector, strict=True))
+        return (*rows, (Fraction(0),) * (len(rows) + 1))
+
+    @cached_property
+    def in_doubles(self):
+        """The ``Flow`` in doubles."""
+        return _flow(Doubles, self, exponential(self.homogeneous, DIGITS_FOR_DOUBLES), float)
+
+    @cached_property
+    def mesh(self):
+        """The ``Mesh`` of the spectrum."""
+        return Mesh(self.in_doubles.blocks)
+
+
+def _exact(*rows):
+    return tuple(Fraction(value) for row in rows for value in row)
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A mode in the numbers of ``m``.
+
+    ``matrices`` is (functions, n, n + 1), ``weights``, those of the guards, (functions, guards, n + 1); ``rate`` turns
+    the weights of a function of time into those of its derivative.
+    """
+
+    m: Any
+    mode: AffineMode
+    blocks: tuple
+    matrices: np.ndarray
+    weights: np.ndarray
+    rows: np.ndarray
+    rate: np.ndarray
+
+
+def in_digits(m, mode):
+    """Return the ``Flow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
+    doublings = ((m.dps - 1) // _LEAST_DIGITS).bit_length()  # runs of nearly the same precision share one exponential
+    return _flow(m, mode, exponential(mode.homogeneous, _LEAST_DIGITS << doublings), m.mpf)
+
+
+def _flow(m, mode, exact, number):
+    blocks = tuple(block._replace(decay=number(block.decay), turn=number(block.turn)) for block in exact.blocks)
+    rows = np.array([[exact.m.number(v) for v in row] for row in mode.guards], dtype=object)
+    rows = rows.reshape(len(mode.guards), len(mode.vector) + 1)
+    weights = np.stack([rows @ matrix for matrix in exact.matrices])
+    kind = float if m is Doubles else object
+
+    def rounded(array):
+        return np.array([number(v) for v in array.flat], dtype=kind).reshape(array.shape)
+
+    matrices = rounded(exact.matrices[:, :-1])
+    return Flow(m, mode, blocks, matrices, rounded(weights), rounded(rows), rate_of(blocks, kind))
+
+
+class Segment:
+    """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
+
+    ``zero`` are the guards known to vanish at the start: they are set, not computed. ``mass`` are the sizes of the
+    terms that made each weight, on which its rounding depends.
+    """
+
+    def __init__(self, flow, start, zero=()):
+        m = self.m = flow.m
+        self.flow = flow
+        whole = np.array([*start, m.number(1)], dtype=flow.matrices.dtype)
+        self.start = whole[:-1]
+        self.terms = flow.matrices @ whole
+        self.mass = abs(flow.weights) @ abs(whole)
+        self.weights = flow.weights @ whole
+        self.slopes = flow.rate @ self.weights
+        self.bends = flow.rate @ self.slopes
+        self.first, self.first_mass = flow.rows @ whole, abs(flow.rows) @ abs(whole)
+        self.zero = tuple(zero)
+        for guard in zero:
+            self.first[guard] = self.first_mass[guard] = 0 * self.first[guard]
+
+    def state(self, t):
+        """Return the state (n,) at the time t."""
+        _, gained = functions(self.m, self.flow.blocks, t)
+        return self.start + np.array(gained) @ self.terms
+
+    def rates(self, t):
+        """Return ``w'(t)``."""
+        found, _ = functions(self.m, self.flow.blocks, t)
+        return np.array(found) @ (self.flow.rate @ self.terms)
+
+    def first_event(self, until):
+        """Return (time, guards) of the first root of any guard in (0, until], or None; raises ``Undecided``."""
+        return first_root(Guards(self), until, self.flow.mode.mesh)
+
