@@ -20,29 +20,55 @@ MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}
 
 @dataclass(frozen=True)
 class Scene:
-    """One trajectory to follow, in nondimensional quantities.
+    """One trajectory to follow: parameters, start and horizon.
 
-    ``start`` is (x, y, z) = (rho, rho', v); numbers are int, float, Fraction, str ("0.2" means 1/5) or mpf, and are
-    kept without rounding: int and float as they are, all others as Fraction. ``sigma0 >= sigma`` is the static
-    friction, by default ``sigma``. ``near_to`` is set by ``Scene.near`` alone. Raises ``InputError``.
+    Without ``system`` it is the Painlevé-Klein rod in nondimensional quantities: ``start`` is (x, y, z) = (rho, rho',
+    v), ``sigma0 >= sigma`` the static friction, by default ``sigma``. With a ``System``, ``values`` maps its
+    parameters and ``start`` its states, by symbol or by name, to numbers; they are kept as tuples in the order of
+    ``system.parameters`` and ``system.states``. Numbers are int, float, Fraction, Decimal, str ("0.2" means 1/5) or
+    mpf, and are kept without rounding: int and float as they are, all others as Fraction. ``near_to`` is set by
+    ``Scene.near`` alone. Raises ``InputError``.
     """
 
-    sigma: Any
-    mu: Any
-    start: tuple
-    until: Any
+    sigma: Any = None
+    mu: Any = None
+    start: Any = None
+    until: Any = None
     sigma0: Any = None
     name: str = ""
     near_to: tuple | None = None
+    system: Any = None
+    values: Any = None
 
     def __post_init__(self):
         put = object.__setattr__
+        if self.system is not None:
+            self._place()
+            return
+        if self.values is not None:
+            raise InputError("values are those of a system; give system=, or sigma, mu, start and until of the rod")
         put(self, "sigma", number("sigma", self.sigma, lambda v: v > -2, "greater than -2"))
         put(self, "mu", number("mu", self.mu, lambda v: v > 0, "positive"))
         put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
         static = self.sigma if self.sigma0 is None else self.sigma0
         put(self, "sigma0", number("sigma0", static, lambda v: v >= self.sigma, f"at least sigma = {self.sigma}"))
         put(self, "start", _triple(self.start))
+
+    def _place(self):
+        put = object.__setattr__
+        if not hasattr(self.system, "placed"):
+            raise InputError(f"system = {_short(self.system)}: it must be a System; build it with ap.System")
+        if not (self.sigma is None and self.mu is None and self.sigma0 is None):
+            raise InputError("sigma, mu and sigma0 belong to the rod; give the parameters of a system in values=")
+        values, start = self.system.placed({} if self.values is None else self.values, self.start)
+        put(self, "values", values)
+        put(self, "start", start)
+        put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
+
+    @property
+    def names(self):
+        """The names of the states, in the order of ``start``."""
+        return ("x", "y", "z") if self.system is None else tuple(s.name for s in self.system.states)
 
     @classmethod
     def near(cls, manifold, *, x, offset, z, sigma, mu, until, sigma0=None, name=""):

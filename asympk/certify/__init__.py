@@ -199,7 +199,7 @@ def _follow(case):
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(case.until.mid()):.10g}")
         state, s_sign, z_sign, touching = _after(case, guard, mode.at(guard, dt), s_sign, z_sign)
         deviation, t = None, t + dt
-        events.append(Event(guard.kind, t, state.x, state.y, state.z))
+        events.append(Event(guard.kind, t, (state.x, state.y, state.z)))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
 

@@ -13,7 +13,7 @@ _WIDTH = 110
 def path_as_json(path, digits=None):
     """Return a path as JSON: final, events, modes, model; with ``digits`` numbers are strings of that many digits."""
     events = [
-        {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event[2:]]}
+        {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state]}
         for event in path.events
     ]
     told = {
