@@ -140,8 +140,8 @@ def test_a_root_in_a_layer_of_a_ten_billionth_of_the_time_is_found():
 
 def test_a_guard_that_vanishes_at_the_start_is_no_event_there():
     ball = AffineMode.of([[0, 1], [0, 0]], [0, -1], [((1, 0), 0)])
-    assert Segment(ball.in_doubles, [0.0, 1e-12], zero=[0]).first_event(1.0) == (pytest.approx(2e-12, rel=1e-15), (0,))
-    assert Segment(ball.in_doubles, [0.0, 3.0], zero=[0]).first_event(1.0) is None
+    assert Segment(ball.in_doubles, [0.0, 1e-12]).first_event(1.0) == (pytest.approx(2e-12, rel=1e-15), (0,))
+    assert Segment(ball.in_doubles, [0.0, 3.0]).first_event(1.0) is None
 
 
 def test_a_growing_part_is_met_before_it_overflows_or_not_at_all():

@@ -54,11 +54,11 @@ class Guards:
         m, flow = segment.m, segment.flow
         self.m, self.blocks, self.decays = m, flow.blocks, flow.rate.diagonal()
         self.arrays = segment.first, segment.weights, segment.slopes, abs(segment.bends)
-        self.masses = segment.mass, abs(flow.rate) @ segment.mass, segment.first_mass
+        self.masses = segment.mass, flow.rate_sizes @ segment.mass, segment.first_mass
         self.first, self.weights, self.slopes, self.bends = (array.T.tolist() for array in self.arrays)
         self.mass, self.slope_mass, self.first_mass = (array.T.tolist() for array in self.masses)
-        self.zero = set(segment.zero)
         self.every = range(len(self.first))
+        self.reach = {guard: _reach(segment, guard) for guard in segment.zero}
 
     def at(self, t):
         """Return the ``Point`` at t."""
@@ -119,9 +119,40 @@ class Guards:
         above = np.minimum((g - off)[:-1], (g - off)[1:]) > spare * h / 8
         both, both_off = rise[:-1] + rise[1:], spare + rise_off[:-1] + rise_off[1:]
         rising, falling = (both > both_off) & clear[:-1], (both < -both_off) & clear[1:]
-        if self.zero and window.t[0] == 0:
-            rising[0] |= [guard in self.zero and both[0, guard] > both_off[0, guard] for guard in self.every]
+        if window.t[0] == 0:
+            for guard, reach in self.reach.items():
+                rising[0, guard] |= both[0, guard] > both_off[0, guard]
+                rising[:, guard] |= window.t[1:] <= reach
         return ~(above | rising | falling).all(axis=1)
+
+
+def _reach(segment, guard):
+    """Return a time up to which a guard that vanishes at the start is positive.
+
+    Let ``g^(p)(0) = v > 0`` be its first derivative that does not vanish and ``|g^(p+1)| <= B`` up to a time h; then
+    g is positive up to the smaller of h and v/B. Raises ``Undecided`` where v is negative or none is found.
+    """
+    m, flow = segment.m, segment.flow
+    weights, mass = segment.weights[:, guard], segment.mass[:, guard]
+    if not weights.any():
+        return float("inf")
+    found, _ = functions(m, flow.blocks, 0 * segment.mass[0, guard])
+    for _ in range(len(weights)):
+        weights, mass = flow.rate @ weights, flow.rate_sizes @ mass
+        value, off = _dot(found, weights.tolist()), max(m.margin, m.eps) * sum(mass.tolist())
+        if abs(value) > off:
+            break
+    else:
+        raise Undecided
+    if value < 0:
+        raise Undecided
+    bends, fastest = abs(flow.rate @ weights).tolist(), max(flow.rate_sizes.sum(axis=0).tolist())
+    h = 1 / fastest if fastest else m.number(1)
+    for _ in range(_MOST_STEPS):
+        if _dot(bends, sizes(m, flow.blocks, 0 * h, h)) * h < value - off:
+            return h
+        h = h / 4
+    raise Undecided
 
 
 def _dot(first, second):
@@ -171,8 +202,10 @@ def _signs(point):
 
 def _cut(guards, left, right):
     """Return a point between where every guard has a sign."""
-    for part in _CUTS:
-        t = left.t + (right.t - left.t) * part
+    times = [left.t + (right.t - left.t) * part for part in _CUTS]
+    if not left.t:
+        times = [reach for reach in guards.reach.values() if reach < right.t] + times
+    for t in times:
         if left.t < t < right.t:
             point = guards.at(t)
             if _signs(point):
@@ -187,7 +220,9 @@ def _verdict(guards, q, left, right, bend):
         return "positive"
     both = left.slopes[q] + right.slopes[q]
     spare = bend * h + left.slope_doubts[q] + right.slope_doubts[q]
-    touching = not left.t and q in guards.zero
+    touching = not left.t and q in guards.reach
+    if touching and right.t <= guards.reach[q]:
+        return "positive"
     if both > spare and (touching or a > off_a):
         return "positive"
     if both < -spare and not touching:

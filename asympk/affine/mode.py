@@ -19,6 +19,7 @@ from asympk.errors import InputError
 from asympk.flow.arithmetic import Doubles
 
 _LEAST_DIGITS = 40
+_ULPS = 64
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,26 @@ class Flow:
     rows: np.ndarray
     rate: np.ndarray
 
+    @cached_property
+    def weight_sizes(self):
+        """The sizes of the weights."""
+        return abs(self.weights)
+
+    @cached_property
+    def row_sizes(self):
+        """The sizes of the guards' coefficients."""
+        return abs(self.rows)
+
+    @cached_property
+    def rate_sizes(self):
+        """The sizes of the entries of ``rate``."""
+        return abs(self.rate)
+
+    @cached_property
+    def matrix_sizes(self):
+        """The sizes of the entries of ``matrices``."""
+        return abs(self.matrices)
+
 
 def in_digits(m, mode):
     """Return the ``Flow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
@@ -107,23 +128,24 @@ def _flow(m, mode, exact, number):
 class Segment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
-    ``zero`` are the guards known to vanish at the start: they are set, not computed. ``mass`` are the sizes of the
-    terms that made each weight, on which its rounding depends.
+    ``mass`` are the sizes of the terms that made each weight, on which its rounding depends. A guard whose value at the
+    start is within rounding vanishes there: it is set to zero, and its first derivative that does not vanish must be
+    positive.
     """
 
-    def __init__(self, flow, start, zero=()):
+    def __init__(self, flow, start):
         m = self.m = flow.m
         self.flow = flow
-        whole = np.array([*start, m.number(1)], dtype=flow.matrices.dtype)
-        self.start = whole[:-1]
-        self.terms = flow.matrices @ whole
-        self.mass = abs(flow.weights) @ abs(whole)
-        self.weights = flow.weights @ whole
+        self.whole = np.array([*start, m.number(1)], dtype=flow.matrices.dtype)
+        self.start = self.whole[:-1]
+        self.terms = flow.matrices @ self.whole
+        self.mass = flow.weight_sizes @ abs(self.whole)
+        self.weights = flow.weights @ self.whole
         self.slopes = flow.rate @ self.weights
         self.bends = flow.rate @ self.slopes
-        self.first, self.first_mass = flow.rows @ whole, abs(flow.rows) @ abs(whole)
-        self.zero = tuple(zero)
-        for guard in zero:
+        self.first, self.first_mass = flow.rows @ self.whole, flow.row_sizes @ abs(self.whole)
+        self.zero = np.flatnonzero(abs(self.first) <= max(m.margin, _ULPS * m.eps) * self.first_mass).tolist()
+        for guard in self.zero:
             self.first[guard] = self.first_mass[guard] = 0 * self.first[guard]
 
     def state(self, t):
@@ -140,3 +162,10 @@ class Segment:
         """Return (time, guards) of the first root of any guard in (0, until], or None; raises ``Undecided``."""
         return first_root(Guards(self), until, self.flow.mode.mesh)
 
+    def at_event(self, t, guard):
+        """Return the state at the root of a guard, moved by the step that t is too coarse for."""
+        found, gained = functions(self.m, self.flow.blocks, t)
+        value = self.first[guard] + np.array(gained) @ self.weights[:, guard]
+        slope = np.array(found) @ self.slopes[:, guard]
+        state = self.start + np.array(gained) @ self.terms
+        return state - value / slope * (np.array(found) @ (self.flow.rate @ self.terms)) if slope else state

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from asympk.automaton.loop import follow
 from asympk.errors import InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
+from asympk.numbers import number
 from asympk.path import Path
-from asympk.scene import number
 from asympk.systems.automata import automaton_of
 
 # method -> module of asympk.integrators that has ``advance``

@@ -39,8 +39,8 @@ class Mode:
 class Friction:
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
-    ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic`` and
-    ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
+    ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic``
+    and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
     open, without load, while ``gap > 0``. ``normal`` is the symbol, if any, under which the load enters the rates: it
     is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression linear in
     ``normal`` and the forces that vanishes while the contact is closed, ``normal`` is the reaction that this equation
