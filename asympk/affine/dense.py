@@ -39,9 +39,9 @@ class Dense:
         which = np.searchsorted([leg.start for leg in self.legs], flat, side="right") - 1
         for k in np.unique(which):
             leg, mine = self.legs[k], which == k
-            _, gained = functions(Arrays, leg.segment.flow.blocks, flat[mine] - leg.start)
+            _, gained, begun = functions(Arrays, leg.segment.flow.blocks, flat[mine] - leg.start)
             moved = np.stack([np.broadcast_to(part, mine.sum()) for part in gained], axis=-1) @ leg.segment.terms
-            found[:, mine] = (leg.segment.start + moved).T[:size]
+            found[:, mine] = (leg.segment.bases[begun] + moved).T[:size]
         return found.reshape(size, *times.shape)
 
     def _state(self, t):

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, functions, sizes, tremors
+from asympk.affine.functions import MOST_EXPONENT, bases, functions, sizes, tremors
 from asympk.errors import Undecided
 from asympk.flow.arithmetic import Doubles
 
@@ -53,23 +53,26 @@ class Guards:
     def __init__(self, segment):
         m, flow = segment.m, segment.flow
         self.m, self.blocks, self.decays = m, flow.blocks, flow.rate.diagonal()
-        self.arrays = segment.first, segment.weights, segment.slopes, abs(segment.bends)
-        self.masses = segment.mass, flow.rate_sizes @ segment.mass, segment.first_mass
-        self.first, self.weights, self.slopes, self.bends = (array.T.tolist() for array in self.arrays)
-        self.mass, self.slope_mass, self.first_mass = (array.T.tolist() for array in self.masses)
-        self.every = range(len(self.first))
+        first = bases(flow.blocks, segment.weights, segment.first)
+        first_mass = bases(flow.blocks, segment.mass, segment.first_mass)
+        self.arrays = first, segment.weights, segment.slopes, abs(segment.bends)
+        self.masses = first_mass, segment.mass, flow.rate_sizes @ segment.mass
+        self.first, self.first_mass = first.tolist(), first_mass.tolist()
+        self.weights, self.slopes, self.bends = (array.T.tolist() for array in self.arrays[1:])
+        self.mass, self.slope_mass = (array.T.tolist() for array in self.masses[1:])
+        self.every = range(len(segment.first))
         self.reach = {guard: _reach(segment, guard) for guard in segment.zero}
 
     def at(self, t):
         """Return the ``Point`` at t."""
         margin = self.m.margin
-        found, gained = functions(self.m, self.blocks, t)
+        found, gained, begun = functions(self.m, self.blocks, t)
         off, slope_off = tremors(self.m, self.blocks, t)
         return Point(
             t,
-            [_dot(w, gained) + g for w, g in zip(self.weights, self.first, strict=True)],
+            [_dot(w, gained) + g for w, g in zip(self.weights, self.first[begun], strict=True)],
             [_dot(w, found) for w in self.slopes],
-            [(_dot(w, off) + g) * margin for w, g in zip(self.mass, self.first_mass, strict=True)],
+            [(_dot(w, off) + g) * margin for w, g in zip(self.mass, self.first_mass[begun], strict=True)],
             [_dot(w, slope_off) * margin for w in self.slope_mass],
         )
 
@@ -80,8 +83,8 @@ class Guards:
 
     def value(self, guard, t):
         """Return the value and the slope of one guard."""
-        found, gained = functions(self.m, self.blocks, t)
-        return self.first[guard] + _dot(self.weights[guard], gained), _dot(self.slopes[guard], found)
+        found, gained, begun = functions(self.m, self.blocks, t)
+        return self.first[begun][guard] + _dot(self.weights[guard], gained), _dot(self.slopes[guard], found)
 
     def suspects(self, mesh, until):
         """Yield intervals (lo, hi) of (0, until) in order, outside which no guard has a root.
@@ -110,8 +113,9 @@ class Guards:
     def _suspect(self, window):
         """Return which intervals of a window may have a root, by the verdicts of ``_verdict`` on arrays."""
         margin = self.m.margin
-        (first, weights, slopes, bends), (mass, slope_mass, first_mass) = self.arrays, self.masses
-        g, off = first + window.gained @ weights, (window.tremors @ mass + first_mass) * margin
+        (first, weights, slopes, bends), (first_mass, mass, slope_mass) = self.arrays, self.masses
+        g = first[window.begun] + window.gained @ weights
+        off = (window.tremors @ mass + first_mass[window.begun]) * margin
         rise, rise_off = window.values @ slopes, window.slope_tremors @ slope_mass * margin
         h = np.diff(window.t)[:, None]
         spare = (window.sizes @ bends) * h
@@ -136,7 +140,7 @@ def _reach(segment, guard):
     weights, mass = segment.weights[:, guard], segment.mass[:, guard]
     if not weights.any():
         return float("inf")
-    found, _ = functions(m, flow.blocks, 0 * segment.mass[0, guard])
+    found, _, _ = functions(m, flow.blocks, 0 * segment.mass[0, guard])
     for _ in range(len(weights)):
         weights, mass = flow.rate @ weights, flow.rate_sizes @ mass
         value, off = _dot(found, weights.tolist()), max(m.margin, m.eps) * sum(mass.tolist())

@@ -32,7 +32,7 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True)
 class Exponential:
-    """``e^{M t}``: ``blocks`` in the order of the functions, ``matrices`` (functions, n, n) in the numbers of ``m``."""
+    """``e^{M t}``: ``blocks`` in the order of the functions, the fastest first, and ``matrices`` (functions, n, n)."""
 
     m: Any
     blocks: tuple[Block, ...]
@@ -53,6 +53,7 @@ def exponential(entries, digits):
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
     pieces = [_piece(m, found, root) for root in roots(found, m)]
     kept = [piece for piece in pieces if piece[0].count]
+    kept.sort(key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
     return Exponential(m, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
 
 

@@ -24,24 +24,47 @@ class Arrays:
 
 
 def functions(m, blocks, t):
-    """Return ([F_r(t)], [F_r(t) - F_r(0)]), the second exact to rounding however short t is."""
-    found, gained = [], []
+    """Return ([F_r(t)], what each adds to a sum at t, how many blocks have started).
+
+    A block has started where its exponent exceeds 1. Until then it adds ``F_r(t) - F_r(0)``, which is exact to rounding
+    however short t is, to a sum that contains ``F_r(0)``; from then on ``F_r(t)`` to a sum that does not, so that what
+    has decayed leaves no rounding behind. The blocks are sorted, the fastest first.
+    """
+    found, gained, begun = [], [], 0
     for decay, turn, count in blocks:
         p = decay * t
         size, more = m.exp(p), m.expm1(p)
+        started = (abs(decay) + turn) * t > 1
+        begun = begun + started
         if turn:
             half = m.sin(turn * t / 2)
             waves = (size * m.cos(turn * t), size * m.sin(turn * t))
-            gained += (more - 2 * size * half * half, waves[1])
+            gained += (started * waves[0] + (1 - started) * (more - 2 * size * half * half), waves[1])
         else:
             waves = (size,)
-            gained.append(more)
+            gained.append(started * size + (1 - started) * more)
         found += waves
         for k in range(1, count):
             waves = [wave * t / k for wave in waves]
             found += waves
             gained += waves
-    return found, gained
+    return found, gained, begun
+
+
+def initial(blocks):
+    """Return [F_r(0)]."""
+    return [int(place == 0) for _, turn, count in blocks for place in range(count * (2 if turn else 1))]
+
+
+def bases(blocks, terms, start):
+    """Return the sums ``F_r(0) terms[r]`` over the blocks that have not started, by the number of those that have.
+
+    ``start`` is the whole sum, known better.
+    """
+    sums = np.cumsum((np.array(initial(blocks)) * terms.T).T[::-1], axis=0)[::-1]
+    widths = [count * (2 if turn else 1) for _, turn, count in blocks]
+    later = [sums[k] for k in np.cumsum(widths)[:-1]]
+    return np.array([start, *later, 0 * start], dtype=terms.dtype)
 
 
 def sizes(m, blocks, lo, hi):
@@ -56,7 +79,7 @@ def sizes(m, blocks, lo, hi):
 
 
 def tremors(m, blocks, t):
-    """Return the sizes in whose proportion rounding is wrong, those of F_r(t) - F_r(0) and those of F_r(t).
+    """Return the sizes in whose proportion rounding is wrong: of what F_r adds to a sum at t, and of F_r(t).
 
     An exponent ``l t`` is wrong in proportion, so the function is by ``|l t|`` times its size.
     """
@@ -64,8 +87,8 @@ def tremors(m, blocks, t):
     for decay, turn, count in blocks:
         size, p = m.exp(decay * t), (abs(decay) + turn) * t
         off = size * (1 + p)
-        short = p < 1
-        more = short * p * 3 + (1 - short) * (1 + off)
+        short = p <= 1
+        more = short * p * 3 + (1 - short) * off
         for k in range(count):
             gained += (more, more) if turn else (more,)
             found += (off, off) if turn else (off,)

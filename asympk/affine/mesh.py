@@ -18,11 +18,15 @@ _KEPT = 64
 
 
 class Window(NamedTuple):
-    """Times t_0 < .. < t_K and what is known there: (K + 1, functions), ``sizes`` (K, functions) on the intervals."""
+    """Times t_0 < .. < t_K and what is known there: (K + 1, functions), ``sizes`` (K, functions) on the intervals.
+
+    ``begun`` (K + 1,) counts the blocks that have started.
+    """
 
     t: np.ndarray
     values: np.ndarray
     gained: np.ndarray
+    begun: np.ndarray
     tremors: np.ndarray
     slope_tremors: np.ndarray
     sizes: np.ndarray
@@ -51,9 +55,10 @@ class Mesh:
             times.append(times[-1] + self._step(times[-1]))
         t, blocks = np.array(times), self.blocks
         with np.errstate(over="ignore"):
-            found = *functions(Arrays, blocks, t), *tremors(Arrays, blocks, t)
-            bounds = sizes(Arrays, blocks, t[:-1], t[1:])
-        return Window(t, *(_columns(part, t) for part in found), _columns(bounds, t[:-1]))
+            *found, begun = functions(Arrays, blocks, t)
+            off, bounds = tremors(Arrays, blocks, t), sizes(Arrays, blocks, t[:-1], t[1:])
+        values, gained, *off = (_columns(part, t) for part in (*found, *off))
+        return Window(t, values, gained, begun, *off, _columns(bounds, t[:-1]))
 
     def _step(self, t):
         speeds = [(decay, abs(complex(decay, turn))) for decay, turn, _ in self.blocks]

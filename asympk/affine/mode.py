@@ -13,7 +13,7 @@ import numpy as np
 
 from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
-from asympk.affine.functions import functions, rate_of
+from asympk.affine.functions import bases, functions, rate_of
 from asympk.affine.mesh import Mesh
 from asympk.errors import InputError
 from asympk.flow.arithmetic import Doubles
@@ -147,15 +147,16 @@ class Segment:
         self.zero = np.flatnonzero(abs(self.first) <= max(m.margin, _ULPS * m.eps) * self.first_mass).tolist()
         for guard in self.zero:
             self.first[guard] = self.first_mass[guard] = 0 * self.first[guard]
+        self.bases = bases(flow.blocks, self.terms, self.start)
 
     def state(self, t):
         """Return the state (n,) at the time t."""
-        _, gained = functions(self.m, self.flow.blocks, t)
-        return self.start + np.array(gained) @ self.terms
+        _, gained, begun = functions(self.m, self.flow.blocks, t)
+        return self.bases[begun] + np.array(gained) @ self.terms
 
     def rates(self, t):
         """Return ``w'(t)``."""
-        found, _ = functions(self.m, self.flow.blocks, t)
+        found, _, _ = functions(self.m, self.flow.blocks, t)
         return np.array(found) @ (self.flow.rate @ self.terms)
 
     def first_event(self, until):
@@ -164,8 +165,8 @@ class Segment:
 
     def at_event(self, t, guard):
         """Return the state at the root of a guard, moved by the step that t is too coarse for."""
-        found, gained = functions(self.m, self.flow.blocks, t)
-        value = self.first[guard] + np.array(gained) @ self.weights[:, guard]
-        slope = np.array(found) @ self.slopes[:, guard]
-        state = self.start + np.array(gained) @ self.terms
+        found, gained, begun = functions(self.m, self.flow.blocks, t)
+        base = bases(self.flow.blocks, self.weights[:, guard], self.first[guard])[begun]
+        value, slope = base + np.array(gained) @ self.weights[:, guard], np.array(found) @ self.slopes[:, guard]
+        state = self.bases[begun] + np.array(gained) @ self.terms
         return state - value / slope * (np.array(found) @ (self.flow.rate @ self.terms)) if slope else state

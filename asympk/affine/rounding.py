@@ -10,32 +10,34 @@ c the gradient of the guard; so every error is weighed by what becomes of it.
 
 import numpy as np
 
-from asympk.affine.functions import functions, tremors
+from asympk.affine.functions import bases, functions, tremors
 from asympk.flow.arithmetic import Doubles
 
 UNIT = 2.0**-53
 
 
 def estimate(legs, states):
-    """Estimate the error of the first ``states`` of the final state, relative to the largest of all on the path."""
+    """Estimate the error of the first ``states`` of the final state, each relative to its largest value on the path."""
     rows = np.eye(states, legs[-1].segment.start.size)
-    error, size, after = np.zeros(states), 0.0, None
+    error, size, after = np.zeros(states), np.zeros(states), None
     for leg in reversed(legs):
         segment, flow = leg.segment, leg.segment.flow
-        values, gained = (np.array(found) for found in functions(Doubles, flow.blocks, leg.span))
-        end = segment.start + gained @ segment.terms
-        size = max(size, abs(segment.start[:states]).max(), abs(end[:states]).max())
+        values, gained, begun = functions(Doubles, flow.blocks, leg.span)
+        values, end = np.array(values), segment.bases[begun] + np.array(gained) @ segment.terms
+        size = np.maximum(size, np.maximum(abs(segment.start), abs(end))[:states])
         if after is not None:
             rates = values @ (flow.rate @ segment.terms)
             guard = flow.rows[leg.guard, :-1]
             error += abs(rows @ after.rates(0.0)) * UNIT * (leg.start + leg.span)
             rows = _through(rows, guard, rates, after)
         off, _ = tremors(Doubles, flow.blocks, leg.span)
-        error += abs(rows) @ (UNIT * (abs(end) + np.array(off) @ (flow.matrix_sizes @ abs(segment.whole))))
+        mass = flow.matrix_sizes @ abs(segment.whole)
+        lost = bases(flow.blocks, mass, abs(segment.start))[begun] + np.array(off) @ mass
+        error += abs(rows) @ (UNIT * (abs(end) + lost))
         rows = rows @ np.tensordot(values, flow.matrices[:, :, :-1], 1)
         after = segment
     error += abs(rows) @ (UNIT * abs(after.start))
-    return float(error.max() / size) if size else float(error.max())
+    return float((error / np.where(size > 0, size, 1.0)).max())
 
 
 def _through(rows, guard, rates, after):
