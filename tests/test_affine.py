@@ -90,12 +90,12 @@ def test_the_first_root_of_several_guards_is_found_on_random_systems():
         mode = random_mode(random, int(random.integers(2, 7)), 10.0 ** -random.integers(1, 9), guards=2)
         start = random.uniform(-1, 1, len(mode.vector)).tolist()
         segment = Segment(mode.in_doubles, start)
-        if (segment.first <= 0).any():
+        if (segment.guards[segment.functions] <= 0).any():
             continue
         found = segment.first_event(2.0)
         until = found[0] if found else 2.0
-        slowly = [segment.first + np.array(segment.state(t) - segment.start) @ segment.flow.rows[:, :-1].T
-                  for t in np.linspace(0, until, 2000)[:-1]]  # fmt: skip
+        rows = segment.flow.rows
+        slowly = [rows[:, :-1] @ segment.state(t) + rows[:, -1] for t in np.linspace(0, until, 2000)[:-1]]
         assert (np.array(slowly) > 0).all()
         if found:
             (guard,) = found[1]

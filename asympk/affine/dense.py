@@ -40,8 +40,9 @@ class Dense:
         for k in np.unique(which):
             leg, mine = self.legs[k], which == k
             _, gained, begun = functions(Arrays, leg.segment.flow.blocks, flat[mine] - leg.start)
-            moved = np.stack([np.broadcast_to(part, mine.sum()) for part in gained], axis=-1) @ leg.segment.terms
-            found[:, mine] = (leg.segment.bases[begun] + moved).T[:size]
+            sums, n = leg.segment.sums[:, :size], leg.segment.functions
+            gained = np.stack([np.broadcast_to(part, mine.sum()) for part in gained], axis=-1)
+            found[:, mine] = (gained @ sums[:n] + sums[n + begun]).T
         return found.reshape(size, *times.shape)
 
     def _state(self, t):
@@ -53,5 +54,5 @@ class Dense:
 
     def _require(self, first, last):
         until = self.scene.until
-        if not 0 <= first or not last <= until:
-            raise InputError(f"t = {first if not 0 <= first else last}: it must be from 0 to until = {until}")
+        if not (first >= 0 and last <= until):
+            raise InputError(f"t = {last if first >= 0 else first}: it must be from 0 to until = {until}")

@@ -8,11 +8,12 @@ mode bounds a hundred intervals at once; only those in which something may happe
 A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
 """
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, bases, functions, sizes, tremors
+from asympk.affine.functions import MOST_EXPONENT, functions, initial, sizes, tremors
 from asympk.errors import Undecided
 from asympk.flow.arithmetic import Doubles
 
@@ -34,57 +35,56 @@ class Point(NamedTuple):
 def first_root(guards, until, mesh):
     """Return (time, indices of the guards) of the first root in (0, until], or None.
 
-    ``guards`` is a ``Guards``. Several indices stand for roots that the numbers cannot tell apart when margins are
-    turned off. Raises ``Undecided``.
+    ``guards`` is a ``Guards``. Raises ``Undecided``.
     """
-    done = 0
+    done = None
     for lo, hi in guards.suspects(mesh, until):
-        if hi <= done:
-            continue
-        found, done = _isolated(guards, max(lo, done), hi, until)
-        if found:
-            return found
+        if done is None or hi > done.t:
+            found, done = _isolated(guards, lo if done is None or lo > done.t else done, hi, until)
+            if found:
+                return found
     return None
 
 
 class Guards:
-    """The guards of one segment: ``first + sum_r weights[r] (F_r(t) - F_r(0))`` with slopes and bounds of bends."""
+    """The guards of one segment as functions of time, with slopes and bounds of bends; ``every`` are their indices."""
 
     def __init__(self, segment):
-        m, flow = segment.m, segment.flow
-        self.m, self.blocks, self.decays = m, flow.blocks, flow.rate.diagonal()
-        first = bases(flow.blocks, segment.weights, segment.first)
-        first_mass = bases(flow.blocks, segment.mass, segment.first_mass)
-        self.arrays = first, segment.weights, segment.slopes, abs(segment.bends)
-        self.masses = first_mass, segment.mass, flow.rate_sizes @ segment.mass
-        self.first, self.first_mass = first.tolist(), first_mass.tolist()
-        self.weights, self.slopes, self.bends = (array.T.tolist() for array in self.arrays[1:])
-        self.mass, self.slope_mass = (array.T.tolist() for array in self.masses[1:])
-        self.every = range(len(segment.first))
-        self.reach = {guard: _reach(segment, guard) for guard in segment.zero}
+        self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
+        self.every = range(segment.slopes.shape[1])
+        self._reaches = {}
+
+    @cached_property
+    def lists(self):
+        """The weights and sizes as lists, one per guard: of sums, slopes and bends; and the bases, one per number."""
+        s, functions = self.segment, self.segment.functions
+        columns = [table[:functions].T.tolist() for table in (s.guards, s.off_guards, s.slopes, s.off_slopes)]
+        return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off_guards[functions:].tolist()
 
     def at(self, t):
         """Return the ``Point`` at t."""
         margin = self.m.margin
         found, gained, begun = functions(self.m, self.blocks, t)
-        off, slope_off = tremors(self.m, self.blocks, t)
+        off_gained, off_found = tremors(self.m, self.blocks, t)
+        weights, off_weights, slopes, off_slopes, _, bases, off_bases = self.lists
         return Point(
             t,
-            [_dot(w, gained) + g for w, g in zip(self.weights, self.first[begun], strict=True)],
-            [_dot(w, found) for w in self.slopes],
-            [(_dot(w, off) + g) * margin for w, g in zip(self.mass, self.first_mass[begun], strict=True)],
-            [_dot(w, slope_off) * margin for w in self.slope_mass],
+            [_dot(w, gained) + g for w, g in zip(weights, bases[begun], strict=True)],
+            [_dot(w, found) for w in slopes],
+            [(_dot(w, off_gained) + g) * margin for w, g in zip(off_weights, off_bases[begun], strict=True)],
+            [_dot(w, off_found) * margin for w in off_slopes],
         )
 
     def bounds(self, lo, hi):
         """Return a bound of every ``|g''|`` on [lo, hi]."""
         found = sizes(self.m, self.blocks, lo, hi)
-        return [_dot(w, found) for w in self.bends]
+        return [_dot(w, found) for w in self.lists[4]]
 
     def value(self, guard, t):
         """Return the value and the slope of one guard."""
         found, gained, begun = functions(self.m, self.blocks, t)
-        return self.first[begun][guard] + _dot(self.weights[guard], gained), _dot(self.slopes[guard], found)
+        weights, _, slopes, _, _, bases, _ = self.lists
+        return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
     def suspects(self, mesh, until):
         """Yield intervals (lo, hi) of (0, until) in order, outside which no guard has a root.
@@ -95,8 +95,8 @@ class Guards:
         for window in mesh.windows():
             if window.t[-1] > last and until > last:
                 raise OverflowError
-            suspect = self._suspect(window) if self.m is Doubles else np.ones(len(window.t) - 1, dtype=bool)
-            for k in np.flatnonzero(suspect):
+            suspect = self._suspects(window) if self.m is Doubles else range(len(window.h))
+            for k in suspect:
                 if window.t[k] >= until:
                     return
                 yield self.m.number(window.t[k]), min(self.m.number(window.t[k + 1]), until)
@@ -105,29 +105,37 @@ class Guards:
 
     def _last(self):
         """Return the time at which a part of a guard leaves the range of the numbers in use."""
-        if self.m is not Doubles:
-            return self.m.inf
-        fastest = self.decays[self.arrays[1].any(axis=1)].max(initial=0.0)
-        return MOST_EXPONENT / fastest if fastest else float("inf")
+        if self.m is not Doubles or all(block.decay <= 0 for block in self.blocks):
+            return float("inf")
+        alive = self.segment.slopes.any(axis=1)
+        fastest = self.segment.flow.rate.diagonal()[alive].max(initial=0.0)
+        return MOST_EXPONENT / fastest if fastest > 0 else float("inf")
 
-    def _suspect(self, window):
+    def _suspects(self, window):
         """Return which intervals of a window may have a root, by the verdicts of ``_verdict`` on arrays."""
-        margin = self.m.margin
-        (first, weights, slopes, bends), (first_mass, mass, slope_mass) = self.arrays, self.masses
-        g = first[window.begun] + window.gained @ weights
-        off = (window.tremors @ mass + first_mass[window.begun]) * margin
-        rise, rise_off = window.values @ slopes, window.slope_tremors @ slope_mass * margin
-        h = np.diff(window.t)[:, None]
-        spare = (window.sizes @ bends) * h
-        clear = g > off
-        above = np.minimum((g - off)[:-1], (g - off)[1:]) > spare * h / 8
-        both, both_off = rise[:-1] + rise[1:], spare + rise_off[:-1] + rise_off[1:]
-        rising, falling = (both > both_off) & clear[:-1], (both < -both_off) & clear[1:]
-        if window.t[0] == 0:
-            for guard, reach in self.reach.items():
-                rising[0, guard] |= both[0, guard] > both_off[0, guard]
-                rising[:, guard] |= window.t[1:] <= reach
-        return ~(above | rising | falling).all(axis=1)
+        s, margin = self.segment, self.m.margin
+        g, off = window.sums @ s.guards, window.off_sums @ s.off_guards * margin
+        low, spare = g - off, window.bounds @ abs(s.bends) * window.h
+        above = np.minimum(low[:-1], low[1:]) > spare * window.h / 8
+        left = np.flatnonzero(~above.all(axis=1))
+        if not left.size:
+            return left
+        rise, off_rise = window.values @ s.slopes, window.off_values @ s.off_slopes * margin
+        both, off_both = rise[left] + rise[left + 1], spare[left] + off_rise[left] + off_rise[left + 1]
+        rising, falling = both > off_both, (both < -off_both) & (low[left + 1] > 0)
+        clear = low[left] > 0
+        if s.zero and window.t[0] == 0:
+            clear[left == 0, s.zero] = True
+            for guard in s.zero:
+                if not (rising | above[left])[left == 0, guard].all():
+                    above[:, guard] |= window.t[1:] <= self.reach(guard)
+        return left[~(above[left] | (rising & clear) | falling).all(axis=1)].tolist()
+
+    def reach(self, guard):
+        """Return a time up to which a guard that vanishes at the start is positive."""
+        if guard not in self._reaches:
+            self._reaches[guard] = _reach(self.segment, guard)
+        return self._reaches[guard]
 
 
 def _reach(segment, guard):
@@ -137,23 +145,21 @@ def _reach(segment, guard):
     g is positive up to the smaller of h and v/B. Raises ``Undecided`` where v is negative or none is found.
     """
     m, flow = segment.m, segment.flow
-    weights, mass = segment.weights[:, guard], segment.mass[:, guard]
+    weights, off = segment.slopes[:, guard], segment.off_slopes[:, guard]
     if not weights.any():
         return float("inf")
-    found, _, _ = functions(m, flow.blocks, 0 * segment.mass[0, guard])
-    for _ in range(len(weights)):
-        weights, mass = flow.rate @ weights, flow.rate_sizes @ mass
-        value, off = _dot(found, weights.tolist()), max(m.margin, m.eps) * sum(mass.tolist())
-        if abs(value) > off:
+    margin, start, rate_sizes = max(m.margin, 16 * m.eps), np.array(initial(flow.blocks)), abs(flow.rate)
+    for _ in weights:
+        value, doubt = start @ weights, margin * (start @ off)
+        if abs(value) > doubt:
             break
-    else:
+        weights, off = flow.rate @ weights, rate_sizes @ off
+    if value <= doubt:
         raise Undecided
-    if value < 0:
-        raise Undecided
-    bends, fastest = abs(flow.rate @ weights).tolist(), max(flow.rate_sizes.sum(axis=0).tolist())
+    bends, fastest = abs(flow.rate @ weights).tolist(), max(rate_sizes.sum(axis=0).tolist())
     h = 1 / fastest if fastest else m.number(1)
     for _ in range(_MOST_STEPS):
-        if _dot(bends, sizes(m, flow.blocks, 0 * h, h)) * h < value - off:
+        if _dot(bends, sizes(m, flow.blocks, 0 * h, h)) * h < value - doubt:
             return h
         h = h / 4
     raise Undecided
@@ -168,10 +174,13 @@ def _times(a, b):
 
 
 def _isolated(guards, lo, hi, until):
-    """Return (found, time up to which there is no other root) for an interval from which a root may be in."""
-    left = guards.at(lo)
-    right = _certain(guards, lo, hi, until)
-    done, pieces = right.t, [right]
+    """Return (found, point up to which there is no other root) for an interval that a root may be in.
+
+    ``lo`` is a time or a ``Point``.
+    """
+    left = lo if isinstance(lo, Point) else guards.at(lo)
+    right = _certain(guards, left.t, hi, until)
+    done, pieces = right, [right]
     for _ in range(_MOST_STEPS):
         right = pieces[-1]
         verdicts = [_verdict(guards, q, left, right, bend)
@@ -208,7 +217,7 @@ def _cut(guards, left, right):
     """Return a point between where every guard has a sign."""
     times = [left.t + (right.t - left.t) * part for part in _CUTS]
     if not left.t:
-        times = [reach for reach in guards.reach.values() if reach < right.t] + times
+        times = [reach for q in guards.segment.zero if (reach := guards.reach(q)) < right.t] + times
     for t in times:
         if left.t < t < right.t:
             point = guards.at(t)
@@ -224,10 +233,8 @@ def _verdict(guards, q, left, right, bend):
         return "positive"
     both = left.slopes[q] + right.slopes[q]
     spare = bend * h + left.slope_doubts[q] + right.slope_doubts[q]
-    touching = not left.t and q in guards.reach
-    if touching and right.t <= guards.reach[q]:
-        return "positive"
-    if both > spare and (touching or a > off_a):
+    touching = not left.t and q in guards.segment.zero
+    if (both > spare and (touching or a > off_a)) or (touching and h <= guards.reach(q)):
         return "positive"
     if both < -spare and not touching:
         return "positive" if b > off_b else "falls" if a > off_a else "unknown"

@@ -1,4 +1,4 @@
-r"""Forcing in time as further states: a sum of ``coefficient t^k e^{a t} cos(w t)`` or ``.. sin(w t)`` is affine in them.
+r"""Forcing in time as further states: a sum of ``c t^k e^{a t} cos(w t)`` or ``.. sin(w t)`` is affine in them.
 
 With ``c_k = t^k e^{a t} cos(w t)`` and ``s_k = t^k e^{a t} sin(w t)``
 

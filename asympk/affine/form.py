@@ -1,4 +1,4 @@
-r"""The affine form of a mode: ``W' = M W`` over its states, its forcing and 1, entries as expressions in the parameters.
+r"""The affine form of a mode: ``W' = M W`` over its states, its forcing and 1, entries in the parameters.
 
 The form is found once per mode, in symbols; numbers are put in exactly, as Fractions. Where a parameter enters through
 a root or another function its value is taken to so many digits that its rounding does not show.

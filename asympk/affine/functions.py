@@ -56,17 +56,6 @@ def initial(blocks):
     return [int(place == 0) for _, turn, count in blocks for place in range(count * (2 if turn else 1))]
 
 
-def bases(blocks, terms, start):
-    """Return the sums ``F_r(0) terms[r]`` over the blocks that have not started, by the number of those that have.
-
-    ``start`` is the whole sum, known better.
-    """
-    sums = np.cumsum((np.array(initial(blocks)) * terms.T).T[::-1], axis=0)[::-1]
-    widths = [count * (2 if turn else 1) for _, turn, count in blocks]
-    later = [sums[k] for k in np.cumsum(widths)[:-1]]
-    return np.array([start, *later, 0 * start], dtype=terms.dtype)
-
-
 def sizes(m, blocks, lo, hi):
     """Return bounds of |F_r| on [lo, hi]."""
     found = []

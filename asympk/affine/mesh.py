@@ -18,18 +18,21 @@ _KEPT = 64
 
 
 class Window(NamedTuple):
-    """Times t_0 < .. < t_K and what is known there: (K + 1, functions), ``sizes`` (K, functions) on the intervals.
+    """Times t_0 < .. < t_K and what is known there.
 
-    ``begun`` (K + 1,) counts the blocks that have started.
+    ``sums`` (K + 1, functions + blocks + 1) are what the functions add and, 1 in the column of the base that it is
+    added to, so that a product with a segment's weights is the guard; ``off_sums`` are the sizes that its rounding goes
+    with. ``values`` (K + 1, functions) are the functions, ``off_values`` their sizes. ``bounds`` (K, functions) bound
+    them on the intervals, whose lengths are ``h``.
     """
 
     t: np.ndarray
+    sums: np.ndarray
+    off_sums: np.ndarray
     values: np.ndarray
-    gained: np.ndarray
-    begun: np.ndarray
-    tremors: np.ndarray
-    slope_tremors: np.ndarray
-    sizes: np.ndarray
+    off_values: np.ndarray
+    bounds: np.ndarray
+    h: np.ndarray
 
 
 class Mesh:
@@ -55,10 +58,13 @@ class Mesh:
             times.append(times[-1] + self._step(times[-1]))
         t, blocks = np.array(times), self.blocks
         with np.errstate(over="ignore"):
-            *found, begun = functions(Arrays, blocks, t)
-            off, bounds = tremors(Arrays, blocks, t), sizes(Arrays, blocks, t[:-1], t[1:])
-        values, gained, *off = (_columns(part, t) for part in (*found, *off))
-        return Window(t, values, gained, begun, *off, _columns(bounds, t[:-1]))
+            values, gained, begun = functions(Arrays, blocks, t)
+            off_gained, off_values = tremors(Arrays, blocks, t)
+            bounds = sizes(Arrays, blocks, t[:-1], t[1:])
+        base = [begun == k for k in range(len(blocks) + 1)]
+        sums, off_sums = _columns([*gained, *base], t), _columns([*off_gained, *base], t)
+        values, off_values, bounds = _columns(values, t), _columns(off_values, t), _columns(bounds, t[:-1])
+        return Window(t, sums, off_sums, values, off_values, bounds, np.diff(t)[:, None])
 
     def _step(self, t):
         speeds = [(decay, abs(complex(decay, turn))) for decay, turn, _ in self.blocks]
@@ -70,4 +76,4 @@ class Mesh:
 
 
 def _columns(found, t):
-    return np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1)
+    return np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1).astype(float)

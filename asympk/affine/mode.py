@@ -13,7 +13,7 @@ import numpy as np
 
 from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
-from asympk.affine.functions import bases, functions, rate_of
+from asympk.affine.functions import functions, initial, rate_of
 from asympk.affine.mesh import Mesh
 from asympk.errors import InputError
 from asympk.flow.arithmetic import Doubles
@@ -70,39 +70,44 @@ def _exact(*rows):
 
 @dataclass(frozen=True)
 class Flow:
-    """A mode in the numbers of ``m``.
+    """A mode in the numbers of ``m``: ``tables`` turn a start (w, 1) into all that a segment needs, in one product.
 
-    ``matrices`` is (functions, n, n + 1), ``weights``, those of the guards, (functions, guards, n + 1); ``rate`` turns
-    the weights of a function of time into those of its derivative.
+    ``matrices`` is (functions, n, n + 1). ``rows`` are the guards' coefficients; ``rate`` turns the weights of a
+    function of time into those of its derivative.
     """
 
     m: Any
     mode: AffineMode
     blocks: tuple
     matrices: np.ndarray
-    weights: np.ndarray
+    tables: np.ndarray
     rows: np.ndarray
     rate: np.ndarray
 
     @cached_property
-    def weight_sizes(self):
-        """The sizes of the weights."""
-        return abs(self.weights)
+    def table_sizes(self):
+        """The sizes of the entries of ``tables``, on which rounding depends."""
+        return abs(self.tables)
 
     @cached_property
-    def row_sizes(self):
-        """The sizes of the guards' coefficients."""
-        return abs(self.rows)
+    def flat(self):
+        """The matrices, one function a row."""
+        return self.matrices[:, :, :-1].reshape(len(self.matrices), -1)
 
     @cached_property
-    def rate_sizes(self):
-        """The sizes of the entries of ``rate``."""
-        return abs(self.rate)
+    def shapes(self):
+        """The shapes of the parts of a product with ``tables``: sums for states and guards, slopes, bends."""
+        functions, states, guards = len(self.rate), self.matrices.shape[1], len(self.rows)
+        wide = functions + len(self.blocks) + 1
+        return (wide, states), (wide, guards), (functions, guards), (functions, guards)
 
-    @cached_property
-    def matrix_sizes(self):
-        """The sizes of the entries of ``matrices``."""
-        return abs(self.matrices)
+    def parts(self, product):
+        """Return the parts of a product of ``tables``."""
+        found, at = [], 0
+        for rows, columns in self.shapes:
+            found.append(product[at : at + rows * columns].reshape(rows, columns))
+            at += rows * columns
+        return found
 
 
 def in_digits(m, mode):
@@ -115,49 +120,66 @@ def _flow(m, mode, exact, number):
     blocks = tuple(block._replace(decay=number(block.decay), turn=number(block.turn)) for block in exact.blocks)
     rows = np.array([[exact.m.number(v) for v in row] for row in mode.guards], dtype=object)
     rows = rows.reshape(len(mode.guards), len(mode.vector) + 1)
-    weights = np.stack([rows @ matrix for matrix in exact.matrices])
+    states = exact.matrices[:, :-1]
+    guards = np.stack([rows @ matrix for matrix in exact.matrices])
+    rate = rate_of(exact.blocks, object)
+    slopes = _product(rate, guards)
+    unit = np.array(np.eye(len(mode.vector), len(mode.vector) + 1, dtype=int), dtype=object)
+    sums = *_summed(exact.blocks, states, unit), *_summed(exact.blocks, guards, rows)
+    tables = *sums, slopes, _product(rate, slopes)
     kind = float if m is Doubles else object
 
     def rounded(array):
         return np.array([number(v) for v in array.flat], dtype=kind).reshape(array.shape)
 
-    matrices = rounded(exact.matrices[:, :-1])
-    return Flow(m, mode, blocks, matrices, rounded(weights), rounded(rows), rate_of(blocks, kind))
+    tables = np.concatenate([rounded(table).reshape(-1, len(unit) + 1) for table in tables])
+    return Flow(m, mode, blocks, rounded(states), tables, rounded(rows), rounded(rate))
+
+
+def _product(rate, weights):
+    return (rate @ weights.reshape(len(rate), -1)).reshape(weights.shape)
+
+
+def _summed(blocks, weights, whole):
+    """Return weights and ``sum F_r(0) weights[r]`` over the blocks that have not started, by the number that have."""
+    sums = np.cumsum((np.array(initial(blocks)) * weights.T).T[::-1], axis=0)[::-1]
+    later = [sums[place] for place in np.cumsum([block.count * (2 if block.turn else 1) for block in blocks])[:-1]]
+    return weights, np.stack([whole, *later, 0 * whole])
 
 
 class Segment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
-    ``mass`` are the sizes of the terms that made each weight, on which its rounding depends. A guard whose value at the
-    start is within rounding vanishes there: it is set to zero, and its first derivative that does not vanish must be
-    positive.
+    ``sums`` are the weights of the functions in the states and, below them, the bases: what the blocks that have not
+    started add up to, by the number of those that have. ``guards`` likewise; ``slopes`` and ``bends`` are the weights
+    in the guards' derivatives. The names with ``off_`` are the sizes of the terms that made them, on which rounding
+    depends. A guard whose value at the start is within rounding vanishes there, and is set to zero.
     """
 
     def __init__(self, flow, start):
         m = self.m = flow.m
-        self.flow = flow
-        self.whole = np.array([*start, m.number(1)], dtype=flow.matrices.dtype)
-        self.start = self.whole[:-1]
-        self.terms = flow.matrices @ self.whole
-        self.mass = flow.weight_sizes @ abs(self.whole)
-        self.weights = flow.weights @ self.whole
-        self.slopes = flow.rate @ self.weights
-        self.bends = flow.rate @ self.slopes
-        self.first, self.first_mass = flow.rows @ self.whole, flow.row_sizes @ abs(self.whole)
-        self.zero = np.flatnonzero(abs(self.first) <= max(m.margin, _ULPS * m.eps) * self.first_mass).tolist()
+        self.flow, self.functions = flow, len(flow.rate)
+        whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)
+        self.start = whole[:-1]
+        self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.tables @ whole)
+        self.off_sums, self.off_guards, self.off_slopes, self.off_bends = flow.parts(flow.table_sizes @ abs(whole))
+        first, off = self.guards[self.functions], self.off_guards[self.functions]
+        self.zero = np.flatnonzero(abs(first) <= max(m.margin, _ULPS * m.eps) * off).tolist()
         for guard in self.zero:
-            self.first[guard] = self.first_mass[guard] = 0 * self.first[guard]
-        self.bases = bases(flow.blocks, self.terms, self.start)
+            first[guard] = off[guard] = 0 * off[guard]
 
     def state(self, t):
         """Return the state (n,) at the time t."""
         _, gained, begun = functions(self.m, self.flow.blocks, t)
-        return self.bases[begun] + np.array(gained) @ self.terms
+        return self._sum(self.sums, gained, begun)
+
+    def _sum(self, weights, gained, begun):
+        return np.array(gained) @ weights[: self.functions] + weights[self.functions + begun]
 
     def rates(self, t):
         """Return ``w'(t)``."""
         found, _, _ = functions(self.m, self.flow.blocks, t)
-        return np.array(found) @ (self.flow.rate @ self.terms)
+        return np.array(found) @ self.flow.rate @ self.sums[: self.functions]
 
     def first_event(self, until):
         """Return (time, guards) of the first root of any guard in (0, until], or None; raises ``Undecided``."""
@@ -166,7 +188,6 @@ class Segment:
     def at_event(self, t, guard):
         """Return the state at the root of a guard, moved by the step that t is too coarse for."""
         found, gained, begun = functions(self.m, self.flow.blocks, t)
-        base = bases(self.flow.blocks, self.weights[:, guard], self.first[guard])[begun]
-        value, slope = base + np.array(gained) @ self.weights[:, guard], np.array(found) @ self.slopes[:, guard]
-        state = self.bases[begun] + np.array(gained) @ self.terms
-        return state - value / slope * (np.array(found) @ (self.flow.rate @ self.terms)) if slope else state
+        found, state = np.array(found), self._sum(self.sums, gained, begun)
+        value, slope = self._sum(self.guards[:, guard], gained, begun), found @ self.slopes[:, guard]
+        return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions]) if slope else state

@@ -10,7 +10,7 @@ c the gradient of the guard; so every error is weighed by what becomes of it.
 
 import numpy as np
 
-from asympk.affine.functions import bases, functions, tremors
+from asympk.affine.functions import functions, initial, tremors
 from asympk.flow.arithmetic import Doubles
 
 UNIT = 2.0**-53
@@ -21,25 +21,25 @@ def estimate(legs, states):
     rows = np.eye(states, legs[-1].segment.start.size)
     error, size, after = np.zeros(states), np.zeros(states), None
     for leg in reversed(legs):
-        segment, flow = leg.segment, leg.segment.flow
-        values, gained, begun = functions(Doubles, flow.blocks, leg.span)
-        values, end = np.array(values), segment.bases[begun] + np.array(gained) @ segment.terms
+        segment, flow, span = leg.segment, leg.segment.flow, leg.span
+        values, gained, begun = functions(Doubles, flow.blocks, span)
+        off, _ = tremors(Doubles, flow.blocks, span)
+        n, values = segment.functions, np.array(values)
+        end = np.array(gained) @ segment.sums[:n] + segment.sums[n + begun]
+        lost = np.array(off) @ segment.off_sums[:n] + segment.off_sums[n + begun] + abs(end)
         size = np.maximum(size, np.maximum(abs(segment.start), abs(end))[:states])
         if after is not None:
-            rates = values @ (flow.rate @ segment.terms)
+            rates = values @ flow.rate @ segment.sums[:n]
             guard = flow.rows[leg.guard, :-1]
-            error += abs(rows @ after.rates(0.0)) * UNIT * (leg.start + leg.span)
-            rows = _through(rows, guard, rates, after)
-        off, _ = tremors(Doubles, flow.blocks, leg.span)
-        mass = flow.matrix_sizes @ abs(segment.whole)
-        lost = bases(flow.blocks, mass, abs(segment.start))[begun] + np.array(off) @ mass
-        error += abs(rows) @ (UNIT * (abs(end) + lost))
-        rows = rows @ np.tensordot(values, flow.matrices[:, :, :-1], 1)
-        after = segment
-    error += abs(rows) @ (UNIT * abs(after.start))
+            error += abs(rows @ after) * (UNIT * (leg.start + span))
+            rows = rows + np.multiply.outer(rows @ (after - rates), guard / (guard @ rates))
+        error += abs(rows) @ (UNIT * lost)
+        rows = rows @ (values @ flow.flat).reshape(len(end), -1)
+        after = initial_rates(segment)
+    error += abs(rows) @ (UNIT * abs(segment.start))
     return float((error / np.where(size > 0, size, 1.0)).max())
 
 
-def _through(rows, guard, rates, after):
-    """Return the derivatives by the state before an event from those by the state after it."""
-    return rows + np.outer(rows @ (after.rates(0.0) - rates), guard / (guard @ rates))
+def initial_rates(segment):
+    """Return ``w'(0)``."""
+    return np.array(initial(segment.flow.blocks)) @ segment.flow.rate @ segment.sums[: segment.functions]

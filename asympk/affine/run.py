@@ -1,4 +1,4 @@
-r"""``method="exact"`` for a scene whose modes are all affine: in doubles, and on mpmath numbers to any number of digits.
+r"""``method="exact"`` where all modes are affine: in doubles, and on mpmath numbers to any number of digits.
 
 A run in doubles keeps account of its own rounding. Where that may show, or a sign cannot be told, the events are
 refined, or the flow followed anew, on mpmath numbers, and the result is rounded from there.
@@ -125,8 +125,8 @@ def _course(m, case):
     start = tuple(map(m.number, scene.start))
     course = loop.follow(automaton, automaton.first(scene.start), start, until, advance, case.events, digits, slack)
     if course.last.short:
-        raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; take "
-                            "a smaller until, or allow more with events=")  # fmt: skip
+        raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; "
+                            "take a smaller until, or allow more with events=")  # fmt: skip
     return course
 
 
@@ -169,7 +169,7 @@ def _distance(coarse, fine):
 
 
 def _path(case, digits, course, convert, error):
-    events = tuple(event._replace(t=convert(event.t), state=_converted(event.state, convert)) for event in course.events)
+    events = tuple(e._replace(t=convert(e.t), state=_converted(e.state, convert)) for e in course.events)
     legs = [segment.work for segment in course.segments]
     dense = Dense(case.scene, digits, legs, convert, _again)
     return Path(case.scene, "exact", _converted(course.last.state, convert), events, course.modes, dense, error)
