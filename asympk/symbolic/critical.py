@@ -11,7 +11,7 @@ import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.expansion import by_powers, fast_jacobian, vanishes
+from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
 from asympk.symbolic.system import Mode
 
 
@@ -33,12 +33,18 @@ class CriticalManifold:
     @cached_property
     def jacobian(self):
         """The matrix dg/dy on the manifold."""
-        return fast_jacobian(self.dynamics, self.small).subs(self.branch, simultaneous=True).applyfunc(sp.factor)
+        at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
+        return fast_jacobian(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
 
     @cached_property
     def exists(self):
         """The condition under which the manifold is normally hyperbolic: det dg/dy != 0."""
         return nonzero(self.jacobian.det(), self.assumptions)
+
+    @cached_property
+    def folds(self):
+        """The condition under which the manifold folds or meets another: det dg/dy = 0."""
+        return sp.to_nnf(sp.Not(self.exists))
 
     @cached_property
     def stability(self):
