@@ -12,7 +12,7 @@ Each arrow is a module that imports only from its left; nothing is loaded until 
 One motion      Scene, read_scene (TOML, or a scene that ships), solve (method=, digits=), Path, Event
 Many motions    solve_many (method=) for arrays; asympk.sweep for more than memory holds
 Proofs          asympk.certify encloses the exact flow in balls; claims() is the ledger of the paper's claims
-The system      systems.painleve_klein.system(), or System.smooth and System.with_friction for another
+The system      systems.painleve_klein.system(), or System.smooth, System.with_friction and System.with_frictions
 Its geometry    slow_manifolds, slow_manifold, eigenvalues, stick_regions, jump_map
 Its numbers     lower turns expressions into NumPy, math, mpmath or C
 
@@ -28,6 +28,7 @@ __version__ = "0.1.0"
 _HOME = {
     "System": "symbolic.system",
     "Mode": "symbolic.system",
+    "Friction": "symbolic.system",
     "slow_manifold": "symbolic.manifold",
     "slow_manifolds": "symbolic.manifold",
     "critical_manifolds": "symbolic.critical",

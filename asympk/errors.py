@@ -37,11 +37,11 @@ class NoManifold(AsympkError, ArithmeticError):
 
 
 class NoMotion(AsympkError, ArithmeticError):
-    """The rigid model has no motion from this start."""
+    """No mode is consistent: the model (a rigid one, as a rule) has no motion from this state."""
 
 
 class TwoMotions(AsympkError, ArithmeticError):
-    """The rigid model has two motions from this start."""
+    """Several modes are consistent: the model (a rigid one, as a rule) has two motions from this state."""
 
 
 class OutOfRange(AsympkError, ArithmeticError):
@@ -66,3 +66,19 @@ class NotDerivable(AsympkError, ValueError):
 
 class WorkersLost(AsympkError, RuntimeError):
     """Worker processes die again and again without getting anything done."""
+
+
+class Accumulation(AsympkError, RuntimeError):
+    """Events accumulate at a point in time: no mode of the system lasts beyond it."""
+
+
+class UnboundedReaction(AsympkError, ArithmeticError):
+    """The reaction of a rigid contact grows beyond all bounds: no motion of the rigid model goes on."""
+
+
+class Unfinished(AsympkError, RuntimeError):
+    """A run did not reach its end; ``path`` is what it did follow, and its ``info`` says why it stopped."""
+
+    def __init__(self, message, path=None):
+        super().__init__(message)
+        self.path = path

@@ -4,6 +4,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import InputError, UnknownName
+from asympk.scene import Scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
 METHODS = {
@@ -23,6 +24,10 @@ METHODS = {
     "tanh": "integrators.tanh",
     "moreau": "integrators.moreau",
 }
+# the same for the scene of a system without a kernel of its own
+FOR_SYSTEMS = {
+    name: module for name, module in METHODS.items() if module.startswith("integrators") and name != "moreau"
+} | {"exact": "integrators.stepped"}
 # method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
 FOR_ARRAYS = {
     "exact": "arrays.ensemble",
@@ -35,15 +40,49 @@ FOR_ARRAYS = {
 def solve(scene, method="exact", **options):
     """Follow ``scene`` from its start to ``until`` and return a ``Path``.
 
-    ``method="exact"`` is the event-driven closed form; ``digits=n`` runs it on mpmath numbers. Options belong to
-    the method. Raises ``UnknownName`` for a method that does not exist, ``InputError`` for an option it does not have.
+    ``method="exact"`` is the event-driven closed form of the rod; for the scene of a system without a closed form it
+    is a stiff integrator of small tolerance, and ``path.model`` tells. ``digits=n`` runs either on mpmath numbers.
+    Options belong to the method. Raises ``UnknownName`` for a method that does not exist, ``InputError`` for an option
+    it does not have and for what is no ``Scene``.
     """
-    if method not in METHODS:
-        raise UnknownName(f"method {method!r} is unknown; choose one of {', '.join(METHODS)}")
-    run = _found(METHODS[method], "run")
+    _require_scene(scene)
+    name = _known(method, METHODS)
+    if scene.system is None:
+        return _run(METHODS, name, scene, options)
+    if inside := _found("systems.kernels", "kernel_scene")(scene):
+        return _found("systems.kernels", "named")(_run(METHODS, name, inside, options), scene)
+    if name not in FOR_SYSTEMS:
+        raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
+                         f"{', '.join(FOR_SYSTEMS)}")  # fmt: skip
+    return _run(FOR_SYSTEMS, name, scene, options)
+
+
+def _run(registry, method, scene, options):
+    run = _found(registry[method], "run")
     if options:
         _require_known(method, run, options)
     return run(scene, method, **options)
+
+
+def _require_scene(scene):
+    if isinstance(scene, Scene):
+        return
+    if isinstance(scene, str):
+        raise InputError(f"solve takes a Scene, not the name {scene!r}; read it first with ap.read_scene")
+    numbers = "system=, values={...}, start={...}" if hasattr(scene, "placed") else "sigma=, mu=, start="
+    raise InputError(f"solve takes a Scene, not {type(scene).__name__}; build one: ap.Scene({numbers}, until=)")
+
+
+def _known(method, registry):
+    """Return the name of a method, in any case; raises ``UnknownName`` with the nearest."""
+    name = method.lower() if isinstance(method, str) else method
+    if isinstance(name, str) and name in registry:
+        return name
+    from difflib import get_close_matches
+
+    near = get_close_matches(str(name), registry, 1)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    raise UnknownName(f"method {method!r} is unknown; {hint}choose one of {', '.join(registry)}")
 
 
 def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options):

@@ -14,8 +14,9 @@ PACKAGE = Path(asympk.__file__).parent
 
 # from left to right: a part imports only from itself and from parts to its left
 ARROW = (
-    "errors", "storage", "path", "scene", "symbolic", "systems", "flow", "arrays", "asymptotics", "integrators",
-    "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output", "__main__",
+    "errors", "numbers", "storage", "path", "scene", "symbolic", "automaton", "systems", "flow", "arrays",
+    "asymptotics", "integrators", "scenes", "certify",
+    "methods", "sweep", "studies", "ledger", "pictures", "output", "__main__",
 )
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
 
@@ -30,8 +31,12 @@ NAMES = {_name(path) for path in MODULES}
 
 
 def _imports(path):
-    """Yield the modules of asympk, as dotted names below it, that a module imports anywhere in its text."""
-    for node in ast.walk(ast.parse(path.read_text())):
+    """Yield the modules of asympk, as dotted names below it, that a module imports anywhere but for its annotations."""
+    tree = ast.parse(path.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            node.body = []
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             found = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):

@@ -30,7 +30,7 @@ def _holds(certificate, path, slack=10**-55):
     """Tell whether every number of a path of 60 digits lies in its ball, and the sequences are the same."""
     pairs = [*zip(path.final, certificate.final, strict=True)]
     for event, enclosed in zip(path.events, certificate.events, strict=True):
-        pairs += zip(event[1:], enclosed[1:], strict=True)
+        pairs += zip((event.t, *event.state), (enclosed.t, *enclosed.state), strict=True)
     kinds = [event.kind for event in path.events] == [event.kind for event in certificate.events]
     return kinds and path.modes == certificate.modes and all(_contains(b, v, slack) for v, b in pairs)
 

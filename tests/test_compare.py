@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import asympk as ap
-from asympk.errors import InputError, UnknownName
+from asympk.errors import InputError, Unfinished, UnknownName
 from asympk.output import chart
 from asympk.path import Path
 from asympk.pictures import figures
@@ -73,7 +73,9 @@ def test_the_status_of_a_finished_run_is_judged_by_its_end_and_its_modes(exact, 
 
 
 def test_a_run_that_did_not_finish_has_a_status_and_no_errors(exact):
-    path = ap.solve(scene("1e-6"), method="rk45", steps=50)
+    with pytest.raises(Unfinished) as stop:
+        ap.solve(scene("1e-6"), method="rk45", steps=50)
+    path = stop.value.path
     assert errors_of(path, exact, scene("1e-6")) == {}
     assert status_of(path, {}) == path.info["status"]
 

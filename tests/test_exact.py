@@ -47,7 +47,7 @@ def scene_of(sigma, mu, start, until, more=None):
 
 def distance(path, true):
     """Return the distance of the final (x, z), relative to the largest of 1, |x|, |z| on the path."""
-    states = [path.scene.start, path.final, *(event[2:] for event in path.events)]
+    states = [path.scene.start, path.final, *(event.state for event in path.events)]
     largest = max(1, *(abs(float(state[i])) for state in states for i in (0, 2)))
     return float(max(abs(path.final[i] - true.final[i]) for i in (0, 2)) / largest)
 
@@ -131,9 +131,9 @@ def test_a_path_is_continuous_at_its_events_where_one_quantity_vanishes(sigma, m
             if event.t - previous < 1e-20 * event.t:
                 continue
             state = path(event.t - (event.t - previous) * mpmath.mpf(10) ** -30)
-            size = 1 + max(map(abs, event[2:]))
+            size = 1 + max(map(abs, event.state))
             rate = 1 + abs(event.y) + (1 + abs(event.x + event.y)) * (1 / mpmath.mpf(mu) + sigma + 4)
-            jump = max(abs(p - q) for p, q in zip(state, event[2:], strict=True))
+            jump = max(abs(p - q) for p, q in zip(state, event.state, strict=True))
             assert jump < 1e-27 * (size + event.t * rate)
             if event.kind == "velocity_zero" or before == "stick":
                 assert event.z == 0
@@ -523,7 +523,7 @@ def test_where_rounding_may_show_the_result_is_that_of_more_digits_rounded():
             refined += 1
             assert path.final == tuple(map(float, true.final))
             for found, event in zip(path.events, true.events, strict=True):
-                assert found[1:] == tuple(map(float, event[1:]))
+                assert (found.t, *found.state) == tuple(map(float, (event.t, *event.state)))
     assert refined > 20
 
 

@@ -9,11 +9,13 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import InputError
-from asympk.integrators import collocation, hybrid, integrate, piecewise
+from asympk.automaton.automaton import Automaton
+from asympk.integrators import collocation, integrate
 from asympk.output import chart
+from asympk.symbolic.branches import Phase
 from asympk.systems import nonlinear_rod as nl
 from asympk.systems import painleve_klein as pk
+from asympk.systems.automata import automaton_of
 
 PHYSICAL = {"m": 1.3, "P": 2.1, "f": 0.9, "l": 0.7, "k": 55.0, "h": 0.11, "alpha": 1.2}
 
@@ -28,6 +30,11 @@ def newton(delta, rate, u, m, P, f, l, k, h, alpha):
     return first - reaction * gap / length / m, first
 
 
+def numbered(system, values):
+    """Return the automaton of a system at given numbers."""
+    return Automaton(system, tuple(values[s] for s in system.parameters))
+
+
 @pytest.mark.parametrize("state", [(0.3, 0.4, 1.0), (0.3, 0.4, -1.0), (-2.0, -1.0, 0.5), (-2.0, -1.0, -0.5)])
 def test_the_nondimensional_modes_are_newtons_law_for_the_rod_in_physical_units(state):
     q = PHYSICAL
@@ -40,10 +47,9 @@ def test_the_nondimensional_modes_are_newtons_law_for_the_rod_in_physical_units(
         nl.sigma0: 0, nl.kappa: q["P"] * q["l"] * q["h"] ** 2 / (q["m"] * cosine), nl.c2: cosine**2,
     }  # fmt: skip
     relative, first = newton(length * x, length * y / time, speed * z, **q)
-    problem = hybrid.problem(nl.system(), numbers)
-    load = problem.load(x, y, z, problem.parameters(piecewise.Phase(1, 1)))
-    p = problem.parameters(piecewise.Phase(piecewise.sign(load), piecewise.sign(z)))
-    assert np.allclose(problem.rhs(x, y, z, p), (y, relative * time**2 / length, first * time / speed), rtol=1e-12)
+    automaton = numbered(nl.system(), numbers)
+    mode = automaton.mode(automaton.first(state))
+    assert np.allclose(mode.rhs(0, state), (y, relative * time**2 / length, first * time / speed), rtol=1e-12)
 
 
 def test_the_ratio_of_the_scales_does_not_depend_on_the_stiffness():
@@ -63,32 +69,13 @@ def test_without_strain_the_modes_are_those_of_the_small_angle():
 
 def test_the_fields_do_not_cancel_as_the_strain_vanishes():
     values = {nl.mu: 1e-17, nl.sigma: 1, nl.sigma0: 1, nl.kappa: 1, nl.c2: 0.1}
-    kept, small = hybrid.problem(nl.system(), values), piecewise.rod(ap.Scene(1, 1e-17, (0, 0, 1), 1))
-    phase = piecewise.Phase(1, 1)
+    kept, small = numbered(nl.system(), values), automaton_of(ap.Scene(1, 1e-17, (0, 0, 1), 1))
     for state in ((0.3, 0.4, 1.0), (1.7, 2.0, 0.1)):
-        ours, theirs = (p.rhs(*state, p.parameters(phase)) for p in (kept, small))
+        ours, theirs = (automaton.mode((Phase(1, 1),)).rhs(0, state) for automaton in (kept, small))
         assert np.allclose(ours, theirs, rtol=1e-14)
 
 
-# from a System to numbers
-
-
-@pytest.mark.parametrize("phase", [(1, 1), (1, -1), (-1, 1), (1, 0)])
-def test_a_lowered_system_is_the_plain_rod(phase):
-    where = ap.Scene(1, "1/64", (0, 0, 1), 1, sigma0=2)
-    plain = piecewise.rod(where)
-    lowered = hybrid.problem(pk.system(), {pk.mu: where.mu, pk.sigma: 1, pk.sigma0: 2})
-    phase, state = piecewise.Phase(*phase), (0.25, -1.5, 0.75)
-    ours, theirs = ((p.rhs(*state, p.parameters(phase)), p.jac(*state, p.parameters(phase))) for p in (lowered, plain))
-    assert np.allclose(ours[0], theirs[0], rtol=1e-14)
-    assert np.allclose(ours[1], theirs[1], rtol=1e-14)
-    assert (lowered.static, lowered.load(*state, lowered.parameters(phase))) == (plain.static, -1.25)
-
-
-def test_only_systems_with_friction_and_one_fast_state_become_problems():
-    x, y, mu = sp.symbols("x y mu")
-    with pytest.raises(InputError, match="friction"):
-        hybrid.problem(ap.System.smooth(slow={x: y}, fast={y: -y}, small=mu), {mu: 1})
+# integrators
 
 
 @pytest.mark.parametrize("method", ["lsoda", "radau", "dop853"])
@@ -107,7 +94,7 @@ def test_integrators_follow_the_kept_geometry_to_the_reference(method):
 
 def test_collocation_is_the_exact_flow_to_twenty_digits():
     where = ap.Scene(1, "1e-1", (-1, -1, 1), 1)
-    found = collocation.reference(where, pk.system(), {pk.mu: where.mu, pk.sigma: 1, pk.sigma0: 1}, digits=20)
+    found = collocation.run(where, digits=20)
     truth = ap.solve(where, digits=30)
     assert found.modes == truth.modes
     with mpmath.workdps(30):

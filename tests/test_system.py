@@ -54,8 +54,10 @@ def test_a_system_and_its_modes_are_values():
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: _oscillator(velocity={z: 2 - x + 3 * F}), "must be a drive plus the friction force"),
-        (lambda: _oscillator(velocity={z: 2 - x + F**2}), "must be a drive plus the friction force"),
+        (lambda: _oscillator(velocity={z: 2 - x + F**2}), "must enter the rates linearly"),
+        (lambda: _oscillator(velocity=z), "must be a mapping"),
+        (lambda: System.smooth([x], [y], mu), "must be a mapping"),
+        (lambda: System.smooth(slow={x: 0.5 * y}, fast={y: -y}, small=mu), "contains a float"),
         (lambda: System.smooth(slow={x: y}, fast={}, small=mu), "there is no fast state"),
         (lambda: System.smooth(slow={x: y}, fast={x: y}, small=mu), "given twice"),
         (lambda: System.smooth(slow={x: y}, fast={y: -y}, small="mu"), "small = 'mu': it must be a Symbol"),

@@ -84,7 +84,7 @@ def linear(system):
     }
     found = Linear(
         states, _parameters(system, states), fields,
-        _affine(system.friction.load, states), _affine(system.friction.drive, states), system.friction.static,
+        _affine(system.friction.load, states), _affine(system.drive, states), system.friction.static,
     )
     _require_load(found)
     return found

@@ -120,7 +120,7 @@ def rigid_motions(line, velocity, sign):
 def _path(scene, method, motion, error, until, m):
     final = composite.state(motion, until, m)
     turns = [turn for turn in motion.turns if turn.t < until]
-    events = tuple(Event(t.kind, *map(m.out, t[1:5])) for t in turns)
+    events = tuple(Event(t.kind, m.out(t[1]), tuple(map(m.out, t[2:5]))) for t in turns)
     modes = tuple(piece.mode for piece in motion.pieces[: len(turns) + 1])
     return Path(scene, method, tuple(map(m.out, final)), events, modes, Dense(motion, until, m), m.out(error))
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
 from asympk.certify.enclosure import Guard, State, first_event, segment
 from asympk.errors import InputError
+from asympk.numbers import number
 from asympk.path import Event
-from asympk.scene import number
 from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
@@ -199,7 +199,7 @@ def _follow(case):
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(case.until.mid()):.10g}")
         state, s_sign, z_sign, touching = _after(case, guard, mode.at(guard, dt), s_sign, z_sign)
         deviation, t = None, t + dt
-        events.append(Event(guard.kind, t, state.x, state.y, state.z))
+        events.append(Event(guard.kind, t, (state.x, state.y, state.z)))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
 

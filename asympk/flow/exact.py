@@ -141,7 +141,7 @@ def _path(scene, digits, rounded, legs, error, convert):
     events = []
     for leg, after in pairwise(rounded):
         x, y, _, z, _ = leg.end
-        events.append(Event(leg.kind, after.start, x, y, z))
+        events.append(Event(leg.kind, after.start, (x, y, z)))
     x, y, _, z, _ = rounded[-1].end
     modes = tuple([leg.mode for leg in rounded])
     return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(scene, digits, legs, convert, _again), error)

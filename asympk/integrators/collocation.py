@@ -1,151 +1,180 @@
-r"""Reference solutions by Radau IIA collocation of high order, in any number of digits, for any System with friction.
+r"""Reference solutions by Radau IIA collocation of high order, in any number of digits, for any System.
 
-A step h with s stages puts polynomials through the stage derivatives K_i = f(w_i), w_i = w_0 + h sum_j a_ij K_j. The
-residual is computed in many digits, its correction by the Jacobian in doubles: every sweep gains up to 15 digits, and
-no large linear system is solved in many digits. Steps are chosen so that the last Legendre coefficients of K vanish to
-the digits asked for; a guard is met by moving the end of the step, so that events have the accuracy of the end point.
+A step h with s stages puts polynomials through the stage derivatives K_i = f(t_i, w_i), w_i = w_0 + h sum_j a_ij K_j.
+The residual is computed in many digits, its correction by the Jacobian in doubles: every sweep gains up to 15 digits,
+and no large linear system is solved in many digits. Steps are chosen so that the last Legendre coefficients of K vanish
+to the digits asked for; a guard is met on the polynomial of the step.
 
 Two runs of different order must agree to the digits asked for (Hairer and Wanner, Solving ODEs II, IV.5 and IV.8).
 """
 
+from bisect import bisect_left
 from dataclasses import dataclass
 from functools import lru_cache
+from numbers import Integral
 from typing import Any
 
-from asympk.errors import OutOfRange
-from asympk.integrators import hybrid
-from asympk.integrators.piecewise import Piece, first_phase, next_phase, piece_of, snapped
-from asympk.path import Event, Path
+from asympk.automaton import decide
+from asympk.automaton.automaton import Automaton, NumericMode
+from asympk.automaton.loop import Course, Segment, follow
+from asympk.errors import InputError, OutOfRange, TooManyEvents
+from asympk.path import Path
+from asympk.systems.automata import automaton_of
 
 STEPS = 5000
+MOST_DIGITS = 200
 GROW, SHRINK = 1.6, 0.4
+SPARE = 10
+ORDERS = ((20, 1), (26, 3))  # stages, and digits beyond those asked for, of the two runs
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """A piece in many digits and in doubles, the tableau of the collocation, and the tolerance of a step."""
+    """A mode in many digits and in doubles, the tableau of the collocation, and the tolerance of a step."""
 
-    piece: Piece
-    doubles: Piece
+    mode: NumericMode
+    doubles: NumericMode
     tableau: Any
     tolerance: Any
 
 
-def reference(scene, system, values, digits=30):
-    """Follow ``system`` with the parameters ``{symbol: number}`` from the start of ``scene``, right to ``digits``.
+@dataclass(frozen=True)
+class Step:
+    """One step: its start, its length and its stage derivatives."""
 
-    Returns a ``Path`` without dense output; ``path.error`` is the difference of two runs of different order. Raises
-    ``OutOfRange`` when they do not agree.
+    t: Any
+    state: tuple
+    h: Any
+    slopes: list
+
+
+def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: int = 1000) -> Path:
+    """Follow ``scene``, right to ``digits`` digits (1 to 200), by two runs of different order.
+
+    ``path.error`` is their difference, relative to the largest of 1 and the states. Raises ``OutOfRange`` when they do
+    not agree, or need too many steps, and ``TooManyEvents``.
     """
-    import mpmath
-
-    with mpmath.workdps(digits + 10):
-        rough, fine = (_follow(scene, system, values, stages, digits + extra) for stages, extra in ((20, 1), (26, 3)))
-        scale = max(1, abs(fine[0][0]), abs(fine[0][2]))
-        error = max(abs(a - b) for a, b in zip(rough[0], fine[0], strict=True)) / scale
-        if error > mpmath.mpf(10) ** -digits or rough[2] != fine[2]:
-            raise OutOfRange(f"two references differ by {mpmath.nstr(error, 3)}; ask for fewer than {digits} digits")
-        return Path(scene, "collocation", *fine, at=None, error=error)
-
-
-def _follow(scene, system, values, stages, digits):
-    import mpmath
-
-    problem = hybrid.problem(system, values, _number)
-    doubles = hybrid.problem(system, values)
-    state, until, t = tuple(map(_number, scene.start)), _number(scene.until), mpmath.mpf(0)
-    phase = first_phase(problem, state)
-    marks, modes = [], [phase.mode]
-    tolerance = mpmath.mpf(10) ** -digits
-    while True:
-        piece = piece_of(problem, phase)
-        scheme = Scheme(piece, piece_of(doubles, phase), _tableau(stages, mpmath.mp.dps), tolerance)
-        t, state, hit = _piece(scheme, t, state, until)
-        if hit is None:
-            return state, tuple(marks), tuple(modes)
-        state = snapped(piece, hit, state)
-        phase = next_phase(problem, phase, hit, state)
-        marks.append(Event(piece.kinds[hit], t, *state))
-        modes.append(phase.mode)
+    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
+        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS} here")
+    automaton, ctx = automaton_of(scene), decide.context(int(digits) + SPARE)
+    start, until = tuple(decide.number(ctx, v) for v in scene.start), decide.number(ctx, scene.until)
+    first = automaton.first(scene.start)
+    rough, fine = (_follow(automaton, first, start, until, stages, digits + extra, events) for stages, extra in ORDERS)
+    if fine.last.short:
+        raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events=")
+    scale = max(1, *map(abs, fine.last.state))
+    error = max(abs(a - b) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
+    if error > ctx.mpf(10) ** -digits or rough.modes != fine.modes:
+        raise OutOfRange(f"two references differ by {ctx.nstr(error, 3)}; ask for fewer than {digits} digits")
+    return Path(
+        scene, method, fine.last.state, fine.events, fine.modes, Dense(fine, _tableau(ORDERS[1][0], ctx.dps)), error
+    )
 
 
-def _number(value):
-    from mpmath import mpf
+def _follow(
+    automaton: Automaton, first: tuple, start: tuple, until: Any, stages: int, digits: int, events: int
+) -> Course:
+    ctx = until.context
+    tolerance = ctx.mpf(10) ** -digits
+    tableau = _tableau(stages, ctx.dps)
 
-    return mpf(value.numerator) / value.denominator if hasattr(value, "numerator") else mpf(value)
+    def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
+        return _segment(Scheme(mode, automaton.mode(mode.branch), tableau, tolerance), t, state, until)
+
+    return follow(automaton, first, start, until, advance, events, ctx.dps, tolerance * 100)
 
 
-def _piece(scheme, t, state, until):
-    """Follow one smooth piece until a guard is lost or ``until``; return (t, state, guard or None)."""
-    piece = scheme.piece
-    rate = max(abs(v) for row in piece.jac(0, state) for v in row)
+def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
+    """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
+    mode, steps = scheme.mode, []
+    rate = max(abs(v) for row in mode.jac(t, state) for v in row)
     h = min(until - t, 1 / (1 + rate))
-    before = piece.guard_values(state)
-    for _ in range(STEPS):
+    before = [max(v, 0 * v) for v in mode.guard_values(t, state)]
+    while len(steps) < STEPS:
         last = h >= until - t
         h = min(h, until - t)
-        slopes = _step(scheme, state, h)
+        slopes = _step(scheme, t, state, h)
         if slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
             h *= SHRINK
             continue
-        end = _end(scheme, state, slopes, h)
-        after = piece.guard_values(end)
-        lost = [k for k in (0, 1) if before[k] >= 0 > after[k]]
-        if lost:
-            return min(_meet(scheme, t, state, h, k, before[k], after[k]) for k in lost)
+        step = Step(t, state, h, slopes)
+        if met := _lost(scheme, step, before):
+            at, k = met
+            end = _at(scheme.tableau, step, at)
+            return Segment(t + at, end, k, samples=(*steps, step))
+        steps.append(step)
+        t, state = (until if last else t + h), _at(scheme.tableau, step, h)
         if last:
-            return until, end, None
-        t, state, before = t + h, end, after
+            return Segment(until, state, None, samples=tuple(steps))
+        before = mode.guard_values(t, state)
         h *= GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
 
 
-def _meet(scheme, t, state, h, k, before, after):
-    """Return (t, state, k) where guard ``k`` is lost within the step ``h``, by Newton kept in a bracket."""
-    low, high, value_low, value_high = 0 * h, h, before, after
-    at = h * before / (before - after)
-    for _ in range(200):
-        end = _end(scheme, state, _step(scheme, state, at), at)
-        value = scheme.piece.guard_values(end)[k]
-        if value >= 0:
-            low, value_low = at, value
+def _lost(scheme: Scheme, step: Step, before: tuple) -> tuple | None:
+    """Return (time in the step, guard) of the first guard lost in a step; a dip shows in the rates at its ends."""
+    mode, h, found = scheme.mode, step.h, []
+    end = _at(scheme.tableau, step, h)
+    after, rising = mode.guard_values(step.t + h, end), mode.guard_rates(step.t + h, end)
+    falling = mode.guard_rates(step.t, step.state)
+    for k, value in enumerate(after):
+        low, high = 0 * h, h
+        if before[k] == 0 and value < 0 and falling[k] > 0:
+            low = _bisected(lambda at, k=k: _rate(scheme, step, at)[k], low, high, scheme.tolerance)
+        elif value >= 0 and before[k] > 0 and falling[k] < 0 < rising[k]:
+            high = _bisected(lambda at, k=k: -_rate(scheme, step, at)[k], low, high, scheme.tolerance)
+            value = _guards(scheme, step, high)[k]
+        if value < 0:
+            found.append((_bisected(lambda at, k=k: _guards(scheme, step, at)[k], low, high, scheme.tolerance), k))
+    return min(found, default=None)
+
+
+def _guards(scheme: Scheme, step: Step, at: Any) -> tuple:
+    return scheme.mode.guard_values(step.t + at, _at(scheme.tableau, step, at))
+
+
+def _rate(scheme: Scheme, step: Step, at: Any) -> tuple:
+    return scheme.mode.guard_rates(step.t + at, _at(scheme.tableau, step, at))
+
+
+def _bisected(function: Any, low: Any, high: Any, tolerance: Any) -> Any:
+    """Return where a function falls through zero between the ends, by the method of Illinois."""
+    above, below, last = function(low), function(high), 0
+    at = low
+    for _ in range(400):
+        if high - low <= tolerance * high or above <= 0 or below >= 0:
+            break
+        at = high - below * (high - low) / (below - above)
+        value = function(at)
+        if value > 0:
+            low, above, below, last = at, value, below / (2 if last > 0 else 1), 1
         else:
-            high, value_high = at, value
-        slope = _slope(scheme.piece, end, k)
-        guess = at - value / slope if slope < 0 else low
-        if abs(guess - at) <= scheme.tolerance * h:
-            return t + at, end, k
-        at = guess if low < guess < high else low + (high - low) * value_low / (value_low - value_high)
-        if not low < at < high:
-            at = (low + high) / 2
-    raise OutOfRange(f"an event near t = {float(t):.6g} is not found to the tolerance; it is a grazing one")
+            high, below, above, last = at, value, above / (2 if last < 0 else 1), -1
+        if value == 0:
+            return at
+    return high if above > 0 else low
 
 
-def _slope(piece, state, k):
-    """Return the rate of guard ``k`` along the field, by a difference far below the digits of doubles."""
-    step = 1e-14 / (1 + max(abs(v) for row in piece.jac(0, state) for v in row))
-    moved = tuple(w + step * dw for w, dw in zip(state, piece.rhs(0, state), strict=True))
-    return (piece.guard_values(moved)[k] - piece.guard_values(state)[k]) / step
-
-
-def _step(scheme, state, h):
+def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list | None:
     """Return the stage derivatives of a step, or None when the sweeps do not converge."""
     import numpy as np
 
-    a, piece = scheme.tableau.a, scheme.piece
-    slopes = [piece.rhs(0, state)] * len(a)
+    a, mode, n = scheme.tableau.a, scheme.mode, len(state)
+    times = [t + h * c for c in scheme.tableau.nodes]
+    slopes = [mode.rhs(t, state)] * len(a)
     previous = None
     for _ in range(60):
         stages = [_moved(state, row, slopes, h) for row in a]
-        residual = [_minus(piece.rhs(0, w), k) for w, k in zip(stages, slopes, strict=True)]
+        residual = [_minus(mode.rhs(c, w), k) for c, w, k in zip(times, stages, slopes, strict=True)]
         exponent = max(abs(v) for row in residual for v in row)
         if exponent == 0:
             return slopes
-        blocks = np.array([scheme.doubles.jac(0, map(float, w)) for w in stages])
+        jacobians = (scheme.doubles.jac(float(c), tuple(map(float, w))) for c, w in zip(times, stages, strict=True))
+        blocks = np.array([*jacobians])
         steps = scheme.tableau.floats * float(h)
-        matrix = np.eye(3 * len(a)) - np.einsum("ikl,ij->ikjl", blocks, steps).reshape(2 * (3 * len(a),))
+        matrix = np.eye(n * len(a)) - np.einsum("ikl,ij->ikjl", blocks, steps).reshape(2 * (n * len(a),))
         scaled = np.array([float(v / exponent) for row in residual for v in row])
-        change = np.linalg.solve(matrix, scaled).reshape(-1, 3).tolist()
+        change = np.linalg.solve(matrix, scaled).reshape(-1, n).tolist()
         slopes = [_minus(k, [-exponent * v for v in d]) for k, d in zip(slopes, change, strict=True)]
         size = h * exponent * max(abs(v) for d in change for v in d)
         if size <= scheme.tolerance * 1e-4:
@@ -156,59 +185,90 @@ def _step(scheme, state, h):
     return None
 
 
-def _minus(left, right):
+def _minus(left: Any, right: Any) -> tuple:
     return tuple(a - b for a, b in zip(left, right, strict=True))
 
 
-def _moved(state, weights, slopes, h):
+def _moved(state: tuple, weights: Any, slopes: list, h: Any) -> tuple:
     return tuple(w + h * sum(b * k[i] for b, k in zip(weights, slopes, strict=True)) for i, w in enumerate(state))
 
 
-def _end(scheme, state, slopes, h):
-    return _moved(state, scheme.tableau.a[-1], slopes, h)
+def _at(tableau: "_Tableau", step: Step, at: Any) -> tuple:
+    """Return the state at the time ``at`` after the start of a step, from its collocation polynomial."""
+    return _moved(step.state, tableau.weights(at / step.h), step.slopes, step.h)
 
 
-def _tail(slopes, tableau, h):
+def _tail(slopes: list, tableau: "_Tableau", h: Any) -> Any:
     """Return what the last two Legendre coefficients of the derivatives amount to over the step."""
-    last = (sum(w * k[i] for w, k in zip(row, slopes, strict=True)) for row in tableau.last for i in range(3))
-    return h * max(map(abs, last))
+    width = range(len(slopes[0]))
+    return h * max(abs(sum(w * k[i] for w, k in zip(row, slopes, strict=True))) for row in tableau.last for i in width)
+
+
+@dataclass(frozen=True)
+class Dense:
+    """The collocation polynomials of a run, at any times in [0, until]: mpf in an array of shape ``(n,) + t.shape``."""
+
+    course: Course
+    tableau: Any
+
+    def __call__(self, t: Any) -> Any:
+        import numpy as np
+
+        t = np.asarray(t)
+        columns = [self._state(v) for v in t.ravel().tolist()]
+        return np.array(columns, dtype=object).T.reshape(-1, *t.shape)
+
+    def _state(self, t: Any) -> tuple:
+        steps = [step for segment in self.course.segments for step in segment.samples]
+        until = self.course.last.t
+        t = decide.number(until.context, t)
+        if not 0 <= t <= until:
+            raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
+        if not steps:
+            return self.course.last.state
+        step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]
+        return _at(self.tableau, step, t - step.t)
 
 
 class _Tableau:
-    """Radau IIA with s stages: the matrix a, also as floats, and the rows that give the last Legendre coefficients."""
+    """Radau IIA with s stages: its nodes, its matrix a, and the rows that give the last Legendre coefficients."""
 
-    def __init__(self, stages):
-        import mpmath
+    def __init__(self, stages: int, digits: int):
         import numpy as np
 
-        legendre = lambda k, t: mpmath.legendre(k, 2 * t - 1)  # noqa: E731
-        nodes = _nodes(stages)
-        basis = mpmath.matrix([[legendre(k, t) for k in range(stages)] for t in nodes])
-        inverse = basis**-1
-        primitive = mpmath.matrix([[_primitive(legendre, k, t) for k in range(stages)] for t in nodes])
-        product = primitive * inverse
-        self.a = [[product[i, j] for j in range(stages)] for i in range(stages)]
+        self.ctx = decide.context(digits)
+        self.nodes = _nodes(self.ctx, stages)
+        basis = self.ctx.matrix([[self._legendre(k, t) for k in range(stages)] for t in self.nodes])
+        self.inverse = basis**-1
+        self.a = [self.weights(t) for t in self.nodes]
         self.floats = np.array([[float(v) for v in row] for row in self.a])
-        self.last = [[inverse[k, j] for j in range(stages)] for k in (stages - 2, stages - 1)]
+        self.last = [[self.inverse[k, j] for j in range(stages)] for k in (stages - 2, stages - 1)]
+
+    def weights(self, t: Any) -> list:
+        """Return the integrals from 0 to t of the Lagrange polynomials of the nodes."""
+        stages = len(self.nodes)
+        values = [t - t + 1, 2 * t - 1]
+        for k in range(1, stages):
+            values.append(((2 * k + 1) * (2 * t - 1) * values[k] - k * values[k - 1]) / (k + 1))
+        primitive = [t, *((after - before) / (2 * (2 * k + 1)) for k, (before, after) in
+                          enumerate(zip(values, values[2:], strict=False), start=1))]  # fmt: skip
+        return [sum(primitive[k] * self.inverse[k, j] for k in range(stages)) for j in range(stages)]
+
+    def _legendre(self, k: int, t: Any) -> Any:
+        return self.ctx.legendre(k, 2 * t - 1)
 
 
-def _primitive(legendre, k, t):
-    """Return the integral of the shifted Legendre polynomial of degree k from 0 to t."""
-    return t if k == 0 else (legendre(k + 1, t) - legendre(k - 1, t)) / (2 * (2 * k + 1))
-
-
-def _nodes(stages):
+def _nodes(ctx: Any, stages: int) -> list:
     """Return the Radau nodes in (0, 1]: the roots of P_s - P_(s-1) in 2 t - 1."""
-    import mpmath
     import numpy as np
 
     coefficients = np.zeros(stages + 1)
     coefficients[-2:] = -1, 1
     rough = np.sort(np.polynomial.legendre.legroots(coefficients).real)[:-1]
-    difference = lambda u: mpmath.legendre(stages, u) - mpmath.legendre(stages - 1, u)  # noqa: E731
-    return [(mpmath.findroot(difference, mpmath.mpf(float(u))) + 1) / 2 for u in rough] + [mpmath.mpf(1)]
+    difference = lambda u: ctx.legendre(stages, u) - ctx.legendre(stages - 1, u)  # noqa: E731
+    return [(ctx.findroot(difference, ctx.mpf(float(u))) + 1) / 2 for u in rough] + [ctx.mpf(1)]
 
 
 @lru_cache(maxsize=8)
-def _tableau(stages, digits):
-    return _Tableau(stages)
+def _tableau(stages: int, digits: int) -> _Tableau:
+    return _Tableau(stages, digits)

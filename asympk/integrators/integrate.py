@@ -1,8 +1,8 @@
-"""General-purpose integrators behind one mode logic, that of ``asympk.integrators.piecewise``.
+"""General-purpose integrators behind one automaton, that of ``asympk.automaton``.
 
 Every family of integrators is one small module of ``asympk.integrators`` with one function
-``advance(method, piece, t, state, until, rtol, atol, limits, times)``, which follows one smooth piece with
-directed events; here the pieces are joined. The work is bounded in steps, seconds and events, and a run
+``advance(method, mode, t, state, until, rtol, atol, limits, times)``, which follows one smooth mode with
+directed events; here the modes are joined. The work is bounded in steps, seconds and events, and a run
 that does not reach the end says why and where.
 """
 
@@ -11,10 +11,11 @@ from importlib.util import find_spec
 from time import monotonic
 from typing import NamedTuple
 
-from asympk.errors import InputError, MissingPackage, OutOfRange, UnknownName
-from asympk.integrators.piecewise import first_phase, next_phase, piece_of, rod, snapped
-from asympk.path import Event, Path
-from asympk.scene import number
+from asympk.automaton.loop import follow
+from asympk.errors import InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
+from asympk.numbers import number
+from asympk.path import Path
+from asympk.systems.automata import automaton_of
 
 # method -> module of asympk.integrators that has ``advance``
 FAMILIES = {
@@ -54,70 +55,52 @@ class Limits(NamedTuple):
     deadline: float
 
 
-class Leg(NamedTuple):
-    """How far a piece was followed: the guard lost or None, and why it stopped short, "" if it did not."""
-
-    t: float
-    state: tuple
-    hit: int | None
-    work: Work
-    short: str = ""
-    samples: tuple = ()
-
-
 def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, events=1000):
-    """Follow ``scene`` with a general-purpose integrator and return a ``Path``; the options are those of ``follow``.
+    """Follow ``scene`` with a general-purpose integrator and return a ``Path``.
 
-    ``path.info["status"]`` is "finished", or says what stopped the run and where; ``final`` is then the
-    state there. Raises ``InputError`` for a tolerance out of range, ``MissingPackage`` for a peer not installed.
+    ``atol`` is ``rtol`` by default; ``steps``, ``seconds`` and ``events`` bound the work. A run that does not reach
+    the end raises ``Unfinished`` with the path that was followed: its ``info["status"]`` says what stopped it and
+    where, and ``final`` is the state there. Raises ``InputError`` for a tolerance out of range, ``MissingPackage`` for
+    a peer not installed, ``NoMotion``, ``TwoMotions``, ``Accumulation``.
     """
     start, until = endpoints(scene)
-    options = {"rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, "events": events}
-    return Path(scene, method, **follow(rod(scene), start, until, method, **options))
-
-
-def follow(problem, start, until, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, events=1000):
-    """Follow ``problem`` from ``start`` and return the fields of a ``Path``, all but scene and model.
-
-    ``atol`` is ``rtol`` by default; ``steps``, ``seconds`` and ``events`` bound the work.
-    """
-    if method not in FAMILIES:
-        raise UnknownName(f"integrator {method!r} is unknown; choose one of {', '.join(FAMILIES)}")
     rtol, atol = tolerances(rtol, atol)
     advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
+    automaton = automaton_of(scene)
+    first = automaton.first(scene.start)
 
     def trace(times=()):
-        limits = Limits(steps, float("inf") if times else monotonic() + seconds)
-        return _trace(problem, start, until, events, limits, times,
-                      lambda piece, t, w, *rest: advance(method, piece, t, w, until, rtol, atol, *rest))
+        deadline = float("inf") if times else monotonic() + seconds
 
-    leg, marks, modes, work, _ = trace()
+        def on(mode, t, state, segments):
+            left = Limits(steps - sum(s.work.steps for s in segments), deadline)
+            return advance(method, mode, t, state, until, rtol, atol, left, [v for v in times if v > t])
+
+        return follow(automaton, first, start, until, on, events)
+
+    course = trace()
+    work = total(course)
     options = {"rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, "events": events}
-    info = report(leg, work, options)
-    at = dense(start, leg.t, lambda times: trace(times)[-1])
-    return {"final": leg.state, "events": marks, "modes": modes, "at": at, "info": info}
+    info = report(course.last, work, options)
+    at = dense(start, course.last.t, lambda times: [w for s in trace(times).segments for w in s.samples])
+    path = Path(scene, method, course.last.state, course.events, course.modes, at, info=info)
+    return finished(path)
 
 
-def _trace(problem, start, until, most, limits, times, advance):
-    t, state, phase = 0.0, start, first_phase(problem, start)
-    marks, modes, samples, work = [], [phase.mode], [], Work()
-    while True:
-        piece = piece_of(problem, phase)
-        left = limits._replace(steps=limits.steps - work.steps)
-        ahead = [v for v in times if v > t]
-        leg = advance(piece, t, state, left, ahead) if t < until else Leg(t, state, None, Work())
-        work, t, state = work.plus(leg.work), leg.t, leg.state
-        samples.extend(leg.samples)
-        if leg.short or leg.hit is None or (times and len(samples) == len(times)):
-            break
-        state = snapped(piece, leg.hit, state)
-        phase = next_phase(problem, phase, leg.hit, state)
-        marks.append(Event(piece.kinds[leg.hit], t, *state))
-        modes.append(phase.mode)
-        if len(marks) > most:
-            leg = leg._replace(short=f"limit of {most} events reached", state=state)
-            break
-    return leg, tuple(marks), tuple(modes), work, samples
+def finished(path):
+    """Return ``path``; raise ``Unfinished`` with it where it stopped short."""
+    if path.info["status"] == FINISHED:
+        return path
+    raise Unfinished(f"method {path.model!r}: {path.info['status']}; allow more steps=, seconds= or events=, or take "
+                     "another method", path)  # fmt: skip
+
+
+def total(course):
+    """Return the work of all segments of a course."""
+    work = Work()
+    for segment in course.segments:
+        work = work.plus(segment.work or Work())
+    return work
 
 
 def dense(start, reached, sample):
@@ -133,20 +116,24 @@ def dense(start, reached, sample):
             raise OutOfRange(f"t = {wrong:g} is outside the run; ask within [0, {reached:g}]")
         later = times[times > 0].tolist()
         states = [start] * (len(times) - len(later)) + (list(sample(later)) if later else [])
-        return np.array(states, dtype=float).reshape(-1, 3).T[:, where.ravel()].reshape(3, *t.shape)
+        n = len(start)
+        return np.array(states, dtype=float).reshape(-1, n).T[:, where.ravel()].reshape(n, *t.shape)
 
     return at
 
 
-def report(leg, work, options):
+def report(last, work, options):
     """Return what a run tells of itself: status sentence, time reached, work, and the options used."""
-    status = f"{leg.short} at t = {leg.t:.6g}" if leg.short else FINISHED
-    return {"status": status, "reached": leg.t, "work": work._asdict(), "options": options}
+    status = f"{last.short} at t = {last.t:.6g}" if last.short else FINISHED
+    return {"status": status, "reached": last.t, "work": work._asdict(), "options": options}
 
 
 def endpoints(scene):
-    """Return the start and the horizon of a scene as floats."""
-    return tuple(float(v) for v in scene.start), float(scene.until)
+    """Return the start and the horizon of a scene as floats; raises ``TooLarge`` where a double cannot hold them."""
+    try:
+        return tuple(float(v) for v in scene.start), float(scene.until)
+    except OverflowError:
+        raise TooLarge("the start is beyond the range of doubles; take a smaller one") from None
 
 
 def tolerances(rtol, atol):

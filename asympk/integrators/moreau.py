@@ -9,23 +9,27 @@ sigma, has changed its sign, and the paradox of the rigid rod is back.
 
 from time import monotonic
 
+from asympk.automaton.loop import Segment
 from asympk.errors import InputError
-from asympk.integrators.integrate import Leg, Work, dense, endpoints, report
-from asympk.integrators.piecewise import Phase, first_phase, rod, sign
+from asympk.integrators.integrate import Work, dense, endpoints, finished, report
+from asympk.numbers import number
 from asympk.path import Event, Path
-from asympk.scene import number
+from asympk.symbolic.branches import Phase
+from asympk.systems.automata import automaton_of
 
 COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps with three solutions"}
 
 
 def run(
-    scene, method="moreau", *, rtol=1e-3, atol=None, step=None, prefer="present", steps=100_000, seconds=60.0
+    scene, method="moreau", *, rtol=1e-3, atol=None, step=None, prefer="present", steps=100_000, seconds=60.0,
 ):
     """Follow ``scene`` with steps h = ``step`` (by default ``rtol``: the scheme is of first order).
 
     Where a step has several solutions ``prefer="present"`` keeps the present mode, ``prefer="stick"`` sticks.
     ``path.info`` counts the steps with none, two and three solutions.
     """
+    if scene.system is not None:
+        raise InputError("method 'moreau' steps the Painlevé-Klein rod alone; use an integrator, such as 'lsoda'")
     h = float(number("step", rtol if step is None else step))
     if h <= 0 or prefer not in ("present", "stick"):
         raise InputError(f"step = {h:g}, prefer = {prefer!r}: give step > 0 and prefer 'present' or 'stick'")
@@ -33,18 +37,18 @@ def run(
     deadline = monotonic() + seconds
     times, states, phases, counts, short = _march(scene, start, until, h, prefer, steps, deadline)
     changes = [k for k in range(1, len(phases)) if phases[k] != phases[k - 1]]
-    marks = tuple(Event(_kind(phases[k - 1], phases[k]), times[k], *states[k]) for k in changes)
+    marks = tuple(Event(_kind(phases[k - 1], phases[k]), times[k], states[k]) for k in changes)
     modes = (phases[0].mode, *(phases[k].mode for k in changes))
     work = Work(0, len(times) - 1, 0)
     options = {"step": h, "prefer": prefer, "steps": steps, "seconds": seconds}
-    info = report(Leg(times[-1], states[-1], None, work, short), work, options) | counts
+    info = report(Segment(times[-1], states[-1], None, work, short), work, options) | counts
     at = dense(start, times[-1], lambda ts: _between(times, states, ts))
-    return Path(scene, method, states[-1], marks, modes, at, None, info)
+    return finished(Path(scene, method, states[-1], marks, modes, at, None, info))
 
 
 def _march(scene, start, until, h, prefer, steps, deadline):
     friction = (float(scene.sigma), float(scene.sigma0), float(scene.mu))
-    times, states, phases = [0.0], [start], [first_phase(rod(scene), start)]
+    times, states, phases = [0.0], [start], [automaton_of(scene).first(scene.start)[0]]
     counts, short = dict.fromkeys(COUNTED.values(), 0), ""
     while times[-1] < until:
         if len(times) > steps or monotonic() > deadline:
@@ -82,6 +86,11 @@ def _solutions(sigma, sigma0, mu, x, y, z, h):
     if abs(z + h * (1 - s)) <= (sigma0 + 2) * h * abs(s):
         found.append((Phase(sign(s), 0), (x + h * new_y, new_y, 0.0)))
     return found
+
+
+def sign(value):
+    """Return -1, 0 or 1."""
+    return (value > 0) - (value < 0)
 
 
 def _kind(before, after):

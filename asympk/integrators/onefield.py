@@ -1,60 +1,67 @@
 """One right-hand side for the whole motion, as customary ways have it: no modes, no guards, no events."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from time import monotonic
 
+import sympy as sp
+
+from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Limits, dense, endpoints, report, tolerances
+from asympk.integrators.integrate import Limits, dense, endpoints, finished, report, tolerances
 from asympk.path import Path
+from asympk.systems.automata import automaton_of
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field (x', y', z') and its Jacobian as functions of (t, state), with guards that are never lost."""
+    """A field and its Jacobian as functions of (t, *state, *p), without guards."""
 
-    rhs: Callable
-    jac: Callable
+    field: Callable
+    jacobian: Callable
+    p: tuple
 
-    def guard_values(self, state):
-        """Return values that stay positive."""
-        return (1.0, 1.0)
+    def guard_values(self, t, state):
+        """Return the values of the guards: there are none."""
+        return ()
+
+    guard_rates = guard_values
 
 
-def follow(scene, method, field, solver, rtol, atol, steps, seconds, **options):
-    """Follow ``scene`` along ``field`` with one of scipy's solvers; the ``Path`` has one nameless mode."""
+def follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):
+    """Follow ``scene`` with F = -kinetic |load| direction(v), by one of scipy's solvers; the ``Path`` has one mode."""
     if solver not in scipy_ivp.CLASSES:
         raise InputError(f"solver {solver!r} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
     start, until = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
+    automaton = automaton_of(scene)
+    field = Field(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
 
     def trace(times=()):
         limits = Limits(steps, float("inf") if times else monotonic() + seconds)
         return scipy_ivp.advance(solver, field, 0.0, start, until, rtol, atol, limits, times)
 
-    leg = trace()
+    last = trace()
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
-    at = dense(start, leg.t, lambda times: trace(times).samples)
-    return Path(scene, method, leg.state, (), ("one_field",), at, None, report(leg, leg.work, options))
+    at = dense(start, last.t, lambda times: trace(times).samples)
+    path = Path(scene, method, last.state, (), ("one_field",), at, None, report(last, last.work, options))
+    return finished(path)
 
 
-def friction_field(scene, direction, slope):
-    """Return the field with F = -(sigma + 2) |s| direction(z), where ``slope`` is direction'(z)."""
-    bound, mu = float(scene.sigma) + 2, float(scene.mu)
-
-    def rhs(t, state):
-        x, y, z = state
-        s = x + y
-        force = -bound * abs(s) * direction(z)
-        return y, (1 - 2 * s + force) / mu, 1 - s + force
-
-    def jac(t, state):
-        x, y, z = state
-        s = x + y
-        by_s = -bound * direction(z) * (1 if s >= 0 else -1)
-        by_z = -bound * abs(s) * slope(z)
-        row = (by_s - 2) / mu
-        return (0.0, 1.0, 0.0), (row, row, by_z / mu), (by_s - 1, by_s - 1, by_z)
-
-    return Field(rhs, jac)
+@lru_cache(maxsize=64)
+def _functions(system, direction):
+    """Return the field and its Jacobian with every force put in; an open contact has none."""
+    if any(f.gap is not None or f.constraint is not None for f in system.frictions):
+        raise InputError("one right-hand side has no contacts that open; use a method with events, such as 'lsoda'")
+    forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}
+    forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
+    rates = tuple(system.rates[s].subs(forces) for s in system.states)
+    real = {s: sp.Dummy(real=True) for s in sp.Tuple(*rates).free_symbols}
+    back = {dummy: s for s, dummy in real.items()}
+    smooth = [rate.xreplace(real) for rate in rates]
+    jacobian = (rate.diff(real.get(s, s)) for rate in smooth for s in system.states)
+    without_jumps = tuple(e.replace(sp.DiracDelta, lambda *_: sp.S.Zero).xreplace(back) for e in jacobian)
+    return function(system, rates, "math", math), function(system, without_jumps, "math", math)

@@ -1,43 +1,92 @@
-"""RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one: guards are looked at after every step."""
+"""RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one: guards are looked at after every step.
+
+A guard that falls and rises again between the ends of a step shows in its rate, which changes its sign there: its least
+value is then found on the dense output of the step.
+"""
 
 from time import monotonic
 
-from asympk.integrators.integrate import Leg, Work
+from asympk.automaton.loop import Segment
+from asympk.integrators.integrate import Work
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
 STEP_LIMIT = "step limit reached"
 
 
-def advance(method, piece, t, state, until, rtol, atol, limits, times):
-    """Follow ``piece`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
-    solver = _solver(method, piece, t, state, until, rtol, atol)
-    before, samples, steps, short, hit = piece.guard_values(state), [], 0, "", None
+def advance(method, mode, t, state, until, rtol, atol, limits, times):
+    """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
+    solver = _solver(method, mode, t, state, until, rtol, atol)
+    watch = Watch(mode, t, state)
+    samples, steps, short, hit = [], 0, "", None
     start = halfway = t
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, limits)
         steps += not short
         halfway = solver.t if 2 * steps <= limits.steps else halfway
         t, state = solver.t, tuple(solver.y.tolist())
-        after = piece.guard_values(state)
-        lost = [k for k in (0, 1) if before[k] >= 0 >= after[k] and before[k] != after[k]]
-        if lost and not short:
-            t, hit = min((_root(piece, solver, k), k) for k in lost)
+        if not short and (met := watch.lost(solver, t, state)):
+            t, hit = met
             state = tuple(solver.dense_output()(t).tolist())
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)]).tolist()))
-        before = after
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
         short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
-    return Leg(t, state, hit, Work(int(solver.nfev), steps, int(solver.njev)), short, tuple(samples))
+    return Segment(t, state, hit, Work(int(solver.nfev), steps, int(solver.njev)), short, tuple(samples))
 
 
-def _solver(method, piece, t, state, until, rtol, atol):
+class Watch:
+    """The guards of a mode and their rates at the end of the last step; none starts outside its mode."""
+
+    def __init__(self, mode, t, state):
+        self.mode = mode
+        self.values = [max(v, 0.0) for v in mode.guard_values(t, state)]
+        self.rates = mode.guard_rates(t, state)
+
+    def lost(self, solver, t, state):
+        """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
+        before, falling = self.values, self.rates
+        self.values, self.rates = self.mode.guard_values(t, state), self.mode.guard_rates(t, state)
+        found = []
+        for k, (start, end) in enumerate(zip(before, self.values, strict=True)):
+            if start >= 0 >= end and start != end:
+                found.append((self._root(solver, k, start, falling[k], solver.t), k))
+            elif start > 0 and falling[k] < 0 < self.rates[k]:
+                least = _bracketed(lambda at, k=k: self._at(solver, at, rate=True)[k], solver.t_old, solver.t)
+                if self._at(solver, least)[k] < 0:
+                    found.append((self._root(solver, k, start, falling[k], least), k))
+        return min(found, default=None)
+
+    def _root(self, solver, k, start, rate, end):
+        """Return where guard ``k`` falls through zero before ``end``; one that starts at zero rises first."""
+        begin = solver.t_old
+        if start == 0 and rate > 0:
+            begin = _bracketed(lambda at: self._at(solver, at, rate=True)[k], begin, end)
+        return _bracketed(lambda at: self._at(solver, at)[k], begin, end)
+
+    def _at(self, solver, t, rate=False):
+        state = solver.dense_output()(t).tolist()
+        return self.mode.guard_rates(t, state) if rate else self.mode.guard_values(t, state)
+
+
+def _bracketed(function, low, high):
+    """Return the root of a function between two ends, or the end nearer to one where its sign does not change."""
+    from scipy.optimize import brentq
+
+    ends = function(low), function(high)
+    if ends[0] * ends[1] >= 0:
+        return low if abs(ends[0]) <= abs(ends[1]) else high
+    return brentq(function, low, high, xtol=4e-16, rtol=9e-16)
+
+
+def _solver(method, mode, t, state, until, rtol, atol):
+    import numpy as np
     from scipy import integrate
 
-    jac = {} if method in EXPLICIT else {"jac": lambda t, w: piece.jac(t, w.tolist())}
+    field, p, n = mode.field, mode.p, len(state)
+    jac = {} if method in EXPLICIT else {"jac": lambda t, w: np.reshape(mode.jacobian(t, *w.tolist(), *p), (n, n))}
     make = getattr(integrate, CLASSES[method])
-    return make(lambda t, w: piece.rhs(t, w.tolist()), t, state, until, rtol=rtol, atol=atol, **jac)
+    return make(lambda t, w: field(t, *w.tolist(), *p), t, state, until, rtol=rtol, atol=atol, **jac)
 
 
 def _step(solver, steps, limits):
@@ -48,18 +97,11 @@ def _step(solver, steps, limits):
         return "time limit reached"
     from numpy import errstate
 
-    with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
-        reason = solver.step()
+    try:
+        with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
+            reason = solver.step()
+    except (ArithmeticError, ValueError):
+        return "left the range of floats"
     if solver.status == "failed":
         return f"stalled ({reason.rstrip('.').lower()})"
     return "" if all(v - v == 0 for v in solver.y.tolist()) else "left the range of floats"
-
-
-def _root(piece, solver, k):
-    from scipy.optimize import brentq
-
-    dense, ends = solver.dense_output(), (solver.t_old, solver.t)
-    value = [piece.guard_values(dense(t).tolist())[k] for t in ends]
-    if value[0] <= 0 or value[1] >= 0:
-        return ends[0] if value[0] <= 0 else ends[1]
-    return brentq(lambda t: piece.guard_values(dense(t).tolist())[k], *ends, xtol=4e-16, rtol=9e-16)

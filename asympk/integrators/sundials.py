@@ -2,8 +2,9 @@
 
 from time import monotonic
 
+from asympk.automaton.loop import Segment
 from asympk.errors import AsympkError
-from asympk.integrators.integrate import Leg, Work, missing
+from asympk.integrators.integrate import Work, missing
 
 CALLS_PER_STEP = 4  # the limit on steps is kept by counting calls: CVODE makes one to three for a step
 
@@ -12,26 +13,26 @@ class _Stopped(AsympkError):
     """Raised inside the right-hand side to leave CVODE when a limit is reached."""
 
 
-def advance(method, piece, t, state, until, rtol, atol, limits, times):
-    """Follow ``piece`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
+def advance(method, mode, t, state, until, rtol, atol, limits, times):
+    """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
     import numpy as np
 
     last = [0, t, state]
-    solver = _solver(method, piece, rtol, atol, limits, last)
+    solver = _solver(method, mode, rtol, atol, limits, last)
     span = np.array([t, *(v for v in times if v < until), until])
     try:
         found = solver.solve(span, np.array(state))
     except _Stopped as stop:
-        return Leg(last[1], tuple(last[2]), None, Work(last[0]), str(stop))
+        return Segment(last[1], tuple(last[2]), None, Work(last[0]), str(stop))
     seen = dict(zip(found.t.tolist(), found.y.tolist(), strict=True))
     hit = int(np.flatnonzero(found.i_events[0])[0]) if found.status == 2 else None
     work = Work(int(found.nfev), len(found.t) - 1 if len(span) == 2 else 0, int(found.njev))
     short = "" if found.success else f"stalled ({found.message.rstrip('.').lower()})"
     samples = tuple(tuple(seen[v]) for v in times if v in seen)
-    return Leg(float(found.t[-1]), tuple(found.y[-1].tolist()), hit, work, short, samples)
+    return Segment(float(found.t[-1]), tuple(found.y[-1].tolist()), hit, work, short, samples)
 
 
-def _solver(method, piece, rtol, atol, limits, last):
+def _solver(method, mode, rtol, atol, limits, last):
     try:
         from sksundae.cvode import CVODE
     except ImportError as error:
@@ -43,13 +44,15 @@ def _solver(method, piece, rtol, atol, limits, last):
             raise _Stopped("step limit reached")
         if monotonic() > limits.deadline:
             raise _Stopped("time limit reached")
-        dw[:] = piece.rhs(t, last[2])
+        dw[:] = mode.rhs(t, last[2])
 
     def jac(t, w, dw, rows):
-        rows[:] = piece.jac(t, w.tolist())
+        rows[:] = mode.jac(t, w.tolist())
 
     def guards(t, w, values):
-        values[:] = piece.guard_values(w.tolist())
+        values[:] = mode.guard_values(t, w.tolist())
 
-    guards.terminal, guards.direction = [True, True], [-1, -1]
-    return CVODE(rhs, jacfn=jac, eventsfn=guards, num_events=2, rtol=rtol, atol=atol, max_num_steps=100_000)
+    count = len(mode.kinds)
+    guards.terminal, guards.direction = [True] * count, [-1] * count
+    events = {"eventsfn": guards, "num_events": count} if count else {}
+    return CVODE(rhs, jacfn=jac, rtol=rtol, atol=atol, max_num_steps=100_000, **events)

@@ -1,23 +1,28 @@
-"""The customary smooth way: friction regularised to tanh(z / eps)."""
+"""The customary smooth way: friction regularised to tanh(v / eps)."""
 
-from math import cosh, tanh
+from functools import lru_cache
+
+import sympy as sp
 
 from asympk.errors import InputError
-from asympk.integrators.onefield import follow, friction_field
-from asympk.scene import number
+from asympk.integrators.onefield import follow
+from asympk.numbers import number
+from asympk.symbolic.placing import exact
 
 
-def run(scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau", steps=20_000, seconds=60.0):
-    """Follow ``scene`` with F = -(sigma + 2) |s| tanh(z / eps); ``eps`` is ``rtol`` by default.
+def run(
+    scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau", steps=20_000, seconds=60.0
+):
+    """Follow ``scene`` with F = -kinetic |load| tanh(v / eps); ``eps`` is ``rtol`` by default.
 
-    The stick phase becomes a creep with |z| < eps, an error that no tolerance of the solver removes.
+    The stick phase becomes a creep with |v| < eps, an error that no tolerance of the solver removes.
     """
     eps = float(number("eps", rtol if eps is None else eps))
     if eps <= 0:
         raise InputError(f"eps = {eps:g}: the width of the regularised friction law must be positive")
+    return follow(scene, method, _direction(eps), solver, rtol, atol, steps, seconds, eps=eps)
 
-    def slope(z):
-        return 1 / (eps * cosh(min(abs(z) / eps, 300.0)) ** 2)
 
-    field = friction_field(scene, lambda z: tanh(z / eps), slope)
-    return follow(scene, method, field, solver, rtol, atol, steps, seconds, eps=eps)
+@lru_cache(maxsize=16)
+def _direction(eps):
+    return lambda velocity: sp.tanh(velocity / exact(eps))

@@ -1,24 +1,25 @@
-"""Heyoka: Taylor series, compiled once per problem and tolerance; guards are roots of its polynomials."""
+"""Heyoka: Taylor series, compiled once per mode and tolerance; guards are roots of its polynomials."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from time import monotonic
 
-from asympk.integrators.integrate import Leg, Work, missing
+from asympk.automaton.loop import Segment
+from asympk.automaton.modes import function, library
+from asympk.errors import InputError
+from asympk.integrators.integrate import Work, missing
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16
 MARGIN = 8 * 2.0**-52  # a guard that starts on its surface is lost this far below it: rounding is no event
 
 
-def advance(method, piece, t, state, until, rtol, atol, limits, times):
-    """Follow ``piece`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
-    problem = piece.problem
-    tracer = (problem.rhs, problem.load, problem.drive, len(piece.p))
-    solver = _compiled(method, tracer, max(min(rtol, atol), FINEST))
-    solver.reset_cooldowns()
+def advance(method, mode, t, state, until, rtol, atol, limits, times):
+    """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
+    solver = _compiled(method, mode.mode, max(min(rtol, atol), FINEST))
+    if solver.with_events:
+        solver.reset_cooldowns()
     solver.time, solver.state[:] = t, state
-    margins = [MARGIN * (abs(v) < MARGIN) for v in piece.guard_values(state)]
-    solver.pars[:] = [*piece.p, *piece.guards[0], margins[0], *piece.guards[1], margins[1]]
+    solver.pars[:] = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
     steps, samples, short, hit = 0, [], "", None
     while hit is None and not short and solver.time < until:
         chunk = min(CHUNK, limits.steps - steps)
@@ -31,7 +32,7 @@ def advance(method, piece, t, state, until, rtol, atol, limits, times):
         while len(samples) < len(times) and times[len(samples)] <= solver.time and output is not None:
             samples.append(tuple(output(times[len(samples)]).tolist()))
     state = tuple(solver.state.tolist())
-    return Leg(float(solver.time), state, hit, Work(steps, steps, 0), short, tuple(samples))
+    return Segment(float(solver.time), state, hit, Work(steps, steps, 0), short, tuple(samples))
 
 
 def _reason(outcome):
@@ -43,17 +44,32 @@ def _reason(outcome):
 
 
 @lru_cache(maxsize=32)
-def _compiled(method, tracer, tol):
-    """Return the integrator of a traced field; its parameters are those of the phase, then two guards."""
+def _compiled(method, mode, tol):
+    """Return the integrator of a mode; its parameters are those of the system, then a margin for every guard."""
     try:
         import heyoka as hy
     except ImportError as error:
         raise missing(method) from error
-    rhs, load, drive, count = tracer
-    x, y, z = hy.make_vars("x", "y", "z")
-    p = [hy.par[k] for k in range(count)]
-    measures = (load(x, y, z, p), drive(x, y, z, p), z, 1)
-    guards = [sum(hy.par[count + 4 * k + i] * m for i, m in enumerate(measures)) for k in (0, 1)]
-    events = [hy.t_event(g, direction=hy.event_direction.negative) for g in guards]
-    field = list(zip((x, y, z), rhs(x, y, z, p), strict=True))
-    return hy.taylor_adaptive(field, [0.0] * 3, tol=tol, t_events=events, pars=[0.0] * (count + 8))
+    system, count = mode.system, len(mode.system.parameters)
+    states = hy.make_vars(*(f"w{k}" for k in range(len(system.states))))
+    states = states if isinstance(states, list) else [states]
+    arguments = (hy.time, *states, *(hy.par[k] for k in range(count)))
+    try:
+        rates = function(system, mode.rates, "math", _functions())(*arguments)
+        guards = function(system, mode.guard_values, "math", _functions())(*arguments)
+    except (AttributeError, TypeError) as reason:
+        raise InputError(f"method {method!r}: the system has a function that heyoka lacks ({reason})") from None
+    events = [hy.t_event(g + hy.par[count + k], direction=hy.event_direction.negative) for k, g in enumerate(guards)]
+    field = list(zip(states, (hy.expression(0.0) + r for r in rates), strict=True))
+    pars = [0.0] * (count + len(guards))
+    return hy.taylor_adaptive(field, [0.0] * len(states), tol=tol, t_events=events, pars=pars)
+
+
+@cache
+def _functions():
+    import math
+
+    import heyoka as hy
+
+    names = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "atan2")
+    return library(pi=math.pi, e=math.e, **{name: getattr(hy, name) for name in names})

@@ -8,9 +8,8 @@ from fractions import Fraction
 from pathlib import Path
 
 from asympk.errors import MissingPackage
-from asympk.integrators import hybrid
-from asympk.integrators.collocation import reference
-from asympk.integrators.integrate import absent, endpoints, follow
+from asympk.integrators import collocation
+from asympk.integrators.integrate import absent, run
 from asympk.methods import METHODS
 from asympk.output.tabular import Cell, Table, write_table
 from asympk.path import Event
@@ -172,13 +171,14 @@ def nonlinear_rows(plan, references, tell):
 
 
 def _nonlinear(kappa, scene, method, **options):
-    problem = hybrid.problem(nonlinear_rod.system(), _values(kappa, scene))
-    return Trajectory(scene, method, **follow(problem, *endpoints(scene), method, **options))
+    return run(_kept(kappa, scene), method, **options)
 
 
-def _values(kappa, scene):
+def _kept(kappa, scene):
+    """Return a scene of the rod as one of the rod whose geometry is kept."""
     n, square = nonlinear_rod, 1 / Fraction(1 + SLOPE**2)
-    return {n.mu: scene.mu, n.sigma: scene.sigma, n.sigma0: scene.sigma0, n.kappa: kappa, n.c2: square}
+    values = {n.mu: scene.mu, n.sigma: scene.sigma, n.sigma0: scene.sigma0, n.kappa: kappa, n.c2: square}
+    return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
 
 
 def nonlinear_references(plan, kept, tell):
@@ -200,7 +200,7 @@ def _reference_row(kappa, mu):
     from mpmath import nstr
 
     scene = Scene(1, mu, SCENES["ii"], 5, name="ii")
-    path = reference(scene, nonlinear_rod.system(), _values(Fraction(kappa), scene))
+    path = collocation.run(_kept(Fraction(kappa), scene), digits=30)
     spelled = {name: nstr(value, 32) for name, value in zip(("x", "y", "z"), path.final, strict=True)}
     events = " ".join(f"{event.kind}:{nstr(event.t, 32)}" for event in path.events)
     return {"kappa": float(kappa), "mu": mu, **spelled, "events": events, "modes": " ".join(path.modes),
@@ -211,7 +211,7 @@ def _truth(row):
     """Return (scene, reference path) of a stored row."""
     scene = Scene(1, row["mu"], SCENES["ii"], 5, name="ii")
     marks = [word.split(":") for word in row["events"].split()]
-    events = tuple(Event(kind, Fraction(t), None, None, None) for kind, t in marks)
+    events = tuple(Event(kind, Fraction(t), ()) for kind, t in marks)
     final = tuple(Fraction(row[name]) for name in ("x", "y", "z"))
     return scene, Trajectory(scene, "collocation", final, events, tuple(row["modes"].split()), at=None)
 

@@ -34,7 +34,7 @@ def trace(path, frame=NONDIMENSIONAL, samples=_SAMPLES):
 
     An event is there twice, as the end of one mode and the start of the next, with the state the path gives it.
     """
-    ends = [(0, *path(0.0)), *(event[1:] for event in path.events), (path.scene.until, *path.final)]
+    ends = [(0, *path(0.0)), *((event.t, *event.state) for event in path.events), (path.scene.until, *path.final)]
     each = max(6, samples // len(path.modes))
     rows = []
     for first, last, mode in zip(ends, ends[1:], path.modes, strict=False):

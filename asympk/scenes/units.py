@@ -13,8 +13,8 @@ from typing import NamedTuple
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.numbers import number
 from asympk.path import Event
-from asympk.scene import number
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein, rod
 
@@ -129,7 +129,7 @@ def physical(path, units):
         path,
         scene=Told(units.state(*scene.start), units.moment(scene.until)),
         final=units.state(*path.final),
-        events=tuple(Event(e.kind, units.moment(e.t), *units.state(*e[2:])) for e in path.events),
+        events=tuple(Event(e.kind, units.moment(e.t), units.state(*e.state)) for e in path.events),
         at=lambda t: _told_at(path, t, units),
     )
 

@@ -14,7 +14,7 @@ from math import log
 from statistics import median
 from time import process_time
 
-from asympk.errors import AsympkError
+from asympk.errors import AsympkError, Unfinished
 from asympk.methods import solve
 
 GRID = 64
@@ -71,12 +71,20 @@ def workprec(scene, method, *, reference=None, repeats=5, label=None, follow=sol
 def _row(scene, method, rtol, truth, repeats, label, follow, options):
     given = options if rtol is None else {**options, "rtol": rtol}
     try:
-        path, ratio = timed(lambda: follow(scene, method, **given), lambda: solve(scene), repeats)
+        path, ratio = timed(lambda: _followed(follow, scene, method, given), lambda: solve(scene), repeats)
     except AsympkError as error:
         return _as_row(scene, label, options, rtol, {}, {}, None, f"{type(error).__name__}: {error}")
     errors = errors_of(path, truth, scene)
     work = {k: v or None for k, v in path.info.get("work", {}).items()}
     return _as_row(scene, label, options, rtol, errors, work, ratio, status_of(path, errors))
+
+
+def _followed(follow, scene, method, options):
+    """Return the path of a run, or as much of it as was followed."""
+    try:
+        return follow(scene, method, **options)
+    except Unfinished as stop:
+        return stop.path
 
 
 def _as_row(scene, label, options, rtol, errors, work, ratio, status):

@@ -63,20 +63,20 @@ class Lowered:
         return _compiled(self)
 
 
-def lower(args, expr, target="numpy", name="f"):
+def lower(args, expr, target="numpy", name="f", branching=False):
     """Turn ``expr``, an expression or a sequence or ``Dict`` of them, into a function of ``args``.
 
     ``target`` is ``"numpy"`` (arrays that broadcast), ``"math"`` (floats), ``"mpmath"`` (the working precision of the
     call; strings and fractions are taken exactly), or ``"c"``, which returns the source of a C function: one value is
     returned, several go to ``out``. ``name`` is the function's name in its source. A set of arguments is sorted.
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
-    and for what branches, such as a Piecewise.
+    and, unless ``branching``, for what branches, such as a Piecewise.
     """
     if target not in _PRINTERS:
         raise UnknownName(f"target {target!r} is unknown; choose one of {', '.join(_PRINTERS)}")
     args, (outputs, keys, single) = _arguments(args), _outputs(expr)
     for output in outputs:
-        _check(output, args)
+        _check(output, args, branching)
     if not (name.isidentifier() and name.isascii()):
         raise InputError(f"name {name!r} cannot name a function; give letters, digits and underscores")
     lowered = Lowered(args, outputs, target, keys, single, name)
@@ -228,7 +228,7 @@ def _outputs(expr):
     return (sp.sympify(expr),), None, True
 
 
-def _check(expr, args):
+def _check(expr, args, branching):
     if not isinstance(expr, sp.Expr):
         raise InputError(f"{expr} is not an expression; lower expressions, not conditions or matrices")
     if missing := expr.free_symbols - {*args}:
@@ -241,5 +241,5 @@ def _check(expr, args):
         raise InputError(f"{expr} contains a constant that is not a finite number")
     if expr.has(sp.I):
         raise InputError(f"{expr} is complex; lower its real and imaginary parts")
-    if expr.has(*BRANCHING):
+    if not branching and expr.has(*BRANCHING):
         raise InputError(f"{expr} branches; lower each smooth mode, or each piece, on its own")

@@ -103,6 +103,11 @@ def slow_manifold(system, branch=None, order=1, mode=None, name="Pi"):
         raise NotNormallyHyperbolic(
             f"{determinant(branch)} vanishes on {equations(branch)}; no slow manifold continues this branch"
         )
+    if manifold.exists == sp.false:
+        raise NotNormallyHyperbolic(
+            f"dg/dy has eigenvalues with real part 0 (a centre) on {equations(branch)}; no slow manifold "
+            "continues this branch: give the fast states damping"
+        )
     expand(mode, system.small, branch, order)
     return manifold
 

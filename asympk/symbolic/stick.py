@@ -72,9 +72,9 @@ def drive_of_load(system):
     load = sp.Symbol("s", real=True)
     state = min(friction.load.free_symbols & {*system.modes[0].slow, *system.modes[0].fast}, key=str)
     solutions = sp.solve(friction.load - load, state)
-    drive = sp.expand(friction.drive.subs(state, solutions[0]))
+    drive = sp.expand(system.drive.subs(state, solutions[0]))
     if drive.free_symbols != {load} or sp.degree(drive, load) != 1:
-        raise NotDerivable(f"the drive {friction.drive} is not linear in the load {friction.load} alone")
+        raise NotDerivable(f"the drive {system.drive} is not linear in the load {friction.load} alone")
     return load, drive
 
 

@@ -1,23 +1,28 @@
-r"""The one symbolic input of the package: a slow-fast system, smooth or with dry friction.
+r"""The one symbolic input of the package: a system, smooth or with dry friction, slow-fast or not.
 
 A smooth mode is
 
-    x' = f(x, y, mu),    mu y' = g(x, y, mu),
+    x' = f(x, y, t, mu),    mu y' = g(x, y, t, mu),
 
-with slow states x, fast states y and the small parameter mu. A system with dry friction has a velocity z and a
-friction force F that enters the equations linearly,
+with slow states x, fast states y and the small parameter mu; a system without fast states needs none. Every dry
+friction has a sliding velocity v, an expression in the states, and a force F that may enter every rate linearly:
 
-    x' = f(x, y),    mu y' = g(x, y) + c F,    z' = d(x, y) + F,
-    F = -kinetic * |load| * sign(z)   (slip, z != 0),      |F| <= static * |load|   (stick, z = 0),
+    F = -kinetic |load| sign(v)   (slip, v != 0),      v' = 0 with |F| <= static |load|   (stick, v = 0).
 
-so it has three smooth modes, told apart by the signs of z and of the load: ``slip_same``, ``slip_opposite``, ``stick``.
+So the system has smooth modes, told apart by the signs of v and of the load, and, where a contact can open, of its gap.
+``modes`` gives their fields; ``asympk.symbolic.branches`` derives them.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.symbolic import branches
+from asympk.symbolic.placing import place
 
 
 @dataclass(frozen=True)
@@ -32,30 +37,66 @@ class Mode:
 
 @dataclass(frozen=True)
 class Friction:
-    """Dry friction on the plane ``velocity = 0``.
+    r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
-    ``velocity' = drive + F``; slip has F = -kinetic |load| sign(velocity), stick has F = -drive with
-    |F| <= static |load|.
+    ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic``
+    and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
+    open, without load, while ``gap > 0``. ``normal`` is the symbol, if any, under which the load enters the rates: it
+    is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression linear in
+    ``normal`` and the forces that vanishes while the contact is closed, ``normal`` is the reaction that this equation
+    determines, and ``load`` a multiple of it: the rigid contact.
     """
 
-    velocity: sp.Symbol
-    drive: sp.Expr
+    velocity: sp.Expr
+    force: sp.Symbol
     load: sp.Expr
     kinetic: sp.Expr
-    static: sp.Expr
+    static: sp.Expr | None = None
+    gap: sp.Expr | None = None
+    normal: sp.Symbol | None = None
+    constraint: sp.Expr | None = None
+
+    def __post_init__(self) -> None:
+        static = self.kinetic if self.static is None else self.static
+        for name in ("velocity", "load", "kinetic", "gap", "constraint"):
+            _put(self, name, getattr(self, name))
+        _put(self, "static", static)
+        for name in ("force", "normal"):
+            symbol = getattr(self, name)
+            if not (isinstance(symbol, sp.Symbol) or (symbol is None and name == "normal")):
+                raise InputError(f"friction: {name} = {symbol!r} must be a Symbol, the one that stands in the rates")
+        if self.constraint is not None and self.normal is None:
+            raise InputError("friction: a constraint needs normal=, the symbol of the reaction that it determines")
 
 
 @dataclass(frozen=True)
 class System:
-    """A slow-fast system: its smooth modes, its small parameter, its parameters' range, and its friction, if any."""
+    """A system of rates with its frictions: ``slow`` and ``fast`` hold the forces as the symbols of ``frictions``.
 
-    modes: tuple[Mode, ...]
-    small: sp.Symbol
+    ``small`` multiplies the rates of the fast states and is None where there are none; ``time`` is the symbol of an
+    explicit time, or None. ``assumptions`` restrict the parameters.
+    """
+
+    slow: sp.Dict
+    fast: sp.Dict
+    states: tuple[sp.Symbol, ...]
+    small: sp.Symbol | None
+    frictions: tuple[Friction, ...] = ()
+    time: sp.Symbol | None = None
     assumptions: sp.Basic = sp.true
-    friction: Friction | None = None
+
+    def __post_init__(self) -> None:
+        _check(self)
 
     @classmethod
-    def smooth(cls, slow, fast, small, assumptions=sp.true):
+    def smooth(
+        cls,
+        slow: Mapping[sp.Symbol, Any],
+        fast: Mapping[sp.Symbol, Any],
+        small: sp.Symbol | None,
+        assumptions: sp.Basic = sp.true,
+        time: sp.Symbol | None = None,
+    ) -> "System":
         """Build a one-mode system ``x' = slow[x]``, ``small y' = fast[y]``.
 
         >>> import sympy as sp
@@ -63,55 +104,168 @@ class System:
         >>> System.smooth(slow={x: y}, fast={y: (1 - x**2)*y - x}, small=mu).mode("smooth").fast[y]
         -x + y*(1 - x**2)
         """
-        return cls((_mode("smooth", slow, fast, small),), small, assumptions)
+        slow, fast = _rates("slow", slow), _rates("fast", fast)
+        if not fast and small is not None:
+            raise InputError(f"there is no fast state; give fast={{y: g}} with {small} y' = g, or small=None")
+        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, (), time, sp.sympify(assumptions))
 
     @classmethod
-    def with_friction(cls, slow, fast, velocity, force, load, kinetic, static, small, assumptions=sp.true):
-        """Derive slip_same, slip_opposite and stick from one field that contains the friction force.
+    def with_friction(
+        cls,
+        slow: Mapping[sp.Symbol, Any],
+        fast: Mapping[sp.Symbol, Any],
+        velocity: Mapping[sp.Symbol, Any],
+        force: sp.Symbol,
+        load: Any,
+        kinetic: Any,
+        static: Any = None,
+        small: sp.Symbol | None = None,
+        assumptions: sp.Basic = sp.true,
+        time: sp.Symbol | None = None,
+        gap: Any = None,
+        normal: sp.Symbol | None = None,
+    ) -> "System":
+        """Build a system with one friction whose sliding velocity is the state of ``velocity = {z: z'}``.
 
-        ``velocity`` is ``{z: z'}``; ``fast`` and ``velocity`` may contain ``force`` (linearly). The kinetic
-        bound is ``kinetic * |load|``, the static one ``static * |load|``. Raises ``InputError`` when the force
-        cannot be eliminated in stick.
+        The rates may contain ``force`` linearly, with any coefficient. The states stand in the order slow, fast, z.
+        Raises ``InputError`` where the force enters otherwise.
         """
+        velocity = _rates("velocity", velocity)
+        if len(velocity) != 1:
+            raise InputError(f"velocity = {velocity}: it must be {{z: z'}}, the sliding velocity and its rate")
         ((z, rate),) = velocity.items()
-        drive = sp.expand(rate.subs(force, 0))
-        if sp.expand(rate - drive - force) != 0:
-            raise InputError(f"velocity: {z}' = {rate} must be a drive plus the friction force {force}")
-        forces = {
-            "slip_same": (-kinetic * load, sp.And(z * load > 0)),
-            "slip_opposite": (kinetic * load, sp.And(z * load < 0)),
-            "stick": (-drive, sp.And(sp.Eq(z, 0), sp.Abs(drive) <= static * sp.Abs(load))),
-        }
-        modes = tuple(
-            _mode(
-                name,
-                {**slow, z: sp.expand(rate.subs(force, value))},
-                {y: sp.expand(g.subs(force, value)) for y, g in fast.items()},
-                small,
-                where,
-            )
-            for name, (value, where) in forces.items()
-        )
-        return cls(modes, small, assumptions, Friction(z, drive, load, kinetic, static))
+        slow, fast = _rates("slow", slow), _rates("fast", fast)
+        if z in slow or z in fast:
+            raise InputError(f"the velocity {z} has a rate of its own; leave it out of slow and fast")
+        friction = Friction(z, force, load, kinetic, static, gap, normal)
+        rates, order = {**slow, z: rate}, (*slow, *fast, z)
+        return cls(sp.Dict(rates), sp.Dict(fast), order, small, (friction,), time, sp.sympify(assumptions))
 
-    def mode(self, name):
+    @classmethod
+    def with_frictions(
+        cls,
+        slow: Mapping[sp.Symbol, Any],
+        fast: Mapping[sp.Symbol, Any],
+        frictions: Iterable[Friction],
+        small: sp.Symbol | None = None,
+        time: sp.Symbol | None = None,
+        assumptions: sp.Basic = sp.true,
+    ) -> "System":
+        """Build a system with any number of frictions; all states, velocities too, stand in ``slow`` or ``fast``.
+
+        A block on a spring, with Coulomb friction:
+
+        >>> x, v, F = sp.symbols("x v F", real=True)
+        >>> block = System.with_frictions({x: v, v: -x + F}, {}, [Friction(velocity=v, force=F, load=1, kinetic=1)])
+        >>> [mode.name for mode in block.modes]
+        ['slip_same', 'slip_opposite', 'stick']
+        """
+        slow, fast = _rates("slow", slow), _rates("fast", fast)
+        try:
+            frictions = tuple(frictions)
+        except TypeError:
+            frictions = (None,)
+        if not all(isinstance(f, Friction) for f in frictions):
+            raise InputError("frictions must be a sequence of ap.Friction(velocity=, force=, load=, kinetic=)")
+        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, frictions, time, sp.sympify(assumptions))
+
+    @property
+    def friction(self) -> Friction | None:
+        """The friction of a system that has exactly one, else None."""
+        return self.frictions[0] if len(self.frictions) == 1 else None
+
+    @cached_property
+    def parameters(self) -> tuple[sp.Symbol, ...]:
+        """The parameters in the order of their names, the small one among them."""
+        friction = [e for f in self.frictions for e in (f.velocity, f.load, f.kinetic, f.static, f.gap, f.constraint)]
+        used = sp.Tuple(*self.slow.values(), *self.fast.values(), *(e for e in friction if e is not None))
+        free = used.free_symbols | ({self.small} - {None}) | self.assumptions.free_symbols
+        known = {*self.states, self.time, *(s for f in self.frictions for s in (f.force, f.normal))}
+        return tuple(sorted(free - known, key=lambda s: (s.name, str(s.assumptions0))))
+
+    @cached_property
+    def rates(self) -> dict[sp.Symbol, sp.Expr]:
+        """The rate of every state, those of the fast ones divided by the small parameter, forces as symbols."""
+        fast = {y: g / self.small for y, g in self.fast.items()}
+        return {s: {**self.slow, **fast}[s] for s in self.states}
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """The smooth modes; with several frictions every combination of theirs, the names joined by ``+``."""
+        return tuple(
+            Mode(branches.name(branch), *branches.fields(self, branch), branches.where(self, branch))
+            for branch in branches.named(self)
+        )
+
+    def mode(self, name: str) -> Mode:
         """Return the mode called ``name``; raises ``InputError`` when there is none."""
         for mode in self.modes:
             if mode.name == name:
                 return mode
         raise InputError(f"mode {name!r} is unknown; this system has {', '.join(m.name for m in self.modes)}")
 
+    @cached_property
+    def drive(self) -> sp.Expr:
+        """The rate of the sliding velocity without friction: v' = drive + coupling F. One friction only."""
+        return self._sliding[0]
 
-def _mode(name, slow, fast, small, where=sp.true):
-    slow, fast = sp.Dict(slow), sp.Dict(fast)
-    states = [*slow, *fast]
-    if not isinstance(small, sp.Symbol):
-        raise InputError(f"small = {small!r}: it must be a Symbol, the parameter to expand in; put a number in later")
-    if not fast:
-        raise InputError(f"mode {name!r}: there is no fast state; give fast={{y: g}} with {small} y' = g")
-    for state in states:
+    @cached_property
+    def coupling(self) -> sp.Expr:
+        """The coefficient of the friction force in the rate of the sliding velocity. One friction only."""
+        return self._sliding[1]
+
+    @cached_property
+    def _sliding(self) -> tuple[sp.Expr, sp.Expr]:
+        if self.friction is None:
+            raise InputError(f"this system has {len(self.frictions)} frictions; a drive is that of exactly one")
+        return branches.drive(self, self.friction)
+
+    def placed(self, values: Mapping[Any, Any], start: Any) -> tuple[tuple, tuple]:
+        """Return ``values`` and ``start`` as exact numbers in the order of ``parameters`` and ``states``.
+
+        Raises ``InputError``, by name, for what is missing, unknown, no number, or against the assumptions.
+        """
+        return place(self, values, start)
+
+
+def _put(record: Any, name: str, value: Any) -> None:
+    if value is not None:
+        try:
+            value = sp.sympify(value, strict=True)
+        except sp.SympifyError:
+            raise InputError(f"friction: {name} = {value!r} is not an expression; build it from Symbols") from None
+    object.__setattr__(record, name, value)
+
+
+def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
+    if not isinstance(rates, Mapping | sp.Dict):
+        raise InputError(f"{what} = {rates!r}: it must be a mapping from each state to its rate, {{x: x'}}")
+    found = {}
+    for state, rate in rates.items():
         if not isinstance(state, sp.Symbol):
-            raise InputError(f"mode {name!r}: the state {state} is not a Symbol")
-    if len(set(states)) < len(states) or small in states:
-        raise InputError(f"mode {name!r}: a state is given twice, or is the small parameter {small}")
-    return Mode(name, slow, fast, where)
+            raise InputError(f"{what}: the state {state!r} is not a Symbol")
+        try:
+            found[state] = sp.sympify(rate, strict=True)
+        except sp.SympifyError:
+            raise InputError(f"{what}: the rate {rate!r} of {state} is not an expression of Symbols") from None
+    return found
+
+
+def _check(system: System) -> None:
+    states, small = system.states, system.small
+    if not states:
+        raise InputError("a system needs states; give slow={x: x'}")
+    if not (isinstance(small, sp.Symbol) or (small is None and not system.fast)):
+        raise InputError(f"small = {small!r}: it must be a Symbol, the parameter to expand in; put a number in later")
+    names = [s.name for s in states]
+    if twice := sorted({n for n in names if names.count(n) > 1}):
+        raise InputError(f"the state {twice[0]} is given twice")
+    if small in states:
+        raise InputError(f"{small} is the small parameter and a state; give one of them another name")
+    for s, rate in system.rates.items():
+        if rate.has(sp.Float):
+            raise InputError(f"the rate of {s} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+        if not isinstance(rate, sp.Expr) or rate.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
+            raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
+    for number, friction in enumerate(system.frictions):
+        branches.check(system, friction, number)

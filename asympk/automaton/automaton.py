@@ -1,0 +1,139 @@
+"""Automaton: a system with numbers for its parameters, which modes there are, and which mode follows."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+from asympk.automaton import decide
+from asympk.automaton.modes import Mode, function, mode_of
+from asympk.errors import OutOfRange
+from asympk.symbolic.branches import Branch
+from asympk.symbolic.system import System
+
+State = tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class NumericMode:
+    """A mode on numbers: ``rhs``, ``jac`` and ``guard_values`` of (t, state); guards are positive inside it.
+
+    ``kinds`` says of every guard which event its loss is, and of which friction. The functions without checks, of
+    ``(t, *state, *p)``, are ``field``, ``jacobian`` and ``guards``.
+    """
+
+    mode: Mode
+    p: tuple[Any, ...]
+    target: str
+    library: Any
+
+    @property
+    def name(self) -> str:
+        """The name of the mode."""
+        return self.mode.name
+
+    @property
+    def branch(self) -> Branch:
+        """What every friction does in this mode."""
+        return self.mode.branch
+
+    @cached_property
+    def kinds(self) -> tuple[tuple[str, int], ...]:
+        """The kind of event and the friction of every guard."""
+        return tuple((guard.kind, guard.friction) for guard in self.mode.guards)
+
+    @cached_property
+    def field(self) -> Callable[..., tuple]:
+        """The rates as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.rates)
+
+    @cached_property
+    def jacobian(self) -> Callable[..., tuple]:
+        """The derivatives of the rates, row by row, as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.jacobian)
+
+    @cached_property
+    def guards(self) -> Callable[..., tuple]:
+        """The guards as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.guard_values)
+
+    @cached_property
+    def guard_slopes(self) -> Callable[..., tuple]:
+        """The rates of the guards along the field as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.guard_rates)
+
+    def rhs(self, t: Any, state: State) -> tuple:
+        """Return the rates at a time and a state."""
+        return self.field(t, *state, *self.p)
+
+    def jac(self, t: Any, state: State) -> tuple:
+        """Return the rows of the Jacobian at a time and a state."""
+        n = len(state)
+        flat = self.jacobian(t, *state, *self.p)
+        return tuple(flat[k : k + n] for k in range(0, n * n, n))
+
+    def guard_values(self, t: Any, state: State) -> tuple:
+        """Return the values of the guards."""
+        return self.guards(t, *state, *self.p)
+
+    def guard_rates(self, t: Any, state: State) -> tuple:
+        """Return the rates of the guards along the field."""
+        return self.guard_slopes(t, *state, *self.p)
+
+    def snapped(self, guard: int, t: Any, state: State) -> State:
+        """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps."""
+        gradient = self._compiled(self.mode.guard_gradients[guard])
+        moved = list(state)
+        for _ in range(2):
+            slopes = gradient(t, *moved, *self.p)
+            weights = [abs(slope) * (1 + abs(w)) for slope, w in zip(slopes, moved, strict=True)]
+            k = weights.index(max(weights))
+            if slopes[k] == 0:
+                break
+            moved[k] -= self.guard_values(t, moved)[guard] / slopes[k]
+        return tuple(moved)
+
+    def _compiled(self, outputs: tuple) -> Callable[..., tuple]:
+        return function(self.mode.system, outputs, self.target, self.library)
+
+
+@dataclass(frozen=True)
+class Automaton:
+    """A system with exact numbers for its parameters, in the order of ``system.parameters``."""
+
+    system: System
+    values: tuple[Any, ...]
+
+    def mode(self, branch: Branch, digits: int | None = None) -> NumericMode:
+        """Return a mode on doubles, or on mpmath numbers of ``digits`` digits."""
+        return _numeric(self, branch, digits)
+
+    def first(self, start: State) -> Branch:
+        """Return the mode that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``."""
+        context = decide.context(decide.DIGITS)
+        slack = context.mpf(10) ** -decide.EXACT
+        return decide.follow_on(self, None, (), context.zero, _exact(start, context), slack)
+
+    def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48) -> Branch:
+        """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``.
+
+        ``slack`` is the relative error of the state: what it leaves open is decided by derivatives.
+        """
+        return decide.follow_on(self, branch, hits, t, state, slack)
+
+
+@lru_cache(maxsize=512)
+def _numeric(automaton: Automaton, branch: Branch, digits: int | None) -> NumericMode:
+    mode = mode_of(automaton.system, branch)
+    if digits is None:
+        try:
+            return NumericMode(mode, tuple(map(float, automaton.values)), "math", math)
+        except OverflowError:
+            raise OutOfRange("a parameter is beyond the range of doubles; ask for digits=") from None
+    context = decide.context(digits)
+    return NumericMode(mode, _exact(automaton.values, context), "mpmath", context)
+
+
+def _exact(values: State, context: Any) -> State:
+    return tuple(decide.number(context, v) for v in values)

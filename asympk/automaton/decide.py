@@ -1,0 +1,346 @@
+r"""Which mode begins, and which follows: every combination of slip, stick and open that is consistent is found.
+
+At a point where some quantities vanish (a sliding velocity, a load, a gap, a margin of stick) each friction has several
+phases that it might go on in. A combination of phases makes the forces the solution of linear equations, and is
+consistent when every guard of its mode is positive, or vanishes and has a positive first derivative that does not
+vanish, along the field of that mode. A quantity counts as vanishing when an event says so, or when the rounding of the
+state could have changed its sign; a snapped quantity is never tested again. Doubles decide where all signs are clear,
+mpmath numbers where one is not.
+
+One consistent combination is the motion. Where several are, at rest stays at rest: combinations in which a contact
+slips that rests in another one are left out. None or several that are left end the motion.
+"""
+
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import lru_cache, partial
+from itertools import product
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import sympy as sp
+
+from asympk.automaton.modes import Mode, function, mode_of
+from asympk.errors import InputError, NoMotion, TwoMotions
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.system import Friction, System
+
+if TYPE_CHECKING:
+    from asympk.automaton.automaton import Automaton
+
+DIGITS = 60  # at which a first mode is decided
+EXACT = 45  # digits of an exact start that rounding leaves
+WORKING = 40  # digits at which a mode that follows is decided, whatever the digits of the state
+MOST = 8  # frictions of which all combinations are tried
+_NUDGES = ((1, -1, 1, 1, -1, 1, -1, -1), (1, 1, -1, 1, 1, -1, -1, 1))
+
+
+class Contact(NamedTuple):
+    """The numbers of one friction at a point; ``reaction`` is the coefficient of the normal in the load."""
+
+    velocity: Any
+    load: Any
+    reaction: Any
+    kinetic: Any
+    static: Any
+    gap: Any
+
+
+class Point(NamedTuple):
+    """The contacts at a point, and there the rows of v' and of the reactions' equations in the forces."""
+
+    contacts: tuple[Contact, ...]
+    rows: tuple[tuple, ...]
+
+
+class Numbers(NamedTuple):
+    """The numbers that a decision is made on: how functions are spelled, their library, and what counts as clear."""
+
+    target: str
+    library: Any
+    convert: Any
+    least: float
+
+    def sign(self, values: list) -> int:
+        """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
+        first = values[0]
+        spread = max(abs(v - first) for v in values[1:])
+        if abs(first) <= 4 * spread:
+            return 0
+        if abs(first) <= self.least:
+            raise _Unclear
+        return 1 if first > 0 else -1
+
+
+class _Unclear(Exception):
+    """A sign that doubles might have wrong."""
+
+
+DOUBLES = Numbers("math", math, float, 2.0**-20)
+
+
+def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any) -> Branch:
+    """Return the one branch that goes on from ``state``; ``before`` ended by the loss of its guards ``hits``."""
+    if not automaton.system.frictions:
+        return ()
+    if isinstance(slack, float):
+        with suppress(_Unclear, ArithmeticError, ValueError):
+            return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
+    ctx = context(max(WORKING, *(v.context.dps for v in state if hasattr(v, "context")), 0))
+    return _follow_on(automaton, before, hits, t, state, slack, Numbers("mpmath", ctx, partial(number, ctx), -1.0))
+
+
+def _follow_on(
+    automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
+) -> Branch:
+    system = automaton.system
+    t, *state = map(numbers.convert, (t, *state))
+    p = tuple(map(numbers.convert, automaton.values))
+    nudged = [(t, state), *(_nudged(t, state, signs, slack) for signs in _NUDGES)]
+    points = [_point(system, numbers, *at, p) for at in nudged]
+    guards = mode_of(system, before).guards if before else ()
+    lost = {(guards[k].kind, guards[k].friction) for k in hits}
+    phases = [_phases(system, k, before, lost, points, numbers) for k in range(len(system.frictions))]
+    _require_few(phases)
+    resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
+    consistent = []
+    for branch in product(*phases):
+        ties = _ties(system, branch, resting, points, numbers)
+        if ties is not None and all(_holds(mode_of(system, branch), k, numbers, nudged, p) for k in ties):
+            consistent.append(branch)
+    return _chosen(system, consistent, t, state, [*product(*phases)])
+
+
+def context(digits: int) -> Any:
+    """Return an mpmath context of its own with that many digits; its precision is never changed."""
+    return _context(digits)
+
+
+@lru_cache(maxsize=64)
+def _context(digits: int) -> Any:
+    from mpmath import MPContext
+
+    found = MPContext()
+    found.dps = digits
+    return found
+
+
+def number(ctx: Any, value: Any) -> Any:
+    """Return a number, exact fractions and numbers of other contexts too, in a context."""
+    if hasattr(value, "numerator") and not isinstance(value, int):
+        return ctx.mpf(int(value.numerator)) / int(value.denominator)
+    return ctx.make_mpf(value._mpf_) if hasattr(value, "_mpf_") else ctx.mpf(value)
+
+
+def _nudged(t: Any, state: tuple, signs: tuple, slack: Any) -> tuple:
+    return t * (1 + signs[-1] * slack), tuple(w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
+
+
+# the numbers at a point
+
+
+@lru_cache(maxsize=64)
+def _expressions(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
+    """Return (expressions, unknown forces, which frictions have a normal) of a point, in a flat order."""
+    unknowns, found, normals = [], [], []
+    for k, f in enumerate(system.frictions):
+        unknowns.append(f.force)
+        if f.normal is not None:
+            unknowns.append(f.normal)
+            normals.append(k)
+    zero = dict.fromkeys(unknowns, sp.S.Zero)
+    for f in system.frictions:
+        reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
+        found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
+    for row in (*(branches.velocity_rate(system, f) for f in system.frictions), *_reactions(system)):
+        found += [row.subs(zero), *(row.diff(u) for u in unknowns)]
+    calm = {e: 0 for f in system.frictions for e in (sp.sign(f.velocity), sp.sign(-f.velocity))}
+    return tuple(e.subs(calm) if e.has(sp.sign) else e for e in found), tuple(unknowns), tuple(normals)
+
+
+def _reactions(system: System) -> Iterator[sp.Expr]:
+    for f in system.frictions:
+        if f.normal is not None:
+            yield f.normal - f.load if f.constraint is None else f.constraint
+
+
+def _point(system: System, numbers: Numbers, t: Any, state: tuple, p: tuple) -> Point:
+    expressions, unknowns, _ = _expressions(system)
+    values = function(system, expressions, numbers.target, numbers.library)(t, *state, *p)
+    split = 6 * len(system.frictions)
+    contacts = tuple(Contact(*values[k : k + 6]) for k in range(0, split, 6))
+    width = 1 + len(unknowns)
+    return Point(contacts, tuple(values[k : k + width] for k in range(split, len(values), width)))
+
+
+# the phases that a friction might go on in
+
+
+def _phases(
+    system: System, k: int, before: Branch | None, lost: set, points: list[Point], numbers: Numbers
+) -> list[Phase]:
+    friction, was = system.frictions[k], before[k] if before else None
+    contacts = [point.contacts[k] for point in points]
+    gap = _gap_sign(friction, k, was, lost, contacts, numbers)
+    found = [] if gap > 0 else _closed(friction, k, was, lost, contacts, numbers)
+    return found + ([OPEN] if friction.gap is not None and gap >= 0 else [])
+
+
+def _gap_sign(
+    friction: Friction, k: int, was: Phase | None, lost: set, contacts: list[Contact], numbers: Numbers
+) -> int:
+    if friction.gap is None:
+        return -1
+    if {("lift_off", k), ("touch_down", k)} & lost:
+        return 0
+    if friction.constraint is not None and was is not None and was != OPEN:
+        return 0
+    sign = numbers.sign([c.gap for c in contacts])
+    if friction.constraint is not None and sign < 0:
+        raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
+    return sign
+
+
+def _closed(
+    friction: Friction, k: int, was: Phase | None, lost: set, contacts: list[Contact], numbers: Numbers
+) -> list[Phase]:
+    resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in lost
+    velocity = 0 if resting else numbers.sign([c.velocity for c in contacts])
+    if branches.lifts(friction):
+        loads: tuple[int, ...] = (1,)
+    elif friction.constraint is not None or ("force_zero", k) in lost:
+        loads = (1, -1)
+    else:
+        load = numbers.sign([c.load for c in contacts])
+        loads = (load,) if load else (1, -1)
+    return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]
+
+
+def _require_few(phases: list[list[Phase]]) -> None:
+    if sum(len(choice) > 1 for choice in phases) > MOST:
+        raise InputError(f"{len(phases)} frictions are undecided at once; combinations are tried for at most {MOST}")
+
+
+# consistency
+
+
+def _ties(system: System, branch: Branch, resting: set[int], points: list[Point], numbers: Numbers) -> list[int] | None:
+    """Return the guards of the branch that derivatives must decide, or None where one is lost already."""
+    solved = [_solve(system, branch, point) for point in points]
+    if any(s is None for s in solved):
+        return None
+    margins = [_margins(system, branch, resting, point, s) for point, s in zip(points, solved, strict=True)]
+    ties = []
+    for key in margins[0]:
+        sign = numbers.sign([m[key] for m in margins])
+        if sign < 0:
+            return None
+        if sign == 0:
+            ties.append(key)
+    guards = mode_of(system, branch).guards
+    return [k for k, guard in enumerate(guards) if (guard.kind, guard.friction, _side(guards, k)) in ties]
+
+
+def _side(guards: tuple, k: int) -> int:
+    """Return 0, or 1 for the second of two guards of one kind and friction (the two edges of stick)."""
+    return int(k > 0 and guards[k][:2] == guards[k - 1][:2])
+
+
+def _solve(system: System, branch: Branch, point: Point) -> dict[sp.Symbol, Any] | None:
+    """Solve for the forces and reactions in numbers, or return None where they are not determined."""
+    _, unknowns, normals = _expressions(system)
+    place = {u: j for j, u in enumerate(unknowns)}
+    rows = [_law(system, k, phase, point, place) for k, phase in enumerate(branch)]
+    for row, k in enumerate(normals, start=len(branch)):
+        rows.append(point.rows[row] if branch[k] != OPEN else _unit(place[system.frictions[k].normal], len(unknowns)))
+    return _gauss(rows, unknowns)
+
+
+def _law(system: System, k: int, phase: Phase, point: Point, place: dict) -> tuple:
+    """Return the row of a friction's law: its constant, then its coefficients."""
+    friction, contact = system.frictions[k], point.contacts[k]
+    if phase.mode == "stick":
+        return point.rows[k]
+    row = [*_unit(place[friction.force], len(place))]
+    if phase != OPEN:
+        factor = phase.load * phase.velocity * contact.kinetic
+        row[0] = factor * contact.load
+        if friction.constraint is not None:
+            row[1 + place[friction.normal]] += factor * contact.reaction
+    return tuple(row)
+
+
+def _unit(place: int, size: int) -> tuple:
+    return tuple(int(j == place + 1) for j in range(size + 1))
+
+
+def _gauss(rows: list[tuple], unknowns: tuple) -> dict | None:
+    rows, size = [list(row) for row in rows], len(unknowns)
+    for j in range(1, size + 1):
+        pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
+        if abs(rows[pivot][j]) <= 1e-30 * max(abs(v) for v in rows[pivot]):
+            return None
+        rows[j - 1], rows[pivot] = rows[pivot], rows[j - 1]
+        for i in range(size):
+            if i != j - 1 and rows[i][j] != 0:
+                factor = rows[i][j] / rows[j - 1][j]
+                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
+    return {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
+
+
+def _margins(system: System, branch: Branch, resting: set[int], point: Point, solved: dict) -> dict[tuple, Any]:
+    """Return, by (kind, friction, side), what must not be negative; at rest it is the rate of the velocity."""
+    forces = (1, *(solved[u] for u in _expressions(system)[1]))
+    found: dict[tuple[str, int, int], Any] = {}
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
+        contact = point.contacts[k]
+        if phase == OPEN:
+            found["touch_down", k, 0] = contact.gap if friction.constraint is None else abs(contact.gap)
+            continue
+        load = contact.load + contact.reaction * solved.get(friction.normal, 0)
+        if friction.gap is not None:
+            found["lift_off", k, 0] = -contact.gap if friction.constraint is None else load
+        if phase.velocity == 0:
+            bound = contact.static * phase.load * load
+            found["slip_onset", k, 0] = bound + solved[friction.force]
+            found["slip_onset", k, 1] = bound - solved[friction.force]
+        else:
+            if not branches.lifts(friction):
+                found["force_zero", k, 0] = phase.load * load
+            rate = sum(a * b for a, b in zip(point.rows[k], forces, strict=True))
+            found["velocity_zero", k, 0] = phase.velocity * (rate if k in resting else contact.velocity)
+    return found
+
+
+def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple) -> bool:
+    """Tell whether a guard that vanishes grows: by its first derivative along the field that does not vanish."""
+    for order in range(1, 2 + min(len(mode.system.states), 5)):
+        derivative = function(mode.system, (mode.derivative(guard, order),), numbers.target, numbers.library)
+        sign = numbers.sign([derivative(t, *w, *p)[0] for t, w in nudged])
+        if sign:
+            return sign > 0
+    return True
+
+
+# the choice
+
+
+def _chosen(system: System, consistent: list[Branch], t: Any, state: tuple, tried: list[Branch]) -> Branch:
+    resting = {branch: {k for k, phase in enumerate(branch) if phase.mode == "stick"} for branch in consistent}
+    left = [b for b in consistent if not any(resting[b] < resting[other] for other in consistent)]
+    distinct = {tuple(mode_of(system, b).rates): b for b in reversed(left)}
+    if len(distinct) == 1:
+        return next(iter(distinct.values()))
+    values = ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, state, strict=True))
+    where = f"at t = {float(t):.6g}, {values}"
+    if not distinct:
+        names = ", ".join(dict.fromkeys(map(branches.name, tried)))
+        raise NoMotion(f"no motion goes on {where}: none of {names} is consistent; the model needs compliance there")
+    names = " and ".join(sorted(map(_told, distinct.values())))
+    raise TwoMotions(f"several motions go on {where}: {names} are all consistent; the model needs compliance there")
+
+
+def _told(branch: Branch) -> str:
+    signs = {1: "velocity > 0", -1: "velocity < 0"}
+    return "+".join(f"{p.mode} ({signs[p.velocity]})" if p.velocity else p.mode for p in branch)

@@ -1,0 +1,115 @@
+"""The loop over segments: one mode after the other, each followed to the guard that ends it, whatever follows it."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from asympk.automaton.automaton import Automaton, NumericMode
+from asympk.errors import Accumulation, UnboundedReaction
+from asympk.path import Event
+from asympk.symbolic.branches import Branch
+
+WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
+
+
+class Segment(NamedTuple):
+    """One stretch of one mode: the time and state at its end, the guard lost there or None, and how it was followed.
+
+    ``short`` says why the segment ends early, "" where it does not; ``work`` and ``samples`` are the flow's own.
+    """
+
+    t: Any
+    state: tuple
+    hit: int | None
+    work: Any = None
+    short: str = ""
+    samples: tuple = ()
+
+
+class Course(NamedTuple):
+    """A run: its last segment, its events, the names of its modes, and all its segments."""
+
+    last: Segment
+    events: tuple[Event, ...]
+    modes: tuple[str, ...]
+    segments: tuple[Segment, ...]
+
+
+Advance = Callable[[NumericMode, Any, tuple, list[Segment]], Segment]
+
+
+def follow(
+    automaton: Automaton,
+    first: Branch,
+    start: tuple,
+    until: Any,
+    advance: Advance,
+    events: int,
+    digits: int | None = None,
+    slack: Any = 2.0**-48,
+) -> Course:
+    """Follow the automaton from ``start`` in the mode ``first`` to ``until``; ``advance`` follows one mode.
+
+    ``advance(mode, t, state, segments)`` returns the next ``Segment``; ``events`` bounds the number of events. The
+    modes are those of doubles, or of mpmath numbers of ``digits`` digits; ``slack`` is the relative error of a state
+    at an event. Raises ``NoMotion``, ``TwoMotions`` and ``Accumulation``.
+    """
+    branch, t, state = first, 0 * until, start
+    marks: list[Event] = []
+    segments: list[Segment] = []
+    mode = automaton.mode(branch, digits)
+    names = [mode.name]
+    while t < until or not segments:
+        segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
+        segments.append(segment)
+        t, state = segment.t, segment.state
+        if segment.short or segment.hit is None:
+            break
+        if mode.kinds[segment.hit][0] == "unbounded":
+            raise unbounded(mode, t, state)
+        state = mode.snapped(segment.hit, t, state)
+        after = automaton.next(branch, (segment.hit,), t, state, slack)
+        if after == branch:
+            continue
+        kind, friction = _kind(mode, segment.hit, after)
+        marks.append(Event(kind, t, state, friction))
+        _require_apart(marks, state, automaton)
+        branch, mode = after, automaton.mode(after, digits)
+        names.append(mode.name)
+        if len(marks) > events:
+            segments[-1] = segment._replace(short=f"limit of {events} events reached", state=state)
+            break
+    last = segments[-1]
+    return Course(last, tuple(marks), tuple(names), tuple(segments))
+
+
+def unbounded(mode: NumericMode, t: Any, state: tuple) -> UnboundedReaction:
+    """Return the error for a rigid contact whose reaction grows beyond all bounds."""
+    at = _told(mode.mode.system, state)
+    return UnboundedReaction(f"the reaction grows beyond all bounds at t = {float(t):.10g}, {at} in mode {mode.name}; "
+                             "the model needs compliance there")  # fmt: skip
+
+
+def _told(system: Any, state: tuple) -> str:
+    return ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, state, strict=True))
+
+
+def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
+    """Return the kind and the friction of an event; at the tip of the cone the load vanishes and stick goes on."""
+    kind, friction = mode.kinds[hit]
+    if kind == "slip_onset" and after[friction].mode == "stick":
+        kind = "force_zero"
+    return kind, friction
+
+
+def _require_apart(marks: list[Event], state: tuple, automaton: Automaton) -> None:
+    """Raise ``Accumulation`` where the intervals between events shrink geometrically to nothing beside the time."""
+    if len(marks) <= WATCHED:
+        return
+    recent = marks[-WATCHED - 1 :]
+    gaps = [b.t - a.t for a, b in pairwise(recent)]
+    tiny = gaps[-1] <= abs(marks[-1].t) * 2.0**-40
+    if tiny and all(later <= before for before, later in zip(gaps[::2], gaps[2::2], strict=False)):
+        at = _told(automaton.system, state)
+        raise Accumulation(f"events accumulate at t = {float(marks[-1].t):.12g}, {at}: {len(marks)} events, the last "
+                           f"{gaps[-1]:.1g} apart; no mode goes on there, end the run before")  # fmt: skip

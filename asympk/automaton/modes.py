@@ -1,0 +1,122 @@
+r"""A system in numbers: the fields, Jacobians and guards of its modes, compiled once per system.
+
+Every function takes ``(t, *state, *p)`` with p the parameters, so that what compiles serves all scenes of a system. The
+emitted text has arithmetic and functions only: numbers of any kind pass through, tracers and expressions too, given a
+library that has the functions. Lie derivatives of a guard along its field tell what happens where the guard vanishes.
+"""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from types import ModuleType
+from typing import Any
+
+import sympy as sp
+
+from asympk.symbolic import branches
+from asympk.symbolic.branches import Branch, Guard
+from asympk.symbolic.lowering import Lowered, lower
+from asympk.symbolic.system import System
+
+_POWER = re.compile(r"\b([A-Za-z_]\w*)\*\*([2-9])\b")
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One smooth mode in the symbols of its system: rates in the order of the states, and guards."""
+
+    system: System
+    branch: Branch
+
+    @property
+    def name(self) -> str:
+        """The name of the mode."""
+        return branches.name(self.branch)
+
+    @cached_property
+    def rates(self) -> tuple[sp.Expr, ...]:
+        """The rate of every state, in the order of ``system.states``."""
+        slow, fast = branches.fields(self.system, self.branch)
+        small = self.system.small
+        return tuple(slow[s] if s in slow else fast[s] / small for s in self.system.states)
+
+    @cached_property
+    def jacobian(self) -> tuple[sp.Expr, ...]:
+        """The derivatives of the rates by the states, row by row."""
+        return tuple(rate.diff(s) for rate in self.rates for s in self.system.states)
+
+    @cached_property
+    def guards(self) -> tuple[Guard, ...]:
+        """The guards, positive inside the mode."""
+        return branches.guards(self.system, self.branch)
+
+    @property
+    def guard_values(self) -> tuple[sp.Expr, ...]:
+        """The expressions of the guards."""
+        return tuple(guard.value for guard in self.guards)
+
+    @property
+    def guard_rates(self) -> tuple[sp.Expr, ...]:
+        """The rates of the guards along the field."""
+        return tuple(self.along(value) for value in self.guard_values)
+
+    @cached_property
+    def guard_gradients(self) -> tuple[tuple[sp.Expr, ...], ...]:
+        """The derivatives of every guard by the states."""
+        return tuple(tuple(value.diff(s) for s in self.system.states) for value in self.guard_values)
+
+    def along(self, expr: sp.Expr) -> sp.Expr:
+        """Return the derivative of ``expr`` along the field: its Lie derivative and its partial one by the time."""
+        moved = sum((expr.diff(s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)
+        return moved + (expr.diff(self.system.time) if self.system.time else 0)
+
+    def derivative(self, guard: int, order: int) -> sp.Expr:
+        """Return the derivative of a guard's value of the given order along the field."""
+        return _derivative(self, guard, order)
+
+
+@lru_cache(maxsize=512)
+def mode_of(system: System, branch: Branch) -> Mode:
+    """Return the mode of a branch; the same object each time, so that its derivations are made once."""
+    return Mode(system, branch)
+
+
+@lru_cache(maxsize=512)
+def _derivative(mode: Mode, guard: int, order: int) -> sp.Expr:
+    return mode.guards[guard].value if order == 0 else mode.along(_derivative(mode, guard, order - 1))
+
+
+@lru_cache(maxsize=1024)
+def function(system: System, outputs: tuple[sp.Expr, ...], target: str, library: Any) -> Callable[..., tuple]:
+    """Return ``f(t, *state, *p)``, a tuple of ``outputs``, on the numbers of ``library``; ``target`` says how it is
+    spelled: ``"math"`` (rational constants rounded once) or ``"mpmath"`` (divided at the library's precision)."""
+    space = {target: library}
+    exec(source(system, outputs, target), space)
+    return space["f"]
+
+
+@lru_cache(maxsize=1024)
+def source(system: System, outputs: tuple[sp.Expr, ...], target: str) -> str:
+    """Return the text of ``f(t, *state, *p)``; whole powers of symbols are products, as Taylor series want them."""
+    plain, time = _plain(system)
+    arguments = (time, *(plain[s] for s in (*system.states, *system.parameters)))
+    lowered: Lowered = lower(arguments, [e.xreplace(plain) for e in outputs], target=target, branching=True)
+    text = replace(lowered, single=False).source
+    return _POWER.sub(lambda found: f"({'*'.join([found[1]] * int(found[2]))})", text) if target == "math" else text
+
+
+@lru_cache(maxsize=64)
+def _plain(system: System) -> tuple[dict[sp.Symbol, sp.Symbol], sp.Symbol]:
+    """Return plain names for all symbols, which may be called ``theta'`` or ``lambda``, and the symbol of the time."""
+    time = sp.Symbol("t", real=True)
+    plain = {s: sp.Symbol(f"w{k}", real=True) for k, s in enumerate(system.states)}
+    plain |= {s: sp.Symbol(f"p{k}", real=True) for k, s in enumerate(system.parameters)}
+    return plain | ({system.time: time} if system.time else {}), time
+
+
+def library(**functions: Any) -> ModuleType:
+    """Return a library of functions that the emitted text can be run on."""
+    found = ModuleType("functions")
+    vars(found).update(functions)
+    return found

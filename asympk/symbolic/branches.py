@@ -1,0 +1,229 @@
+r"""The modes of a system with friction: the unknown forces solved for, one branch of the friction law at a time.
+
+A branch says of every friction whether it slips, sticks or is open, and which sign its load has. It makes the forces F
+and the reactions N the solution of linear equations,
+
+    slip     F + (sign of the load) (sign of v) kinetic load = 0          stick    v' = 0
+    open     F = 0,  N = 0                                                closed   N = load, or constraint = 0
+
+and holds while its guards, expressions that are positive inside it, stay positive. ``forces`` is the function that
+solves; all else is substitution.
+"""
+
+from collections.abc import Iterator
+from itertools import product
+from typing import TYPE_CHECKING, NamedTuple
+
+import sympy as sp
+
+from asympk.errors import InputError
+
+if TYPE_CHECKING:
+    from asympk.symbolic.system import Friction, System
+
+
+class Phase(NamedTuple):
+    """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact."""
+
+    load: int
+    velocity: int
+
+    @property
+    def mode(self) -> str:
+        """Return the name of the mode in which these signs hold."""
+        if self.load == 0:
+            return "open"
+        return ("slip_opposite", "stick", "slip_same")[1 + self.load * self.velocity]
+
+
+OPEN = Phase(0, 0)
+Branch = tuple[Phase, ...]
+
+
+class Guard(NamedTuple):
+    """A function that is positive inside a mode: the kind of event that its loss is, and the friction it belongs to."""
+
+    kind: str
+    friction: int
+    value: sp.Expr
+
+
+def name(branch: Branch) -> str:
+    """Return the name of the mode: that of every friction, joined by ``+``; ``smooth`` without any."""
+    return "+".join(phase.mode for phase in branch) or "smooth"
+
+
+def named(system: "System") -> Iterator[Branch]:
+    """Yield one branch for every name of a mode."""
+    choices = [
+        (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if f.gap is not None else [])) for f in system.frictions
+    ]
+    return product(*choices)
+
+
+def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
+    """Return the slow and the fast field of the mode, ``small`` still before the fast rates."""
+    solved = forces(system, branch)
+    held = _held(system, branch)
+    slow = {s: sp.S.Zero if s in held else _put(system, branch, rate, solved) for s, rate in system.slow.items()}
+    fast = {s: _put(system, branch, rate, solved) for s, rate in system.fast.items()}
+    return sp.Dict(slow), sp.Dict(fast)
+
+
+def where(system: "System", branch: Branch) -> sp.Basic:
+    """Return the condition on the states under which the mode holds, whichever of its two pairs of signs they have."""
+    conditions = []
+    for friction, phase in zip(system.frictions, branch, strict=True):
+        v, load = friction.velocity, friction.load
+        if phase == OPEN:
+            conditions.append(friction.gap > 0)
+        elif phase.velocity:
+            conditions.append(v * load > 0 if phase.mode == "slip_same" else v * load < 0)
+        else:
+            drive, coupling = _sliding(system, branch, friction)
+            bound = friction.static * sp.Abs(load)
+            conditions.append(
+                sp.And(sp.Eq(v, 0), sp.Abs(drive) <= (bound if coupling == 1 else bound * sp.Abs(coupling)))
+            )
+    return sp.And(*conditions)
+
+
+def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
+    """Solve the linear equations of a branch for the forces; raises ``InputError`` where they are singular."""
+    unknowns, equations = [], []
+    for friction, phase in zip(system.frictions, branch, strict=True):
+        unknowns.append(friction.force)
+        equations.append(_friction_law(system, friction, phase))
+        if friction.normal is not None:
+            unknowns.append(friction.normal)
+            equations.append(_reaction_law(friction, phase))
+    equations = [_signed(system, branch, e) for e in equations]
+    if not unknowns:
+        return {}
+    matrix, right = sp.linear_eq_to_matrix(equations, unknowns)
+    if matrix.is_lower:
+        return dict(zip(unknowns, matrix.lower_triangular_solve(right), strict=True))
+    if sp.cancel(matrix.det()) == 0:
+        raise InputError(
+            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
+        )
+    return dict(zip(unknowns, map(_tidy, matrix.LUsolve(right)), strict=True))
+
+
+def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
+    """Return the guards of the mode, forces put in; those that depend on neither state nor time are left out."""
+    solved, found = forces(system, branch), []
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
+        v, load = friction.velocity, friction.load
+        if phase == OPEN:
+            found.append(Guard("touch_down", k, friction.gap))
+            continue
+        if friction.gap is not None:
+            found.append(Guard("lift_off", k, -friction.gap if friction.constraint is None else friction.normal))
+        if phase.velocity:
+            if not lifts(friction):
+                found.append(Guard("force_zero", k, phase.load * load))
+            found.append(Guard("velocity_zero", k, phase.velocity * v))
+        else:
+            bound = friction.static * phase.load * load
+            found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
+        if friction.constraint is not None:
+            found.append(Guard("unbounded", k, phase.load / load))
+    placed = [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
+    moving = {*system.states, system.time}
+    return tuple(g for g in placed if g.value.free_symbols & moving)
+
+
+def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
+    """Return (d, c) of the rate of the sliding velocity, v' = d + c F, a reaction put in as the load."""
+    rate = velocity_rate(system, friction)
+    if friction.normal is not None and friction.constraint is None:
+        rate = rate.subs(friction.normal, friction.load)
+    rate = sp.expand(rate)
+    return rate.subs(friction.force, 0), rate.coeff(friction.force)
+
+
+def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
+    """Return the rate of the sliding velocity along the field, forces as symbols."""
+    v = friction.velocity
+    rate = sum(v.diff(s) * r for s, r in system.rates.items() if v.has(s))
+    return sp.expand(rate + (v.diff(system.time) if system.time else 0))
+
+
+def check(system: "System", friction: "Friction", number: int) -> None:
+    """Refuse a friction that is not one: its velocity without states, its force nowhere or not linear."""
+    which = f"friction {number}" if len(system.frictions) > 1 else "the friction"
+    v, states = friction.velocity, system.states
+    if not v.free_symbols & {*states}:
+        raise InputError(f"{which}: the velocity {v} must depend on the states {', '.join(map(str, states))}")
+    if friction.force in (*states, system.small, system.time):
+        raise InputError(f"{which}: the force {friction.force} is also a state, the small parameter or the time")
+    entering = [r for r in system.rates.values() if r.has(friction.force)]
+    if not entering:
+        raise InputError(f"{which}: the force {friction.force} enters no rate; write it where it acts")
+    if any(r.diff(friction.force, 2) != 0 for r in entering):
+        raise InputError(f"{which}: the force {friction.force} must enter the rates linearly")
+    if friction.load == 0:
+        raise InputError(f"{which}: the load is 0; without a load there is no friction")
+    if any(
+        e is not None and e.has(sp.Float) for e in (v, friction.load, friction.kinetic, friction.static, friction.gap)
+    ):
+        raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
+
+
+def _friction_law(system: "System", friction: "Friction", phase: Phase) -> sp.Expr:
+    if phase == OPEN:
+        return friction.force
+    if phase.velocity:
+        return friction.force + phase.load * phase.velocity * friction.kinetic * friction.load
+    return velocity_rate(system, friction)
+
+
+def _reaction_law(friction: "Friction", phase: Phase) -> sp.Expr:
+    if phase == OPEN:
+        return friction.normal
+    return friction.normal - friction.load if friction.constraint is None else friction.constraint
+
+
+def _sliding(system: "System", branch: Branch, friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
+    others = {f.force for f in system.frictions if f is not friction}
+    found, coupling = drive(system, friction)
+    return (found, coupling) if not others else (found.subs(dict.fromkeys(others, 0)), coupling)
+
+
+def _held(system: "System", branch: Branch) -> set[sp.Symbol]:
+    """Return the states that are sliding velocities of contacts that stick: their rates are 0, not rounded to it."""
+    sticking = (f for f, phase in zip(system.frictions, branch, strict=True) if phase.mode == "stick")
+    return {f.velocity for f in sticking if f.velocity.is_Symbol}
+
+
+def lifts(friction: "Friction") -> bool:
+    """Tell whether the contact opens just where its load vanishes: the load then keeps its sign while closed."""
+    if friction.gap is None:
+        return False
+    if friction.constraint is not None:
+        return True
+    ratio = sp.cancel(friction.load / friction.gap)
+    return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)
+
+
+def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
+    return _tidy(_signed(system, branch, expr).subs(solved))
+
+
+def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
+    """Put the known sign of every sliding velocity and load into its absolute value and sign."""
+    known = {}
+    for friction, phase in zip(system.frictions, branch, strict=True):
+        for quantity, sign in ((friction.velocity, phase.velocity), (friction.load, phase.load)):
+            known |= {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sp.Integer(sign)}
+            known |= {sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): sp.Integer(-sign)}
+    return expr.subs({k: v for k, v in known.items() if not k.is_number}) if expr.has(sp.Abs, sp.sign) else expr
+
+
+def _tidy(expr: sp.Expr) -> sp.Expr:
+    """Expand; quotients of polynomials over a common denominator."""
+    expanded = sp.expand(expr)
+    if sp.denom(sp.together(expanded)).free_symbols and expanded.is_rational_function():
+        return sp.cancel(expanded)
+    return expanded

@@ -1,0 +1,16 @@
+"""The automaton of a scene: of its own system, or of the Painlevé-Klein rod where it names none."""
+
+from typing import Any
+
+from asympk.automaton.automaton import Automaton
+
+
+def automaton_of(scene: Any) -> Automaton:
+    """Return the ``Automaton`` that a scene follows, with the scene's numbers for its parameters."""
+    if scene.system is not None:
+        return Automaton(scene.system, scene.values)
+    from asympk.systems import painleve_klein as pk
+
+    system = pk.system()
+    given = {pk.mu: scene.mu, pk.sigma: scene.sigma, pk.sigma0: scene.sigma0}
+    return Automaton(system, tuple(given[s] for s in system.parameters))
