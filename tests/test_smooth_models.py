@@ -8,7 +8,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import asympk as ap
-from asympk.asymptotics import reduced, smooth
+from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land, root
 from asympk.errors import InputError, NotNormallyHyperbolic, OrderError, OutOfRange
@@ -55,7 +55,11 @@ def _truth(name, small, until):
 
 def _path(name, small, until, method="jump", order=1):
     system, values, start = SCENES[name]
-    return smooth.run(system, {**values, mu: small}, start, until, method, order)
+    return _solved(system, {**values, mu: small}, start, until, method, order)
+
+
+def _solved(system, values, start, until, method="jump", order=1):
+    return ap.solve(ap.Scene(system=system, values=values, start=start, until=until), method, order=order)
 
 
 def test_the_base_point_of_a_linear_system_is_that_of_its_eigenvectors():
@@ -125,27 +129,38 @@ def test_a_fold_stops_the_reduced_flow_by_name_with_the_state_reached():
 
 def test_a_start_on_a_repelling_branch_is_refused():
     with pytest.raises(OutOfRange, match="does not attract"):
-        smooth.run(VAN_DER_POL, {mu: 0.01}, {x: 0, y: 0}, 1)
+        _solved(VAN_DER_POL, {mu: 0.01}, {x: 0, y: 0}, 1)
 
 
 def test_a_start_that_the_layer_carries_to_infinity_is_refused():
     system = ap.System.smooth(slow={x: -x}, fast={y: y**2 - x}, small=mu)
     with pytest.raises(OutOfRange, match="does not settle"):
-        smooth.run(system, {mu: 0.01}, {x: 1, y: 2}, 1)
-    assert smooth.run(system, {mu: 0.01}, {x: 1, y: "1/2"}, 0.1).final[1] == pytest.approx(-1, abs=0.1)
+        _solved(system, {mu: 0.01}, {x: 1, y: 2}, 1)
+    assert _solved(system, {mu: 0.01}, {x: 1, y: "1/2"}, 0.1).final[1] == pytest.approx(-1, abs=0.1)
 
 
 def test_a_layer_on_a_limit_cycle_is_refused():
     radius = 1 - u**2 - v**2
     system = ap.System.smooth(slow={x: u}, fast={u: radius * u - v, v: radius * v + u}, small=mu)
     with pytest.raises(OutOfRange, match="does not settle"):
-        smooth.run(system, {mu: 0.01}, {x: 1, u: 2, v: 0}, 1)
+        _solved(system, {mu: 0.01}, {x: 1, u: 2, v: 0}, 1)
 
 
 def test_orders_and_numbers_that_are_not_known_are_refused():
     with pytest.raises(OrderError):
         _path("cubic", "1/100", 1, order=5)
-    with pytest.raises(InputError, match="give mu, kappa, lambda"):
-        smooth.run(ENZYME, {mu: 0.1}, {x: 1, y: 0}, 1)
     with pytest.raises(InputError, match="within"):
         _path("cubic", "1/100", 1)(2)
+
+
+def test_an_explicit_time_is_a_slow_state_more():
+    t = sp.Symbol("t", real=True)
+    system = ap.System.smooth(slow={x: sp.cos(t)}, fast={y: sp.sin(t) + x - y}, small=mu, time=t)
+    path = _solved(system, {mu: "1/100"}, {x: 0, y: 1}, 2)
+    # y' + y/mu = 2 sin(t)/mu has an elementary solution
+    h = 0.01
+    forced = 2 * (np.sin(2) - h * np.cos(2)) / (1 + h**2)
+    assert path.final == pytest.approx((np.sin(2), forced), abs=3e-4)
+    assert path.final[1] == pytest.approx(2 * (np.sin(2) - h * np.cos(2)), abs=1e-9)
+    assert path(np.linspace(0, 2, 5)).shape == (2, 5)
+    assert path(0)[1] == pytest.approx(1, abs=1e-3)

@@ -8,17 +8,17 @@ layer. ``"jump"`` is the uniform composite: layer + slow - common part,
 The error that a path carries is what the next order changes at ``until``, and what the one after that may still add.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import Landing, land, root
 from asympk.asymptotics.reduced import Reduced
-from asympk.errors import InputError, OrderError, OutOfRange
+from asympk.errors import InputError, NotDerivable, OrderError, OutOfRange
 from asympk.path import Path
-from asympk.scene import number
 
 HIGHEST_ORDER = 4
 EXTRA = 2  # the orders beyond the one asked for, which tell its error
@@ -52,28 +52,36 @@ class Motion:
         return sums[list(self.reduced.orders)]
 
 
-def run(system, values, start, until, method="jump", order=1):
-    """Follow a smooth ``system`` from ``start`` to ``until`` by ``"jump"`` or ``"slow"`` to ``order``.
+def run(scene, method="jump", *, order=1):
+    """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
-    ``values`` gives the parameters and the small one, ``start`` the states, by symbol or name. Raises ``InputError``,
-    ``OrderError``; ``OutOfRange`` where the layer settles on no attracting branch or the expansion does not hold, and
-    ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
+    Raises ``OrderError``; ``NotDerivable`` for a system without fast states, ``OutOfRange`` where the layer settles on
+    no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the slow manifold is lost
+    before ``until``.
     """
-    order = checked_order(method, order)
-    mode = system.modes[0]
-    states = (*mode.slow, *mode.fast)
-    parameters = parameters_of(system)
-    mu, *numbers = _given(values, (system.small, *parameters), "values")
-    begin = tuple(_given(start, states, "start"))
-    until = float(until)
-    motion = follow(formulas(mode, system.small, parameters, order + EXTRA), order, begin, mu, tuple(numbers), until,
-                    method == "jump")  # fmt: skip
-    final = motion.states(until)
+    order, system = checked_order(method, order), scene.system
+    if system.small is None:
+        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
+    given = dict(zip(system.parameters, map(float, scene.values), strict=True))
+    mu, until = given.pop(system.small), float(scene.until)
+    mode = _autonomous(system)
+    begin = (*map(float, scene.start[: len(system.slow)]), *[0.0] * (len(mode.slow) - len(system.slow)),
+             *map(float, scene.start[len(system.slow) :]))  # fmt: skip
+    known = formulas(mode, system.small, tuple(given), order + EXTRA)
+    motion = follow(known, order, begin, mu, tuple(given.values()), until, method == "jump")
+    kept = [i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time]
+    path = Dense(motion, kept, until)
     error = predicted_error(motion, until)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
-    return Path(None, method, tuple(final[0].tolist()), (), (mode.name,), Dense(motion, until), error)
+    return Path(scene, method, tuple(path(until).tolist()), (), (mode.name,), path, error)
+
+
+def _autonomous(system):
+    """Return the mode of a smooth system; an explicit time is one slow state more."""
+    mode = system.modes[0]
+    return mode if system.time is None else replace(mode, slow=sp.Dict({**mode.slow, system.time: 1}))
 
 
 def follow(known, order, begin, mu, values, until, layered=True):
@@ -105,14 +113,6 @@ def predicted_error(motion, t):
     return float((first + 2 * second / (1 - ratio) + left) / scale + ROUNDING * motion.rtol)
 
 
-def parameters_of(system):
-    """Return the parameters of a smooth system but its small one, sorted by name."""
-    mode = system.modes[0]
-    states = {*mode.slow, *mode.fast, system.small}
-    found = set().union(*(rate.free_symbols for rate in (*mode.slow.values(), *mode.fast.values()))) - states
-    return tuple(sorted(found, key=str))
-
-
 def checked_order(method, order):
     """Return the order; raises ``OrderError``."""
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
@@ -120,22 +120,16 @@ def checked_order(method, order):
     return order
 
 
-def _given(numbers, symbols, what):
-    by_name = {str(s): float(number(f"{what} {s}", v)) for s, v in numbers.items()}
-    if by_name.keys() != {str(s) for s in symbols}:
-        raise InputError(f"{what} = {sorted(by_name)}: give {', '.join(map(str, symbols))}")
-    return [by_name[str(s)] for s in symbols]
-
-
 @dataclass(frozen=True)
 class Dense:
     """The motion to the order asked for at any times in [0, until]: an array of shape ``(states,) + t.shape``."""
 
     motion: Motion
+    kept: list[int]
     until: float
 
     def __call__(self, t):
         times = np.asarray(t, dtype=float)
         if not ((times >= 0) & (times <= self.until)).all():
             raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
-        return self.motion.states(times)[0]
+        return self.motion.states(times)[0][self.kept]
