@@ -175,7 +175,6 @@ def test_a_twisting_relay_accumulates_where_its_events_shrink_geometrically_to()
     total = 1.5 / (1 - math.sqrt(0.5))
     with pytest.raises(Accumulation, match=r"events accumulate at t = 5\.1213203") as caught:
         follow(twisting, {"x": 1, "v": 0}, 60)
-    assert "x = 0" in str(caught.value)
     assert float(str(caught.value).split("t = ")[1].split(",")[0]) == pytest.approx(total, rel=1e-9)
 
 
