@@ -24,6 +24,7 @@ class Field:
     jacobian: Callable
     p: tuple
     kinds: tuple = ()
+    timed: bool = False
 
     def guard_values(self, t, state):
         """Return the values of the guards: there are none."""
