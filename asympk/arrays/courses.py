@@ -35,6 +35,7 @@ from asympk.arrays.kernels import (
 SAFE = 1e-10
 NEAR = 1e-6
 SMALLEST = 1e-3
+SELDOM = 1e-3
 BLOCK = 8192
 NONE = np.array([], dtype=np.intp)
 
@@ -80,6 +81,11 @@ class Setting:
     def holds(self):
         """Whether z = 0 is met within the static cone by what comes along Pi2, where s = -1/sigma."""
         return np.greater(self.sigma0 + 3, -self.sigma)
+
+    @cached_property
+    def seldom_misfits(self):
+        """Whether so few starts of size one do not fit their course that each may be followed alone."""
+        return self.mu <= SELDOM * np.minimum(self.sigma * self.sigma, 1.0)
 
     @cached_property
     def reach(self):
@@ -210,19 +216,20 @@ EVENTS = {direct: 0, raised: 1, thrown: 3, lifted: 2, turned: 3, drifted: 2, tur
 
 
 def follow(p, x, y, z, until, final, count, note=None):
-    """Put final states and numbers of events of the trajectories on common courses in place; return the other rows.
+    """Put final states and numbers of events of the trajectories on common courses in place.
 
-    ``note(kind, rows, t, x, y, z)`` is told the events, those of a trajectory in order of time.
+    Return the rows of no course, and those that do not fit the course that they seemed to take. ``note(kind, rows, t,
+    x, y, z)`` is told the events, those of a trajectory in order of time.
     """
     if not np.any(p.reach > 0):
-        return np.arange(x.size)
-    others = [NONE]
+        return np.arange(x.size), NONE
+    others, misfits = NONE, [NONE]
     for course, rows in _sorted_out(p, x, y, z, until):
         if course is None:
-            others.append(_indices(rows))
+            others = rows
             continue
-        others += [_along(course, block, p, x, y, z, until, final, count, note) for block in _blocks(rows)]
-    return np.concatenate(others)
+        misfits += [_along(course, block, p, x, y, z, until, final, count, note) for block in _blocks(rows)]
+    return others, np.concatenate(misfits)
 
 
 def _sorted_out(p, x, y, z, until):
