@@ -49,9 +49,9 @@ def solve(scene, method="exact", **options):
 def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options):
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``method="exact"`` returns an ``Ensemble`` with ``final`` (3, ...), ``n_events``, ``events()`` and ``outcome``, which
-    says where a trajectory could not be followed; its options are ``events=True``, to keep the events, ``strict=True``,
-    to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
+    ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
+    a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
+    ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. Raises ``UnknownName``, ``InputError``;
     strict ones also ``TooManyEvents``, ``TooLarge`` and ``Undecided``, the models ``OrderError``.

@@ -178,8 +178,7 @@ def _common(arguments, start, stop, result):
     others, misfits = courses.follow(setting, x, y, z, until, result.final[:, own], result.count[own],
                                      result.note(start))
     few = misfits[np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]]
-    for row in few.tolist():
-        _alone(arguments, start + row, result)
+    _one_by_one(arguments, few + start, result)
     return np.concatenate([others, np.setdiff1d(misfits, few, assume_unique=True)]) + start
 
 
@@ -200,8 +199,7 @@ def _uncommon(arguments, rows, result):
         known = ~(doubtful | endless)[story.events[0]]
         trajectory, kind, *state = (v[known] for v in story.events)
         result.notes.append((rows[trajectory], kind, *(v.astype(float) for v in state)))
-    for row in rows[doubtful].tolist():
-        _alone(arguments, row, result)
+    _one_by_one(arguments, rows[doubtful], result)
 
 
 def _too_many(story, i):
@@ -210,14 +208,17 @@ def _too_many(story, i):
                          f"({x:.6g}, {y:.6g}, {z:.6g}); take a smaller until")  # fmt: skip
 
 
-def _alone(arguments, row, result):
-    """Follow one trajectory by the scalar flow."""
-    sigma, sigma0, mu, *start, until = (arguments[name].array([row]).item() for name in ORDER)
-    try:
-        path = exact.run(Scene(sigma, mu, tuple(start), until, sigma0))
-    except _REFUSALS as reason:
-        result.leave(row, reason)
-        return
+def _one_by_one(arguments, rows, result):
+    """Follow trajectories by the scalar flow."""
+    given = (arguments[name].array(rows).tolist() for name in ORDER)
+    for row, sigma, sigma0, mu, *start, until in zip(rows.tolist(), *given, strict=True):
+        try:
+            _put(exact.run(Scene(sigma, mu, tuple(start), until, sigma0)), row, result)
+        except _REFUSALS as reason:
+            result.leave(row, reason)
+
+
+def _put(path, row, result):
     at = row - result.first
     result.final[:, at], result.count[at] = path.final, len(path.events)
     if result.notes is not None and path.events:

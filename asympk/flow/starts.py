@@ -5,7 +5,7 @@ fractions.
 """
 
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from math import isqrt
 
 from asympk.errors import Undecided
@@ -102,15 +102,30 @@ def _from_unstable_line(flow, case, x, s):
     size = abs(s) + abs(line.line) + abs(line.lift * x)
     if not abs(s - line.line - line.lift * x) <= size / 64:
         return None
-    return m.number(exact_deviation(*map(Fraction, (case.sigma, case.mu, case.x, case.y)), 8 * m.prec))
+    line, lift, rest = _unstable_line(case.sigma, case.mu, 8 * m.prec)
+    x, y = Fraction(case.x), Fraction(case.y)
+    return m.number(x + y + line + lift * x if y or x != rest else 0)
 
 
-def exact_deviation(sigma, mu, x, y, bits):
-    """Return s - s_slow(x) on the unstable line of slip_opposite as a Fraction, right to about ``bits`` bits."""
-    k = -mu / sigma
-    if not y and sigma * x == -1:
-        return 0
+@lru_cache(maxsize=64)
+def _unstable_line(sigma, mu, bits):
+    """Return (line, lift, x at rest) of ``s = -line - lift x``, the slow line of slip_opposite where sigma > 0.
+
+    As Fractions they are exact where they are rational, else dyadic and right to about ``bits`` bits: quick to add.
+    """
+    sigma = Fraction(sigma)
+    k = -Fraction(mu) / sigma
     square = 1 - 4 * k
-    root = Fraction(isqrt(square.numerator * square.denominator << 2 * bits), square.denominator << bits)
-    rho = (1 + root) / 2
-    return x + y + 1 / (sigma * rho) + k * x / rho**2
+    whole = square.numerator * square.denominator
+    digits = isqrt(whole << 2 * bits)
+    rho = (1 + Fraction(digits, square.denominator << bits)) / 2
+    line, lift = 1 / (sigma * rho), k / rho**2
+    if digits * digits == whole << 2 * bits:
+        return line, lift, -1 / sigma
+    return _dyadic(line, bits), _dyadic(lift, bits), -1 / sigma
+
+
+def _dyadic(value, bits):
+    """Return the Fraction cut to ``bits`` leading bits."""
+    shift = bits + value.denominator.bit_length() - abs(value.numerator).bit_length()
+    return Fraction((value.numerator << shift) // value.denominator, 1 << shift) if shift > 0 else Fraction(int(value))
