@@ -27,7 +27,7 @@ METHODS = {
 # the same for the scene of a system without a kernel of its own
 FOR_SYSTEMS = {
     name: module for name, module in METHODS.items() if module.startswith("integrators") and name != "moreau"
-} | {"exact": "integrators.stepped"}
+} | {"exact": "integrators.stepped", "slow": "asymptotics.smooth", "jump": "asymptotics.smooth"}
 # method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
 FOR_ARRAYS = {
     "exact": "arrays.ensemble",
@@ -54,6 +54,8 @@ def solve(scene, method="exact", **options):
     if name not in FOR_SYSTEMS:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(FOR_SYSTEMS)}")  # fmt: skip
+    if name == "exact" and _found("affine.run", "affine")(scene.system):
+        return _run({name: "affine.run"}, name, scene, options)
     return _run(FOR_SYSTEMS, name, scene, options)
 
 
@@ -88,11 +90,12 @@ def _known(method, registry):
 def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options):
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``method="exact"`` returns an ``Ensemble`` with ``final`` (3, ...), ``n_events`` and ``events()``; its options are
-    ``events=True``, to keep the events, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
+    ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
+    a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
+    ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. Raises ``UnknownName``, ``InputError``;
-    ``"exact"`` also ``TooManyEvents`` and ``TooLarge``, the models ``OrderError``.
+    strict ones also ``TooManyEvents``, ``TooLarge`` and ``Undecided``, the models ``OrderError``.
     """
     if method not in FOR_ARRAYS:
         raise UnknownName(f"method {method!r} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "

@@ -4,7 +4,7 @@ import sympy as sp
 
 
 def reduce_under(condition, assumptions):
-    """Simplify a conjunction of relations, solving those in one parameter within that parameter's assumed range.
+    """Simplify a conjunction of conditions, solving those rational in one parameter within its assumed range.
 
     >>> sigma, mu = sp.symbols("sigma mu", real=True)
     >>> reduce_under(sp.And(sigma + 4 > 0, -sigma < 0, mu < sigma), sigma > -2)
@@ -13,7 +13,7 @@ def reduce_under(condition, assumptions):
     kept, by_parameter = [], {}
     for relation in sp.And.make_args(sp.sympify(condition)):
         symbols = relation.free_symbols
-        if len(symbols) == 1:
+        if len(symbols) == 1 and _is_rational(relation):
             by_parameter.setdefault(*symbols, []).append(relation)
         else:
             kept.append(relation)
@@ -24,8 +24,17 @@ def reduce_under(condition, assumptions):
 def assumed_range(parameter, assumptions):
     """Return the set of reals that the assumptions, those that name only ``parameter``, leave to it."""
     alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter}]
-    positive = [parameter > 0] if parameter.is_positive else []
-    return _solutions(alone + positive, parameter)
+    return sp.Intersection(_declared(parameter), _solutions(alone, parameter))
+
+
+def _declared(parameter):
+    """Return the reals that the symbol's own assumptions leave to it."""
+    declared = {"positive": (0, sp.oo, True), "negative": (-sp.oo, 0, True),
+                "nonnegative": (0, sp.oo), "nonpositive": (-sp.oo, 0)}  # fmt: skip
+    for word, (start, end, *is_open) in declared.items():
+        if getattr(parameter, f"is_{word}"):
+            return sp.Interval(start, end, *(is_open * 2))
+    return sp.S.Reals
 
 
 def _within(parameter, relations, assumptions):
@@ -55,7 +64,22 @@ def between(parameter, span):
     return sp.And(*sides)
 
 
-def _solutions(relations, parameter):
+def _is_rational(condition):
+    """Tell whether every relation in a condition is between rational functions."""
+    return all(side.is_rational_function() for relation in condition.atoms(sp.Rel) for side in relation.args)
+
+
+def _solutions(conditions, parameter):
+    """Return the set of reals on which all of the conditions hold."""
     anything = sp.Dummy(real=True)  # a Symbol assumed positive would hide the negative half of the line
-    sets = [sp.solveset(r.subs(parameter, anything), anything, sp.S.Reals) for r in relations]
+    sets = [_solution(c.subs(parameter, anything), anything) for c in conditions]
     return sp.Intersection(sp.S.Reals, *sets)
+
+
+def _solution(condition, parameter):
+    if isinstance(condition, sp.Not):
+        return sp.S.Reals - _solution(condition.args[0], parameter)
+    if isinstance(condition, sp.And | sp.Or):
+        join = sp.Intersection if isinstance(condition, sp.And) else sp.Union
+        return join(*(_solution(part, parameter) for part in condition.args))
+    return sp.solveset(condition, parameter, sp.S.Reals)

@@ -1,18 +1,20 @@
 r"""Critical manifolds g(x, y, 0) = 0 of every mode: where they live, and whether they attract.
 
-A branch y = h_0(x) is normally hyperbolic where dg/dy is regular on it; the signs of the real parts of the
-eigenvalues of dg/dy, here by the determinants of Hurwitz, tell attracting from repelling directions.
+A branch y = h_0(x) is normally hyperbolic where no eigenvalue of dg/dy on it has the real part 0; the signs of the
+real parts, here by the determinants of Hurwitz, tell attracting from repelling directions.
 """
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
-from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.expansion import by_powers, fast_jacobian, vanishes
+from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
+from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
+from asympk.symbolic.signs import nonzero, positive
 from asympk.symbolic.system import Mode
+from asympk.symbolic.values import by_symbol, exact, names
 
 
 @dataclass(frozen=True)
@@ -33,31 +35,53 @@ class CriticalManifold:
     @cached_property
     def jacobian(self):
         """The matrix dg/dy on the manifold."""
-        return fast_jacobian(self.dynamics, self.small).subs(self.branch, simultaneous=True).applyfunc(sp.factor)
+        at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
+        return fast_jacobian(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
+
+    @cached_property
+    def characteristic(self):
+        """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates."""
+        return tuple(map(sp.factor, self.jacobian.charpoly().all_coeffs()))
 
     @cached_property
     def exists(self):
-        """The condition under which the manifold is normally hyperbolic: det dg/dy != 0."""
-        return nonzero(self.jacobian.det(), self.assumptions)
+        """The condition under which the manifold is normally hyperbolic: no eigenvalue of dg/dy is imaginary or 0."""
+        return off_axis(self.characteristic, self.assumptions)
+
+    @cached_property
+    def attracting(self):
+        """The condition under which every eigenvalue of dg/dy has a negative real part."""
+        return attracting(self.characteristic, self.assumptions)
+
+    @cached_property
+    def repelling(self):
+        """The condition under which every eigenvalue of dg/dy has a positive real part."""
+        return repelling(self.characteristic, self.assumptions)
+
+    @cached_property
+    def saddle(self):
+        """The condition under which dg/dy has eigenvalues on both sides of the imaginary axis and none on it."""
+        return split(self.characteristic, self.assumptions)
+
+    @cached_property
+    def folds(self):
+        """The condition under which the manifold folds or meets another: det dg/dy = 0."""
+        return sp.to_nnf(sp.Not(nonzero(self.jacobian.det(), self.assumptions)))
 
     @cached_property
     def stability(self):
-        """``"stable"``, ``"unstable"`` (all fast directions attract, repel), ``"saddle"`` (neither), by sign of dg/dy.
+        """``"stable"``, ``"unstable"`` (all fast directions attract, repel), ``"saddle"`` (neither), by real parts.
 
         A ``Piecewise`` of these names, as symbols, where it depends on parameters or on the place. Raises
-        ``NotNormallyHyperbolic`` where dg/dy is singular on the whole manifold.
+        ``NotNormallyHyperbolic`` where dg/dy has an eigenvalue on the imaginary axis on the whole manifold.
         """
-        matrix = self.jacobian
         if self.exists == sp.false:
-            raise NotNormallyHyperbolic(f"{determinant(self.branch)} vanishes on {equations(self.branch)}")
-        cases = {"stable": _hurwitz(matrix), "unstable": _hurwitz(-matrix), "saddle": []}
-        if len(self.branch) == 1:
-            del cases["saddle"]
-        kinds = [(name, sp.And(*(positive(d, self.assumptions) for d in ds))) for name, ds in cases.items()]
-        kinds = [(name, condition) for name, condition in kinds if condition != sp.false]
-        if kinds and kinds[0][1] == sp.true:
-            return kinds[0][0]
-        return sp.Piecewise(*((sp.Symbol(name), condition) for name, condition in kinds))
+            raise NotNormallyHyperbolic(f"{self._degeneracy()} on {equations(self.branch)}")
+        kinds = {"stable": self.attracting, "unstable": self.repelling, "saddle": self.saddle}
+        cases = [(sp.Symbol(name), condition) for name, condition in kinds.items() if condition != sp.false]
+        if cases and cases[0][1] == sp.true:
+            return cases[0][0].name
+        return sp.Piecewise(*cases)
 
     @cached_property
     def domain(self):
@@ -72,18 +96,30 @@ class CriticalManifold:
         Raises ``NotNormallyHyperbolic`` where the manifold does not exist, ``InputError`` for values outside the
         assumptions, floats and unknown names.
         """
-        given = _values(values, self._parameters())
+        values = by_symbol(values, self._parameters(), "this manifold")
+        given = {symbol: exact(value, symbol) for symbol, value in values.items()}
         if self.assumptions.subs(given) == sp.false:
             raise InputError(f"{equations(given)} is outside the range of this system, {self.assumptions}")
-        if self.exists.subs(given) == sp.false:
+        mode = replace(
+            self.dynamics,
+            where=self.dynamics.where.subs(given),
+            slow=_put(self.dynamics.slow, given),
+            fast=_put(self.dynamics.fast, given),
+        )
+        branch, assumptions = _put(self.branch, given), self.assumptions.subs(given)
+        found = replace(self, dynamics=mode, branch=branch, assumptions=assumptions)
+        if found.exists == sp.false:
             raise NotNormallyHyperbolic(
-                f"{determinant(self.branch)} vanishes on {equations(self.branch)} ({equations(given)}); "
+                f"{found._degeneracy()} on {equations(self.branch)} ({equations(given)}); "
                 f"{self.name} exists only for {_text(self.exists)}"
             )
-        put = {part: sp.Dict(_put(getattr(self.dynamics, part), given)) for part in ("slow", "fast")}
-        mode = replace(self.dynamics, where=self.dynamics.where.subs(given), **put)
-        branch = sp.Dict(_put(self.branch, given))
-        return replace(self, dynamics=mode, branch=branch, assumptions=self.assumptions.subs(given))
+        return found
+
+    def _degeneracy(self):
+        """Say what keeps the manifold from being normally hyperbolic."""
+        if self.characteristic[-1] == 0:
+            return f"{determinant(self.branch)} vanishes"
+        return "dg/dy has eigenvalues with real part 0 (a centre)"
 
     def _parameters(self):
         parts = [*self.dynamics.slow.values(), *self.dynamics.fast.values(), self.dynamics.where, self.assumptions]
@@ -135,67 +171,12 @@ def _same_symbols(branch, mode):
             raise InputError(f"the branch's {s} and the system's {s} differ in their assumptions; use one Symbol")
 
 
-def positive(expr, assumptions=sp.true):
-    """Return the condition under which ``expr``, which is not 0, is positive; factors of known sign are left out.
-
-    Symbols are taken as real, and so is ``expr``; a root of something is then positive.
-    """
-    if expr.has(sp.I):
-        return sp.StrictGreaterThan(expr, 0, evaluate=False)
-    content, factors = _factors(expr)
-    rest = sp.sign(content)
-    for factor, power in factors:
-        if power % 2 == 1:
-            rest *= {sp.true: 1, sp.false: -1}.get(_relation(factor, assumptions), factor)
-    return _relation(rest, assumptions)
-
-
-def nonzero(expr, assumptions=sp.true):
-    """Return the condition under which ``expr`` is not 0, factors that never vanish left out."""
-    if expr.has(sp.I) or expr == 0:
-        return sp.Ne(expr, 0)
-    factors = [f for f, _ in _factors(expr)[1] if _relation(f, assumptions) not in (sp.true, sp.false)]
-    return sp.And(*(_reduced(sp.Ne(f, 0), assumptions) for f in factors))
-
-
-def names(symbols):
-    return ", ".join(sorted(map(str, symbols))) or "nothing"
-
-
 def equations(values):
     return ", ".join(f"{symbol} = {value}" for symbol, value in values.items())
 
 
 def determinant(branch):
     return "det dg/dy" if len(branch) > 1 else f"dg/d{next(iter(branch))}"
-
-
-def _factors(expr):
-    numerator, denominator = sp.fraction(sp.together(expr))
-    return sp.factor_list(numerator * denominator)
-
-
-@lru_cache(maxsize=256)
-def _relation(expr, assumptions):
-    """Return ``expr > 0``, True or False where that follows from the symbols being real and the assumptions."""
-    real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
-    known = sp.sympify(expr.subs(real) > 0)
-    return known if known in (sp.true, sp.false) else _reduced(expr > 0, assumptions)
-
-
-def _reduced(relation, assumptions):
-    """Solve a rational relation in one symbol within its assumed range; leave any other as it is."""
-    if len(relation.free_symbols) == 1 and all(side.is_rational_function() for side in relation.args):
-        return reduce_under(relation, assumptions)
-    return relation
-
-
-def _hurwitz(matrix):
-    """Return the determinants that are all positive when every eigenvalue of ``matrix`` has a negative real part."""
-    a = matrix.charpoly().all_coeffs()
-    n = len(a) - 1
-    table = sp.Matrix(n, n, lambda i, j: a[2 * j - i + 1] if 0 <= 2 * j - i + 1 <= n else 0)
-    return [table[:k, :k].det() for k in range(1, n + 1)]
 
 
 def _located(part, states, assumptions):
@@ -223,16 +204,4 @@ def _text(condition):
 
 
 def _put(rates, given):
-    return {symbol: rate.subs(given) for symbol, rate in rates.items()}
-
-
-def _values(values, parameters):
-    by_name = {p.name: p for p in parameters}
-    unknown = values.keys() - by_name.keys()
-    if unknown:
-        raise InputError(f"{names(unknown)} is not a parameter of this manifold; it has {names(by_name)}")
-    given = {by_name[name]: sp.sympify(value, rational=isinstance(value, str)) for name, value in values.items()}
-    for symbol, value in given.items():
-        if value.has(sp.Float):
-            raise InputError(f"{symbol} = {value} is a float; give it exactly, as a string or a Rational")
-    return given
+    return sp.Dict({symbol: rate.subs(given) for symbol, rate in rates.items()})

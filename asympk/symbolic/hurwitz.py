@@ -1,0 +1,97 @@
+r"""Where the roots of a real polynomial lie in the complex plane, as conditions on its coefficients.
+
+For p = c_n s^n + ... + c_0, c_n > 0, all real parts are negative where the determinants of Hurwitz are positive. With
+p(i w) = E(u) + i w O(u), u = -w^2, a root lies on the imaginary axis where c_0 = 0 or E and O share a root u < 0: their
+resultant vanishes there, and the lowest of their subresultants that does not is what they share (Gantmacher, The Theory
+of Matrices, chapter XV).
+"""
+
+import sympy as sp
+
+from asympk.errors import NotDerivable
+from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.signs import conjunction, nonzero, positive
+from asympk.symbolic.values import names
+
+_U = sp.Dummy("u", real=True)
+
+
+def attracting(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+    """Return the condition under which all roots have negative real parts; coefficients from the highest, c_n > 0."""
+    return conjunction([(d, 1) for d in _determinants(coefficients)], assumptions)
+
+
+def repelling(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+    """Return the condition under which all roots have positive real parts; coefficients from the highest, c_n > 0."""
+    return attracting([(-1) ** k * c for k, c in enumerate(coefficients)], assumptions)
+
+
+def split(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+    """Return the condition under which roots lie on both sides of the imaginary axis and none on it."""
+    if len(coefficients) == 2:
+        return sp.false
+    if len(coefficients) == 3:
+        return conjunction([(coefficients[-1], -1)], assumptions)
+    sides = attracting(coefficients, assumptions), repelling(coefficients, assumptions)
+    return reduce_under(sp.And(off_axis(coefficients, assumptions), *map(sp.Not, sides)), assumptions)
+
+
+def off_axis(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
+    """Return the condition under which no root lies on the imaginary axis, False where one always does.
+
+    With seven roots or more the condition leaves out the parameters at which three pairs +-s appear at once. Raises
+    ``NotDerivable`` where for all parameters there are three such pairs or more.
+    """
+    coefficients = tuple(map(sp.sympify, coefficients))
+    last = coefficients[-1]
+    if last == 0:
+        return sp.false
+    if len(coefficients) == 2:
+        return nonzero(last, assumptions)
+    even, odd = _parts(coefficients)
+    shared = sp.gcd(even, odd)
+    sequence = sp.subresultants(*(sp.quo(part, shared) for part in (even, odd)))
+    conditions = [nonzero(last, assumptions)]
+    if shared.degree() > 0:
+        conditions.append(_no_negative_root(shared, assumptions))
+    if any(r.degree() > 0 for r in sequence):
+        conditions.append(_no_common_negative_root(sequence, assumptions))
+    return reduce_under(sp.And(*conditions), assumptions)
+
+
+def _no_common_negative_root(sequence, assumptions):
+    """Tell from the subresultants of E and O: the lowest that does not vanish is their greatest common divisor."""
+    cases = [nonzero(sequence[-1].as_expr(), assumptions)]
+    for degree in (1, 2):
+        vanish = [sp.Eq(c, 0) for r in sequence if 0 < r.degree() < degree for c in r.all_coeffs()]
+        cases += [sp.And(*vanish, _no_negative_root(r, assumptions)) for r in sequence if r.degree() == degree]
+    return sp.Or(*cases)
+
+
+def _parts(coefficients):
+    """Return E(u) and O(u) of p(i w) = E + i w O, u = -w^2, as polynomials in u."""
+    rising = [*coefficients][::-1]
+    return (sp.Poly(rising[start::2][::-1] or [0], _U) for start in (0, 1))
+
+
+def _no_negative_root(poly, assumptions):
+    """Return the condition under which a polynomial in u, not 0 at 0, has no root u < 0."""
+    lead, *rest = poly.all_coeffs()
+    if len(rest) == 1:
+        return positive(-lead * rest[0], assumptions)
+    if len(rest) == 2:
+        complex_pair = positive(4 * lead * rest[1] - rest[0] ** 2, assumptions)
+        return sp.Or(complex_pair, conjunction([(lead * rest[1], 1), (-lead * rest[0], 1)], assumptions))
+    if not poly.free_symbols_in_domain:
+        return sp.sympify(poly.count_roots(None, 0) == 0)
+    raise NotDerivable(
+        f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for "
+        f"{names(poly.free_symbols_in_domain)} to tell centres from saddles"
+    )
+
+
+def _determinants(coefficients):
+    """Return the determinants of Hurwitz; all but the last, and c_0."""
+    a, n = coefficients, len(coefficients) - 1
+    table = sp.Matrix(n, n, lambda i, j: a[2 * j - i + 1] if 0 <= 2 * j - i + 1 <= n else 0)
+    return *(table[:k, :k].det(method="berkowitz") for k in range(1, n)), a[n]

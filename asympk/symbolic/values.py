@@ -1,0 +1,86 @@
+"""Values of symbols as a user gives them: by symbol or by name, exact where they are spelt exactly."""
+
+from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from difflib import get_close_matches
+from fractions import Fraction
+from numbers import Integral
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+
+
+def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: str = "parameter") -> dict:
+    """Return ``values`` keyed by symbol; a name stands for every symbol so called.
+
+    Raises ``InputError`` for a key that is none of ``symbols``, with the nearest name, and for one given twice.
+
+    >>> by_symbol({"a": 1}, sp.symbols("a b"), "this system")
+    {a: 1}
+    """
+    symbols = sorted(symbols, key=str)
+    if not isinstance(values, Mapping | sp.Dict):
+        example = f"{{{symbols[0].name!r}: 1}}" if symbols else "{}"
+        raise InputError(f"{values!r:.60} is not a mapping from each {kind} of {owner} to its value, such as {example}")
+    found = {}
+    for key, value in values.items():
+        meant = [s for s in symbols if s == key or s.name == key]
+        if not meant:
+            raise InputError(_unknown(key, symbols, owner, kind))
+        if twice := found.keys() & {*meant}:
+            raise InputError(f"{names(twice)} is given twice, by symbol and by name; give it once")
+        found |= dict.fromkeys(meant, value)
+    return found
+
+
+def exact(value: Any, name: Any) -> sp.Expr:
+    """Return a number as SymPy's: an int, a Fraction, a Decimal, a string such as "1/4", or a constant without floats.
+
+    Raises ``InputError`` for anything else; a float is refused since it is not the decimal that it shows.
+    """
+    number = _number(value)
+    if number is None or number.has(sp.Float) or number.is_number is False or number.is_finite is False:
+        if isinstance(value, float | sp.Float):
+            raise InputError(f"{name} = {value} is a float; give it exactly, as a string or a Rational")
+        raise InputError(f"{name} = {value!r:.60} is not a number; give an int, a Fraction or a string such as '1/4'")
+    return number
+
+
+def is_exact(value: Any) -> bool:
+    """Tell whether ``value`` is a single number that is spelt exactly, rather than a float or an array."""
+    return isinstance(value, int | str | Fraction | Decimal | Integral | sp.Expr) and not isinstance(value, sp.Float)
+
+
+def names(symbols: Iterable) -> str:
+    """Return the names in order, as a list in words."""
+    return ", ".join(sorted(map(str, symbols))) or "nothing"
+
+
+def nearest(word: Any, known: Iterable) -> str:
+    """Return ``; did you mean ...?`` for the one of ``known`` that is spelt most like ``word``, or nothing."""
+    close = get_close_matches(str(word)[:60], [str(k) for k in known], n=1)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def _unknown(key, symbols, owner, kind):
+    if isinstance(key, sp.Symbol) and key.name in {s.name for s in symbols}:
+        return f"the Symbol {key} has other assumptions than the {kind} of {owner}; give it by name, {key.name!r}"
+    known = {s.name for s in symbols}
+    return f"{key!s:.60} is not a {kind} of {owner}; it has {names(known)}{nearest(key, known)}"
+
+
+def _number(value):
+    if isinstance(value, bool):
+        return None
+    if isinstance(value, Integral):
+        return sp.Integer(int(value))
+    if isinstance(value, sp.Expr):
+        return value
+    if isinstance(value, Fraction):
+        return sp.Rational(value.numerator, value.denominator)
+    try:
+        return sp.Rational(value) if isinstance(value, str | Decimal) else None
+    except (TypeError, ValueError):
+        return None
