@@ -111,6 +111,8 @@ def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     unknowns, matrix, right = _equations(system, branch)
     if not unknowns:
         return {}
+    if heavy(sp.Tuple(*matrix)):
+        return _by_elimination(system, branch, matrix, right, unknowns)
     if sp.cancel(matrix.det()) == 0:
         raise InputError(
             f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
@@ -130,6 +132,20 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
             equations.append(_reaction_law(friction, phase))
     equations = [_signed(system, branch, e) for e in equations]
     return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+
+
+def _by_elimination(
+    system: "System", branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:
+    """Solve with coefficients that are too long to expand: by elimination among symbols that stand for them."""
+    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    if (determinant := names.det(method="berkowitz")) == 0:
+        raise InputError(
+            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
+        )
+    meaning = {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
+    found = names.adjugate() * right / determinant
+    return {u: value.subs(meaning) for u, value in zip(unknowns, found, strict=True)}
 
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
@@ -194,7 +210,8 @@ def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """Return the rate of an expression in the states along the field, forces as symbols."""
     rate = sum(expr.diff(s) * r for s, r in system.rates.items() if expr.has(s))
-    return sp.expand(rate + (expr.diff(system.time) if system.time else 0))
+    rate += expr.diff(system.time) if system.time else 0
+    return rate if heavy(rate) else sp.expand(rate)
 
 
 def check(system: "System", friction: "Friction", number: int) -> None:
@@ -254,6 +271,11 @@ def lifts(friction: "Friction") -> bool:
     return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)
 
 
+def heavy(expr: sp.Basic) -> bool:
+    """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
+    return bool(expr.has(sp.Function) or any(not p.exp.is_Integer for p in expr.atoms(sp.Pow))) and expr.count_ops() > 60
+
+
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
     return _tidy(_signed(system, branch, expr).subs(solved))
 
@@ -269,7 +291,9 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 
 
 def _tidy(expr: sp.Expr) -> sp.Expr:
-    """Expand; quotients of polynomials over a common denominator."""
+    """Expand what is not heavy; quotients of polynomials over a common denominator."""
+    if heavy(expr):
+        return expr
     expanded = sp.expand(expr)
     if sp.denom(sp.together(expanded)).free_symbols and expanded.is_rational_function():
         return sp.cancel(expanded)
