@@ -273,7 +273,8 @@ def lifts(friction: "Friction") -> bool:
 
 def heavy(expr: sp.Basic) -> bool:
     """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
-    return bool(expr.has(sp.Function) or any(not p.exp.is_Integer for p in expr.atoms(sp.Pow))) and expr.count_ops() > 60
+    rational = not expr.has(sp.Function) and all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
+    return not rational and expr.count_ops() > 60
 
 
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
