@@ -166,13 +166,13 @@ def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
         if friction.constraint is not None and phase.velocity:
-            found += _determined(system, k, phase)
+            found += _unambiguous(system, k, phase)
     placed = [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
     moving = {*system.states, system.time}
     return tuple(g for g in placed if g.value.free_symbols & moving)
 
 
-def _determined(system: "System", k: int, phase: Phase) -> list[Guard]:
+def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:
     """Return the guards of a sliding rigid contact: its reaction stays determined, and no second one comes up.
 
     With one contact, 0 = g'' = a + p N. A motion that is the only one has p > 0, and so has, in a constraint that holds
