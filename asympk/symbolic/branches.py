@@ -175,8 +175,8 @@ def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
 def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:
     """Return the guards of a sliding rigid contact: its reaction stays determined, and no second one comes up.
 
-    With one contact, 0 = g'' = a + p N. A motion that is the only one has p > 0, and so has, in a constraint that holds
-    both ways, the motion with the other sign of N. With several contacts the guard is the inverse of the load.
+    With one contact, 0 = a + p N, and p has the sign that it has without friction where a motion is the only one; in a
+    constraint that holds both ways so has that p which the other sign of N would have. With several contacts the guard is the inverse of the load.
     """
     friction = system.frictions[k]
     if len(system.frictions) > 1:
@@ -188,9 +188,10 @@ def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:
 
 
 def _stiffness(friction: "Friction", phase: Phase) -> sp.Expr:
-    """Return p, the factor of the reaction in the constraint with the force of slip put in."""
+    """Return p, the factor of the reaction in the constraint with the force of slip put in, times that without it."""
     slip = -phase.load * phase.velocity * friction.kinetic * friction.load
-    return friction.constraint.subs(friction.force, slip).diff(friction.normal)
+    alone = friction.constraint.diff(friction.normal)
+    return alone * friction.constraint.subs(friction.force, slip).diff(friction.normal)
 
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
