@@ -176,7 +176,8 @@ def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:
     """Return the guards of a sliding rigid contact: its reaction stays determined, and no second one comes up.
 
     With one contact, 0 = a + p N, and p has the sign that it has without friction where a motion is the only one; in a
-    constraint that holds both ways so has that p which the other sign of N would have. With several contacts the guard is the inverse of the load.
+    constraint that holds both ways so has that p which the other sign of N would have. With several contacts the guard
+    is the inverse of the load.
     """
     friction = system.frictions[k]
     if len(system.frictions) > 1:
