@@ -71,7 +71,7 @@ def fields(kinetics, scaling):
     x, y, z = state_names(kinetics, scaling.small)
     rest = completing(kinetics)
     reaction = x + scaling.ratio * y
-    rates = _velocities(kinetics, rest, -scaling.closing * y, z)
+    rates = velocities(kinetics, rest, -scaling.closing * y, z)
     put = lambda expr: tidy(expr.xreplace(rates))  # noqa: E731
     normal = NORMAL if kinetics.unilateral else reaction
     gap, slip, others = _accelerations(kinetics, rest, normal, put)
@@ -104,7 +104,7 @@ def _basis(kinetics, chosen):
     return sp.Matrix.vstack(sp.Matrix(kinetics.directions), *(sp.eye(n)[j, :] for j in chosen))
 
 
-def _velocities(kinetics, rest, closing, z):
+def velocities(kinetics, rest, closing, z):
     """Return every velocity in terms of g' = ``closing``, z and the kept rates, guides in motion included."""
     still = dict.fromkeys(kinetics.velocities, 0)
     gap_drift, slip_drift = (expr.subs(still) for expr in (kinetics.gap_rate, kinetics.slip))

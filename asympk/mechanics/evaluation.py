@@ -1,5 +1,6 @@
 """Expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
+from fractions import Fraction
 from functools import lru_cache
 
 import sympy as sp
@@ -55,6 +56,13 @@ def _piece(expr, values):
 def _function(expr, symbols):
     plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
     return lower(tuple(plain.values()), expr.xreplace(plain), "numpy")
+
+
+def exact(name, value):
+    """Return a number as the rational that it is, an exact SymPy number as it stands; raises ``InputError``."""
+    if isinstance(value, sp.Expr) and value.is_number and not value.has(sp.Float):
+        return value
+    return sp.Rational(*Fraction(number(name, value)).as_integer_ratio())
 
 
 def as_floats(name, value):

@@ -144,6 +144,15 @@ class Mechanism:
         """Count the rigid motions on arrays of states and parameters that broadcast; see ``rigid.motion_map``."""
         return rigid.motion_map(self.plain, self._keys(values))
 
+    def paradox_set(self, ranges, values=None):
+        """Return where there is a paradox over one or two coordinates or parameters; see ``paradox.paradox_set``."""
+        return paradox.paradox_set(self.plain, self._keys(ranges), self._keys(values or {}))
+
+    def least_critical_friction(self, coordinate, values=None):
+        """Return the least critical friction over ``coordinate`` and where it is; see ``paradox.least``."""
+        (name,) = self._keys({coordinate: 0})
+        return paradox.least(self.plain, name, self._keys(values or {}), self._own)
+
     def jump_law(self, ratio=None, damping=None):
         """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump.jump_law``."""
         return jump.jump_law(self.plain, self._own, ratio, damping)
@@ -155,6 +164,20 @@ class Mechanism:
     def elastic(self, compliance, damping):
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``; see ``elastic.elastic``."""
         return elastic.elastic(self.plain, compliance, damping)
+
+    def start(self, system, values):
+        """Return a start of its elastic or rigid ``system`` at coordinates, rates and parameters given by name.
+
+        The elastic contact starts without reaction, x = y = 0, with z the sliding velocity.
+        """
+        given = self._keys(values)
+        own = {*self.plain.coordinates, *self.plain.velocities}
+        fixed = {s: 0 for s in system.states if s not in own}
+        sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
+        fixed |= {z: float(evaluate((self.plain.slip,), given)[0]) for z in sliding}
+        if missing := [str(s) for s in system.states if s in own and s not in given]:
+            raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
+        return {s.name: fixed[s] if s in fixed else given[s] for s in system.states}
 
     @cached_property
     def _names(self):
