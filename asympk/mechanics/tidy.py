@@ -8,7 +8,7 @@ from functools import lru_cache, reduce
 
 import sympy as sp
 
-LONG = 300  # operations: beyond, a shorter form costs seconds and is not readable either
+LONG = 200  # operations: beyond, a shorter form costs seconds and is not readable either
 
 
 @lru_cache(maxsize=4096)
@@ -45,7 +45,7 @@ def _normal_forms(expr):
     """Yield ``expr`` as a fraction without squares of sines, and without squares of cosines."""
     expanded = sp.expand_trig(expr)
     angles = sorted({part.args[0] for part in expanded.atoms(sp.sin, sp.cos)}, key=sp.default_sort_key)
-    names = {angle: (sp.Dummy("s"), sp.Dummy("c")) for angle in angles}
+    names = {angle: (sp.Symbol(f"sine#{k}"), sp.Symbol(f"cosine#{k}")) for k, angle in enumerate(angles)}
     renamed = {f(angle): names[angle][k] for angle in angles for k, f in enumerate((sp.sin, sp.cos))}
     parts = sp.fraction(sp.cancel(expanded.subs(renamed)))
     back = {name: function for function, name in renamed.items()}
