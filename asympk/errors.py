@@ -72,6 +72,10 @@ class Accumulation(AsympkError, RuntimeError):
     """Events accumulate at a point in time: no mode of the system lasts beyond it."""
 
 
+class UnboundedReaction(AsympkError, ArithmeticError):
+    """The reaction of a rigid contact grows beyond all bounds: no motion of the rigid model goes on."""
+
+
 class Unfinished(AsympkError, RuntimeError):
     """A run did not reach its end; ``path`` is what it did follow, and its ``info`` says why it stopped."""
 

@@ -27,7 +27,7 @@ METHODS = {
 # the same for the scene of a system without a kernel of its own
 FOR_SYSTEMS = {
     name: module for name, module in METHODS.items() if module.startswith("integrators") and name != "moreau"
-} | {"exact": "integrators.stepped"}
+} | {"exact": "integrators.stepped", "slow": "asymptotics.smooth", "jump": "asymptotics.smooth"}
 # method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
 FOR_ARRAYS = {
     "exact": "arrays.ensemble",
@@ -54,6 +54,8 @@ def solve(scene, method="exact", **options):
     if name not in FOR_SYSTEMS:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(FOR_SYSTEMS)}")  # fmt: skip
+    if name == "exact" and _found("affine.run", "affine")(scene.system):
+        return _run({name: "affine.run"}, name, scene, options)
     return _run(FOR_SYSTEMS, name, scene, options)
 
 

@@ -1,18 +1,12 @@
 """Scene: parameters, start and horizon of one trajectory, kept exactly as they were given."""
 
 import math
-import re
 from dataclasses import dataclass
 from fractions import Fraction
-from numbers import Integral, Rational
 from typing import Any
 
 from asympk.errors import InputError, NoManifold
-
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
-_LONGEST = 4000
-_LARGEST = 2.0**1023
-_WIDEST = 40000  # powers of two in an mpf
+from asympk.numbers import number, short
 
 # manifold -> (mode that holds it, sign of s z in that mode)
 MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}
@@ -57,7 +51,7 @@ class Scene:
     def _place(self):
         put = object.__setattr__
         if not hasattr(self.system, "placed"):
-            raise InputError(f"system = {_short(self.system)}: it must be a System; build it with ap.System")
+            raise InputError(f"system = {short(self.system)}: it must be a System; build it with ap.System")
         if not (self.sigma is None and self.mu is None and self.sigma0 is None):
             raise InputError("sigma, mu and sigma0 belong to the rod; give the parameters of a system in values=")
         values, start = self.system.placed({} if self.values is None else self.values, self.start)
@@ -80,7 +74,7 @@ class Scene:
         ``NoManifold`` where the mode has no slow line, ``InputError`` where the start is not in its mode.
         """
         if manifold not in MANIFOLDS:
-            raise InputError(f"manifold = {_short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
+            raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
         x, offset, z = number("x", x), number("offset", offset), number("z", z)
         y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)
         scene = cls(sigma, mu, (x, y, z), until, sigma0, name, (manifold, offset))
@@ -101,61 +95,11 @@ def _slow_y(manifold, sigma, mu, x):
     return slow_root * float(x - 1 / Fraction(b))
 
 
-def number(name, value, allowed=None, words=""):
-    """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed."""
-    exact = _exact(name, value)
-    if not -_LARGEST <= exact <= _LARGEST:
-        raise InputError(f"{name} = {_short(value)}: it must be finite, and a double must be able to hold it")
-    if allowed and not allowed(exact):
-        raise InputError(f"{name} = {_short(value)}: it must be {words}")
-    return exact
-
-
-def _exact(name, value):
-    if type(value) in (float, int):
-        return value
-    if isinstance(value, str):
-        return _parsed(name, value)
-    if isinstance(value, float):
-        return float(value)
-    if isinstance(value, Integral) and not isinstance(value, bool):
-        return int(value)
-    if isinstance(value, Rational) and not isinstance(value, bool):
-        return Fraction(value.numerator, value.denominator)
-    if hasattr(value, "_mpf_"):
-        return _from_mpf(name, value)
-    if type(value).__module__ == "numpy" and value.ndim == 0 and value.dtype.kind in "iuf":
-        return _exact(name, value.item())
-    raise InputError(f"{name} = {_short(value)}: it must be a number: int, float, Fraction, str or mpf")
-
-
-def _parsed(name, text):
-    bare = text.strip()
-    if len(bare) > _LONGEST or not _DECIMAL.fullmatch(bare):
-        raise InputError(f"{name} = {_short(text)}: it must be a decimal such as '0.2' or '1e-6', or a ratio, '1/3'")
-    try:
-        return Fraction(bare)
-    except ZeroDivisionError:
-        raise InputError(f"{name} = {_short(text)}: it must not divide by zero") from None
-
-
-def _from_mpf(name, value):
-    sign, mantissa, exponent, _ = value._mpf_
-    if (not mantissa and exponent) or abs(exponent) > _WIDEST:
-        raise InputError(f"{name} = {_short(value)}: it must be finite, and a double must be able to hold it")
-    return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
-
-
 def _triple(start):
     try:
         values = () if isinstance(start, str) else tuple(start)
     except TypeError:
         values = ()
     if len(values) != 3:
-        raise InputError(f"start = {_short(start)}: it must be three numbers (x, y, z)")
+        raise InputError(f"start = {short(start)}: it must be three numbers (x, y, z)")
     return tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True))
-
-
-def _short(value):
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,12 +1,11 @@
 """Arguments that broadcast: read, checked, and handed out a few rows at a time, without a copy of the whole."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from asympk.errors import InputError
-from asympk.scene import number
+from asympk.numbers import number, short
 
 LARGEST = 2.0**1023
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
@@ -80,11 +79,11 @@ def numbers(name, value):
     try:
         values = np.asarray(value)
     except ValueError:
-        raise InputError(f"{name} = {_short(value)}: it must be a number or an array of numbers") from None
+        raise InputError(f"{name} = {short(value)}: it must be a number or an array of numbers") from None
     if values.dtype.kind in "OUS":
         values = _read_each(name, values.astype(object))
     if values.dtype.kind not in "iuf":
-        raise InputError(f"{name} = {_short(value)}: it must be a number or an array of numbers")
+        raise InputError(f"{name} = {short(value)}: it must be a number or an array of numbers")
     return values
 
 
@@ -128,8 +127,3 @@ def _place(name, at):
 
 def _size(shape):
     return int(np.prod(shape))
-
-
-def _short(value: Any):
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else text[:57] + "..."

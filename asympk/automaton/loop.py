@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.automaton.automaton import Automaton, NumericMode
-from asympk.errors import Accumulation
+from asympk.errors import Accumulation, UnboundedReaction
 from asympk.path import Event
 from asympk.symbolic.branches import Branch
 
@@ -65,6 +65,8 @@ def follow(
         t, state = segment.t, segment.state
         if segment.short or segment.hit is None:
             break
+        if mode.kinds[segment.hit][0] == "unbounded":
+            raise unbounded(mode, t, state)
         state = mode.snapped(segment.hit, t, state)
         after = automaton.next(branch, (segment.hit,), t, state, slack)
         if after == branch:
@@ -79,6 +81,17 @@ def follow(
             break
     last = segments[-1]
     return Course(last, tuple(marks), tuple(names), tuple(segments))
+
+
+def unbounded(mode: NumericMode, t: Any, state: tuple) -> UnboundedReaction:
+    """Return the error for a rigid contact whose reaction grows beyond all bounds."""
+    at = _told(mode.mode.system, state)
+    return UnboundedReaction(f"the reaction grows beyond all bounds at t = {float(t):.10g}, {at} in mode {mode.name}; "
+                             "the model needs compliance there")  # fmt: skip
+
+
+def _told(system: Any, state: tuple) -> str:
+    return ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, state, strict=True))
 
 
 def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
@@ -96,7 +109,10 @@ def _require_apart(marks: list[Event], state: tuple, automaton: Automaton) -> No
     recent = marks[-WATCHED - 1 :]
     gaps = [b.t - a.t for a, b in pairwise(recent)]
     tiny = gaps[-1] <= abs(marks[-1].t) * 2.0**-40
-    if tiny and all(later <= before for before, later in zip(gaps[::2], gaps[2::2], strict=False)):
-        at = ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(automaton.system.states, state, strict=True))
-        raise Accumulation(f"events accumulate at t = {float(marks[-1].t):.12g}, {at}: {len(marks)} events, the last "
-                           f"{gaps[-1]:.1g} apart; no mode goes on there, end the run before")  # fmt: skip
+    if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
+        ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
+        limit = marks[-1].t + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
+        raise Accumulation(
+            f"events accumulate at t = {float(limit):.12g}, {_told(automaton.system, state)}: {len(marks)} events, "
+            f"the last {float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"
+        )

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
 from asympk.certify.enclosure import Guard, State, first_event, segment
 from asympk.errors import InputError
+from asympk.numbers import number
 from asympk.path import Event
-from asympk.scene import number
 from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")

@@ -3,7 +3,7 @@
 from bisect import bisect_right
 
 from asympk.errors import InputError
-from asympk.scene import number
+from asympk.numbers import number
 
 
 class Dense:

@@ -11,10 +11,10 @@ from importlib.util import find_spec
 from time import monotonic
 from typing import NamedTuple
 
-from asympk.automaton.loop import follow
-from asympk.errors import InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
+from asympk.automaton.loop import Segment, follow
+from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
+from asympk.numbers import number
 from asympk.path import Path
-from asympk.scene import number
 from asympk.systems.automata import automaton_of
 
 # method -> module of asympk.integrators that has ``advance``
@@ -74,7 +74,12 @@ def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, eve
 
         def on(mode, t, state, segments):
             left = Limits(steps - sum(s.work.steps for s in segments), deadline)
-            return advance(method, mode, t, state, until, rtol, atol, left, [v for v in times if v > t])
+            try:
+                return advance(method, mode, t, state, until, rtol, atol, left, [v for v in times if v > t])
+            except AsympkError:
+                raise
+            except (ArithmeticError, ValueError):
+                return Segment(t, state, None, Work(), "left the range of floats")
 
         return follow(automaton, first, start, until, on, events)
 

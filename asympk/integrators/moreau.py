@@ -12,8 +12,8 @@ from time import monotonic
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
 from asympk.integrators.integrate import Work, dense, endpoints, finished, report
+from asympk.numbers import number
 from asympk.path import Event, Path
-from asympk.scene import number
 from asympk.symbolic.branches import Phase
 from asympk.systems.automata import automaton_of
 

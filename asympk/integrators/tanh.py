@@ -6,7 +6,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.integrators.onefield import follow
-from asympk.scene import number
+from asympk.numbers import number
 from asympk.symbolic.placing import exact
 
 

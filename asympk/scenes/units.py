@@ -13,8 +13,8 @@ from typing import NamedTuple
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.numbers import number
 from asympk.path import Event
-from asympk.scene import number
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein, rod
 

@@ -24,7 +24,8 @@ from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series, series, solve
 from asympk.methods import solve as follow
-from asympk.scene import Scene, number
+from asympk.numbers import number
+from asympk.scene import Scene
 from asympk.storage.rows import provenance, write_rows
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein

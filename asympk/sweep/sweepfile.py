@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from asympk.errors import InputError
-from asympk.scene import number
+from asympk.numbers import number
 from asympk.storage.tomlfile import parse_table, plain, read_table, refuse_unknown, word
 
 FIELDS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.scene import number
+from asympk.numbers import number
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
@@ -17,15 +17,9 @@ if TYPE_CHECKING:
 def place(system: "System", values: Any, start: Any) -> tuple[tuple, tuple]:
     """Return (values, start) as exact numbers in the order of the system's parameters and states.
 
-    ``values`` is a mapping by symbol or name; ``start`` is one, too, or a sequence in the order of the states. Raises
-    ``InputError``.
+    Both are mappings by symbol or name, or sequences in that order. Raises ``InputError``.
     """
     found = _numbers("values", values, system.parameters, "parameter")
-    if isinstance(start, Iterable) and not isinstance(start, Mapping | str):
-        start = list(start)
-        if len(start) != len(system.states):
-            raise InputError(f"start has {len(start)} numbers; the states are {_names(system.states)}")
-        start = dict(zip(system.states, start, strict=True))
     placed = _numbers("start", start, system.states, "state")
     _require_assumed(system, dict(zip(system.parameters, found, strict=True)))
     return found, placed
@@ -38,6 +32,11 @@ def exact(value: Any) -> sp.Rational:
 
 
 def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -> tuple:
+    if isinstance(given, Iterable) and not isinstance(given, Mapping | str):
+        given = list(given)
+        if len(given) != len(symbols):
+            raise InputError(f"{what} has {len(given)} numbers for {len(symbols)}: {_names(symbols)}")
+        given = dict(zip(symbols, given, strict=True))
     if not isinstance(given, Mapping):
         raise InputError(f"{what} = {given!r}: it must be a mapping from each {kind} ({_names(symbols)}) to a number")
     by_name = {}
@@ -91,6 +90,8 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
             raise InputError(f"values: {given} is refused; the system assumes {assumption}")
     for friction in system.frictions:
         kinetic, static = (sp.sympify(b).subs(rational) for b in (friction.kinetic, friction.static))
+        if kinetic.is_negative:
+            raise InputError(f"values: kinetic friction {kinetic} is negative; friction opposes the velocity")
         if (static - kinetic).is_negative:
             raise InputError(
                 f"values: static friction {static} is below the kinetic one, {kinetic}; make it at least that"

@@ -5,7 +5,7 @@ A smooth mode is
     x' = f(x, y, t, mu),    mu y' = g(x, y, t, mu),
 
 with slow states x, fast states y and the small parameter mu; a system without fast states needs none. Every dry
-friction has a sliding velocity v, a linear expression in the states, and a force F that may enter every rate linearly:
+friction has a sliding velocity v, an expression in the states, and a force F that may enter every rate linearly:
 
     F = -kinetic |load| sign(v)   (slip, v != 0),      v' = 0 with |F| <= static |load|   (stick, v = 0).
 
@@ -39,8 +39,8 @@ class Mode:
 class Friction:
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
-    ``velocity`` is linear in the states and may contain the time, as that of a belt does; ``load``, ``kinetic`` and
-    ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
+    ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic``
+    and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
     open, without load, while ``gap > 0``. ``normal`` is the symbol, if any, under which the load enters the rates: it
     is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression linear in
     ``normal`` and the forces that vanishes while the contact is closed, ``normal`` is the reaction that this equation
@@ -262,6 +262,7 @@ def _check(system: System) -> None:
         raise InputError(f"the state {twice[0]} is given twice")
     if small in states:
         raise InputError(f"{small} is the small parameter and a state; give one of them another name")
+    _require_one_symbol_each(system)
     for s, rate in system.rates.items():
         if rate.has(sp.Float):
             raise InputError(f"the rate of {s} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
@@ -269,3 +270,15 @@ def _check(system: System) -> None:
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
     for number, friction in enumerate(system.frictions):
         branches.check(system, friction, number)
+
+
+def _require_one_symbol_each(system: System) -> None:
+    """Refuse a parameter that has the name of a state, a force or the time, and other assumptions."""
+    special = [*system.states, system.time, *(s for f in system.frictions for s in (f.force, f.normal))]
+    names = {s.name for s in special if s is not None}
+    for parameter in system.parameters:
+        if parameter.name in names:
+            raise InputError(
+                f"{parameter} is written with two Symbols of that name, which differ in their assumptions; make one, "
+                "such as sp.Symbol(..., real=True), and use it throughout"
+            )

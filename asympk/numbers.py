@@ -1,0 +1,87 @@
+"""The one reader of numbers: what a caller gives becomes an exact int, float or Fraction, or is refused in one line.
+
+Strings are read here and nowhere else: a decimal or a ratio of integers, of bounded length and exponent, and never a
+formula.
+"""
+
+import re
+from decimal import Decimal
+from fractions import Fraction
+from numbers import Integral, Rational
+from typing import Any
+
+from asympk.errors import InputError
+
+_SPELT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
+_LONGEST = 4000  # digits
+_FARTHEST = 9999  # powers of ten
+_WIDEST = 40000  # powers of two in an mpf
+_LARGEST = 2.0**1023
+_RANGE = "it must be finite, and a double must be able to hold it"
+_KINDS = "int, float, Fraction, Decimal, str or mpf"
+
+
+def number(name: str, value: Any, allowed=None, words: str = "") -> int | float | Fraction:
+    """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed.
+
+    ``value`` is an int, float, Fraction, Decimal, mpf, a NumPy scalar, or a string that spells a decimal ("0.2" is
+    1/5) or a ratio ("1/3"). ``allowed`` is the condition, ``words`` what it says after "it must be".
+    """
+    exact = _exact(name, value)
+    if not -_LARGEST <= exact <= _LARGEST:
+        raise InputError(f"{name} = {short(value)}: {_RANGE}")
+    if allowed and not allowed(exact):
+        raise InputError(f"{name} = {short(value)}: it must be {words}")
+    return exact
+
+
+def short(value: Any) -> str:
+    """Return ``repr(value)`` on one line of at most 60 characters, for a message."""
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python spells no integer of more than some thousand digits
+        return f"({type(value).__name__} of very many digits)"
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _exact(name, value):
+    if type(value) in (float, int):
+        return value
+    if isinstance(value, str):
+        return _spelt(name, value)
+    if isinstance(value, float):
+        return float(value)
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return int(value)
+    if isinstance(value, Rational) and not isinstance(value, bool):
+        return Fraction(int(value.numerator), int(value.denominator))
+    if isinstance(value, Decimal):
+        return _from_decimal(name, value)
+    if hasattr(value, "_mpf_"):
+        return _from_mpf(name, value)
+    if type(value).__module__ == "numpy" and value.ndim == 0 and value.dtype.kind in "iuf":
+        return _exact(name, value.item())
+    raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}")
+
+
+def _spelt(name, text):
+    bare = text.strip()
+    if len(bare) > _LONGEST or not _SPELT.fullmatch(bare):
+        raise InputError(f"{name} = {short(text)}: it must be a decimal such as '0.2' or '1e-6', or a ratio, '1/3'")
+    try:
+        return Fraction(bare)
+    except ZeroDivisionError:
+        raise InputError(f"{name} = {short(text)}: it must not divide by zero") from None
+
+
+def _from_decimal(name, value):
+    if not value.is_finite() or abs(value.adjusted()) > _FARTHEST or len(value.as_tuple().digits) > _LONGEST:
+        raise InputError(f"{name} = {short(value)}: {_RANGE}")
+    return Fraction(value)
+
+
+def _from_mpf(name, value):
+    sign, mantissa, exponent, _ = value._mpf_
+    if (not mantissa and exponent) or abs(exponent) > _WIDEST:
+        raise InputError(f"{name} = {short(value)}: {_RANGE}")
+    return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
