@@ -26,7 +26,7 @@ def closed(assumptions):
 
     >>> a, b = sp.symbols("a b", real=True)
     >>> closed(sp.And(b > -2, a >= b))
-    (a > -2) & (b > -2) & (a >= b)
+    (a >= b) & (a > -2) & (b > -2)
     """
     found = []
     for relation in sp.And.make_args(assumptions):
