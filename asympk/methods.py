@@ -4,6 +4,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import InputError, UnknownName
+from asympk.numbers import short
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
 METHODS = {
@@ -38,8 +39,8 @@ def solve(scene, method="exact", **options):
     ``method="exact"`` is the event-driven closed form; ``digits=n`` runs it on mpmath numbers. Options belong to
     the method. Raises ``UnknownName`` for a method that does not exist, ``InputError`` for an option it does not have.
     """
-    if method not in METHODS:
-        raise UnknownName(f"method {method!r} is unknown; choose one of {', '.join(METHODS)}")
+    if not isinstance(method, str) or method not in METHODS:
+        raise UnknownName(f"method {short(method)} is unknown; choose one of {', '.join(METHODS)}")
     run = _found(METHODS[method], "run")
     if options:
         _require_known(method, run, options)
@@ -55,8 +56,8 @@ def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. Raises ``UnknownName``, ``InputError``;
     ``"exact"`` also ``TooManyEvents`` and ``TooLarge``, the models ``OrderError``.
     """
-    if method not in FOR_ARRAYS:
-        raise UnknownName(f"method {method!r} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
+    if not isinstance(method, str) or method not in FOR_ARRAYS:
+        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
     run = _found(FOR_ARRAYS[method], "solve_many")
     if options:

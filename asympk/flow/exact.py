@@ -7,16 +7,18 @@ be told, or where the range of doubles ends, the flow is followed on mpmath numb
 
 from functools import lru_cache
 from itertools import pairwise
-from numbers import Integral
 from typing import Any, NamedTuple
 
-from asympk.errors import InputError, TooLarge, Undecided
+from asympk.errors import TooLarge, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.flow.dense import Dense
 from asympk.flow.legs import Flow, follow
 from asympk.flow.rounding import calm, estimate, largest
 from asympk.flow.starts import beginning
+from asympk.multiprecision import as_mpf
+from asympk.numbers import whole
 from asympk.path import Event, Path
+from asympk.scene import in_doubles
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
@@ -48,20 +50,15 @@ def run(scene, method="exact", *, digits=None):
     """
     if digits is None:
         return _in_doubles(scene)
-    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
+    digits = whole("digits", digits, 1, MOST_DIGITS)
     case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
-    digits = int(digits)
     legs, error = _certified(case, digits)
-    return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
+    return _path(scene, digits, _rounded(legs, as_mpf), legs, as_mpf(error), as_mpf)
 
 
 def _in_doubles(scene):
     near = scene.near_to and (scene.near_to[0], float(scene.near_to[1]))
-    sigma, mu = float(scene.sigma), float(scene.mu)
-    if sigma == -2 or mu == 0:
-        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
-    case = Case(sigma, float(scene.sigma0), mu, *map(float, scene.start), float(scene.until), near)
+    case = Case(*in_doubles(scene), *map(float, scene.start), float(scene.until), near)
     try:
         legs = legs_of(Doubles, case)
         error = TRUSTED if calm(legs, case.until) else estimate(legs, TRUSTED)
@@ -157,9 +154,3 @@ def _double(value):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
                        "ask for digits=, or a smaller until")
     return rounded
-
-
-def _mpf(value):
-    import mpmath
-
-    return mpmath.mp.make_mpf(value._mpf_)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from asympk.errors import InputError, MissingPackage, OutOfRange, UnknownName
 from asympk.integrators.piecewise import first_phase, next_phase, piece_of, rod, snapped
-from asympk.numbers import number
+from asympk.numbers import number, numbers
 from asympk.path import Event, Path
 
 # method -> module of asympk.integrators that has ``advance``
@@ -33,6 +33,7 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
     "kvaerno5": ("diffrax", "diffrax"),
 }
 FINISHED = "finished"
+LEAST_MU = 1e-300
 
 
 class Work(NamedTuple):
@@ -126,7 +127,7 @@ def dense(start, reached, sample):
     def at(t):
         import numpy as np
 
-        t = np.asarray(t, dtype=float)
+        t = numbers("t", t).astype(float)
         times, where = np.unique(t, return_inverse=True)
         if times.size and not (times[0] >= 0 and times[-1] <= reached):
             wrong = times[-1] if times[0] >= 0 else times[0]
@@ -145,7 +146,10 @@ def report(leg, work, options):
 
 
 def endpoints(scene):
-    """Return the start and the horizon of a scene as floats."""
+    """Return the start and the horizon of a scene as floats; raises ``InputError`` where 1/mu is beyond them."""
+    mu = float(scene.mu)
+    if mu < LEAST_MU:
+        raise InputError(f"mu = {mu}: integrators divide by it; give at least {LEAST_MU}, or method='exact'")
     return tuple(float(v) for v in scene.start), float(scene.until)
 
 

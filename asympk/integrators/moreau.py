@@ -14,6 +14,7 @@ from asympk.integrators.integrate import Leg, Work, dense, endpoints, report
 from asympk.integrators.piecewise import Phase, first_phase, rod, sign
 from asympk.numbers import number
 from asympk.path import Event, Path
+from asympk.scene import in_doubles
 
 COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps with three solutions"}
 
@@ -43,7 +44,7 @@ def run(
 
 
 def _march(scene, start, until, h, prefer, steps, deadline):
-    friction = (float(scene.sigma), float(scene.sigma0), float(scene.mu))
+    friction = in_doubles(scene)
     times, states, phases = [0.0], [start], [first_phase(rod(scene), start)]
     counts, short = dict.fromkeys(COUNTED.values(), 0), ""
     while times[-1] < until:

@@ -8,6 +8,7 @@ from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
 from asympk.integrators.integrate import Limits, dense, endpoints, report, tolerances
 from asympk.path import Path
+from asympk.scene import in_doubles
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ def follow(scene, method, field, solver, rtol, atol, steps, seconds, **options):
 
 def friction_field(scene, direction, slope):
     """Return the field with F = -(sigma + 2) |s| direction(z), where ``slope`` is direction'(z)."""
-    bound, mu = float(scene.sigma) + 2, float(scene.mu)
+    sigma, _, mu = in_doubles(scene)
+    bound = sigma + 2
 
     def rhs(t, state):
         x, y, z = state

@@ -14,6 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from asympk.scene import in_doubles
+
 
 class Phase(NamedTuple):
     """The signs of the load and of the velocity; velocity 0 is stick."""
@@ -137,7 +139,7 @@ def snapped(piece, hit, state):
 
 def rod(scene):
     """Return the Painlevé-Klein rod (2.7)-(2.9) of a scene: mu y' = a - b s, z' = a - (b - 1) s."""
-    sigma, sigma0, mu = (float(v) for v in (scene.sigma, scene.sigma0, scene.mu))
+    sigma, sigma0, mu = in_doubles(scene)
     mode = {
         "slip_same": (1.0, sigma + 4, mu),
         "slip_opposite": (1.0, -sigma, mu),

@@ -217,5 +217,5 @@ def _curves(name, sigma):
 
     plane = next(plane for plane in slow_manifolds(pk.system(), order=0) if plane.name == name)
     at = {pk.sigma: sp.Rational(str(sigma)), pk.mu: 0, C: 0}
-    height = sp.sympify(integral_curves(plane)[pk.z]).subs(at)
+    height = integral_curves(plane)[pk.z].subs(at)
     return lower((pk.x,), height), float(rest_state(plane).state[pk.x].subs(at))

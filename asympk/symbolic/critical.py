@@ -12,6 +12,7 @@ import sympy as sp
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.expansion import by_powers, fast_jacobian, vanishes
+from asympk.symbolic.reading import exact_value, expression
 from asympk.symbolic.system import Mode
 
 
@@ -110,7 +111,7 @@ def checked_branch(branch, mode, small):
     """Return ``branch`` as a ``Dict`` after checking that it gives every fast variable and solves g = 0."""
     if not isinstance(branch, dict | sp.Dict):
         raise InputError(f"branch = {branch!r} is not a dict {{fast variable: expression in the slow variables}}")
-    branch = sp.Dict(branch)
+    branch = sp.Dict({y: expression(f"branch {y}", h) for y, h in branch.items()})
     _same_symbols(branch, mode)
     if {*branch} != {*mode.fast}:
         raise InputError(f"branch gives {names(branch)}; the fast variables of {mode.name!r} are {names(mode.fast)}")
@@ -179,7 +180,7 @@ def _factors(expr):
 def _relation(expr, assumptions):
     """Return ``expr > 0``, True or False where that follows from the symbols being real and the assumptions."""
     real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
-    known = sp.sympify(expr.subs(real) > 0)
+    known = sp.sympify(expr.subs(real) > 0, strict=True)
     return known if known in (sp.true, sp.false) else _reduced(expr > 0, assumptions)
 
 
@@ -231,8 +232,4 @@ def _values(values, parameters):
     unknown = values.keys() - by_name.keys()
     if unknown:
         raise InputError(f"{names(unknown)} is not a parameter of this manifold; it has {names(by_name)}")
-    given = {by_name[name]: sp.sympify(value, rational=isinstance(value, str)) for name, value in values.items()}
-    for symbol, value in given.items():
-        if value.has(sp.Float):
-            raise InputError(f"{symbol} = {value} is a float; give it exactly, as a string or a Rational")
-    return given
+    return {by_name[name]: exact_value(name, value) for name, value in values.items()}

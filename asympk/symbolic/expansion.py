@@ -41,7 +41,7 @@ class Expansion:
 def expand(mode, small, branch, order):
     """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
     slow, fast = tuple(mode.slow), tuple(mode.fast)
-    branch = {y: sp.sympify(h) for y, h in branch.items()}
+    branch = {y: sp.sympify(h, strict=True) for y, h in branch.items()}
     named = not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
     value = {} if named else branch
     ties = _ties(mode, small, branch) if named else []
@@ -211,4 +211,4 @@ def _ties(mode, small, branch):
 
 
 def _atoms(exprs):
-    return set().union(*map(atoms_of, map(sp.sympify, exprs)))
+    return set().union(*(atoms_of(sp.sympify(expr, strict=True)) for expr in exprs))

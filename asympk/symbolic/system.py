@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.symbolic.reading import expression
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ class System:
 
 
 def _mode(name, slow, fast, small, where=sp.true):
-    slow, fast = sp.Dict(slow), sp.Dict(fast)
+    slow, fast = (sp.Dict({s: expression(f"{s}'", rate) for s, rate in side.items()}) for side in (slow, fast))
     states = [*slow, *fast]
     if not isinstance(small, sp.Symbol):
         raise InputError(f"small = {small!r}: it must be a Symbol, the parameter to expand in; put a number in later")
