@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from asympk.errors import InputError, MissingPackage, OutOfRange, UnknownName
 from asympk.integrators.piecewise import first_phase, next_phase, piece_of, rod, snapped
-from asympk.numbers import number, numbers
+from asympk.numbers import number, numbers, whole
 from asympk.path import Event, Path
 
 # method -> module of asympk.integrators that has ``advance``
@@ -34,6 +34,7 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
 }
 FINISHED = "finished"
 LEAST_MU = 1e-300
+MOST_STEPS = 10**12
 
 
 class Work(NamedTuple):
@@ -85,6 +86,8 @@ def follow(problem, start, until, method, *, rtol=1e-6, atol=None, steps=100_000
     if method not in FAMILIES:
         raise UnknownName(f"integrator {method!r} is unknown; choose one of {', '.join(FAMILIES)}")
     rtol, atol = tolerances(rtol, atol)
+    steps, seconds = bounds(steps, seconds)
+    events = whole("events", events, 0, MOST_STEPS)
     advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
 
     def trace(times=()):
@@ -160,6 +163,11 @@ def tolerances(rtol, atol):
     if not 1e-13 <= rtol < 1 or atol <= 0:
         raise InputError(f"rtol = {rtol:g}, atol = {atol:g}: give 1e-13 <= rtol < 1 and atol > 0")
     return rtol, atol
+
+
+def bounds(steps, seconds):
+    """Return the bounds on the work, steps as an int and seconds as a float; raises ``InputError``."""
+    return whole("steps", steps, 1, MOST_STEPS), float(number("seconds", seconds, lambda v: v >= 0, "zero or positive"))
 
 
 def absent():

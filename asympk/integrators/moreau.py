@@ -10,7 +10,7 @@ sigma, has changed its sign, and the paradox of the rigid rod is back.
 from time import monotonic
 
 from asympk.errors import InputError
-from asympk.integrators.integrate import Leg, Work, dense, endpoints, report
+from asympk.integrators.integrate import Leg, Work, bounds, dense, endpoints, report
 from asympk.integrators.piecewise import Phase, first_phase, rod, sign
 from asympk.numbers import number
 from asympk.path import Event, Path
@@ -28,8 +28,9 @@ def run(
     ``path.info`` counts the steps with none, two and three solutions.
     """
     h = float(number("step", rtol if step is None else step))
+    steps, seconds = bounds(steps, seconds)
     if h <= 0 or prefer not in ("present", "stick"):
-        raise InputError(f"step = {h:g}, prefer = {prefer!r}: give step > 0 and prefer 'present' or 'stick'")
+        raise InputError(f"step = {h:g}, prefer = {prefer!r:.40}: give step > 0 and prefer 'present' or 'stick'")
     start, until = endpoints(scene)
     deadline = monotonic() + seconds
     times, states, phases, counts, short = _march(scene, start, until, h, prefer, steps, deadline)

@@ -6,7 +6,8 @@ from time import monotonic
 
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Limits, dense, endpoints, report, tolerances
+from asympk.integrators.integrate import Limits, bounds, dense, endpoints, report, tolerances
+from asympk.numbers import short
 from asympk.path import Path
 from asympk.scene import in_doubles
 
@@ -25,10 +26,11 @@ class Field:
 
 def follow(scene, method, field, solver, rtol, atol, steps, seconds, **options):
     """Follow ``scene`` along ``field`` with one of scipy's solvers; the ``Path`` has one nameless mode."""
-    if solver not in scipy_ivp.CLASSES:
-        raise InputError(f"solver {solver!r} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
+    if not isinstance(solver, str) or solver not in scipy_ivp.CLASSES:
+        raise InputError(f"solver {short(solver)} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
     start, until = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
+    steps, seconds = bounds(steps, seconds)
 
     def trace(times=()):
         limits = Limits(steps, float("inf") if times else monotonic() + seconds)

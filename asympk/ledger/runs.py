@@ -8,6 +8,7 @@ import sympy as sp
 from asympk.methods import solve
 from asympk.multiprecision import as_mpf, context, in_context
 from asympk.scene import Scene
+from asympk.symbolic.lowering import lower
 
 DIGITS = 40
 M = context(DIGITS + 10)  # ten digits to spare; nothing changes its precision
@@ -39,6 +40,12 @@ def ratios(measure, predicted, mus=MUS):
 def number(value):
     """Return a fraction, a SymPy number or an mpf as a number of ``M``."""
     return M.mpf(value.evalf(M.dps)._mpf_) if hasattr(value, "evalf") else in_context(M, value)
+
+
+def evaluated(expr, values):
+    """Return an expression at ``values`` {symbol: number} as a number of ``M``."""
+    here = sorted(expr.free_symbols, key=str)
+    return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(number(sp.S(values[s])) for s in here))[0])
 
 
 def symbolic_number(value):

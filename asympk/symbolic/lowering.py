@@ -20,7 +20,7 @@ from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
 from asympk.errors import InputError, OutOfRange, UnknownName
 from asympk.multiprecision import as_mpf, context, in_context
-from asympk.numbers import number, numbers
+from asympk.numbers import number, numbers, short
 from asympk.symbolic.reading import expression
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling)
@@ -80,13 +80,13 @@ def lower(args, expr, target="numpy", name="f"):
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
     and for what branches, such as a Piecewise.
     """
-    if target not in _PRINTERS:
-        raise UnknownName(f"target {target!r} is unknown; choose one of {', '.join(_PRINTERS)}")
+    if not isinstance(target, str) or target not in _PRINTERS:
+        raise UnknownName(f"target {short(target)} is unknown; choose one of {', '.join(_PRINTERS)}")
     args, (outputs, keys, single) = _arguments(args), _outputs(expr)
     for output in outputs:
         _check(output, args)
-    if not (name.isidentifier() and name.isascii()):
-        raise InputError(f"name {name!r} cannot name a function; give letters, digits and underscores")
+    if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
+        raise InputError(f"name {short(name)} cannot name a function; give letters, digits and underscores")
     lowered = Lowered(args, outputs, target, keys, single, name)
     _emission(lowered)
     return _c_source(lowered) if target == "c" else lowered
@@ -232,7 +232,7 @@ def _arguments(args):
     args = tuple(sorted(args, key=str) if isinstance(args, set | frozenset) else args)
     for a in args:
         if not isinstance(a, sp.Symbol) or not (a.name.isidentifier() and a.name.isascii()):
-            raise InputError(f"the argument {a} cannot name a variable; give a Symbol with a plain name")
+            raise InputError(f"the argument {short(a)} cannot name a variable; give a Symbol with a plain name")
     if len({a.name for a in args}) < len(args):
         raise InputError(f"the arguments ({', '.join(map(str, args))}) contain one name twice")
     return args
