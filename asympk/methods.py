@@ -4,6 +4,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import InputError, UnknownName
+from asympk.numbers import short
 from asympk.scene import Scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
@@ -97,8 +98,8 @@ def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. Raises ``UnknownName``, ``InputError``;
     strict ones also ``TooManyEvents``, ``TooLarge`` and ``Undecided``, the models ``OrderError``.
     """
-    if method not in FOR_ARRAYS:
-        raise UnknownName(f"method {method!r} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
+    if not isinstance(method, str) or method not in FOR_ARRAYS:
+        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
     run = _found(FOR_ARRAYS[method], "solve_many")
     if options:

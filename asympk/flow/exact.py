@@ -7,7 +7,6 @@ be told, or where the range of doubles ends, the flow is followed on mpmath numb
 
 from functools import lru_cache
 from itertools import pairwise
-from numbers import Integral
 from typing import Any, NamedTuple
 
 from asympk.errors import InputError, TooLarge, Undecided
@@ -16,6 +15,8 @@ from asympk.flow.dense import Dense
 from asympk.flow.legs import Flow, follow
 from asympk.flow.rounding import calm, estimate, largest
 from asympk.flow.starts import beginning
+from asympk.multiprecision import as_mpf
+from asympk.numbers import whole
 from asympk.path import Event, Path
 
 MOST_DIGITS = 1000
@@ -48,11 +49,9 @@ def run(scene, method="exact", *, digits=None):
     """
     if digits is None:
         return _in_doubles(scene)
-    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    digits = int(digits)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
     legs, error = _certified(_case(scene), digits)
-    return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
+    return _path(scene, digits, _rounded(legs, as_mpf), legs, as_mpf(error), as_mpf)
 
 
 def _case(scene):
@@ -158,9 +157,3 @@ def _double(value):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
                        "ask for digits=, or a smaller until")
     return rounded
-
-
-def _mpf(value):
-    import mpmath
-
-    return mpmath.mp.make_mpf(value._mpf_)
