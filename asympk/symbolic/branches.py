@@ -101,7 +101,7 @@ def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     if not unknowns:
         return {}
     matrix, right = sp.linear_eq_to_matrix(equations, unknowns)
-    if matrix.is_lower:
+    if matrix.is_lower and all(entry != 0 for entry in matrix.diagonal()):
         return dict(zip(unknowns, matrix.lower_triangular_solve(right), strict=True))
     if sp.cancel(matrix.det()) == 0:
         raise InputError(
