@@ -15,6 +15,7 @@ from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, sizes, tre
 POINTS = 96
 _PART = 0.4
 _KEPT = 64
+_LARGEST = 1e300
 
 
 class Window(NamedTuple):
@@ -57,7 +58,7 @@ class Mesh:
         for _ in range(POINTS):
             times.append(times[-1] + self._step(times[-1]))
         t, blocks = np.array(times), self.blocks
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             values, gained, begun = functions(Arrays, blocks, t)
             off_gained, off_values = tremors(Arrays, blocks, t)
             bounds = sizes(Arrays, blocks, t[:-1], t[1:])
@@ -76,4 +77,5 @@ class Mesh:
 
 
 def _columns(found, t):
-    return np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1).astype(float)
+    columns = np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1).astype(float)
+    return np.clip(columns, -_LARGEST, _LARGEST)  # so that a part of no weight is 0 however far it has grown
