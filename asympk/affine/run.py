@@ -45,10 +45,11 @@ class Leg(NamedTuple):
 def affine(system: System) -> bool:
     """Tell whether all modes of a system are affine in its states, and their forcing of a kind that can be carried.
 
+    What one friction does leaves the others' terms as they are: modes that differ from one of them in one phase tell.
     A combination of phases whose forces nothing determines is no mode: a relay that does not enter the rate of what it
     switches on never sticks.
     """
-    return all(_affine(system, branch) for branch in branches.named(system))
+    return all(_affine(system, branch) for branch in branches.telling(system))
 
 
 def _affine(system, branch):

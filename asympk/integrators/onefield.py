@@ -23,6 +23,8 @@ class Field:
     field: Callable
     jacobian: Callable
     p: tuple
+    kinds: tuple = ()
+    timed: bool = False
 
     def guard_values(self, t, state):
         """Return the values of the guards: there are none."""

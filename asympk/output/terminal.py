@@ -27,13 +27,13 @@ def path_as_json(path, digits=None):
     return json.dumps(told, indent=2)
 
 
-def path_as_text(path, columns=("t", "x", "y", "z"), digits=None):
+def path_as_text(path, columns=None, digits=None):
     """Return a path as a table of modes with the time and state at which each begins, and the final state.
 
     With ``digits`` the final state follows in full.
     """
-    scene = path.scene
-    begins = [("start", 0, *scene.start), *path.events]
+    scene, columns = path.scene, columns or ("t", *path.names)
+    begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
     lines = [f"{'  '.join(f'{name:>14}' for name in columns)}  event -> mode"]
     for (kind, *state), mode in zip(begins, path.modes, strict=True):
         lines.append(f"{_columns(state)}  {kind} -> {mode}")
@@ -112,8 +112,8 @@ def _certificate_as_text(one, digits):
     if not one.proven:
         return f"undecided: {one.reason}"
     lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
-    for kind, *state in one.events:
-        lines += [f"  {kind}", *_balls("txyz", state, digits)]
+    for kind, t, state, _ in one.events:
+        lines += [f"  {kind}", *_balls("txyz", (t, *state), digits)]
     return "\n".join([*lines, "  final", *_balls("xyz", one.final, digits)])
 
 
@@ -131,7 +131,7 @@ def _certificate_as_dict(one, digits):
     if not one.proven:
         return {"proven": False, "reason": one.reason, "bits": one.bits, "box": box}
     events = [{"kind": kind, "t": t.str(digits), "state": [v.str(digits) for v in state]}
-              for kind, t, *state in one.events]  # fmt: skip
+              for kind, t, state, _ in one.events]  # fmt: skip
     return {"proven": True, "modes": list(one.modes), "events": events, "final": [v.str(digits) for v in one.final],
             "bits": one.bits, "box": box}  # fmt: skip
 

@@ -10,9 +10,9 @@ from functools import cached_property
 import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
-from asympk.symbolic.expansion import by_powers, fast_jacobian, vanishes
+from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
-from asympk.symbolic.signs import positive
+from asympk.symbolic.signs import nonzero, positive
 from asympk.symbolic.system import Mode
 from asympk.symbolic.values import by_symbol, exact, names
 
@@ -35,7 +35,8 @@ class CriticalManifold:
     @cached_property
     def jacobian(self):
         """The matrix dg/dy on the manifold."""
-        return fast_jacobian(self.dynamics, self.small).subs(self.branch, simultaneous=True).applyfunc(sp.factor)
+        at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
+        return fast_jacobian(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
 
     @cached_property
     def characteristic(self):
@@ -61,6 +62,11 @@ class CriticalManifold:
     def saddle(self):
         """The condition under which dg/dy has eigenvalues on both sides of the imaginary axis and none on it."""
         return split(self.characteristic, self.assumptions)
+
+    @cached_property
+    def folds(self):
+        """The condition under which the manifold folds or meets another: det dg/dy = 0."""
+        return sp.to_nnf(sp.Not(nonzero(self.jacobian.det(), self.assumptions)))
 
     @cached_property
     def stability(self):

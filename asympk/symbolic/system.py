@@ -262,6 +262,7 @@ def _check(system: System) -> None:
         raise InputError(f"the state {twice[0]} is given twice")
     if small in states:
         raise InputError(f"{small} is the small parameter and a state; give one of them another name")
+    _require_one_symbol_each(system)
     for s, rate in system.rates.items():
         if rate.has(sp.Float):
             raise InputError(f"the rate of {s} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
@@ -269,3 +270,15 @@ def _check(system: System) -> None:
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
     for number, friction in enumerate(system.frictions):
         branches.check(system, friction, number)
+
+
+def _require_one_symbol_each(system: System) -> None:
+    """Refuse a parameter that has the name of a state, a force or the time, and other assumptions."""
+    special = [*system.states, system.time, *(s for f in system.frictions for s in (f.force, f.normal))]
+    names = {s.name for s in special if s is not None}
+    for parameter in system.parameters:
+        if parameter.name in names:
+            raise InputError(
+                f"{parameter} is written with two Symbols of that name, which differ in their assumptions; make one, "
+                "such as sp.Symbol(..., real=True), and use it throughout"
+            )
