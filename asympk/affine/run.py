@@ -46,19 +46,8 @@ def affine(system: System) -> bool:
     """Tell whether all modes of a system are affine in its states, and their forcing of a kind that can be carried.
 
     What one friction does leaves the others' terms as they are: modes that differ from one of them in one phase tell.
-    A combination of phases whose forces nothing determines is no mode: a relay that does not enter the rate of what it
-    switches on never sticks.
     """
-    return all(_affine(system, branch) for branch in branches.telling(system))
-
-
-def _affine(system, branch):
-    mode = mode_of(system, branch)
-    try:
-        _ = mode.rates
-    except InputError:
-        return True
-    return form_of(mode) is not None
+    return all(form_of(mode_of(system, branch)) is not None for branch in branches.telling(system))
 
 
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:
