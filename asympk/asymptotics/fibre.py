@@ -56,34 +56,34 @@ class Formulas:
 
     @cached_property
     def layer(self):
-        return self._field.layer(self.order)
+        return self.field.layer(self.order)
 
     @cached_property
     def slow(self):
-        return self._field.slow(self.order)
+        return self.field.slow(self.order)
 
     @cached_property
     def flow(self):
-        return tuple(map(self._field.flow, range(self.order + 1)))
+        return tuple(map(self.field.flow, range(self.order + 1)))
 
     @cached_property
     def height(self):
-        return tuple(map(self._field.height, range(self.order + 1)))
+        return tuple(map(self.field.height, range(self.order + 1)))
 
     @cached_property
     def force(self):
-        return self._field.at_point(self._field.force)
+        return self.field.at_point(self.field.force)
 
     @cached_property
     def jacobian(self):
-        return self._field.at_point(list(self._field.jacobian))
+        return self.field.at_point(list(self.field.jacobian))
 
     @cached_property
     def turning(self):
-        return self._field.turning()
+        return self.field.turning()
 
     @cached_property
-    def _field(self):
+    def field(self):
         return _Field(self)
 
 
@@ -135,7 +135,7 @@ class _Field:
         inputs += [f"v{i}_{k}" for k in range(1, order + 1) for i in range(n)]
         tape, values = self.tape(*inputs)
         start = [{(k, 0): tape.node(f"v{i}_{k}") for k in range(order + 1)} for i in range(n)]
-        *motion, _ = self._motion(tape, values, start, order)
+        *motion, _ = self.motion(tape, values, start, order)
         levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
         return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.library)
 
@@ -171,10 +171,10 @@ class _Field:
         """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
         n = len(self.slow_states)
         tape, values = self.tape(*(f"v{i}_0" for i in range(n + len(self.fast_states))), "mu")
-        _, y, drift = self._motion(tape, values, [{(0, 0): tape.node(f"v{i}_0")} for i in range(n)], order)
+        _, y, drift = self.motion(tape, values, [{(0, 0): tape.node(f"v{i}_0")} for i in range(n)], order)
         return tape, values, drift, y
 
-    def _motion(self, tape, values, start, order):
+    def motion(self, tape, values, start, order):
         """Return x, y and x' of the slow motion as series; ``start`` gives the terms of x at t = 0, v_0 the branch."""
         n = len(start)
         x = [{index: c for index, c in terms.items() if sum(index) <= order} for terms in start]
