@@ -38,7 +38,7 @@ class Formulas:
     1. ``layer(series, p)`` returns the rates of the series in tau, those of X_0 left out.
     2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each by state and power of tau.
     3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m]`` of the same returns y.
-    4. ``turning(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0.
+    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, and f_y h_x by rows.
     5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
 
     ``arrays`` is the same for arrays that broadcast. Raises ``InputError`` for a function that has no series here.
@@ -79,8 +79,8 @@ class Formulas:
         return self.field.at_point(list(self.field.jacobian))
 
     @cached_property
-    def turning(self):
-        return self.field.turning()
+    def slow_rates(self):
+        return self.field.slow_rates()
 
     @cached_property
     def field(self):
@@ -143,7 +143,7 @@ class _Field:
         """Compile the rates of x and of the branch's value on the manifold to ``order``."""
         tape, values, drift, _ = self._at_rest(order)
         rates = [_polynomial(f, order, tape) for f in drift]
-        point = {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
+        point = _first(values)
         across = [sum((along(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
                   for row in self.across.tolist()]  # fmt: skip
         branch = [-1 * c for c in _product(self._inverse(values, tape), across)]
@@ -154,11 +154,18 @@ class _Field:
         tape, _, _, y = self._at_rest(order)
         return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.library)
 
-    def turning(self):
-        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0."""
+    def slow_rates(self):
+        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and f_y h_x."""
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.jacobian.det()], values, tape, 1)
-        return tape.function((found[0, 1] / found[0, 0],), self.library)
+        point = _first(values)
+        across = [[along(c, point, tape) for c in row] for row in self.across.T.tolist()]
+        inverse = self._inverse(values, tape)
+        slopes = [[-1 * c for c in _product(inverse, column)] for column in across]
+        drift = sp.Matrix(self.drift).subs(self.small, 0).jacobian(self.fast_states)
+        coupling = [[along(c, point, tape) for c in row] for row in drift.tolist()]
+        entries = [c for row in coupling for c in _product(slopes, row)]
+        return tape.function((found[0, 1] / found[0, 0], *entries), self.library)
 
     def at_point(self, exprs):
         """Compile expressions at (x, y)."""
@@ -206,13 +213,18 @@ class _Field:
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: nothing is compared."""
-        point = {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
+        point = _first(values)
         entries = [[along(e, point, tape) for e in row] for row in self.jacobian.tolist()]
         symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
         known = {symbols[i, j]: e for i, row in enumerate(entries) for j, e in enumerate(row)}
         determinant = along(symbols.det(method="berkowitz"), known, tape)
         adjugate = symbols.adjugate(method="berkowitz")
         return [[along(e, known, tape) * (Fraction(1) / determinant) for e in row] for row in adjugate.tolist()]
+
+
+def _first(values):
+    """Return the values at mu = 0, t = 0."""
+    return {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
 
 
 def _small(order):

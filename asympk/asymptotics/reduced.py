@@ -2,8 +2,9 @@ r"""The reduced flow: x' = F(x, mu) on a slow manifold, integrated as what it is
 
 The branch is carried by its value b, with b' = -g_y^-1 g_x x', so no closed form of it is needed. The flow to several
 orders is integrated side by side, on the same steps: their differences are the terms that the lower orders omit. It
-stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, or where g_y turns within its own time,
-mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold.
+stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes within its own time,
+mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold, or where fast and slow
+rates meet, 4 mu |f_y h_x| = |largest real part|, as where a node turns to a focus.
 """
 
 import math
@@ -18,6 +19,7 @@ from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000
 FAR = 1e12
+MEETING = 4  # mu y' = g and x' = f with constant coefficients have real rates below 4 mu |f_y h_x| = |g_y|
 
 
 @dataclass(frozen=True)
@@ -70,10 +72,11 @@ def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12):
 
 
 def margin(formulas, state, slow, mu, values):
-    """Return by how much the fast rate exceeds its own rate of change: positive where the manifold attracts."""
+    """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
     x, b = state[:slow], state[slow:]
     try:
-        return -abscissa(formulas, x, b, values) - mu * abs(formulas.turning(*x, *b, mu, *values)[0])
+        turning, *coupling = formulas.slow_rates(*x, *b, mu, *values)
+        return -abscissa(formulas, x, b, values) - mu * max(abs(turning), MEETING * math.hypot(*coupling))
     except (ArithmeticError, ValueError):
         return -math.inf
 
@@ -102,6 +105,6 @@ def _check(solver, piece, formulas, state, slow, mu, values):
     where = f"t = {t:.6g}, x = {text(state[:slow])}, y = {text(state[slow:])}"
     largest = abscissa(formulas, state[:slow], state[slow:], values)
     raise NotNormallyHyperbolic(
-        f"the slow manifold is lost at {where}, by a fold or a change of stability: the largest real part of an "
-        f"eigenvalue of g_y is {largest:.6g}, and g_y changes as fast; take a smaller until"
+        f"the slow manifold is lost at {where}, by a fold, a change of stability, or slow motion that is not slow: the "
+        f"largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller until, or a smaller parameter"
     )
