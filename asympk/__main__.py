@@ -259,8 +259,8 @@ def _solve(options):
         write_csv(options.csv, path, frame)
     if options.plot:
         plot(options.plot, path, frame)
-    told = path_as_json(path, options.digits) if options.json else path_as_text(path, frame.columns[:4], options.digits)
-    print(told)
+    columns = frame.columns[:4] if units else None
+    print(path_as_json(path, options.digits) if options.json else path_as_text(path, columns, options.digits))
 
 
 def _units(found):

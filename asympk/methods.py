@@ -54,6 +54,8 @@ def solve(scene, method="exact", **options):
     if name not in FOR_SYSTEMS:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(FOR_SYSTEMS)}")  # fmt: skip
+    if name == "exact" and _found("affine.run", "affine")(scene.system):
+        return _run({name: "affine.run"}, name, scene, options)
     return _run(FOR_SYSTEMS, name, scene, options)
 
 

@@ -198,7 +198,9 @@ def test_results_are_mpf_and_the_global_precision_stays_as_it_is():
     before = mpmath.mp.prec
     path = ap.solve(ap.Scene(1, "1e-3", (0, "0.2", -1), 5), digits=60)
     assert mpmath.mp.prec == before
-    assert all(isinstance(value, mpmath.mpf) for value in (*path.final, *path.events[0][1:], path.error, *path(1)))
+    event = path.events[0]
+    told = (*path.final, event.t, *event.state, path.error, *path(1))
+    assert all(isinstance(value, mpmath.mpf) for value in told)
 
 
 def test_an_exact_parameter_is_not_its_nearest_double():

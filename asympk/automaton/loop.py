@@ -109,7 +109,10 @@ def _require_apart(marks: list[Event], state: tuple, automaton: Automaton) -> No
     recent = marks[-WATCHED - 1 :]
     gaps = [b.t - a.t for a, b in pairwise(recent)]
     tiny = gaps[-1] <= abs(marks[-1].t) * 2.0**-40
-    if tiny and all(later <= before for before, later in zip(gaps[::2], gaps[2::2], strict=False)):
-        at = _told(automaton.system, state)
-        raise Accumulation(f"events accumulate at t = {float(marks[-1].t):.12g}, {at}: {len(marks)} events, the last "
-                           f"{gaps[-1]:.1g} apart; no mode goes on there, end the run before")  # fmt: skip
+    if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
+        ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
+        limit = marks[-1].t + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
+        raise Accumulation(
+            f"events accumulate at t = {float(limit):.12g}, {_told(automaton.system, state)}: {len(marks)} events, "
+            f"the last {float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"
+        )

@@ -23,6 +23,7 @@ class Field:
     field: Callable
     jacobian: Callable
     p: tuple
+    kinds: tuple = ()
 
     def guard_values(self, t, state):
         """Return the values of the guards: there are none."""

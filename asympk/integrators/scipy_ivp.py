@@ -12,6 +12,7 @@ from asympk.integrators.integrate import Work
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
 STEP_LIMIT = "step limit reached"
+UNBOUNDED = 1e-8  # part of its first inverse at which a reaction counts as infinite: no step reaches the singular point
 
 
 def advance(method, mode, t, state, until, rtol, atol, limits, times):
@@ -40,13 +41,15 @@ class Watch:
 
     def __init__(self, mode, t, state):
         self.mode = mode
-        self.values = [max(v, 0.0) for v in mode.guard_values(t, state)]
+        values = [max(v, 0.0) for v in mode.guard_values(t, state)]
+        self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
+        self.values = self._above(values)
         self.rates = mode.guard_rates(t, state)
 
     def lost(self, solver, t, state):
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
         before, falling = self.values, self.rates
-        self.values, self.rates = self.mode.guard_values(t, state), self.mode.guard_rates(t, state)
+        self.values, self.rates = self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state)
         found = []
         for k, (start, end) in enumerate(zip(before, self.values, strict=True)):
             if start >= 0 >= end and start != end:
@@ -66,7 +69,10 @@ class Watch:
 
     def _at(self, solver, t, rate=False):
         state = solver.dense_output()(t).tolist()
-        return self.mode.guard_rates(t, state) if rate else self.mode.guard_values(t, state)
+        return self.mode.guard_rates(t, state) if rate else self._above(self.mode.guard_values(t, state))
+
+    def _above(self, values):
+        return [v - floor for v, floor in zip(values, self.floors, strict=True)]
 
 
 def _bracketed(function, low, high):

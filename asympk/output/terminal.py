@@ -113,7 +113,7 @@ def _certificate_as_text(one, digits):
         return f"undecided: {one.reason}"
     lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
     for kind, t, state, _ in one.events:
-        lines += [f"  {kind}", *_balls("txyz", state, digits)]
+        lines += [f"  {kind}", *_balls("txyz", (t, *state), digits)]
     return "\n".join([*lines, "  final", *_balls("xyz", one.final, digits)])
 
 

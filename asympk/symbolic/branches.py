@@ -54,11 +54,16 @@ def name(branch: Branch) -> str:
 
 
 def named(system: "System") -> Iterator[Branch]:
-    """Yield one branch for every name of a mode."""
+    """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
     choices = [
         (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if f.gap is not None else [])) for f in system.frictions
     ]
-    return product(*choices)
+    return (branch for branch in product(*choices) if _determined(system, branch))
+
+
+def _determined(system: "System", branch: Branch) -> bool:
+    unknowns, matrix, _ = _equations(system, branch)
+    return not unknowns or sp.cancel(matrix.det()) != 0
 
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
@@ -90,6 +95,19 @@ def where(system: "System", branch: Branch) -> sp.Basic:
 
 def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     """Solve the linear equations of a branch for the forces; raises ``InputError`` where they are singular."""
+    unknowns, matrix, right = _equations(system, branch)
+    if not unknowns:
+        return {}
+    if sp.cancel(matrix.det()) == 0:
+        raise InputError(
+            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
+        )
+    solve = matrix.lower_triangular_solve if matrix.is_lower else matrix.LUsolve
+    return dict(zip(unknowns, map(_tidy, solve(right)), strict=True))
+
+
+def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
+    """Return (unknowns, matrix, right side) of the linear equations of a branch."""
     unknowns, equations = [], []
     for friction, phase in zip(system.frictions, branch, strict=True):
         unknowns.append(friction.force)
@@ -98,16 +116,7 @@ def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
             unknowns.append(friction.normal)
             equations.append(_reaction_law(friction, phase))
     equations = [_signed(system, branch, e) for e in equations]
-    if not unknowns:
-        return {}
-    matrix, right = sp.linear_eq_to_matrix(equations, unknowns)
-    if matrix.is_lower:
-        return dict(zip(unknowns, matrix.lower_triangular_solve(right), strict=True))
-    if sp.cancel(matrix.det()) == 0:
-        raise InputError(
-            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
-        )
-    return dict(zip(unknowns, map(_tidy, matrix.LUsolve(right)), strict=True))
+    return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
 
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
