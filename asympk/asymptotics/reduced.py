@@ -44,9 +44,10 @@ class Reduced:
         return np.array(found).reshape(len(self.orders), -1, *t.shape)
 
 
-def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12):
+def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12, inside=None):
     """Integrate the flow to every order of ``orders`` from its start (x, b), the first ``slow`` numbers x.
 
+    ``inside`` returns the guards of a mode at (t, x, b); the flow of the first order ends where one becomes negative.
     Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for infinity; both
     tell the time and the state reached.
     """
@@ -65,10 +66,20 @@ def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12):
                              f"{message or 'its states grow beyond bounds'}")  # fmt: skip
         pieces.append(solver.dense_output())
         times.append(solver.t)
+        if inside and min(inside(solver.t, solver.y[: len(starts[0])])) < 0:
+            times[-1] = _edge(pieces[-1], times[-2], times[-1], len(starts[0]), inside)
+            break
         _check(solver, pieces[-1], formulas, solver.y[: len(starts[0])], slow, mu, values)
     if not pieces:
         pieces, times = [lambda t: np.concatenate(starts)[:, None] + 0 * np.asarray(t)], [0.0, 0.0]
     return Reduced(formulas, orders, slow, mu, values, OdeSolution(times, pieces))
+
+
+def _edge(piece, low, high, size, inside):
+    """Return the last time at which every guard is positive, by bisection."""
+    while (middle := (low + high) / 2) not in (low, high):
+        low, high = (low, middle) if min(inside(middle, piece(middle)[:size])) < 0 else (middle, high)
+    return low
 
 
 def margin(formulas, state, slow, mu, values):
