@@ -40,8 +40,8 @@ class BasePoint:
     def __getitem__(self, state):
         """Return the series of a slow state, by symbol or name; raises ``NotDerivable`` without a closed form."""
         if self.states is None:
-            raise NotDerivable("a base point has a closed form where g is affine in the fast states and f a polynomial in "
-                               "them, with several to order 1; use .at(values, start) for numbers")  # fmt: skip
+            raise NotDerivable("a base point has a closed form where g is affine and f polynomial in the fast states, "
+                               "with several of them to order 1; use .at(values, start) for numbers")  # fmt: skip
         return next(series for s, series in self.states.items() if str(state) in (s.name, str(s)))
 
     def at(self, values, start, rtol=1e-10):
