@@ -4,6 +4,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import InputError, UnknownName
+from asympk.numbers import short
 from asympk.scene import Scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
@@ -90,14 +91,15 @@ def _known(method, registry):
 def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options):
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``method="exact"`` returns an ``Ensemble`` with ``final`` (3, ...), ``n_events`` and ``events()``; its options are
-    ``events=True``, to keep the events, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
+    ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
+    a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
+    ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. Raises ``UnknownName``, ``InputError``;
-    ``"exact"`` also ``TooManyEvents`` and ``TooLarge``, the models ``OrderError``.
+    strict ones also ``TooManyEvents``, ``TooLarge`` and ``Undecided``, the models ``OrderError``.
     """
-    if method not in FOR_ARRAYS:
-        raise UnknownName(f"method {method!r} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
+    if not isinstance(method, str) or method not in FOR_ARRAYS:
+        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
     run = _found(FOR_ARRAYS[method], "solve_many")
     if options:

@@ -198,6 +198,15 @@ def test_a_guard_that_leaves_and_comes_back_within_a_step_is_an_event():
     assert [e.kind for e in path.events] == ["velocity_zero"] * 2
 
 
+def test_a_load_that_swings_while_the_state_rests_ends_stick_at_every_swing():
+    friction = ap.Friction(velocity=v, force=F, load=sp.cos(t), kinetic=1)
+    system = ap.System.with_frictions({v: sp.Rational(1, 2) + F}, {}, [friction], time=t)
+    path = follow(system, {"v": 0}, 4.5, method="lsoda")
+    assert path.modes == ("stick", "slip_same", "slip_opposite", "stick", "slip_opposite")
+    onset, vanished = path.events[0], path.events[1]
+    assert [float(e.t) for e in (onset, vanished)] == pytest.approx([math.pi / 3, math.pi / 2], abs=1e-6)
+
+
 def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     system = block()
     assert Automaton(system, ()) == Automaton(block(), ())

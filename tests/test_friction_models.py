@@ -18,8 +18,9 @@ STARTS = [(0, "1/5", -1), (0, 0, 1), (-1, -1, 1), ("3/10", -2, "-1/2"), (0, -3, 
 
 # the rod as a user may write it
 ROD = ap.System.with_friction(
-    slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F}, force=F, load=a + b, kinetic=s + 2, small=c
-)
+    slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F}, force=F, load=a + b, kinetic=s + 2,
+    small=c,
+)  # fmt: skip
 
 
 def _order(path, truth, small):

@@ -67,7 +67,8 @@ def test_every_prediction_bounds_the_error_on_random_scenes(system):
         values = {k: v for k, v in values.items() if k in system.parameters}
         small = f"{10 ** drawn.uniform(-4, -1):.3e}"
         start = [f"{drawn.uniform(0.1, 2):.3f}" for _ in "xy"]
-        scene = ap.Scene(system=system, values={**values, mu: small}, start=start, until=f"{drawn.uniform(0.01, 2):.3f}")
+        until = f"{drawn.uniform(0.01, 2):.3f}"
+        scene = ap.Scene(system=system, values={**values, mu: small}, start=start, until=until)
         truth = ap.solve(scene, "radau", rtol=1e-11, atol=1e-12).final
         for method, order in (("slow", 1), ("jump", 0), ("jump", 1), ("jump", 2)):
             try:

@@ -42,8 +42,11 @@ class Leg(NamedTuple):
 
 @lru_cache(maxsize=256)
 def affine(system: System) -> bool:
-    """Tell whether all modes of a system are affine in its states, and their forcing of a kind that can be carried."""
-    return all(form_of(mode_of(system, branch)) is not None for branch in branches.named(system))
+    """Tell whether all modes of a system are affine in its states, and their forcing of a kind that can be carried.
+
+    What one friction does leaves the others' terms as they are: modes that differ from one of them in one phase tell.
+    """
+    return all(form_of(mode_of(system, branch)) is not None for branch in branches.telling(system))
 
 
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:

@@ -71,7 +71,7 @@ def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
 
 
 def _slowly(automaton: Automaton, landed: Arrival, t: float, until: float, mu: float) -> tuple:
-    """Return the slow motion from an arrival to ``until`` or to the edge of its mode, its length, and its last state."""
+    """Return the slow motion from an arrival to ``until`` or the edge of its mode, its length, and its last state."""
     system = automaton.system
     slow, fast = branches.fields(system, landed.branch)
     mode = Mode(branches.name(landed.branch), slow, fast)

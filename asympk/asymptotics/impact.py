@@ -2,7 +2,7 @@ r"""The layers of a system with friction to order 0: which modes they pass, and 
 
 In a layer the slow states stand still and the fast state y of one mode obeys mu y' = g_0 + g_1 y. It settles on the
 branch y = -g_0/g_1, or meets a guard of its mode, or, where g_1 > 0, grows beyond all bounds. Then the impulse
-J = int |y| dt carries the slow states, dx/dJ = +-dx'/dy, and mu y, until the sliding stops; in stick mu y returns to 0. So
+J = int |y| dt carries the slow states, dx/dJ = +-dx'/dy, and mu y, until sliding stops; in stick mu y returns to 0. So
 
     velocity -> 0,    mu y -> 0,    x -> x + (impulses),    errors O(mu log(1/mu)),
 
@@ -72,7 +72,7 @@ class Layers:
             raise OutOfRange(f"dg/dy vanishes in mode {mode.name} at t = {t:.6g}: no layer settles or grows there")
         rest = y - force / slope
         if slope > 0 and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
-            raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, the divide of two "
+            raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
                              "motions; move the start off it")  # fmt: skip
         target = rest if slope < 0 else math.copysign(math.inf, y - rest)
         return self._first_guard(mode, t, state, target)

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
+import sympy as sp
+
 from asympk.automaton import decide
 from asympk.automaton.modes import Mode, function, mode_of
 from asympk.errors import OutOfRange
@@ -42,6 +44,11 @@ class NumericMode:
     def kinds(self) -> tuple[tuple[str, int], ...]:
         """The kind of event and the friction of every guard."""
         return tuple((guard.kind, guard.friction) for guard in self.mode.guards)
+
+    @cached_property
+    def timed(self) -> bool:
+        """Whether a guard depends on the time itself, so that it may vary where the state does not."""
+        return any(value.has(self.mode.system.time or sp.nan) for value in self.mode.guard_values)
 
     @cached_property
     def field(self) -> Callable[..., tuple]:

@@ -26,7 +26,7 @@ _REPEATS = 5
 
 @dataclass(frozen=True)
 class Rung:
-    """One model on the ladder; errors are relative to the largest of 1 and the states at ``until`` (on the rod |x|, |z|).
+    """One model on the ladder; errors at ``until`` are relative to the largest of 1 and the states (the rod's x and z).
 
     ``cost`` is its time as a multiple of the exact flow's in the same run. Where the model does not apply,
     ``reason`` says why and the numbers are None.

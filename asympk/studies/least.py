@@ -6,8 +6,10 @@ prediction is below the tolerance. That the prediction bounds the true error is 
 
 from dataclasses import asdict, dataclass, replace
 
+from asympk.arrays.columns import scenes
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
+from asympk.numbers import number, short
 from asympk.studies import general
 from asympk.studies.general import Rung
 from asympk.systems.kernels import kernel_scene
@@ -58,7 +60,7 @@ def least_model(scene, rtol=1e-3):
 def _general(scene, rtol):
     rungs = general.rungs(scene)
     if rungs[-1].predicted >= rtol and all(r.predicted is None or r.predicted >= rtol for r in rungs):
-        raise InputError(f"rtol = {rtol}: the best model of this scene predicts {rungs[-1].predicted:.2g}; ask for more")
+        raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
     chosen = lowest(rungs, rtol)
     return Ladder(chosen.model, chosen.predicted, rtol, rungs)
 
@@ -82,9 +84,10 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
     import numpy as np
 
     rtol = _tolerance(rtol)
-    given = np.broadcast_arrays(sigma, mu, x, y, z, until, sigma if sigma0 is None else sigma0)
-    flat = [np.asarray(v).ravel() for v in given]
-    found = np.full(flat[0].size, len(LADDER) - 1, dtype=np.int8)
+    shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
+    size = int(np.prod(shape))
+    flat = [job[name].array(slice(0, size)) for name in ("sigma", "mu", "x", "y", "z", "until", "sigma0")]
+    found = np.full(size, len(LADDER) - 1, dtype=np.int8)
     left = np.arange(found.size)
     for rung, (method, options) in enumerate(list(LADDER.values())[:-1]):
         if progress:
@@ -92,7 +95,7 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
         enough = solve_many(*(v[left] for v in flat), method=method, **options).error < rtol
         found[left[enough]] = rung
         left = left[~enough]
-    return found.reshape(given[0].shape)
+    return found.reshape(shape)
 
 
 def _predicted(name, scene):
@@ -121,10 +124,8 @@ def _distance(final, reference):
 
 
 def _tolerance(rtol):
-    try:
-        value = float(rtol)
-    except (TypeError, ValueError):
-        raise InputError(f"rtol = {rtol!r}: it must be a positive number") from None
-    if not DOUBLES < value < float("inf"):
-        raise InputError(f"rtol = {rtol!r}: it must lie above {DOUBLES}, what doubles hold; use solve(scene, digits=n)")
+    value = float(number("rtol", rtol, lambda v: v > 0, "positive"))
+    if value <= DOUBLES:
+        raise InputError(f"rtol = {short(rtol)}: it must lie above {DOUBLES}, what doubles hold; "
+                         "use solve(scene, digits=n)")  # fmt: skip
     return value

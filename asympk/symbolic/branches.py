@@ -55,10 +55,23 @@ def name(branch: Branch) -> str:
 
 def named(system: "System") -> Iterator[Branch]:
     """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
-    choices = [
-        (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if f.gap is not None else [])) for f in system.frictions
-    ]
-    return (branch for branch in product(*choices) if _determined(system, branch))
+    return (branch for branch in product(*map(_choices, system.frictions)) if _determined(system, branch))
+
+
+def telling(system: "System") -> Iterator[Branch]:
+    """Yield a branch in which all contacts slip, and those that differ from it in one phase."""
+    choices = [*map(_choices, system.frictions)]
+    slip = tuple(choice[0] for choice in choices)
+    yield slip
+    for k, choice in enumerate(choices):
+        for phase in choice[1:]:
+            branch = (*slip[:k], phase, *slip[k + 1 :])
+            if _determined(system, branch):
+                yield branch
+
+
+def _choices(friction: "Friction") -> tuple[Phase, ...]:
+    return (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if friction.gap is not None else []))
 
 
 def _determined(system: "System", branch: Branch) -> bool:
