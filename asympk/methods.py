@@ -28,7 +28,7 @@ METHODS = {
 # the same for the scene of a system without a kernel of its own
 FOR_SYSTEMS = {
     name: module for name, module in METHODS.items() if module.startswith("integrators") and name != "moreau"
-} | {"exact": "integrators.stepped", "slow": "asymptotics.smooth", "jump": "asymptotics.smooth"}
+} | {"exact": "integrators.stepped", "slow": "asymptotics.general", "jump": "asymptotics.general"}
 # method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
 FOR_ARRAYS = {
     "exact": "arrays.ensemble",

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from asympk.asymptotics.base import base_point
 from asympk.asymptotics.itinerary import itinerary
 from asympk.asymptotics.layers import Turn, follow, on_slow_line
 from asympk.asymptotics.linear import linear
@@ -116,14 +117,17 @@ def jump_map(system, order=1, start=None, arrival=None, near=None):
     missing is chosen (velocity -1, load 1/5); the first lines of the result say in which region that is. With
     ``arrival`` the layer begins on z = 0, where the slow motion in the mode of that name reaches it, and the map
     depends on x alone. With ``near`` the load at the start is given by its ``OFFSET`` from the slow line of the mode of
-    that name, so the map holds however small the offset is. Raises ``OrderError``, ``InputError`` for a start that is
-    no mapping to numbers or outside the assumptions, ``OutOfRange`` on a divide, ``NotDerivable``.
+    that name, so the map holds however small the offset is. A smooth system has the ``BasePoint`` of ``base_point``,
+    for any start. Raises ``OrderError``, ``InputError`` for a start that is no mapping to numbers or outside the
+    assumptions, ``OutOfRange`` on a divide, ``NotDerivable``.
 
     >>> from asympk.systems import painleve_klein
     >>> jump = jump_map(painleve_klein.system(), order=0)
     >>> print(jump.x, "for", jump.domain)
     (x - z) + O(mu L) for (sigma > 0) & (z < 0) & (x + y > 0)
     """
+    if not system.frictions:
+        return base_point(system, order)
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(
             f"order = {order!r}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
