@@ -88,11 +88,14 @@ def certify(scene, box=None, digits=15):
 
 
 def cover(scene, box, pieces=64):
-    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all."""
+    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all.
+
+    The largest refused piece and the smallest are halved in turn: so parts of a wide box are proven as well.
+    """
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
-    done, todo = [], [certify(scene, box)]
+    done, todo, smallest = [], [certify(scene, box)], False
     while todo:
-        found = todo.pop(0)
+        found, smallest = todo.pop(-1 if smallest else 0), not smallest
         if found.proven or len(done) + len(todo) + 1 >= pieces or not _widest(found.box, box):
             done.append(found)
         else:
