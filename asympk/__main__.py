@@ -68,7 +68,7 @@ def _whole(text):
     try:
         return int(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{short(text)}: it must be a whole number") from None
+        raise argparse.ArgumentTypeError(f"invalid int value {short(text)}: it must be a whole number") from None
 
 
 def _parser():
