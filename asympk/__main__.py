@@ -327,10 +327,12 @@ def _sweep(options):
 
 def _certify(options):
     from asympk.errors import InputError
+    from asympk.numbers import whole
 
     scene = (options.scene, options.sigma, options.mu, options.start, options.until, options.sigma0)
     if options.claims and (options.box or any(given is not None for given in scene)):
         raise InputError("certify takes either a scene, with a --box or without, or --claims")
+    whole("--digits", options.digits, 1, 300)
     return _prove_claims() if options.claims else _prove_scene(options)
 
 
