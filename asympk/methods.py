@@ -4,6 +4,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import InputError, UnknownName
+from asympk.numbers import short
 from asympk.scene import Scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
@@ -93,13 +94,14 @@ def solve_many(
 ):  # fmt: skip
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``method="exact"`` returns an ``Ensemble`` with ``final`` (3, ...), ``n_events`` and ``events()``; its options are
-    ``events=True``, to keep the events, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
+    ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
+    a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
+    ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine ``System`` is
     followed, ``values`` and ``start`` mapping its parameters and states, by symbol or by name, to numbers or arrays;
-    ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``; ``"exact"`` also ``TooManyEvents`` and
-    ``TooLarge``, the models ``OrderError``.
+    ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``;
+    strict ones also ``TooManyEvents``, ``TooLarge`` and ``Undecided``, the models ``OrderError``.
     """
     if system is not None:
         if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":
@@ -107,11 +109,11 @@ def solve_many(
         return _found("affine.many", "solve_many")(
             system=system, values={} if values is None else values, start=start, until=until, **options
         )
-    if method not in FOR_ARRAYS:
-        raise UnknownName(f"method {method!r} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
+    if not isinstance(method, str) or method not in FOR_ARRAYS:
+        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
-    if missing := [name for name, given in zip(("sigma", "mu", "x", "y", "z", "until"), (sigma, mu, x, y, z, until),
-                                               strict=True) if given is None]:  # fmt: skip
+    given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
+    if missing := [name for name, value in given.items() if value is None]:
         raise InputError(f"solve_many needs {', '.join(missing)}; or system=, values=, start= and until=")
     run = _found(FOR_ARRAYS[method], "solve_many")
     if options:

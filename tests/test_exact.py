@@ -213,7 +213,7 @@ def test_an_exact_parameter_is_not_its_nearest_double():
 
 @pytest.mark.parametrize("digits", [0, -3, 1001, 2.5, "50", True, [50]])
 def test_digits_that_are_none_are_refused(digits):
-    with pytest.raises(InputError, match=r"digits = .*: it must be an integer from 1 to 1000"):
+    with pytest.raises(InputError, match=r"digits = .*: it must be a whole number from 1 to 1000"):
         ap.solve(ap.Scene(1, 1e-3, (0, 0.2, -1), 5), digits=digits)
 
 

@@ -22,7 +22,9 @@ from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable, OrderError
+from asympk.numbers import short
 from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.reading import rational
 
 HIGHEST_ORDER = 3
 LOAD, OFFSET = sp.symbols("s delta", real=True)
@@ -103,7 +105,7 @@ def jump_map(system, order=1, start=None, arrival=None, near=None):
     """
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(
-            f"order = {order!r}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
+            f"order = {short(order)}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
             "solve(scene, method='jump', order=n) takes higher orders in numbers"
         )
     model = linear(system)
@@ -163,10 +165,10 @@ def _load(model):
 
 def _sample(system, model, start, arrival):
     x, y, z = model.states
-    known = {v: sp.nsimplify(c, rational=True) for v, c in start.items()}
-    unknown = set(known) - {*model.states, *model.parameters, OFFSET}
+    unknown = set(start) - {*model.states, *model.parameters, OFFSET}
     if unknown:
         raise InputError(f"start: {unknown} are not states or parameters; give {model.states} or {model.parameters}")
+    known = {v: rational(f"start {v}", c) for v, c in start.items()}
     known.setdefault(OFFSET, sp.Rational(1, 10))
     for p in model.parameters:
         if p not in known:
@@ -222,7 +224,7 @@ class _Signs:
         self.values, self.asked = values, []
 
     def __call__(self, expr):
-        expr = sp.sympify(expr)
+        expr = sp.sympify(expr, strict=True)
         sign = int(sp.sign(expr.subs(self.values)))
         if expr.free_symbols:
             self.asked.append(sp.Eq(expr, 0) if sign == 0 else sp.expand(sign * expr) > 0)

@@ -102,7 +102,7 @@ def _affine(expr, states):
 
 def _parameters(system, states):
     free = set().union(*(e.free_symbols for m in system.modes for e in (*m.slow.values(), *m.fast.values())))
-    free |= sp.sympify(system.friction.static).free_symbols
+    free |= sp.sympify(system.friction.static, strict=True).free_symbols
     return tuple(sorted(free - {*states, system.small}, key=str))
 
 

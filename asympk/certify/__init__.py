@@ -13,12 +13,13 @@ from typing import Any, NamedTuple
 from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
 from asympk.certify.enclosure import Guard, State, first_event, segment
 from asympk.errors import InputError
-from asympk.numbers import number
+from asympk.numbers import number, whole
 from asympk.path import Event
 from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 MOST_EVENTS = 200
+MOST_DIGITS, MOST_PIECES = 300, 100_000
 MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
 _BITS = (96, 192, 384, 768, 1536, 3072)
 _FINEST_IN_BOX = 2.0**-16
@@ -69,6 +70,7 @@ def certify(scene, box=None, digits=15):
     Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
     1, |x|, |z|. Raises ``InputError`` for a box that is not one.
     """
+    digits = whole("digits", digits, 1, MOST_DIGITS)
     found = scene if hasattr(scene, "quantities") else _Alone(scene)
     sides = _sides(found.scene, box or {})
     last = None
@@ -82,6 +84,7 @@ def certify(scene, box=None, digits=15):
 
 def cover(scene, box, pieces=64):
     """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all."""
+    pieces = whole("pieces", pieces, 1, MOST_PIECES)
     done, todo = [], [certify(scene, box)]
     while todo:
         found = todo.pop(0)

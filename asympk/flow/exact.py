@@ -7,7 +7,6 @@ be told, or where the range of doubles ends, the flow is followed on mpmath numb
 
 from functools import lru_cache
 from itertools import pairwise
-from numbers import Integral
 from typing import Any, NamedTuple
 
 from asympk.errors import InputError, TooLarge, Undecided
@@ -16,6 +15,8 @@ from asympk.flow.dense import Dense
 from asympk.flow.legs import Flow, follow
 from asympk.flow.rounding import calm, estimate, largest
 from asympk.flow.starts import beginning
+from asympk.multiprecision import as_mpf
+from asympk.numbers import whole
 from asympk.path import Event, Path
 
 MOST_DIGITS = 1000
@@ -48,25 +49,22 @@ def run(scene, method="exact", *, digits=None):
     """
     if digits is None:
         return _in_doubles(scene)
-    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
-    digits = int(digits)
-    legs, error = _certified(case, digits)
-    return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    legs, error = _certified(_case(scene), digits)
+    return _path(scene, digits, _rounded(legs, as_mpf), legs, as_mpf(error), as_mpf)
+
+
+def _case(scene):
+    return Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
 
 
 def _in_doubles(scene):
-    near = scene.near_to and (scene.near_to[0], float(scene.near_to[1]))
-    sigma, mu = float(scene.sigma), float(scene.mu)
-    if sigma == -2 or mu == 0:
-        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
-    case = Case(sigma, float(scene.sigma0), mu, *map(float, scene.start), float(scene.until), near)
+    case, until = _case(scene), float(scene.until)
     try:
         legs = legs_of(Doubles, case)
-        error = TRUSTED if calm(legs, case.until) else estimate(legs, TRUSTED)
+        error = TRUSTED if calm(legs, until) else estimate(legs, TRUSTED)
         if error <= TRUSTED:
-            return _path(scene, None, legs, legs, error, float)
+            return _path(scene, None, legs, legs, TRUSTED, float)
         if error <= REFINABLE:
             legs = legs_of(_refining(), case, legs)
             return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
@@ -78,6 +76,8 @@ def _in_doubles(scene):
 
 @lru_cache(maxsize=64)
 def _flow_in_doubles(sigma, sigma0, mu):
+    if sigma == -2 or mu == 0:
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
     return Flow(Doubles, sigma, sigma0, mu)
 
 
@@ -157,9 +157,3 @@ def _double(value):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
                        "ask for digits=, or a smaller until")
     return rounded
-
-
-def _mpf(value):
-    import mpmath
-
-    return mpmath.mp.make_mpf(value._mpf_)

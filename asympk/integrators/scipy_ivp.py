@@ -27,7 +27,7 @@ def advance(method, mode, t, state, until, rtol, atol, limits, times):
         steps += not short
         halfway = solver.t if 2 * steps <= limits.steps else halfway
         t, state = solver.t, tuple(solver.y[:n].tolist())
-        idle = idle + 1 if t - solver.t_old <= 4e-16 * abs(t) else 0
+        idle = idle + 1 if not short and t - solver.t_old <= 4e-16 * abs(t) else 0
         if idle > IDLE:
             short = f"stalled (the last {idle} steps gained nothing)"
         if not short and (met := watch.lost(solver, t, state)):

@@ -7,8 +7,10 @@ prediction is below the tolerance. That the prediction bounds the true error is 
 from dataclasses import asdict, dataclass, replace
 from time import perf_counter
 
+from asympk.arrays.columns import scenes
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
+from asympk.numbers import number, short
 
 LADDER = {
     "rigid": ("rigid", {}),
@@ -84,9 +86,10 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
     import numpy as np
 
     rtol = _tolerance(rtol)
-    given = np.broadcast_arrays(sigma, mu, x, y, z, until, sigma if sigma0 is None else sigma0)
-    flat = [np.asarray(v).ravel() for v in given]
-    found = np.full(flat[0].size, len(LADDER) - 1, dtype=np.int8)
+    shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
+    size = int(np.prod(shape))
+    flat = [job[name].array(slice(0, size)) for name in ("sigma", "mu", "x", "y", "z", "until", "sigma0")]
+    found = np.full(size, len(LADDER) - 1, dtype=np.int8)
     left = np.arange(found.size)
     for rung, (method, options) in enumerate(list(LADDER.values())[:-1]):
         if progress:
@@ -94,7 +97,7 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
         enough = solve_many(*(v[left] for v in flat), method=method, **options).error < rtol
         found[left[enough]] = rung
         left = left[~enough]
-    return found.reshape(given[0].shape)
+    return found.reshape(shape)
 
 
 def _predicted(name, scene):
@@ -133,10 +136,8 @@ def _seconds(scene, method, options):
 
 
 def _tolerance(rtol):
-    try:
-        value = float(rtol)
-    except (TypeError, ValueError):
-        raise InputError(f"rtol = {rtol!r}: it must be a positive number") from None
-    if not DOUBLES < value < float("inf"):
-        raise InputError(f"rtol = {rtol!r}: it must lie above {DOUBLES}, what doubles hold; use solve(scene, digits=n)")
+    value = float(number("rtol", rtol, lambda v: v > 0, "positive"))
+    if value <= DOUBLES:
+        raise InputError(f"rtol = {short(rtol)}: it must lie above {DOUBLES}, what doubles hold; "
+                         "use solve(scene, digits=n)")  # fmt: skip
     return value

@@ -11,7 +11,7 @@ def reduce_under(condition, assumptions):
     (sigma > 0) & (mu < sigma)
     """
     kept, by_parameter = [], {}
-    for relation in sp.And.make_args(sp.sympify(condition)):
+    for relation in sp.And.make_args(sp.sympify(condition, strict=True)):
         symbols = relation.free_symbols
         if len(symbols) == 1 and _is_rational(relation):
             by_parameter.setdefault(*symbols, []).append(relation)

@@ -1,13 +1,16 @@
 """Regions of the switching plane: unions of intervals of the load, cell by cell of the friction parameters."""
 
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.numbers import numbers
 from asympk.symbolic.conditions import between
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.reading import rational
 
 
 @dataclass(frozen=True)
@@ -65,14 +68,14 @@ class Region:
         [False, True, False, True]
         """
         sigma0 = sigma if sigma0 is None else sigma0
-        if all(isinstance(value, (int, str, Fraction, sp.Rational)) for value in (s, sigma, sigma0)):
-            return self._contains_exactly(*map(_exact, (s, sigma, sigma0), ("s", "sigma", "sigma0")))
+        if all(isinstance(value, (int, str, Fraction, Decimal, sp.Rational)) for value in (s, sigma, sigma0)):
+            return self._contains_exactly(*map(rational, ("s", "sigma", "sigma0"), (s, sigma, sigma0)))
         return self._contains_floats(s, sigma, sigma0)
 
     def spans(self, *, sigma, sigma0=None):
         """Return the spans, with symbolic ends, of the cell that holds the parameters."""
-        sigma = _exact(sigma, "sigma")
-        return self._cell(sigma, sigma if sigma0 is None else _exact(sigma0, "sigma0")).spans
+        sigma = rational("sigma", sigma)
+        return self._cell(sigma, sigma if sigma0 is None else rational("sigma0", sigma0)).spans
 
     def latex(self):
         """Return the region as LaTeX, one line for each cell of the parameters."""
@@ -92,7 +95,8 @@ class Region:
     def _contains_floats(self, s, sigma, sigma0):
         import numpy as np
 
-        arrays = (_floats(s, "s"), _floats(sigma, "sigma"), _floats(sigma0, "sigma0"))
+        given = {"s": s, "sigma": sigma, "sigma0": sigma0}
+        arrays = [numbers(name, value).astype(float) for name, value in given.items()]
         try:
             load, kinetic, static = np.broadcast_arrays(*arrays)
         except ValueError as error:
@@ -106,22 +110,6 @@ class Region:
                 start, end = (_ends(end, self, kinetic[here], static[here]) for end in (span.start, span.end))
                 inside[here] |= span.covers(load[here], start, end)
         return inside if inside.ndim else bool(inside)
-
-
-def _exact(value, name):
-    try:
-        return sp.Rational(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r} is not a number") from None
-
-
-def _floats(value, name):
-    import numpy as np
-
-    try:
-        return np.asarray(float(_exact(value, name)) if isinstance(value, str) else value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r} is not a number or an array of numbers") from None
 
 
 def _check_parameters(sigma, sigma0, cells):

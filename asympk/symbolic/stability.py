@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.numbers import short
 from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.reading import rational
 
 LAMBDA = sp.Symbol("lambda")
 
@@ -42,7 +44,9 @@ class Eigenvalues:
         Raises ``InputError`` when a value is missing, or the equilibrium is on a boundary between kinds.
         """
         given = {
-            symbol: sp.Rational(str(values[symbol.name])) for symbol in self._parameters() if symbol.name in values
+            symbol: rational(symbol.name, values[symbol.name])
+            for symbol in self._parameters()
+            if symbol.name in values
         }
         missing = sorted(symbol.name for symbol in self._parameters() - set(given))
         if missing:
@@ -81,7 +85,7 @@ def series_in_mu(value, spectrum, order):
     a whole number >= 0.
     """
     if isinstance(order, bool) or not isinstance(order, int) or order < 0:
-        raise OrderError(f"order = {order!r} is not a whole number >= 0")
+        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
     small = spectrum.small
     polynomial = {"slow": spectrum.polynomial, "fast": _rescaled(spectrum.polynomial, small)}[value]
     (start,) = (root for root in sp.roots(polynomial.subs(small, 0), LAMBDA) if root != 0 or value == "slow")
