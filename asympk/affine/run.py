@@ -29,6 +29,7 @@ MOST_SPARE = 300
 DIGITS_OF_DOUBLES = 17
 LARGEST_DOUBLE = 308
 TRUSTED = 5e-14
+TOLD = 1e-8  # an estimated error up to which the order of events in doubles stands
 ROUNDED = 2.0**-53
 
 
@@ -62,30 +63,46 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
         return _in_doubles(case)
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    course, error = _certified(case, int(digits))
+    course, error = _certified(case._replace(known=_known(case)), int(digits))
     return _path(case, int(digits), course, _mpf, _mpf(error))
 
 
 class Case(NamedTuple):
-    """A scene, the flows of its modes, and the number of events allowed."""
+    """A scene, the flows of its modes, the number of events allowed, and a course in coarser numbers, if known."""
 
     scene: Any
     flows: "Flows"
     events: int
+    known: Any = None
 
 
 def _in_doubles(case):
+    course, error = _estimated(case)
+    if error <= TRUSTED:
+        return _path(case, None, course, float, error)
+    known = course if error <= TOLD else None
+    course, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(case, None, course, _double, ROUNDED)
+
+
+def _estimated(case):
+    """Return (course, error) of a run in doubles; (None, inf) where they cannot follow the scene."""
     try:
         course = _course(Doubles, case)
-        error = estimate([s.work for s in course.segments], len(case.scene.start))
-        if error <= TRUSTED:
-            return _path(case, None, course, float, error)
+        return course, estimate([s.work for s in course.segments], len(case.scene.start))
     except TooLarge:
         raise
     except (Undecided, OverflowError, ZeroDivisionError):
-        pass
-    course, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(case, None, course, _double, ROUNDED)
+        return None, float("inf")
+
+
+def _known(case):
+    """Return the course in doubles where it can be trusted to have the right events, else None."""
+    try:
+        course, error = _estimated(case)
+    except TooLarge:
+        return None
+    return course if error <= TOLD else None
 
 
 @lru_cache(maxsize=256)
@@ -122,8 +139,8 @@ def _course(m, case):
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.branch)
         segment = Segment(flow, (*state, *(value(m, *wave, t) for wave in waves)))
-        found = segment.first_event(until - t)
-        span, hit = (found[0], found[1][0]) if found else (until - t, None)
+        span, hit = _span(case, m, mode, segment, until - t, len(segments))
+        found = hit is not None
         end = segment.at_event(span, hit) if found else segment.state(span)
         if (size := max(map(abs, end))) > m.largest:
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
@@ -137,6 +154,17 @@ def _course(m, case):
         raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip
     return course
+
+
+def _span(case, m, mode, segment, left, k):
+    """Return (duration, guard lost or None) of the segment number k; from the known course, if there is one."""
+    if case.known:
+        if k >= len(case.known.modes) or case.known.modes[k] != mode.name:
+            raise Undecided
+        leg = case.known.segments[k].work
+        return (left, None) if leg.guard is None else (segment.refined(m.number(leg.span), leg.guard), leg.guard)
+    found = segment.first_event(left)
+    return (found[0], found[1][0]) if found else (left, None)
 
 
 def _certified(case, digits, largest=None):
@@ -153,7 +181,7 @@ def _certified(case, digits, largest=None):
         error = _distance(coarse, fine) if fine else None
         if error is not None and error * 10**digits < 1:
             return fine, error
-        working *= 2
+        case, working = case._replace(known=None), working * 2
     raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
                     "not decide, or grows beyond them; take a smaller until or another start")  # fmt: skip
 
