@@ -1,7 +1,7 @@
 """Reductions that others published, and their next terms: enzyme kinetics twice, a predator with two stages."""
 
 # %% Michaelis and Menten, little enzyme (Heineken, Tsuchiya and Aris 1967)
-# s' = -s + (s + kappa - lambda) c, mu c' = s - (s + kappa) c: the slow manifold is the quasi-steady state of the complex.
+# s' = -s + (s + kappa - lambda) c, mu c' = s - (s + kappa) c: the slow manifold is the quasi-steady state of c.
 import sympy as sp
 
 import asympk as ap
