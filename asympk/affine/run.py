@@ -27,6 +27,7 @@ MOST_DIGITS = 1000
 SPARE_DIGITS = 30
 MOST_SPARE = 300
 DIGITS_OF_DOUBLES = 17
+LARGEST_DOUBLE = 308
 TRUSTED = 5e-14
 ROUNDED = 2.0**-53
 
@@ -79,9 +80,11 @@ def _in_doubles(case):
         error = estimate([s.work for s in course.segments], len(case.scene.start))
         if error <= TRUSTED:
             return _path(case, None, course, float, error)
+    except TooLarge:
+        raise
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
-    course, _ = _certified(case, DIGITS_OF_DOUBLES)
+    course, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
     return _path(case, None, course, _double, ROUNDED)
 
 
@@ -122,6 +125,9 @@ def _course(m, case):
         found = segment.first_event(until - t)
         span, hit = (found[0], found[1][0]) if found else (until - t, None)
         end = segment.at_event(span, hit) if found else segment.state(span)
+        if (size := max(map(abs, end))) > m.largest:
+            raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
+                           "the numbers in use: take a smaller until")  # fmt: skip
         reached, lost = (t + span, kept[hit]) if found else (until, None)
         return loop.Segment(reached, tuple(end[: len(state)]), lost, Leg(t, segment, span, hit))
 
@@ -133,7 +139,7 @@ def _course(m, case):
     return course
 
 
-def _certified(case, digits):
+def _certified(case, digits, largest=None):
     """Return (course, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
 
     The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
@@ -142,8 +148,8 @@ def _certified(case, digits):
     most = 4 * digits + MOST_SPARE
     working = digits + SPARE_DIGITS
     while working < 2 * most:
-        coarse = _tried(working, working >= most, case)
-        fine = coarse and _tried(working + 8 + digits // 4, working >= most, case)
+        coarse = _tried(working, working >= most, case, largest or most)
+        fine = coarse and _tried(working + 8 + digits // 4, working >= most, case, largest or most)
         error = _distance(coarse, fine) if fine else None
         if error is not None and error * 10**digits < 1:
             return fine, error
@@ -152,8 +158,8 @@ def _certified(case, digits):
                     "not decide, or grows beyond them; take a smaller until or another start")  # fmt: skip
 
 
-def _tried(digits, tie, case):
-    m = context(10**6)
+def _tried(digits, tie, case, largest):
+    m = context(largest)
     set_digits(m, digits, tie)
     try:
         return _course(m, case)

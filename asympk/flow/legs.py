@@ -102,11 +102,11 @@ class Leg(NamedTuple):
     end: tuple
 
 
-def follow(flow, start, until, deviation=None, known=None):
+def follow(flow, start, until, deviation=None, known=None, told=None):
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
     Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
-    numbers, whose event times need only be refined.
+    numbers, whose event times need only be refined; ``told`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
     m, t, legs = flow.m, 0 * until, []
@@ -133,6 +133,8 @@ def follow(flow, start, until, deviation=None, known=None):
         if abs(y) > m.largest:
             raise TooLarge(_too_large(m, t, y))
         t = t + span
+        if told:
+            told(t)
         if kind == "force_zero":
             s_sign = -s_sign
         elif kind == "slip_onset":
