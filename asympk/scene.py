@@ -73,7 +73,7 @@ class Scene:
         0 stays on the line and 1e-300 leaves it at its own time; ``start`` shows the nearest doubles. Raises
         ``NoManifold`` where the mode has no slow line, ``InputError`` where the start is not in its mode.
         """
-        if manifold not in MANIFOLDS:
+        if not isinstance(manifold, str) or manifold not in MANIFOLDS:
             raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
         x, offset, z = number("x", x), number("offset", offset), number("z", z)
         y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)
@@ -93,6 +93,14 @@ def _slow_y(manifold, sigma, mu, x):
         raise NoManifold(f"{where}: with b = {b} it needs 4 mu < b, or b < 0")
     slow_root = -2 / (1 + math.sqrt(abs(b - 4 * mu)) / math.sqrt(abs(b)))
     return slow_root * float(x - 1 / Fraction(b))
+
+
+def in_doubles(scene: Scene) -> tuple[float, float, float]:
+    """Return (sigma, sigma0, mu) as doubles; raises ``InputError`` where rounding takes them out of their ranges."""
+    sigma, sigma0, mu = float(scene.sigma), float(scene.sigma0), float(scene.mu)
+    if sigma == -2 or mu == 0:
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
+    return sigma, sigma0, mu
 
 
 def _triple(start):

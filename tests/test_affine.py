@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from asympk.affine.mode import AffineMode, Segment, in_digits
-from asympk.errors import InputError, Undecided
+from asympk.errors import InputError, TooLarge, Undecided
 from asympk.flow.arithmetic import context, set_digits
 
 
@@ -150,6 +150,9 @@ def test_a_growing_part_is_met_before_it_overflows_or_not_at_all():
     assert Segment(mode.in_doubles, [0.0, 0.0]).first_event(5.0) is None
     with pytest.raises(OverflowError):
         Segment(mode.in_doubles, [1e-300, 0.0]).first_event(5.0)
+    away = AffineMode.of([[10**8, 0], [0, 0]], [0, 1], [((1, 0), 1)])
+    with pytest.raises(TooLarge, match="take a smaller until"):
+        Segment(away.in_doubles, [1.0, 0.0]).first_event(5.0)
     m = digits(30)
     found, _ = Segment(in_digits(m, mode), [m.mpf("1e-300"), m.zero]).first_event(m.mpf(5))
     assert float(found) == pytest.approx(300 * np.log(10) / 1e8, rel=1e-14)

@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.functions import MOST_EXPONENT, functions, initial, sizes, tremors
-from asympk.errors import Undecided
+from asympk.errors import TooLarge, Undecided
 from asympk.flow.arithmetic import Doubles
 
 _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200
 _FURTHER = 1.375
+_NOTHING = 1e-8
 
 
 class Point(NamedTuple):
@@ -89,28 +90,41 @@ class Guards:
     def suspects(self, mesh, until):
         """Yield intervals (lo, hi) of (0, until) in order, outside which no guard has a root.
 
-        Raises ``OverflowError`` where a part of a guard grows beyond the doubles.
+        Raises ``TooLarge`` where a part of a guard grows beyond the numbers in use, ``OverflowError`` where only its
+        exponential does.
         """
         last = self._last()
         for window in mesh.windows():
-            if window.t[-1] > last and until > last:
-                raise OverflowError
             suspect = self._suspects(window) if self.m is Doubles else range(len(window.h))
             for k in suspect:
-                if window.t[k] >= until:
-                    return
+                if window.t[k] >= until or window.t[k + 1] > last:
+                    break
                 yield self.m.number(window.t[k]), min(self.m.number(window.t[k + 1]), until)
-            if window.t[-1] >= until:
-                return
+            if window.t[-1] >= min(until, last):
+                break
+        if until > last:
+            self._refuse(last)
 
     def _last(self):
         """Return the time at which a part of a guard leaves the range of the numbers in use."""
-        if self.m is not Doubles or all(block.decay <= 0 for block in self.blocks):
-            return float("inf")
-        alive = self.segment.slopes.any(axis=1)
-        fastest = self.segment.flow.rate.diagonal()[alive].max(initial=0.0)
-        return MOST_EXPONENT / fastest if fastest > 0 else float("inf")
+        times = [float("inf")]
+        for rate, size in self._growing():
+            times.append(MOST_EXPONENT / rate if self.m is Doubles else self.m.log(self.m.largest / size) / rate)
+        return min(times)
 
+    def _growing(self):
+        """Return (rate, size at the start) of the parts of guards that grow."""
+        rates, sizes = self.segment.flow.rate.diagonal(), abs(self.segment.guards[: self.segment.functions])
+        return [(rate, max(row)) for rate, row in zip(rates, sizes.tolist(), strict=True) if rate > 0 and any(row)]
+
+    def _refuse(self, last):
+        rate, size = max(self._growing())
+        if self.m is Doubles and size < _NOTHING:
+            raise OverflowError
+        raise TooLarge(f"the state grows like exp({float(rate):.6g} t) for a time of {float(last):.6g}, beyond the "
+                       "numbers in use: take a smaller until")  # fmt: skip
+
+    @np.errstate(all="ignore")
     def _suspects(self, window):
         """Return which intervals of a window may have a root, by the verdicts of ``_verdict`` on arrays."""
         s, margin = self.segment, self.m.margin

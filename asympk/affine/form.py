@@ -11,6 +11,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.affine.exponential import LARGEST
 from asympk.affine.forcing import CONSTANT, Wave, closed, rate, waves_of
 from asympk.affine.mode import AffineMode
 from asympk.automaton.modes import Mode, library, source
@@ -111,7 +112,7 @@ def _numbers(system, outputs, values, digits):
     exact = tuple(e for e in outputs if _rational(e))
     found = dict(zip(exact, _evaluated(system, exact, library(mpf=Fraction), arguments), strict=True))
     if others := tuple(e for e in outputs if e not in found):
-        m = context(10**6)
+        m = context(LARGEST)
         set_digits(m, 2 * digits + 20)
         found |= zip(others, map(_fraction, _evaluated(system, others, m, map(m.number, arguments))), strict=True)
     return [Fraction(found[e]) for e in outputs]

@@ -6,7 +6,7 @@ derivative has ``(a + i w) z`` instead; a power ``t^k/k!`` hands its weight down
 
 import numpy as np
 
-MOST_EXPONENT = 500.0
+MOST_EXPONENT = 600.0
 
 
 class Arrays:

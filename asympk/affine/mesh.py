@@ -1,7 +1,7 @@
 r"""Times that suit a spectrum, and the functions F_r there, kept per mode: where a search for a root begins.
 
 A part ``e^{l t}`` with Re l < 0 bends a guard by ``|l|^2 e^{Re l t}``, so an interval may be as long as
-``1/|l| e^{-Re l t/2}``: intervals grow as fast parts vanish, and their number is O(log(1/mu)). What is on an interval
+``1/|l| e^{-Re l t/4}``: intervals grow as fast parts vanish, and their number is O(log(1/mu)). What is on an interval
 is then decided by bounds, in ``events``; the mesh decides nothing.
 """
 
@@ -13,8 +13,9 @@ import numpy as np
 from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, sizes, tremors
 
 POINTS = 96
-_PART = 0.7
+_PART = 0.4
 _KEPT = 64
+_LARGEST = 1e300
 
 
 class Window(NamedTuple):
@@ -57,7 +58,7 @@ class Mesh:
         for _ in range(POINTS):
             times.append(times[-1] + self._step(times[-1]))
         t, blocks = np.array(times), self.blocks
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             values, gained, begun = functions(Arrays, blocks, t)
             off_gained, off_values = tremors(Arrays, blocks, t)
             bounds = sizes(Arrays, blocks, t[:-1], t[1:])
@@ -70,10 +71,11 @@ class Mesh:
         speeds = [(decay, abs(complex(decay, turn))) for decay, turn, _ in self.blocks]
         first = max((speed for _, speed in speeds), default=0.0)
         speeds = [(decay, speed) for decay, speed in speeds if decay * t < MOST_EXPONENT]
-        fastest = max((speed * np.exp(min(decay * t / 2, 0.0)) for decay, speed in speeds), default=0.0)
+        fastest = max((speed * np.exp(min(decay * t / 4, 0.0)) for decay, speed in speeds), default=0.0)
         grown = t + (_PART / first if first else 1.0)
         return _PART / fastest if fastest * grown > _PART else grown
 
 
 def _columns(found, t):
-    return np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1).astype(float)
+    columns = np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1).astype(float)
+    return np.clip(columns, -_LARGEST, _LARGEST)  # so that a part of no weight is 0 however far it has grown

@@ -80,7 +80,8 @@ def _simple_roots(m, factor, estimates, denominator):
     if len(factor) == 2:
         return [-m.mpf(factor[0]) / factor[1]]
     values = _starts(m, factor, estimates, denominator)
-    last = m.inf
+    close = m.ldexp(1, -m.prec * 2 // 5)  # beyond it one more step is exact to rounding, convergence being cubic
+    settled = False
     for _ in range(_MOST_ITERATIONS):
         moved = m.zero
         for i, z in enumerate(values):
@@ -91,9 +92,9 @@ def _simple_roots(m, factor, estimates, denominator):
             step = newton / (1 - newton * sum(1 / (z - other) for j, other in enumerate(values) if j != i))
             values[i] = z - step
             moved = max(moved, abs(step) / abs(z))
-        if moved < m.ldexp(1, -m.prec // 2) and moved >= last:
+        if settled:
             return values
-        last = moved if moved < m.ldexp(1, -m.prec // 2) else m.inf
+        settled = moved < close
     raise Undecided("the eigenvalues of a mode do not converge")
 
 

@@ -27,7 +27,9 @@ MOST_DIGITS = 1000
 SPARE_DIGITS = 30
 MOST_SPARE = 300
 DIGITS_OF_DOUBLES = 17
+LARGEST_DOUBLE = 308
 TRUSTED = 5e-14
+TOLD = 1e-8  # an estimated error up to which the order of events in doubles stands
 ROUNDED = 2.0**-53
 
 
@@ -61,28 +63,46 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
         return _in_doubles(case)
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    course, error = _certified(case, int(digits))
+    course, error = _certified(case._replace(known=_known(case)), int(digits))
     return _path(case, int(digits), course, _mpf, _mpf(error))
 
 
 class Case(NamedTuple):
-    """A scene, the flows of its modes, and the number of events allowed."""
+    """A scene, the flows of its modes, the number of events allowed, and a course in coarser numbers, if known."""
 
     scene: Any
     flows: "Flows"
     events: int
+    known: Any = None
 
 
 def _in_doubles(case):
+    course, error = _estimated(case)
+    if error <= TRUSTED:
+        return _path(case, None, course, float, error)
+    known = course if error <= TOLD else None
+    course, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(case, None, course, _double, ROUNDED)
+
+
+def _estimated(case):
+    """Return (course, error) of a run in doubles; (None, inf) where they cannot follow the scene."""
     try:
         course = _course(Doubles, case)
-        error = estimate([s.work for s in course.segments], len(case.scene.start))
-        if error <= TRUSTED:
-            return _path(case, None, course, float, error)
+        return course, estimate([s.work for s in course.segments], len(case.scene.start))
+    except TooLarge:
+        raise
     except (Undecided, OverflowError, ZeroDivisionError):
-        pass
-    course, _ = _certified(case, DIGITS_OF_DOUBLES)
-    return _path(case, None, course, _double, ROUNDED)
+        return None, float("inf")
+
+
+def _known(case):
+    """Return the course in doubles where it can be trusted to have the right events, else None."""
+    try:
+        course, error = _estimated(case)
+    except TooLarge:
+        return None
+    return course if error <= TOLD else None
 
 
 @lru_cache(maxsize=256)
@@ -119,9 +139,12 @@ def _course(m, case):
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.branch)
         segment = Segment(flow, (*state, *(value(m, *wave, t) for wave in waves)))
-        found = segment.first_event(until - t)
-        span, hit = (found[0], found[1][0]) if found else (until - t, None)
+        span, hit = _span(case, m, mode, segment, until - t, len(segments))
+        found = hit is not None
         end = segment.at_event(span, hit) if found else segment.state(span)
+        if (size := max(map(abs, end))) > m.largest:
+            raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
+                           "the numbers in use: take a smaller until")  # fmt: skip
         reached, lost = (t + span, kept[hit]) if found else (until, None)
         return loop.Segment(reached, tuple(end[: len(state)]), lost, Leg(t, segment, span, hit))
 
@@ -133,7 +156,18 @@ def _course(m, case):
     return course
 
 
-def _certified(case, digits):
+def _span(case, m, mode, segment, left, k):
+    """Return (duration, guard lost or None) of the segment number k; from the known course, if there is one."""
+    if case.known:
+        if k >= len(case.known.modes) or case.known.modes[k] != mode.name:
+            raise Undecided
+        leg = case.known.segments[k].work
+        return (left, None) if leg.guard is None else (segment.refined(m.number(leg.span), leg.guard), leg.guard)
+    found = segment.first_event(left)
+    return (found[0], found[1][0]) if found else (left, None)
+
+
+def _certified(case, digits, largest=None):
     """Return (course, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
 
     The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
@@ -142,18 +176,18 @@ def _certified(case, digits):
     most = 4 * digits + MOST_SPARE
     working = digits + SPARE_DIGITS
     while working < 2 * most:
-        coarse = _tried(working, working >= most, case)
-        fine = coarse and _tried(working + 8 + digits // 4, working >= most, case)
+        coarse = _tried(working, working >= most, case, largest or most)
+        fine = coarse and _tried(working + 8 + digits // 4, working >= most, case, largest or most)
         error = _distance(coarse, fine) if fine else None
         if error is not None and error * 10**digits < 1:
             return fine, error
-        working *= 2
+        case, working = case._replace(known=None), working * 2
     raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
                     "not decide, or grows beyond them; take a smaller until or another start")  # fmt: skip
 
 
-def _tried(digits, tie, case):
-    m = context(10**6)
+def _tried(digits, tie, case, largest):
+    m = context(largest)
     set_digits(m, digits, tie)
     try:
         return _course(m, case)

@@ -103,7 +103,7 @@ class Ensemble:
         return _in_order(again.notes)
 
 
-def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, strict=False, progress=None):
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None, strict=False):
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not
@@ -222,8 +222,8 @@ def _put(path, row, result):
     at = row - result.first
     result.final[:, at], result.count[at] = path.final, len(path.events)
     if result.notes is not None and path.events:
-        kind, *state = zip(*path.events, strict=True)
-        kinds = np.array([KINDS.index(k) for k in kind])
+        kinds = np.array([KINDS.index(event.kind) for event in path.events])
+        state = zip(*((event.t, *event.state) for event in path.events), strict=True)
         result.notes.append((np.full(kinds.size, row), kinds, *(np.array(v, dtype=float) for v in state)))
 
 

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
 
+from asympk import multiprecision
 from asympk.automaton.modes import Mode, function, mode_of
 from asympk.errors import InputError, NoMotion, TwoMotions
 from asympk.symbolic import branches
@@ -114,18 +115,10 @@ def _follow_on(
     return _chosen(system, consistent, t, state, [*product(*phases)])
 
 
-def context(digits: int) -> Any:
-    """Return an mpmath context of its own with that many digits; its precision is never changed."""
-    return _context(digits)
-
-
 @lru_cache(maxsize=64)
-def _context(digits: int) -> Any:
-    from mpmath import MPContext
-
-    found = MPContext()
-    found.dps = digits
-    return found
+def context(digits: int) -> Any:
+    """Return the mpmath context of that many digits, one for all who ask; its precision is never changed."""
+    return multiprecision.context(digits)
 
 
 def number(ctx: Any, value: Any) -> Any:

@@ -7,7 +7,6 @@ be told, or where the range of doubles ends, the flow is followed on mpmath numb
 
 from functools import lru_cache
 from itertools import pairwise
-from numbers import Integral
 from typing import Any, NamedTuple
 
 from asympk.errors import InputError, TooLarge, Undecided
@@ -16,14 +15,17 @@ from asympk.flow.dense import Dense
 from asympk.flow.legs import Flow, follow
 from asympk.flow.rounding import calm, estimate, largest
 from asympk.flow.starts import beginning
+from asympk.multiprecision import as_mpf
+from asympk.numbers import whole
 from asympk.path import Event, Path
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
-DIGITS_OF_DOUBLES = 17
+DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
 LARGEST_DOUBLE = 308
 ROUNDED = 2.0**-53
 TRUSTED = 2e-15
+SAFETY = 4  # of an account to the first order
 REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
 REFINED_DIGITS = 34
 
@@ -41,18 +43,18 @@ class Case(NamedTuple):
     near: tuple | None
 
 
-def run(scene, method="exact", *, digits=None):
+def run(scene, method="exact", *, digits=None, progress=None):
     """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
+    With ``digits``, ``progress(t, until, working)`` is called after every event with the time reached and the digits
+    at work, of which there are two runs or more; what it raises ends the run.
     """
     if digits is None:
         return _in_doubles(scene)
-    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    digits = int(digits)
-    legs, error = _certified(_case(scene), digits)
-    return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    legs, error = _certified(_case(scene), digits, progress=progress)
+    return _path(scene, digits, _rounded(legs, as_mpf), legs, as_mpf(error), as_mpf)
 
 
 def _case(scene):
@@ -63,9 +65,9 @@ def _in_doubles(scene):
     case, until = _case(scene), float(scene.until)
     try:
         legs = legs_of(Doubles, case)
-        error = TRUSTED if calm(legs, until) else estimate(legs, TRUSTED)
+        error = TRUSTED / SAFETY if calm(legs, until) else estimate(legs, TRUSTED)
         if error <= TRUSTED:
-            return _path(scene, None, legs, legs, TRUSTED, float)
+            return _path(scene, None, legs, legs, SAFETY * error, float)
         if error <= REFINABLE:
             legs = legs_of(_refining(), case, legs)
             return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
@@ -89,15 +91,15 @@ def _refining():
     return m
 
 
-def legs_of(m, case, known=None):
-    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known`` is as in ``follow``."""
+def legs_of(m, case, known=None, told=None):
+    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known``, ``told`` are as in ``follow``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
     start, deviation = beginning(flow, case)
-    return follow(flow, start, m.number(case.until), deviation, known)
+    return follow(flow, start, m.number(case.until), deviation, known, told)
 
 
-def _certified(case, digits, largest=None):
+def _certified(case, digits, largest=None, progress=None):
     """Return (legs, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
 
     The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
@@ -107,9 +109,9 @@ def _certified(case, digits, largest=None):
     m = context(largest or most)
     working = digits + SPARE_DIGITS
     while working < 2 * most:
-        coarse = _tried(m, working, working >= most, case)
+        coarse = _tried(m, working, working >= most, case, progress)
         if coarse:
-            fine = _tried(m, working + 8 + digits // 4, working >= most, case)
+            fine = _tried(m, working + 8 + digits // 4, working >= most, case, progress)
             error = _distance(coarse, fine) if fine else None
             if error is not None and error * 10**digits < 1:
                 return fine, error
@@ -118,10 +120,11 @@ def _certified(case, digits, largest=None):
                     "not decide, or grows beyond them; take a smaller until or another start")
 
 
-def _tried(m, digits, tie, case):
+def _tried(m, digits, tie, case, progress):
     set_digits(m, digits, tie)
+    until = float(case.until)
     try:
-        return legs_of(m, case)
+        return legs_of(m, case, told=progress and (lambda t: progress(float(t), until, digits)))
     except Undecided:
         return None
 
@@ -158,9 +161,3 @@ def _double(value):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
                        "ask for digits=, or a smaller until")
     return rounded
-
-
-def _mpf(value):
-    import mpmath
-
-    return mpmath.mp.make_mpf(value._mpf_)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from asympk.automaton.loop import Segment, follow
 from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
-from asympk.numbers import number
+from asympk.numbers import number, numbers, whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
 
@@ -34,6 +34,8 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
     "kvaerno5": ("diffrax", "diffrax"),
 }
 FINISHED = "finished"
+LEAST_MU = 1e-300
+MOST_STEPS = 10**12
 
 
 class Work(NamedTuple):
@@ -65,6 +67,8 @@ def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, eve
     """
     start, until = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
+    steps, seconds = bounds(steps, seconds)
+    events = whole("events", events, 0, MOST_STEPS)
     advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
     automaton = automaton_of(scene)
     first = automaton.first(scene.start)
@@ -114,7 +118,7 @@ def dense(start, reached, sample):
     def at(t):
         import numpy as np
 
-        t = np.asarray(t, dtype=float)
+        t = numbers("t", t).astype(float)
         times, where = np.unique(t, return_inverse=True)
         if times.size and not (times[0] >= 0 and times[-1] <= reached):
             wrong = times[-1] if times[0] >= 0 else times[0]
@@ -134,7 +138,11 @@ def report(last, work, options):
 
 
 def endpoints(scene):
-    """Return the start and the horizon of a scene as floats; raises ``TooLarge`` where a double cannot hold them."""
+    """Return the start and the horizon of a scene as floats; raises ``InputError`` where 1/mu is beyond them."""
+    if scene.system is None and float(scene.mu) < LEAST_MU:
+        raise InputError(
+            f"mu = {float(scene.mu)}: integrators divide by it; give at least {LEAST_MU}, or method='exact'"
+        )
     try:
         return tuple(float(v) for v in scene.start), float(scene.until)
     except OverflowError:
@@ -148,6 +156,11 @@ def tolerances(rtol, atol):
     if not 1e-13 <= rtol < 1 or atol <= 0:
         raise InputError(f"rtol = {rtol:g}, atol = {atol:g}: give 1e-13 <= rtol < 1 and atol > 0")
     return rtol, atol
+
+
+def bounds(steps, seconds):
+    """Return the bounds on the work, steps as an int and seconds as a float; raises ``InputError``."""
+    return whole("steps", steps, 1, MOST_STEPS), float(number("seconds", seconds, lambda v: v >= 0, "zero or positive"))
 
 
 def absent():

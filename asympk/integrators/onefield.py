@@ -11,7 +11,8 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Limits, dense, endpoints, finished, report, tolerances
+from asympk.integrators.integrate import Limits, bounds, dense, endpoints, finished, report, tolerances
+from asympk.numbers import short
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
 
@@ -35,10 +36,11 @@ class Field:
 
 def follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):
     """Follow ``scene`` with F = -kinetic |load| direction(v), by one of scipy's solvers; the ``Path`` has one mode."""
-    if solver not in scipy_ivp.CLASSES:
-        raise InputError(f"solver {solver!r} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
+    if not isinstance(solver, str) or solver not in scipy_ivp.CLASSES:
+        raise InputError(f"solver {short(solver)} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
     start, until = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
+    steps, seconds = bounds(steps, seconds)
     automaton = automaton_of(scene)
     field = Field(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
 

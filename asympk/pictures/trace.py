@@ -5,13 +5,15 @@ import io
 from pathlib import Path
 from typing import NamedTuple
 
-from asympk.errors import InputError, MissingPackage
+from asympk.errors import InputError
+from asympk.numbers import whole
 from asympk.pictures import style
 from asympk.storage.files import write_bytes, write_text
 
 SUFFIXES = (".pdf", ".svg", ".png")
 SHADES = {"slip_same": "white", "slip_opposite": "0.88", "stick": "0.72"}
 _SAMPLES = 4000
+MOST_SAMPLES = 10**7
 
 
 class Frame(NamedTuple):
@@ -34,6 +36,7 @@ def trace(path, frame=NONDIMENSIONAL, samples=_SAMPLES):
 
     An event is there twice, as the end of one mode and the start of the next, with the state the path gives it.
     """
+    samples = whole("samples", samples, 1, MOST_SAMPLES)
     ends = [(0, *path(0.0)), *((event.t, *event.state) for event in path.events), (path.scene.until, *path.final)]
     each = max(6, samples // len(path.modes))
     rows = []
@@ -88,10 +91,7 @@ def save(file, draw):
     file = Path(file)
     if file.suffix not in SUFFIXES:
         raise InputError(f"{file}: a plot is written as one of {', '.join(SUFFIXES)}")
-    try:
-        import matplotlib
-    except ImportError:
-        raise MissingPackage("a plot needs matplotlib: pip install 'asympk[plot]'") from None
+    matplotlib = style.matplotlib()
     unsaid = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
     buffer = io.BytesIO()
     with matplotlib.rc_context(style.RC):

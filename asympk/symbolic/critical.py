@@ -12,6 +12,7 @@ import sympy as sp
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
+from asympk.symbolic.reading import expression
 from asympk.symbolic.signs import nonzero, positive
 from asympk.symbolic.system import Mode
 from asympk.symbolic.values import by_symbol, exact, names
@@ -146,7 +147,7 @@ def checked_branch(branch, mode, small):
     """Return ``branch`` as a ``Dict`` after checking that it gives every fast variable and solves g = 0."""
     if not isinstance(branch, dict | sp.Dict):
         raise InputError(f"branch = {branch!r} is not a dict {{fast variable: expression in the slow variables}}")
-    branch = sp.Dict(branch)
+    branch = sp.Dict({y: expression(f"branch {y}", h) for y, h in branch.items()})
     _same_symbols(branch, mode)
     if {*branch} != {*mode.fast}:
         raise InputError(f"branch gives {names(branch)}; the fast variables of {mode.name!r} are {names(mode.fast)}")

@@ -59,7 +59,7 @@ def over_fast(mode, small, branch):
 def expand(mode, small, branch, order):
     """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
     slow, fast = tuple(mode.slow), tuple(mode.fast)
-    branch = {y: sp.sympify(h) for y, h in branch.items()}
+    branch = {y: sp.sympify(h, strict=True) for y, h in branch.items()}
     implicit = is_implicit(branch)
     named = implicit or not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
     over = over_fast(mode, small, branch)
@@ -233,4 +233,4 @@ def _ties(mode, small, branch):
 
 
 def _atoms(exprs):
-    return set().union(*map(atoms_of, map(sp.sympify, exprs)))
+    return set().union(*(atoms_of(sp.sympify(expr, strict=True)) for expr in exprs))

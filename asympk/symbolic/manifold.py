@@ -16,6 +16,7 @@ import sympy as sp
 from sympy.integrals.rationaltools import ratint
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.numbers import short
 from asympk.symbolic.critical import (
     CriticalManifold,
     checked_branch,
@@ -277,5 +278,5 @@ def _polynomial(coefficients, small):
 
 def _whole(order):
     if isinstance(order, bool) or not isinstance(order, Integral) or order < 0:
-        raise OrderError(f"order = {order!r} is not a whole number >= 0")
+        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
     return int(order)

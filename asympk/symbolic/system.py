@@ -23,6 +23,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.symbolic import branches
 from asympk.symbolic.placing import place
+from asympk.symbolic.reading import expression
 
 
 @dataclass(frozen=True)
@@ -230,10 +231,7 @@ class System:
 
 def _put(record: Any, name: str, value: Any) -> None:
     if value is not None:
-        try:
-            value = sp.sympify(value, strict=True)
-        except sp.SympifyError:
-            raise InputError(f"friction: {name} = {value!r} is not an expression; build it from Symbols") from None
+        value = expression(f"friction: {name}", value)
     object.__setattr__(record, name, value)
 
 
@@ -244,10 +242,7 @@ def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
     for state, rate in rates.items():
         if not isinstance(state, sp.Symbol):
             raise InputError(f"{what}: the state {state!r} is not a Symbol")
-        try:
-            found[state] = sp.sympify(rate, strict=True)
-        except sp.SympifyError:
-            raise InputError(f"{what}: the rate {rate!r} of {state} is not an expression of Symbols") from None
+        found[state] = expression(f"{what}: the rate of {state}", rate)
     return found
 
 
