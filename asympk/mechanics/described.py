@@ -45,12 +45,12 @@ class Described:
     turn: tuple | None
 
     @property
-    def numbers(self):
+    def numbers(self) -> dict[str, Any]:
         """The values of parameters and states, those of the elastic contact left out."""
         own = {str(s) for s in self.mechanism.plain.parameters}
         return {**{name: value for name, value in self.values.items() if name in own}, **self.state}
 
-    def changed(self, changes):
+    def changed(self, changes: dict[str, Any]) -> "Described":
         """Return the description with other numbers; raises ``UnknownName`` for what is no parameter or state."""
         self.mechanism._keys(dict(changes))
         values = {name: changes.get(name, value) for name, value in self.values.items()}
@@ -58,11 +58,13 @@ class Described:
         added = {name: value for name, value in changes.items() if name not in values and name not in state}
         return replace(self, values={**values, **added}, state=state)
 
-    def closed(self, at, friction):
+    def closed(self, at: Any, friction: Any) -> dict[str, Any]:
         """Return the numbers with the contact closed and sliding as in the example, on arrays of ``turn`` and friction.
 
         The rates are those with g' = 0, with the sliding velocity and the free rates of the example.
         """
+        if self.turn is None:
+            raise InputError(f"{self.name}: nothing to turn; name a coordinate and its range under [over]")
         rod, (name, _, _, tied) = self.mechanism, self.turn
         placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in tied.items()}}
         kinetics, sliding = rod.plain, sp.Dummy("gamma", real=True)
@@ -73,7 +75,7 @@ class Described:
         return {**placed, str(rod.contact.friction): friction}
 
 
-def read_mechanism(path):
+def read_mechanism(path: Any) -> Described:
     """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` for what is none, in one line."""
     table = read_table(path)
     refuse_unknown(table, KEYS, path)

@@ -1,28 +1,31 @@
 r"""Where the rigid contact has a paradox: friction load |G_NT| > G_NN, the critical friction and its least value."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import as_floats, evaluate, exact
+from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import shortest, tidy
 
 
-def critical_friction(kinetics):
+def critical_friction(kinetics: Kinetics) -> sp.Expr:
     """Return G_NN / (load |G_NT|), oo where G_NT vanishes identically."""
     normal, mixed = _ratio(kinetics)
     return sp.oo if mixed == 0 else normal / (kinetics.load * mixed)
 
 
-def condition(kinetics):
+def condition(kinetics: Kinetics) -> sp.Basic:
     """Return friction load |G_NT| > G_NN, the condition for a paradox, without common factors."""
     normal, mixed = _ratio(kinetics)
     return sp.Gt(kinetics.friction * kinetics.load * mixed, normal)
 
 
-def _ratio(kinetics):
+def _ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
     """Return G_NN and |G_NT| divided by what they have in common."""
     normal, mixed = kinetics.delassus[0, 0], kinetics.delassus[0, 1]
     if mixed == 0:
@@ -54,13 +57,15 @@ class ParadoxSet:
     samples: int
 
     @property
-    def edges(self):
+    def edges(self) -> tuple[float, ...]:
         """The ends of the intervals that are no ends of the range, in order."""
         ends = (end for interval in self.intervals for end in (interval.start, interval.end))
         return tuple(end for end in ends if end not in self.ranges[0])
 
 
-def paradox_set(kinetics, ranges, values, samples=2001):
+def paradox_set(
+    kinetics: Kinetics, ranges: dict[sp.Symbol, Any], values: dict[sp.Symbol, Any], samples: int = 2001
+) -> ParadoxSet:
     """Return the ``ParadoxSet`` over the coordinates or parameters of ``ranges``, ``{name: (low, high)}``, one or two.
 
     ``values`` gives the others, as numbers or as functions of those of ``ranges``, in their order; the edges over the
@@ -81,14 +86,14 @@ def paradox_set(kinetics, ranges, values, samples=2001):
     return ParadoxSet(tuple(map(str, names)), ends, tuple(found), samples)
 
 
-def _ends(name, given):
+def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
     low, high = (as_floats(f"range of {name}", end) for end in given)
     if not low < high:
         raise InputError(f"range of {name} = ({low:g}, {high:g}): give (low, high) with low < high")
     return low, high
 
 
-def _excess(kinetics, names, values, fixed, at):
+def _excess(kinetics: Kinetics, names: tuple, values: dict, fixed: tuple, at: Any) -> Any:
     """Return friction load |G_NT| - G_NN on an array of the first coordinate."""
     import numpy as np
 
@@ -100,8 +105,8 @@ def _excess(kinetics, names, values, fixed, at):
     return np.broadcast_to(found, np.shape(at))
 
 
-def _positive(function, at):
-    """Yield the intervals between the ends of ``at`` where a function of arrays is positive, their ends refined."""
+def _positive(function: Callable[[Any], Any], at: Any) -> list[tuple[float, float]]:
+    """Return the intervals between the ends of ``at`` where a function of arrays is positive, their ends refined."""
     import numpy as np
 
     inside = function(at) > 0
@@ -123,7 +128,9 @@ class LeastFriction:
     where: sp.Basic
 
 
-def least(kinetics, coordinate, values, own):
+def least(
+    kinetics: Kinetics, coordinate: sp.Symbol, values: dict[sp.Symbol, Any], own: Callable[[Any], Any]
+) -> LeastFriction:
     """Return the ``LeastFriction`` over ``coordinate``, exact, where the critical friction is rational in its tangent.
 
     ``values`` are exact numbers for parameters; those that are left stay symbols. Raises ``NotDerivable`` where the
@@ -145,7 +152,7 @@ def least(kinetics, coordinate, values, own):
     return LeastFriction(best, sp.Eq(sp.tan(own(coordinate)), values_there[best]))
 
 
-def _in_tangent(ratio, coordinate, tangent):
+def _in_tangent(ratio: sp.Expr, coordinate: sp.Symbol, tangent: sp.Symbol) -> sp.Expr | None:
     """Return a ratio of even degree in sine and cosine in terms of the tangent, between 0 and a right angle."""
     cosine = sp.Dummy("c", positive=True)
     put = {sp.sin(coordinate): tangent * cosine, sp.cos(coordinate): cosine}

@@ -13,6 +13,8 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems.catalogue import c, example, f, h
 
 a, b = dynamicsymbols("a b")
@@ -25,7 +27,7 @@ TURN = ("a", "1/20", "3/2", {"b": lambda a: np.arccos(1 - np.cos(a))})
 
 
 @cache
-def mechanism():
+def mechanism() -> Mechanism:
     """Return the arm; its tip is at the depth cos(a) + cos(b) below the shoulder."""
     t = dynamicsymbols._t
     turning = 4 * a.diff(t) ** 2 + b.diff(t) ** 2 + 3 * a.diff(t) * b.diff(t) * sp.cos(a - b)
@@ -34,11 +36,11 @@ def mechanism():
 
 
 @cache
-def system():
+def system() -> System:
     """Return the arm on an elastic, damped surface, damping time h."""
     return mechanism().elastic(compliance=c, damping=h)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return a wipe over the surface."""
     return (example(mechanism(), system(), VALUES, STATE, "1/5", "arm-wipe"),)

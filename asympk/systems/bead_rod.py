@@ -6,6 +6,9 @@ none above. Source: Le Suan An, Dynamics of mechanical systems with Coulomb fric
 
 from functools import cache
 
+from asympk.mechanics.mechanism import Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems import painleve_rod
 from asympk.systems.catalogue import c, example, h
 
@@ -13,17 +16,17 @@ VALUES, STATE, TURN = painleve_rod.VALUES, painleve_rod.STATE, painleve_rod.TURN
 
 
 @cache
-def mechanism():
+def mechanism() -> Mechanism:
     """Return the rod with its bead on the wire."""
     return painleve_rod.mechanism(unilateral=False)
 
 
 @cache
-def system():
+def system() -> System:
     """Return the rod on an elastic, damped wire, damping time h."""
     return mechanism().elastic(compliance=c, damping=h)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return the jump from a slide without a rigid motion."""
     return (example(mechanism(), system(), VALUES, STATE, "1/2", "bead-rod-jump"),)

@@ -14,6 +14,8 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems.catalogue import c, example, f, h
 
 X, theta = dynamicsymbols("X theta")
@@ -25,7 +27,7 @@ TURN = ("theta", "1/20", "3/2", {})
 
 
 @cache
-def mechanism():
+def mechanism() -> Mechanism:
     """Return carriage, arm and shoe; the hinge is at the height b over the belt."""
     t = dynamicsymbols._t
     place = X + l * sp.sin(theta), b - l * sp.cos(theta)
@@ -35,11 +37,11 @@ def mechanism():
 
 
 @cache
-def system():
+def system() -> System:
     """Return the shoe on an elastic, damped lining, damping time h."""
     return mechanism().elastic(compliance=c, damping=h)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return a shoe that is put on the running belt."""
     return (example(mechanism(), system(), VALUES, STATE, "1/2", "brake-shoe-jump"),)

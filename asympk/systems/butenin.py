@@ -7,6 +7,9 @@ Dokl. Akad. Nauk SSSR 62 (1948) 321-324, for the phase plane (R, R').
 
 from functools import cache
 
+from asympk.mechanics.mechanism import Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
 from asympk.systems.catalogue import eps, example
 
@@ -15,17 +18,17 @@ STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
 TURN = ("alpha", "1/20", "3/2", {})
 
 
-def mechanism():
+def mechanism() -> Mechanism:
     """Return the two masses of Painlevé and Klein."""
     return painleve_klein.mechanism()
 
 
 @cache
-def system():
+def system() -> System:
     """Return the masses with an elastic rod without damping; the small parameter is the root of its compliance."""
     return mechanism().elastic(compliance=eps**2, damping=0)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return the jump of Butenin: from a slide without a rigid motion to rest, the rod ringing."""
     return (example(mechanism(), system(), VALUES, STATE, "1/10", "butenin-jump"),)

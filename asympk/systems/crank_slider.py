@@ -14,6 +14,8 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems.catalogue import c, example, f, h
 
 theta, phi = dynamicsymbols("theta phi")
@@ -25,7 +27,7 @@ TURN = ("theta", "1/20", "3", {"phi": lambda theta: np.arcsin(np.sin(theta) / 1.
 
 
 @cache
-def mechanism():
+def mechanism() -> Mechanism:
     """Return crank, rod and slider; the gap is the slider's height over the axis of its guide."""
     t = dynamicsymbols._t
     along, across = r * sp.cos(theta) + l * sp.cos(phi), r * sp.sin(theta) - l * sp.sin(phi)
@@ -35,11 +37,11 @@ def mechanism():
 
 
 @cache
-def system():
+def system() -> System:
     """Return the slider in an elastic, damped guide, damping time h."""
     return mechanism().elastic(compliance=c, damping=h)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return a stroke of the crank."""
     return (example(mechanism(), system(), VALUES, STATE, "1/4", "crank-slider-stroke"),)

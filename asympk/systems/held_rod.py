@@ -11,6 +11,8 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems.catalogue import c, example, f, h
 
 x1, x2 = dynamicsymbols("x1 x2")
@@ -21,7 +23,7 @@ TURN = ("alpha", "1/20", "3/2", {})
 
 
 @cache
-def mechanism():
+def mechanism() -> Mechanism:
     """Return the two masses, the smooth one on its spring."""
     t = dynamicsymbols._t
     lagrangian = m * (x1.diff(t) ** 2 + x2.diff(t) ** 2) / 2 - kappa * x2**2 / 2
@@ -30,11 +32,11 @@ def mechanism():
 
 
 @cache
-def system():
+def system() -> System:
     """Return the masses with an elastic, damped rod, damping time h."""
     return mechanism().elastic(compliance=c, damping=h)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return the jump from a slide without a rigid motion, and what the spring does then."""
     return (example(mechanism(), system(), VALUES, STATE, 3, "held-rod-jump"),)

@@ -12,6 +12,8 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems.catalogue import c, example, f, h
 
 X, Y, theta = dynamicsymbols("X Y theta")
@@ -22,7 +24,7 @@ TURN = ("theta", "1/20", "3/2", {})
 
 
 @cache
-def mechanism(unilateral=True):
+def mechanism(unilateral: bool = True) -> Mechanism:
     """Return the rod on the ground; with ``unilateral=False`` its end is a bead on a straight wire."""
     t = dynamicsymbols._t
     lagrangian = m * (X.diff(t) ** 2 + Y.diff(t) ** 2) / 2 + m * l**2 * theta.diff(t) ** 2 / 6 - m * g * Y
@@ -31,12 +33,12 @@ def mechanism(unilateral=True):
 
 
 @cache
-def system():
+def system() -> System:
     """Return the rod on elastic, damped ground, damping time h."""
     return mechanism().elastic(compliance=c, damping=h)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return a slide into impact without collision, and a rigid slide into the singular point."""
     slide = {**STATE, "theta": 0.6, "Y": sin(0.6), "theta'": 0.1, "X'": -5 - 0.1 * sin(0.6), "Y'": 0.1 * cos(0.6)}
     return (

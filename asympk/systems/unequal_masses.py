@@ -12,6 +12,8 @@ import sympy as sp
 from sympy.physics.mechanics import dynamicsymbols
 
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
 from asympk.systems.catalogue import c, example, f, h
 
 x1, x2 = dynamicsymbols("x1 x2")
@@ -23,7 +25,7 @@ TURN = ("alpha", "1/20", "3/2", {})
 
 
 @cache
-def mechanism():
+def mechanism() -> Mechanism:
     """Return the two masses; the gap is by how much the rod is longer than unloaded, for small changes (2.2)."""
     t = dynamicsymbols._t
     kinetic = (m1 * x1.diff(t) ** 2 + m2 * x2.diff(t) ** 2) / 2
@@ -32,11 +34,11 @@ def mechanism():
 
 
 @cache
-def system():
+def system() -> System:
     """Return the masses with an elastic, damped rod, damping time h."""
     return mechanism().elastic(compliance=c, damping=h)
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return the jump from a slide without a rigid motion."""
     return (example(mechanism(), system(), VALUES, STATE, 3, "unequal-masses-jump"),)
