@@ -7,6 +7,7 @@ from typing import Any
 
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import number, short
+from asympk.rodmodes import coefficients
 
 # manifold -> (mode that holds it, sign of s z in that mode)
 MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}
@@ -87,7 +88,7 @@ class Scene:
 
 
 def _slow_y(manifold, sigma, mu, x):
-    b = sigma + 4 if manifold == "Pi1" else -sigma
+    _, b = coefficients(MANIFOLDS[manifold][0], sigma)
     if b == 0 or 0 < b <= 4 * mu:
         where = f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}"
         raise NoManifold(f"{where}: with b = {b} it needs 4 mu < b, or b < 0")
