@@ -158,6 +158,12 @@ def _parser():
     certify.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
     certify.add_argument("--json", action="store_true")
 
+    mechanism = commands.add_parser("mechanism", help="tell a mechanism's paradox, and the jump through it")
+    mechanism.set_defaults(run=_mechanism)
+    mechanism.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
+    mechanism.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
+    mechanism.add_argument("--plot", metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
+
     bench = commands.add_parser("bench", help="measure speed as ratios in one run")
     bench.set_defaults(run=_bench)
     return parser
@@ -354,6 +360,22 @@ def _prove_scene(options):
     found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
     return 0 if all(one.proven for one in found) else 1
+
+
+def _mechanism(options):
+    from asympk.output.mechanisms import catalogue_as_text, changes, load, mechanism_as_text
+
+    if options.name is None:
+        print(catalogue_as_text())
+        return
+    described = load(options.name).changed(changes(options.set))
+    if options.plot:
+        from asympk.pictures.motions import motion_plot
+        from asympk.pictures.trace import save
+
+        print(f"wrote {save(options.plot, lambda: motion_plot(described))}")
+        return
+    print(mechanism_as_text(described))
 
 
 def _bench(options):

@@ -78,6 +78,14 @@ def write_csv(file, path, frame=NONDIMENSIONAL, samples=_SAMPLES):
 def plot(file, path, frame=NONDIMENSIONAL):
     """Draw x, y, z and the load s against time, the modes as shades, into a .pdf, .svg or .png file; return its name.
 
+    Raises as ``save`` does.
+    """
+    return save(file, lambda: figure(path, frame))
+
+
+def save(file, draw):
+    """Write the figure that ``draw()`` returns into a .pdf, .svg or .png file, without its date; return its name.
+
     Raises ``InputError`` for another kind of file, ``MissingPackage`` where matplotlib is not installed.
     """
     file = Path(file)
@@ -87,7 +95,7 @@ def plot(file, path, frame=NONDIMENSIONAL):
     unsaid = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
     buffer = io.BytesIO()
     with matplotlib.rc_context(style.RC):
-        drawing = figure(path, frame)
+        drawing = draw()
         drawing.savefig(buffer, format=file.suffix[1:], metadata=unsaid[file.suffix], dpi=200)
     return write_bytes(file, buffer.getvalue())
 
