@@ -28,7 +28,7 @@ METHODS = {
 # the same for the scene of a system without a kernel of its own
 FOR_SYSTEMS = {
     name: module for name, module in METHODS.items() if module.startswith("integrators") and name != "moreau"
-} | {"exact": "integrators.stepped", "slow": "asymptotics.smooth", "jump": "asymptotics.smooth"}
+} | {"exact": "integrators.stepped", "slow": "asymptotics.general", "jump": "asymptotics.general"}
 # method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
 FOR_ARRAYS = {
     "exact": "arrays.ensemble",
@@ -100,8 +100,8 @@ def solve_many(
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine ``System`` is
     followed, ``values`` and ``start`` mapping its parameters and states, by symbol or by name, to numbers or arrays;
-    ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``;
-    strict ones also ``TooManyEvents``, ``TooLarge`` and ``Undecided``, the models ``OrderError``.
+    ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``; strict ones also ``TooManyEvents``, ``TooLarge``
+    and ``Undecided``, the models ``OrderError``.
     """
     if system is not None:
         if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":

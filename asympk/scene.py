@@ -73,7 +73,7 @@ class Scene:
         0 stays on the line and 1e-300 leaves it at its own time; ``start`` shows the nearest doubles. Raises
         ``NoManifold`` where the mode has no slow line, ``InputError`` where the start is not in its mode.
         """
-        if manifold not in MANIFOLDS:
+        if not isinstance(manifold, str) or manifold not in MANIFOLDS:
             raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
         x, offset, z = number("x", x), number("offset", offset), number("z", z)
         y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)

@@ -11,7 +11,7 @@ import asympk as ap
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land, root
-from asympk.errors import InputError, NotNormallyHyperbolic, OrderError, OutOfRange
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
 
 x, y, u, v, w = sp.symbols("x y u v w", real=True)
 mu = sp.Symbol("mu", positive=True)
@@ -164,3 +164,62 @@ def test_an_explicit_time_is_a_slow_state_more():
     assert path.final[1] == pytest.approx(2 * (np.sin(2) - h * np.cos(2)), abs=1e-9)
     assert path(np.linspace(0, 2, 5)).shape == (2, 5)
     assert path(0)[1] == pytest.approx(1, abs=1e-3)
+
+
+def test_the_closed_base_point_is_that_of_the_layer_followed_in_numbers():
+    closed = ap.jump_map(ENZYME, order=2)
+    at = {kappa: 1, lambda_: sp.Rational(1, 2), x: 1, y: sp.Rational(1, 5)}
+    numbers = closed.at({"kappa": 1, "lambda": "1/2"}, {x: 1, y: "1/5"})["x"]
+    assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(3)], abs=1e-9)
+
+
+def test_the_first_correction_of_the_base_point_is_the_quadrature_along_the_layer():
+    closed = ap.jump_map(ENZYME, order=1)["x"].coefficient(1)
+    at = {x: sp.Rational(3, 2), y: sp.Rational(1, 7), kappa: 2, lambda_: sp.Rational(1, 3)}
+    s, branch = sp.Symbol("s", positive=True), x / (x + kappa)
+    fast = branch + (y - branch) * sp.exp(-(x + kappa) * s)
+    drift = (ENZYME.slow[x].subs(y, fast) - ENZYME.slow[x].subs(y, branch)).subs(at)
+    assert sp.integrate(sp.expand(drift), (s, 0, sp.oo)) == closed.subs(at)
+
+
+def test_the_base_point_of_two_fast_states_is_closed_to_order_one_and_in_numbers_beyond():
+    values, start = {a: 2, b: 3}, {x: 1, w: "1/2", u: "3/10", v: "1/5"}
+    system = ap.System.smooth(
+        slow={x: -x + u * v, w: x - w * u}, fast={u: -a * u + x * v + w**2, v: -b * v - u + x}, small=mu
+    )
+    closed, numbers = ap.jump_map(system, order=1), ap.jump_map(system, order=2).at(values, start)
+    at = {s: sp.Rational(c) for s, c in {**values, **start}.items()}
+    for s in (x, w):
+        assert numbers[s.name][1] == pytest.approx(float(closed[s].coefficient(1).subs(at)), abs=1e-9)
+    with pytest.raises(NotDerivable, match=r"use \.at"):
+        ap.jump_map(system, order=2)[x]
+
+
+def test_a_nonlinear_layer_has_its_first_correction_as_an_integral_over_the_fast_state():
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    (_, found), branch = ap.jump_map(CUBIC, order=1).at({}, {x: 1, y: 2})["x"], brentq(lambda q: 1 - q - q**3, 0, 1)
+    integral, _ = quad(lambda q: -(q - branch) / (1 - q - q**3), 2, branch, epsabs=1e-12)
+    assert found == pytest.approx(integral, abs=1e-9)
+
+
+def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to():
+    import mpmath
+
+    with mpmath.workdps(20):
+        kept = ap.jump_map(ENZYME, order=2)
+        start = {kappa: 1, lambda_: sp.Rational(1, 2), x: 1, y: 0}
+        closed = [mpmath.mpf(sp.sympify(kept[x].coefficient(k)).subs(start).evalf(20)._mpf_) for k in range(3)]
+        manifold = ap.slow_manifold(ENZYME, {y: x / (x + kappa)}, order=8)
+        flow = sp.lambdify((x, mu), ap.reduced_flow(manifold)[x].subs({kappa: 1, lambda_: sp.Rational(1, 2)}), "mpmath")
+        errors = []
+        for small in (mpmath.mpf(1) / 100, mpmath.mpf(1) / 200):
+            until = 20 * small
+            exact = mpmath.odefun(
+                lambda _, q, h=small: [-q[0] + (q[0] + 0.5) * q[1], (q[0] - (q[0] + 1) * q[1]) / h], 0, [1, 0]
+            )(until)
+            back = mpmath.odefun(lambda _, q, h=small: [-flow(q[0], h)], 0, [exact[0]])(until)
+            errors.append((back[0] - sum(c * small**k for k, c in enumerate(closed))) / small**3)
+        assert abs(errors[1] / errors[0] - 1) < 0.02
+        assert abs(errors[1]) < 0.01

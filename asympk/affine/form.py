@@ -17,6 +17,7 @@ from asympk.affine.mode import AffineMode
 from asympk.automaton.modes import Mode, library, source
 from asympk.errors import InputError, OutOfRange
 from asympk.flow.arithmetic import context, set_digits
+from asympk.symbolic.branches import heavy
 from asympk.symbolic.system import System
 
 
@@ -45,10 +46,12 @@ class Placed:
 @lru_cache(maxsize=512)
 def form_of(mode: Mode) -> Form | None:
     """Return the affine form of a mode, or None where it has none."""
-    rates = [_linear(mode, e) for e in mode.rates]
-    guards = [_linear(mode, e) for e in mode.guard_values]
-    if None in rates or None in guards:
-        return None
+    linear = []
+    for expr in (*mode.rates, *mode.guard_values):
+        linear.append(_linear(mode, expr))
+        if linear[-1] is None:
+            return None
+    rates, guards = linear[: len(mode.rates)], linear[len(mode.rates) :]
     needed = closed({wave for _, forced in (*rates, *guards) for wave in forced})
     width = len(mode.system.states)
     rows = [_row(row, forced, needed) for row, forced in rates]
@@ -59,11 +62,23 @@ def form_of(mode: Mode) -> Form | None:
 def _linear(mode, expr):
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
     states, time = mode.system.states, mode.system.time
+    if any(_varies(expr.diff(s), (*states, time)) for s in states):
+        return None
     slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in map(expr.diff, states))
     if any(slope.free_symbols & {*states, time} for slope in slopes):
         return None
     forced = waves_of(expr.subs(dict.fromkeys(states, 0)), time)
     return None if forced is None else (slopes, forced)
+
+
+def _varies(slope, moving):
+    """Tell whether a slope that is too long to simplify differs between two points."""
+    if not heavy(slope):
+        return False
+    first = {s: sp.Rational(2 * k + 3, 5 * k + 7) for k, s in enumerate(sorted(slope.free_symbols, key=str))}
+    second = {s: value * sp.Rational(8, 7) if s in moving else value for s, value in first.items()}
+    difference = (slope.subs(first) - slope.subs(second)).evalf(20)
+    return bool(difference.is_number and abs(difference) > 1e-9)
 
 
 def _row(slopes, forced, needed):

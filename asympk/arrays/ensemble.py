@@ -103,7 +103,7 @@ class Ensemble:
         return _in_order(again.notes)
 
 
-def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, strict=False, progress=None):
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None, strict=False):
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not

@@ -38,7 +38,7 @@ class Formulas:
     1. ``layer(series, p)`` returns the rates of the series in tau, those of X_0 left out.
     2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each by state and power of tau.
     3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m]`` of the same returns y.
-    4. ``turning(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0.
+    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, and f_y h_x by rows.
     5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
 
     ``arrays`` is the same for arrays that broadcast. Raises ``InputError`` for a function that has no series here.
@@ -56,34 +56,34 @@ class Formulas:
 
     @cached_property
     def layer(self):
-        return self._field.layer(self.order)
+        return self.field.layer(self.order)
 
     @cached_property
     def slow(self):
-        return self._field.slow(self.order)
+        return self.field.slow(self.order)
 
     @cached_property
     def flow(self):
-        return tuple(map(self._field.flow, range(self.order + 1)))
+        return tuple(map(self.field.flow, range(self.order + 1)))
 
     @cached_property
     def height(self):
-        return tuple(map(self._field.height, range(self.order + 1)))
+        return tuple(map(self.field.height, range(self.order + 1)))
 
     @cached_property
     def force(self):
-        return self._field.at_point(self._field.force)
+        return self.field.at_point(self.field.force)
 
     @cached_property
     def jacobian(self):
-        return self._field.at_point(list(self._field.jacobian))
+        return self.field.at_point(list(self.field.jacobian))
 
     @cached_property
-    def turning(self):
-        return self._field.turning()
+    def slow_rates(self):
+        return self.field.slow_rates()
 
     @cached_property
-    def _field(self):
+    def field(self):
         return _Field(self)
 
 
@@ -135,7 +135,7 @@ class _Field:
         inputs += [f"v{i}_{k}" for k in range(1, order + 1) for i in range(n)]
         tape, values = self.tape(*inputs)
         start = [{(k, 0): tape.node(f"v{i}_{k}") for k in range(order + 1)} for i in range(n)]
-        *motion, _ = self._motion(tape, values, start, order)
+        *motion, _ = self.motion(tape, values, start, order)
         levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
         return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.library)
 
@@ -143,7 +143,7 @@ class _Field:
         """Compile the rates of x and of the branch's value on the manifold to ``order``."""
         tape, values, drift, _ = self._at_rest(order)
         rates = [_polynomial(f, order, tape) for f in drift]
-        point = {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
+        point = _first(values)
         across = [sum((along(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
                   for row in self.across.tolist()]  # fmt: skip
         branch = [-1 * c for c in _product(self._inverse(values, tape), across)]
@@ -154,11 +154,18 @@ class _Field:
         tape, _, _, y = self._at_rest(order)
         return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.library)
 
-    def turning(self):
-        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0."""
+    def slow_rates(self):
+        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and f_y h_x."""
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.jacobian.det()], values, tape, 1)
-        return tape.function((found[0, 1] / found[0, 0],), self.library)
+        point = _first(values)
+        across = [[along(c, point, tape) for c in row] for row in self.across.T.tolist()]
+        inverse = self._inverse(values, tape)
+        slopes = [[-1 * c for c in _product(inverse, column)] for column in across]
+        drift = sp.Matrix(self.drift).subs(self.small, 0).jacobian(self.fast_states)
+        coupling = [[along(c, point, tape) for c in row] for row in drift.tolist()]
+        entries = [c for row in coupling for c in _product(slopes, row)]
+        return tape.function((found[0, 1] / found[0, 0], *entries), self.library)
 
     def at_point(self, exprs):
         """Compile expressions at (x, y)."""
@@ -171,10 +178,10 @@ class _Field:
         """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
         n = len(self.slow_states)
         tape, values = self.tape(*(f"v{i}_0" for i in range(n + len(self.fast_states))), "mu")
-        _, y, drift = self._motion(tape, values, [{(0, 0): tape.node(f"v{i}_0")} for i in range(n)], order)
+        _, y, drift = self.motion(tape, values, [{(0, 0): tape.node(f"v{i}_0")} for i in range(n)], order)
         return tape, values, drift, y
 
-    def _motion(self, tape, values, start, order):
+    def motion(self, tape, values, start, order):
         """Return x, y and x' of the slow motion as series; ``start`` gives the terms of x at t = 0, v_0 the branch."""
         n = len(start)
         x = [{index: c for index, c in terms.items() if sum(index) <= order} for terms in start]
@@ -206,13 +213,18 @@ class _Field:
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: nothing is compared."""
-        point = {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
+        point = _first(values)
         entries = [[along(e, point, tape) for e in row] for row in self.jacobian.tolist()]
         symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
         known = {symbols[i, j]: e for i, row in enumerate(entries) for j, e in enumerate(row)}
         determinant = along(symbols.det(method="berkowitz"), known, tape)
         adjugate = symbols.adjugate(method="berkowitz")
         return [[along(e, known, tape) * (Fraction(1) / determinant) for e in row] for row in adjugate.tolist()]
+
+
+def _first(values):
+    """Return the values at mu = 0, t = 0."""
+    return {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
 
 
 def _small(order):

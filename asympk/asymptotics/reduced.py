@@ -2,8 +2,9 @@ r"""The reduced flow: x' = F(x, mu) on a slow manifold, integrated as what it is
 
 The branch is carried by its value b, with b' = -g_y^-1 g_x x', so no closed form of it is needed. The flow to several
 orders is integrated side by side, on the same steps: their differences are the terms that the lower orders omit. It
-stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, or where g_y turns within its own time,
-mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold.
+stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes within its own time,
+mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold, or where fast and
+slow rates meet, 4 mu |f_y h_x| = |largest real part|, as where a node turns to a focus.
 """
 
 import math
@@ -18,6 +19,7 @@ from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000
 FAR = 1e12
+MEETING = 4  # mu y' = g and x' = f with constant coefficients have real rates below 4 mu |f_y h_x| = |g_y|
 
 
 @dataclass(frozen=True)
@@ -42,9 +44,10 @@ class Reduced:
         return np.array(found).reshape(len(self.orders), -1, *t.shape)
 
 
-def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12):
+def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12, inside=None):
     """Integrate the flow to every order of ``orders`` from its start (x, b), the first ``slow`` numbers x.
 
+    ``inside`` returns the guards of a mode at (t, x, b); the flow of the first order ends where one becomes negative.
     Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for infinity; both
     tell the time and the state reached.
     """
@@ -63,17 +66,28 @@ def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12):
                              f"{message or 'its states grow beyond bounds'}")  # fmt: skip
         pieces.append(solver.dense_output())
         times.append(solver.t)
+        if inside and min(inside(solver.t, solver.y[: len(starts[0])])) < 0:
+            times[-1] = _edge(pieces[-1], times[-2], times[-1], len(starts[0]), inside)
+            break
         _check(solver, pieces[-1], formulas, solver.y[: len(starts[0])], slow, mu, values)
     if not pieces:
         pieces, times = [lambda t: np.concatenate(starts)[:, None] + 0 * np.asarray(t)], [0.0, 0.0]
     return Reduced(formulas, orders, slow, mu, values, OdeSolution(times, pieces))
 
 
+def _edge(piece, low, high, size, inside):
+    """Return the last time at which every guard is positive, by bisection."""
+    while (middle := (low + high) / 2) not in (low, high):
+        low, high = (low, middle) if min(inside(middle, piece(middle)[:size])) < 0 else (middle, high)
+    return low
+
+
 def margin(formulas, state, slow, mu, values):
-    """Return by how much the fast rate exceeds its own rate of change: positive where the manifold attracts."""
+    """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
     x, b = state[:slow], state[slow:]
     try:
-        return -abscissa(formulas, x, b, values) - mu * abs(formulas.turning(*x, *b, mu, *values)[0])
+        turning, *coupling = formulas.slow_rates(*x, *b, mu, *values)
+        return -abscissa(formulas, x, b, values) - mu * max(abs(turning), MEETING * math.hypot(*coupling))
     except (ArithmeticError, ValueError):
         return -math.inf
 
@@ -102,6 +116,6 @@ def _check(solver, piece, formulas, state, slow, mu, values):
     where = f"t = {t:.6g}, x = {text(state[:slow])}, y = {text(state[slow:])}"
     largest = abscissa(formulas, state[:slow], state[slow:], values)
     raise NotNormallyHyperbolic(
-        f"the slow manifold is lost at {where}, by a fold or a change of stability: the largest real part of an "
-        f"eigenvalue of g_y is {largest:.6g}, and g_y changes as fast; take a smaller until"
+        f"the slow manifold is lost at {where}, by a fold, a change of stability, or slow motion that is not slow: the "
+        f"largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller until, or a smaller parameter"
     )

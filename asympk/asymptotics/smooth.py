@@ -30,26 +30,23 @@ ROUNDING = 50  # what the integrations lose, in units of their tolerance
 
 @dataclass(frozen=True)
 class Motion:
-    """The composite expansion to the orders n, n + 1, n + 2; ``layered`` tells whether the layer is added."""
+    """The slow motion and its layer to the orders n, n + 1, n + 2, of the states ``kept``."""
 
     landing: Landing
     reduced: Reduced
-    layered: bool
     rtol: float
+    kept: tuple[int, ...]
 
     def states(self, t):
-        """Return the states at the array ``t``, for every order: (orders, states) + t.shape."""
-        found = self.reduced.states(t)
-        if self.layered:
-            found = found + self.layer(t)
-        return found
+        """Return the states on the slow manifold at the array ``t``, for every order: (orders, states) + t.shape."""
+        return self.reduced.states(t)[:, self.kept]
 
     def layer(self, t):
         """Return what the layer adds at ``t``, for every order."""
         mu, count = self.reduced.mu, self.landing.order + 1
         terms = self.landing.corrections(np.asarray(t, dtype=float) / mu)
         sums = np.cumsum(terms * mu ** np.arange(count).reshape(-1, *[1] * (terms.ndim - 1)), axis=0)
-        return sums[list(self.reduced.orders)]
+        return sums[list(self.reduced.orders)][:, self.kept]
 
 
 def run(scene, method="jump", *, order=1):
@@ -68,10 +65,10 @@ def run(scene, method="jump", *, order=1):
     begin = (*map(float, scene.start[: len(system.slow)]), *[0.0] * (len(mode.slow) - len(system.slow)),
              *map(float, scene.start[len(system.slow) :]))  # fmt: skip
     known = formulas(mode, system.small, tuple(given), order + EXTRA)
-    motion = follow(known, order, begin, mu, tuple(given.values()), until, method == "jump")
-    kept = [i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time]
-    path = Dense(motion, kept, until)
-    error = predicted_error(motion, until)
+    kept = tuple(i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time)
+    motion = follow(known, order, begin, mu, tuple(given.values()), until, kept)
+    path = Dense(motion, method == "jump", until)
+    error = predicted_error(motion, method == "jump", until)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
@@ -84,7 +81,7 @@ def _autonomous(system):
     return mode if system.time is None else replace(mode, slow=sp.Dict({**mode.slow, system.time: 1}))
 
 
-def follow(known, order, begin, mu, values, until, layered=True):
+def follow(known, order, begin, mu, values, until, kept):
     """Return the ``Motion`` to ``order`` and the ``EXTRA`` orders beyond it."""
     slow = len(known.mode.slow)
     rtol = min(max(FINER * mu ** (order + 1), FINEST), COARSEST)
@@ -92,7 +89,7 @@ def follow(known, order, begin, mu, values, until, layered=True):
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
     starts = [_on_branch(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
-    return Motion(landing, reduced.follow(known, orders, starts, slow, mu, values, until, rtol), layered, rtol)
+    return Motion(landing, reduced.follow(known, orders, starts, slow, mu, values, until, rtol), rtol, kept)
 
 
 def _on_branch(known, x, near, values):
@@ -103,14 +100,16 @@ def _on_branch(known, x, near, values):
     return np.array([*x, *b])
 
 
-def predicted_error(motion, t):
+def predicted_error(motion, layered, t):
     """Return the error to expect of the lowest order at ``t``, relative to the largest of 1 and the states."""
-    now, next_, last = motion.states(t)
+    layer = motion.layer(t)
+    now, next_, last = motion.states(t) + layer
     first, second = np.abs(next_ - now).max(), np.abs(last - next_).max()
     ratio = min(STALLED, second / first) if first > 0 else STALLED
-    left = 0.0 if motion.layered else np.abs(motion.layer(t)[0]).max()
-    scale = max(1.0, np.abs(now).max())
-    return float((first + 2 * second / (1 - ratio) + left) / scale + ROUNDING * motion.rtol)
+    left = 0.0 if layered else np.abs(layer[0]).max()
+    error = first + 2 * second / (1 - ratio) + left
+    scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
+    return float(error / scale + ROUNDING * motion.rtol)
 
 
 def checked_order(method, order):
@@ -125,11 +124,12 @@ class Dense:
     """The motion to the order asked for at any times in [0, until]: an array of shape ``(states,) + t.shape``."""
 
     motion: Motion
-    kept: list[int]
+    layered: bool
     until: float
 
     def __call__(self, t):
         times = np.asarray(t, dtype=float)
         if not ((times >= 0) & (times <= self.until)).all():
             raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
-        return self.motion.states(times)[0][self.kept]
+        slow = self.motion.states(times)[0]
+        return slow + self.motion.layer(times)[0] if self.layered else slow

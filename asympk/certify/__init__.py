@@ -3,7 +3,8 @@ r"""Certificates: the exact flow enclosed in balls, with a proof of its sequence
 Every number of the scene becomes a ball that contains it, a box of starts or parameters a wider one. Each mode is
 followed in closed form in balls (``enclosure``); at an event what vanishes is set exactly, and what follows is decided
 by inequalities that hold for every point of the balls. What cannot be decided is refused: ``grazing``, ``edge``
-(z = 0 met on an edge of the static cone), ``simultaneous``, ``horizon``, ``unstable plane``, ``start``, ``too many``.
+(z = 0 met on an edge of the static cone), ``simultaneous``, ``horizon``, ``unstable plane``, ``start``, ``too many``,
+and ``undecided`` where the work that is allowed is spent.
 """
 
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from typing import Any, NamedTuple
 from asympk.affine.run import affine as is_affine
 from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
-from asympk.certify.enclosure import Guard, State, first_event, segment
+from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
 from asympk.numbers import number, whole
 from asympk.path import Event
@@ -25,6 +26,7 @@ MOST_DIGITS, MOST_PIECES = 300, 100_000
 MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
 _BITS = (96, 192, 384, 768, 1536, 3072)
 _FINEST_IN_BOX = 2.0**-16
+WORK = 200_000  # pieces of time, some ten seconds
 
 
 @dataclass(frozen=True)
@@ -70,26 +72,32 @@ def certify(scene, box=None, digits=15):
     """Return the ``Certificate`` of a ``Scene`` or ``SceneFile``, on a ``box`` {coordinate: (low, high)} if given.
 
     Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
-    1, |x|, |z|. Raises ``InputError`` for a box that is not one.
+    1, |x|, |z|, or the work allowed is spent and the certificate is ``undecided``. Raises ``InputError`` for a box that
+    is not one.
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
     found = scene if hasattr(scene, "quantities") else _Alone(scene)
     sides = _sides(found.scene, box or {})
-    last = None
+    last, budget = None, Budget(WORK)
     for bits in _BITS[1:2] if sides else _BITS:
         with flint().ctx.workprec(bits):
-            last = _attempt(found, sides, bits)
+            last = _attempt(found, sides, bits, budget)
             if last.proven and (sides or _sharp(last.final, digits)):
                 return last
+        if last.obstacle == "undecided":
+            break
     return last
 
 
 def cover(scene, box, pieces=64):
-    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all."""
+    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all.
+
+    The largest refused piece and the smallest are halved in turn: so parts of a wide box are proven as well.
+    """
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
-    done, todo = [], [certify(scene, box)]
+    done, todo, smallest = [], [certify(scene, box)], False
     while todo:
-        found = todo.pop(0)
+        found, smallest = todo.pop(-1 if smallest else 0), not smallest
         if found.proven or len(done) + len(todo) + 1 >= pieces or not _widest(found.box, box):
             done.append(found)
         else:
@@ -114,9 +122,9 @@ class _Alone(NamedTuple):
     quantities: Any = None
 
 
-def _attempt(found, sides, bits):
+def _attempt(found, sides, bits, budget):
     try:
-        modes, events, final = _followed(found, sides)
+        modes, events, final = _followed(found, sides, budget)
     except Refused as reason:
         return Certificate(found.scene, False, reason=str(reason), bits=bits, box=sides)
     return Certificate(found.scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
@@ -127,14 +135,14 @@ def _sharp(final, digits):
     return all(value.rad() < flint().arb(10) ** -digits * largest for value in final)
 
 
-def _followed(found, sides):
+def _followed(found, sides, budget):
     """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
     scene = found.scene
     if scene.system is None:
-        return _follow(_case(found, sides))
+        return _follow(_case(found, sides), budget)
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     start = affine.start_of(scene, sides)
-    return affine.follow(scene.system, scene.values, start, ball(scene.until), finest)
+    return affine.follow(scene.system, scene.values, start, ball(scene.until), finest, budget)
 
 
 def _sides_of_starts(scene, box):
@@ -213,7 +221,7 @@ def _from_rod(quantities):
     return values, quantities["f"] == quantities["f0"]
 
 
-def _follow(case):
+def _follow(case, budget):
     """Return (modes, events, final balls) of a case; raises ``Refused``."""
     state, s_sign, z_sign, touching, deviation = _beginning(case)
     t, modes, events = ball(0), [], []
@@ -222,7 +230,7 @@ def _follow(case):
         modes.append(name)
         mode = _mode(case, name, state, deviation)
         left = case.until - t
-        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, case.finest)
+        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, case.finest, budget)
         if found is None:
             end = mode.state(left)
             return modes, events, (end.x, end.y, end.z if z_sign else ball(0))

@@ -57,7 +57,7 @@ class Mode:
     residues: tuple
 
 
-def follow(system, values, start, until, finest):
+def follow(system, values, start, until, finest, budget):
     """Return (modes, events, final balls) of a system from enclosures of its start; raises ``Refused``.
 
     ``start`` are pairs (ball, Fraction or None).
@@ -71,7 +71,7 @@ def follow(system, values, start, until, finest):
         segment = Segment(mode, state.balls)
         guards = [guard._replace(touching=k in touching) for k, guard in enumerate(mode.guards)]
         left = until - t
-        found = first_event(segment, guards, left, finest)
+        found = first_event(segment, guards, left, finest, budget)
         if found is None:
             return names, events, tuple(segment.at(None, left)[k, 0] for k in range(size))
         guard, dt = found
@@ -287,7 +287,7 @@ class Segment:
     unstable = False
 
     def __init__(self, mode, start):
-        self.mode, self.start = mode, start
+        self.mode, self.start, self.work = mode, start, len(mode.roots)
         acb_mat, acb = flint().acb_mat, flint().acb
         whole = acb_mat([[acb(start[k, 0])] for k in range(start.nrows())])
         self.terms = [[matrix * whole for matrix in part] for part in mode.residues]

@@ -21,10 +21,11 @@ from asympk.path import Event, Path
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
-DIGITS_OF_DOUBLES = 17
+DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
 LARGEST_DOUBLE = 308
 ROUNDED = 2.0**-53
 TRUSTED = 2e-15
+SAFETY = 4  # of an account to the first order
 REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
 REFINED_DIGITS = 34
 
@@ -42,15 +43,17 @@ class Case(NamedTuple):
     near: tuple | None
 
 
-def run(scene, method="exact", *, digits=None):
+def run(scene, method="exact", *, digits=None, progress=None):
     """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
+    With ``digits``, ``progress(t, until, working)`` is called after every event with the time reached and the digits
+    at work, of which there are two runs or more; what it raises ends the run.
     """
     if digits is None:
         return _in_doubles(scene)
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    legs, error = _certified(_case(scene), digits)
+    legs, error = _certified(_case(scene), digits, progress=progress)
     return _path(scene, digits, _rounded(legs, as_mpf), legs, as_mpf(error), as_mpf)
 
 
@@ -62,9 +65,9 @@ def _in_doubles(scene):
     case, until = _case(scene), float(scene.until)
     try:
         legs = legs_of(Doubles, case)
-        error = TRUSTED if calm(legs, until) else estimate(legs, TRUSTED)
+        error = TRUSTED / SAFETY if calm(legs, until) else estimate(legs, TRUSTED)
         if error <= TRUSTED:
-            return _path(scene, None, legs, legs, TRUSTED, float)
+            return _path(scene, None, legs, legs, SAFETY * error, float)
         if error <= REFINABLE:
             legs = legs_of(_refining(), case, legs)
             return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
@@ -88,15 +91,15 @@ def _refining():
     return m
 
 
-def legs_of(m, case, known=None):
-    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known`` is as in ``follow``."""
+def legs_of(m, case, known=None, told=None):
+    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known``, ``told`` are as in ``follow``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
     start, deviation = beginning(flow, case)
-    return follow(flow, start, m.number(case.until), deviation, known)
+    return follow(flow, start, m.number(case.until), deviation, known, told)
 
 
-def _certified(case, digits, largest=None):
+def _certified(case, digits, largest=None, progress=None):
     """Return (legs, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
 
     The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
@@ -106,9 +109,9 @@ def _certified(case, digits, largest=None):
     m = context(largest or most)
     working = digits + SPARE_DIGITS
     while working < 2 * most:
-        coarse = _tried(m, working, working >= most, case)
+        coarse = _tried(m, working, working >= most, case, progress)
         if coarse:
-            fine = _tried(m, working + 8 + digits // 4, working >= most, case)
+            fine = _tried(m, working + 8 + digits // 4, working >= most, case, progress)
             error = _distance(coarse, fine) if fine else None
             if error is not None and error * 10**digits < 1:
                 return fine, error
@@ -117,10 +120,11 @@ def _certified(case, digits, largest=None):
                     "not decide, or grows beyond them; take a smaller until or another start")
 
 
-def _tried(m, digits, tie, case):
+def _tried(m, digits, tie, case, progress):
     set_digits(m, digits, tie)
+    until = float(case.until)
     try:
-        return legs_of(m, case)
+        return legs_of(m, case, told=progress and (lambda t: progress(float(t), until, digits)))
     except Undecided:
         return None
 

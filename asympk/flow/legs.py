@@ -102,20 +102,18 @@ class Leg(NamedTuple):
     end: tuple
 
 
-def follow(flow, start, until, deviation=None, known=None):
+def follow(flow, start, until, deviation=None, known=None, told=None):
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
     Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
-    numbers, whose event times need only be refined.
+    numbers, to be refined; ``told`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
     m, t, legs = flow.m, 0 * until, []
     while True:
         name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
-        if deviation is None:
-            segment = flow.mode(name).start(x, y, s, z)
-        else:
-            segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
+        form, given = (flow.mode(name), ()) if deviation is None else (flow.split(name), (deviation,))
+        segment, deviation = form.start(x, y, s, z, *given), None
         if known:
             found = settle(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
         elif z_sign:
@@ -133,6 +131,8 @@ def follow(flow, start, until, deviation=None, known=None):
         if abs(y) > m.largest:
             raise TooLarge(_too_large(m, t, y))
         t = t + span
+        if told:
+            told(t)
         if kind == "force_zero":
             s_sign = -s_sign
         elif kind == "slip_onset":

@@ -8,6 +8,7 @@ from time import monotonic
 
 from asympk.automaton.loop import Segment
 from asympk.integrators.integrate import Work
+from asympk.integrators.singular import approach
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
@@ -22,6 +23,7 @@ def advance(method, mode, t, state, until, rtol, atol, limits, times):
     watch, n = Watch(mode, t, state), len(state)
     samples, steps, idle, short, hit = [], 0, 0, "", None
     start = halfway = t
+    begin = t, state
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, limits)
         steps += not short
@@ -33,6 +35,8 @@ def advance(method, mode, t, state, until, rtol, atol, limits, times):
         if not short and (met := watch.lost(solver, t, state)):
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
+            if mode.kinds[hit][0] == "unbounded":
+                t, state = approach(mode, hit, *begin) or (t, state)
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
@@ -41,7 +45,10 @@ def advance(method, mode, t, state, until, rtol, atol, limits, times):
 
 
 class Watch:
-    """The guards of a mode and their rates at the end of the last step; none starts outside its mode."""
+    """The guards of a mode and their rates at the end of the last step; none starts outside its mode.
+
+    A guard that starts at zero is lost only where it falls: it may grow from there by less than its rounding.
+    """
 
     def __init__(self, mode, t, state):
         self.mode, self.size = mode, len(state)
@@ -56,7 +63,7 @@ class Watch:
         self.values, self.rates = self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state)
         found = []
         for k, (start, end) in enumerate(zip(before, self.values, strict=True)):
-            if start >= 0 >= end and start != end:
+            if start >= 0 >= end and start != end and (start > 0 or self.rates[k] < 0):
                 found.append((self._root(solver, k, start, falling[k], solver.t), k))
             elif start > 0 and falling[k] < 0 < self.rates[k]:
                 least = _bracketed(lambda at, k=k: self._at(solver, at, rate=True)[k], solver.t_old, solver.t)

@@ -5,7 +5,7 @@ import io
 from pathlib import Path
 from typing import NamedTuple
 
-from asympk.errors import InputError, MissingPackage
+from asympk.errors import InputError
 from asympk.numbers import whole
 from asympk.pictures import style
 from asympk.storage.files import write_bytes, write_text
@@ -83,10 +83,7 @@ def plot(file, path, frame=NONDIMENSIONAL):
     file = Path(file)
     if file.suffix not in SUFFIXES:
         raise InputError(f"{file}: a plot is written as one of {', '.join(SUFFIXES)}")
-    try:
-        import matplotlib
-    except ImportError:
-        raise MissingPackage("a plot needs matplotlib: pip install 'asympk[plot]'") from None
+    matplotlib = style.matplotlib()
     unsaid = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
     buffer = io.BytesIO()
     with matplotlib.rc_context(style.RC):

@@ -111,6 +111,8 @@ def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     unknowns, matrix, right = _equations(system, branch)
     if not unknowns:
         return {}
+    if heavy(sp.Tuple(*matrix)):
+        return _by_elimination(system, branch, matrix, right, unknowns)
     if sp.cancel(matrix.det()) == 0:
         raise InputError(
             f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
@@ -130,6 +132,20 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
             equations.append(_reaction_law(friction, phase))
     equations = [_signed(system, branch, e) for e in equations]
     return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+
+
+def _by_elimination(
+    system: "System", branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:
+    """Solve with coefficients that are too long to expand: by elimination among symbols that stand for them."""
+    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    if (determinant := names.det(method="berkowitz")) == 0:
+        raise InputError(
+            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
+        )
+    meaning = {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
+    found = names.adjugate() * right / determinant
+    return {u: value.subs(meaning) for u, value in zip(unknowns, found, strict=True)}
 
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
@@ -160,9 +176,32 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
         else:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
-        if friction.constraint is not None:
-            found.append(Guard("unbounded", k, phase.load / load))
+        if friction.constraint is not None and phase.velocity:
+            found += _unambiguous(system, k, phase)
     return [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
+
+
+def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:
+    """Return the guards of a sliding rigid contact: its reaction stays determined, and no second one comes up.
+
+    With one contact, 0 = a + p N, and p has the sign that it has without friction where a motion is the only one; in a
+    constraint that holds both ways so has that p which the other sign of N would have. With several contacts the guard
+    is the inverse of the load.
+    """
+    friction = system.frictions[k]
+    if len(system.frictions) > 1:
+        return [Guard("unbounded", k, phase.load / friction.load)]
+    found = [Guard("unbounded", k, _stiffness(friction, phase))]
+    if friction.gap is None:
+        found.append(Guard("several", k, _stiffness(friction, phase._replace(load=-phase.load))))
+    return found
+
+
+def _stiffness(friction: "Friction", phase: Phase) -> sp.Expr:
+    """Return p, the factor of the reaction in the constraint with the force of slip put in, times that without it."""
+    slip = -phase.load * phase.velocity * friction.kinetic * friction.load
+    alone = friction.constraint.diff(friction.normal)
+    return alone * friction.constraint.subs(friction.force, slip).diff(friction.normal)
 
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
@@ -176,9 +215,14 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
 
 def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
     """Return the rate of the sliding velocity along the field, forces as symbols."""
-    v = friction.velocity
-    rate = sum(v.diff(s) * r for s, r in system.rates.items() if v.has(s))
-    return sp.expand(rate + (v.diff(system.time) if system.time else 0))
+    return rate_along(system, friction.velocity)
+
+
+def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
+    """Return the rate of an expression in the states along the field, forces as symbols."""
+    rate = sum(expr.diff(s) * r for s, r in system.rates.items() if expr.has(s))
+    rate += expr.diff(system.time) if system.time else 0
+    return rate if heavy(rate) else sp.expand(rate)
 
 
 def check(system: "System", friction: "Friction", number: int) -> None:
@@ -238,6 +282,12 @@ def lifts(friction: "Friction") -> bool:
     return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)
 
 
+def heavy(expr: sp.Basic) -> bool:
+    """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
+    rational = not expr.has(sp.Function) and all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
+    return not rational and expr.count_ops() > 60
+
+
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
     return _tidy(_signed(system, branch, expr).subs(solved))
 
@@ -253,7 +303,9 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 
 
 def _tidy(expr: sp.Expr) -> sp.Expr:
-    """Expand; quotients of polynomials over a common denominator."""
+    """Expand what is not heavy; quotients of polynomials over a common denominator."""
+    if heavy(expr):
+        return expr
     expanded = sp.expand(expr)
     if sp.denom(sp.together(expanded)).free_symbols and expanded.is_rational_function():
         return sp.cancel(expanded)

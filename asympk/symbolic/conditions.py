@@ -21,6 +21,23 @@ def reduce_under(condition, assumptions):
     return sp.And(*kept, *reduced)
 
 
+def closed(assumptions):
+    """Return ``assumptions`` with the bounds on single parameters that follow from a >= b between two.
+
+    >>> a, b = sp.symbols("a b", real=True)
+    >>> closed(sp.And(b > -2, a >= b))
+    (a >= b) & (a > -2) & (b > -2)
+    """
+    found = []
+    for relation in sp.And.make_args(assumptions):
+        if isinstance(relation, sp.Ge | sp.Gt | sp.Le | sp.Lt) and relation.gts.is_Symbol and relation.lts.is_Symbol:
+            above, below = (assumed_range(s, assumptions) for s in (relation.lts, relation.gts))
+            strict = isinstance(relation, sp.Gt | sp.Lt)
+            found.append(between(relation.gts, sp.Interval(above.inf, sp.oo, strict or above.inf not in above)))
+            found.append(between(relation.lts, sp.Interval(-sp.oo, below.sup, True, strict or below.sup not in below)))
+    return sp.And(assumptions, *found)
+
+
 def assumed_range(parameter, assumptions):
     """Return the set of reals that the assumptions, those that name only ``parameter``, leave to it."""
     alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter}]
