@@ -22,6 +22,7 @@ _MOST_STEPS = 200
 _FURTHER = 1.375
 _NOTHING = 1e-8
 _ORDER = 16
+_PATIENCE = 8  # steps before the dearer bounds are taken
 
 
 class Point(NamedTuple):
@@ -222,10 +223,10 @@ def _isolated(guards, lo, hi, until):
     left = lo if isinstance(lo, Point) else guards.at(lo)
     right = _certain(guards, left.t, hi, until)
     done, pieces = right, [right]
-    for _ in range(_MOST_STEPS):
+    for step in range(_MOST_STEPS):
         right = pieces[-1]
         verdicts = _verdicts(guards, left, right, guards.bounds(left.t, right.t))
-        if "unknown" in verdicts:
+        if step > _PATIENCE and "unknown" in verdicts:
             verdicts = _verdicts(guards, left, right, guards.sharper_bounds(left.t, right.t))
         fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]
         if all(verdict == "positive" for verdict in verdicts):
