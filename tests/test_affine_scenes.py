@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.affine.run import run
+from asympk.affine.run import flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.errors import AsympkError
@@ -95,7 +95,7 @@ def refined(scene, path):
 
 
 def _guard(automaton, branch, leg):
-    from asympk.affine.run import flows
+
     from asympk.flow.arithmetic import Doubles
 
     return flows(automaton).of(Doubles, branch)[2][leg.guard]
@@ -197,3 +197,25 @@ def test_eigenvalues_that_nearly_coincide_cost_time_but_no_digits(gap):
         assert path.modes == true.modes
         size = max(abs(float(w)) for w in true.final)
         assert max(abs(a - b) for a, b in zip(path.final, true.final, strict=True)) < 1e-14 * size
+
+
+def test_the_quick_decision_is_the_automatons():
+    system, random = rod(), np.random.default_rng(8)
+    decided = 0
+    for _ in range(6):
+        values = (float(10 ** random.uniform(-4, -1)), *sorted(random.uniform(-1.5, 2, 2).tolist()))
+        automaton = Automaton(system, values)
+        swift = flows(automaton).swift
+        for _ in range(30):
+            start = (*random.uniform(-2, 2, 2).tolist(), float(random.choice([0, random.uniform(-1, 1)])))
+            branch = automaton.first(start)
+            assert swift.first(start) == branch
+            for hit, (kind, _) in enumerate(automaton.mode(branch).kinds):
+                struck = automaton.mode(branch).snapped(hit, 0.0, start)
+                try:
+                    after = automaton.next(branch, (hit,), 0.0, struck)
+                except AsympkError:
+                    continue
+                assert swift.next(branch, (hit,), 0.0, struck, 2.0**-48) == after, kind
+                decided += 1
+    assert decided > 100
