@@ -20,11 +20,20 @@ from asympk.symbolic.branches import Branch, Phase, conditions
 _ZERO, _CLEAR = 1e-13, 1e-11
 _ORDERS = 3
 _PAYS = 4  # a table needs the exponentials of modes that a motion may never enter
+_AT_START = {"velocity_zero"}
+_AT_EVENT = {
+    "velocity_zero": ("velocity_zero",),
+    "force_zero": ("force_zero",),
+    "slip_onset": ("velocity_zero", "slip_onset"),
+}
 _MOST = 2  # frictions of which all combinations are kept in one table
 
 
 class Table(NamedTuple):
-    """Branches, the waves of all of them, and their guards one after the other: rows (derivatives, guards, n + 1)."""
+    """Branches, the waves of all of them, and their guards one after the other: rows (derivatives, guards, n + 1).
+
+    ``vanishing`` are the guards that may be zero by what has happened; zeros of others leave a decision open.
+    """
 
     branches: tuple[Branch, ...]
     waves: tuple
@@ -32,6 +41,7 @@ class Table(NamedTuple):
     rows: np.ndarray
     sizes: np.ndarray
     kinds: tuple[tuple[str, int], ...]
+    vanishing: tuple[bool, ...]
 
 
 class Swift:
@@ -45,24 +55,26 @@ class Swift:
 
     def first(self, start: tuple) -> Branch:
         """Return the mode that begins at t = 0, as ``Automaton.first`` does."""
-        table = self._known("first", lambda: _beginning(self.system))
+        table = self._known("first", lambda: _beginning(self.system), _AT_START)
         return (table and _begun(table, tuple(map(float, start)))) or self.automaton.first(start)
 
     def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: tuple, slack: Any) -> Branch:
         """Return the mode that follows, as ``Automaton.next`` does."""
         found = None
         if isinstance(t, float) and len(hits) == 1:
-            table = self._known((branch, hits[0]), lambda: _following(branch, self.mode(branch).kinds[hits[0]]))
+            kind, friction = event = self.mode(branch).kinds[hits[0]]
+            zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
+            table = self._known((branch, hits[0]), lambda: _following(branch, event), zeros)
             found = table and _decided(table, t, state)
         return found or self.automaton.next(branch, hits, t, state, slack)
 
-    def _known(self, key, candidates):
+    def _known(self, key, candidates, zeros):
         """Return the table of a decision, made when it is asked for often enough to pay; None before."""
         if key not in self._tables:
             self._asked[key] = self._asked.get(key, 0) + 1
             if self._asked[key] <= _PAYS:
                 return None
-            self._tables[key] = self._table(candidates())
+            self._tables[key] = self._table(candidates(), zeros)
         return self._tables[key]
 
     def entered(self, branch: Branch) -> tuple | None:
@@ -78,7 +90,7 @@ class Swift:
         except InputError:
             return None
 
-    def _table(self, candidates):
+    def _table(self, candidates, zeros):
         """Return the ``Table`` of branches, or None where one cannot be told by rows."""
         kept, waves, rows, kinds = [], set(), [], []
         for branch in candidates:
@@ -93,7 +105,8 @@ class Swift:
         if len(waves) != 1:
             return None
         stacked = np.concatenate(rows, axis=1)
-        return Table(tuple(kept), waves.pop(), tuple(len(row[0]) for row in rows), stacked, abs(stacked), tuple(kinds))
+        return Table(tuple(kept), waves.pop(), tuple(len(row[0]) for row in rows), stacked, abs(stacked), tuple(kinds),
+                     tuple(kind in zeros or kind[0] in zeros for kind in kinds))  # fmt: skip
 
 
 def _beginning(system):
@@ -135,7 +148,7 @@ def _following(branch, event):
 def _decided(table, t, state, possible=None):
     """Return the one branch of those possible that goes on from a state, or None where that is not clear."""
     whole = np.array([*state, *(value(Doubles, *wave, t) for wave in table.waves), 1.0])
-    signs = _signs((table.rows @ whole).tolist(), (table.sizes @ abs(whole)).tolist())
+    signs = _signs((table.rows @ whole).tolist(), (table.sizes @ abs(whole)).tolist(), table.vanishing)
     at, holding = 0, []
     for k, (branch, count) in enumerate(zip(table.branches, table.counts, strict=True)):
         mine = signs[at : at + count]
@@ -154,7 +167,7 @@ def _rest(branch):
     return {k for k, phase in enumerate(branch) if phase.mode == "stick"}
 
 
-def _signs(values, sizes):
+def _signs(values, sizes, vanishing):
     """Return the sign of every guard by its first derivative that does not vanish; 0 where that is not clear."""
     found = []
     for k in range(len(values[0])):
@@ -164,7 +177,7 @@ def _signs(values, sizes):
             if abs(value) > _CLEAR * size:
                 sign = 1 if value > 0 else -1
                 break
-            if abs(value) > _ZERO * size:
+            if abs(value) > _ZERO * size or not vanishing[k]:
                 break
         found.append(sign)
     return found
