@@ -68,7 +68,7 @@ def base_point(system, order=1):
     >>> x, y, mu = sp.symbols("x y mu")
     >>> from asympk.symbolic.system import System
     >>> print(base_point(System.smooth(slow={x: -x + y}, fast={y: x - 2*y}, small=mu))[x])
-    (x) + (-x/4 + y/2) mu + O(mu^2)
+    (x) + (-(x - 2*y)/4) mu + O(mu^2)
     """
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(f"order = {order!r}: the base point is derived to orders 0 .. {HIGHEST_ORDER}")
