@@ -13,6 +13,7 @@ from asympk.affine.forcing import value
 from asympk.affine.form import form_of, placed
 from asympk.affine.mode import Segment, in_digits
 from asympk.affine.rounding import estimate
+from asympk.affine.swift import Swift
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
@@ -116,6 +117,7 @@ class Flows:
 
     def __init__(self, automaton: Automaton) -> None:
         self.automaton = automaton
+        self.swift = Swift(self)
         self._found: dict = {}
 
     def of(self, m: Any, branch: Branch) -> tuple[Any, tuple, tuple[int, ...]]:
@@ -132,7 +134,7 @@ class Flows:
 
 def _course(m, case):
     """Follow a scene in the numbers of ``m``."""
-    scene, automaton = case.scene, case.flows.automaton
+    scene, automaton = case.scene, case.flows.swift
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
     slack = 2.0**-48 if m is Doubles else max(m.margin, m.eps * 2**10)
 
@@ -149,7 +151,8 @@ def _course(m, case):
         return loop.Segment(reached, tuple(end[: len(state)]), lost, Leg(t, segment, span, hit))
 
     start = tuple(map(m.number, scene.start))
-    course = loop.follow(automaton, automaton.first(scene.start), start, until, advance, case.events, digits, slack)
+    first = automaton.first(scene.start)
+    course = loop.follow(automaton, first, start, until, advance, case.events, digits, slack)
     if course.last.short:
         raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from asympk.affine.run import affine as is_affine
+from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
 from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
@@ -122,7 +124,7 @@ class _Alone(NamedTuple):
 
 def _attempt(found, sides, bits, budget):
     try:
-        modes, events, final = _follow(_case(found, sides), budget)
+        modes, events, final = _followed(found, sides, budget)
     except Refused as reason:
         return Certificate(found.scene, False, reason=str(reason), bits=bits, box=sides)
     return Certificate(found.scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
@@ -133,7 +135,34 @@ def _sharp(final, digits):
     return all(value.rad() < flint().arb(10) ** -digits * largest for value in final)
 
 
+def _followed(found, sides, budget):
+    """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
+    scene = found.scene
+    if scene.system is None:
+        return _follow(_case(found, sides), budget)
+    finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
+    start = affine.start_of(scene, sides)
+    return affine.follow(scene.system, scene.values, start, ball(scene.until), finest, budget)
+
+
+def _sides_of_starts(scene, box):
+    """Return the sides of a box of starts of an affine system."""
+    if not is_affine(scene.system):
+        raise InputError("a certificate is for the rod and for systems whose modes are all affine; this one is not")
+    sides = {}
+    for name, ends in box.items():
+        if name not in scene.names:
+            raise InputError(f"box: {name!r} is no state; the nearest is {nearest(name, scene.names)!r}")
+        low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
+        if low > high:
+            raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
+        sides[name] = (low, high)
+    return sides
+
+
 def _sides(scene, box):
+    if scene.system is not None:
+        return _sides_of_starts(scene, box)
     sides = {}
     for name, ends in box.items():
         if name not in COORDINATES:

@@ -89,6 +89,13 @@ class System:
     def __post_init__(self) -> None:
         _check(self)
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.slow, self.fast, self.states, self.small, self.frictions, self.time, self.assumptions))
+
     @classmethod
     def smooth(
         cls,
