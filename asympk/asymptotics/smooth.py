@@ -52,7 +52,8 @@ class Motion:
 def run(scene, method="jump", *, order=1):
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
-    Raises ``OrderError``; ``NotDerivable`` for a system without fast states, ``OutOfRange`` where the layer settles on
+    ``path.info["omitted"]`` is the composite's first omitted term at ``until``, state by state. Raises ``OrderError``;
+    ``NotDerivable`` for a system without fast states, ``OutOfRange`` where the layer settles on
     no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the slow manifold is lost
     before ``until``.
     """
@@ -72,7 +73,8 @@ def run(scene, method="jump", *, order=1):
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
-    return Path(scene, method, tuple(path(until).tolist()), (), (mode.name,), path, error)
+    info = {"omitted": omitted_term(motion, until)}
+    return Path(scene, method, tuple(path(until).tolist()), (), (mode.name,), path, error, info)
 
 
 def _autonomous(system):
@@ -110,6 +112,12 @@ def predicted_error(motion, layered, t):
     error = first + 2 * second / (1 - ratio) + left
     scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + ROUNDING * motion.rtol)
+
+
+def omitted_term(motion, t):
+    """Return what the next order adds to the composite at ``t``: its first omitted term, state by state."""
+    now, next_, _ = motion.states(t) + motion.layer(t)
+    return tuple((next_ - now).tolist())
 
 
 def checked_order(method, order):
