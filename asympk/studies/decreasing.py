@@ -5,8 +5,10 @@ limit is what is known, the error over mu log(1/mu) must tend to a constant. A r
 below what the reference holds.
 """
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import sympy as sp
@@ -50,6 +52,7 @@ class Row:
     """The error of one state at one order, beside its ``measure``: the first omitted term, or mu log(1/mu)."""
 
     system: str
+    with_friction: bool
     order: int
     state: str
     mu: float
@@ -86,7 +89,7 @@ def held_rod() -> System:
     return Mechanism.from_lagrangian(lagrangian, (x1, x2), contact=rod, forces={x1: 1}).elastic(mu, sp.Rational(1, 2))
 
 
-def rows(names=None, mus=MUS):
+def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[Row]:
     """Return the rows by system, order and state, mu decreasing within."""
     found = []
     for name, case in cases().items():
@@ -96,7 +99,7 @@ def rows(names=None, mus=MUS):
     return found
 
 
-def write(out):
+def write(out: Path) -> Path:
     """Compute all rows and write them to ``out``/decreasing.csv; return the file."""
     path = out / "decreasing.csv"
     about = {name: {"start": str(case.start), "until": case.until} for name, case in cases().items()}
@@ -112,7 +115,7 @@ def _smooth_rows(name, case, mus):
             omitted = path.info["omitted"]
             k = max(range(len(omitted)), key=lambda i: abs(omitted[i]))
             if abs(omitted[k]) > LEAST:
-                yield _row(name, order, path.names[k], small, float(truth.final[k]) - path.final[k], omitted[k])
+                yield _row(name, False, order, path.names[k], small, float(truth.final[k]) - path.final[k], omitted[k])
 
 
 def _friction_rows(name, case, mus):
@@ -121,9 +124,9 @@ def _friction_rows(name, case, mus):
         truth, path, number = solve(scene).final, solve(scene, "jump").final, float(sp.Rational(small))
         errors = [float(a) - float(b) for a, b in zip(truth, path, strict=True)]
         k = max(range(len(errors)), key=lambda i: abs(errors[i]))
-        yield _row(name, 0, scene.names[k], small, errors[k], number * float(sp.log(1 / number)))
+        yield _row(name, True, 0, scene.names[k], small, errors[k], number * float(sp.log(1 / number)))
 
 
-def _row(name, order, state, small, error, measure):
+def _row(name, with_friction, order, state, small, error, measure):
     kept = (float(f"{v:.{KEPT}g}") for v in (error, measure, error / measure))
-    return Row(name, order, state, float(sp.Rational(small)), *kept)
+    return Row(name, with_friction, order, state, float(sp.Rational(small)), *kept)
