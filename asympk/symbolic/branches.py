@@ -81,6 +81,8 @@ def _determined(system: "System", branch: Branch) -> bool:
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
     """Return the slow and the fast field of the mode, ``small`` still before the fast rates."""
+    if not branch:
+        return system.slow, system.fast
     solved = forces(system, branch)
     held = _held(system, branch)
     slow = {s: sp.S.Zero if s in held else _put(system, branch, rate, solved) for s, rate in system.slow.items()}
