@@ -198,7 +198,8 @@ def test_results_are_mpf_and_the_global_precision_stays_as_it_is():
     before = mpmath.mp.prec
     path = ap.solve(ap.Scene(1, "1e-3", (0, "0.2", -1), 5), digits=60)
     assert mpmath.mp.prec == before
-    assert all(isinstance(value, mpmath.mpf) for value in (*path.final, path.events[0].t, *path.events[0].state, path.error, *path(1)))
+    values = (*path.final, path.events[0].t, *path.events[0].state, path.error, *path(1))
+    assert all(isinstance(value, mpmath.mpf) for value in values)
 
 
 def test_an_exact_parameter_is_not_its_nearest_double():

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import sympy as sp
 
 from asympk.automaton.modes import Mode, function, mode_of
+from asympk.digits import context
 from asympk.errors import InputError, NoMotion, TwoMotions
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
@@ -110,20 +111,6 @@ def _follow_on(
         if ties is not None and all(_holds(mode_of(system, branch), k, numbers, nudged, p) for k in ties):
             consistent.append(branch)
     return _chosen(system, consistent, t, state, [*product(*phases)])
-
-
-def context(digits: int) -> Any:
-    """Return an mpmath context of its own with that many digits; its precision is never changed."""
-    return _context(digits)
-
-
-@lru_cache(maxsize=64)
-def _context(digits: int) -> Any:
-    from mpmath import MPContext
-
-    found = MPContext()
-    found.dps = digits
-    return found
 
 
 def number(ctx: Any, value: Any) -> Any:

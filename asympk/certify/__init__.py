@@ -64,17 +64,16 @@ class Case(NamedTuple):
 
 
 def certify(scene, box=None, digits=15):
-    """Return the ``Certificate`` of a ``Scene`` or ``SceneFile``, on a ``box`` {coordinate: (low, high)} if given.
+    """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
 
     Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
     1, |x|, |z|. Raises ``InputError`` for a box that is not one.
     """
-    found = scene if hasattr(scene, "quantities") else _Alone(scene)
-    sides = _sides(found.scene, box or {})
+    sides = _sides(scene, box or {})
     last = None
     for bits in _BITS[1:2] if sides else _BITS:
         with flint().ctx.workprec(bits):
-            last = _attempt(found, sides, bits)
+            last = _attempt(scene, sides, bits)
             if last.proven and (sides or _sharp(last.final, digits)):
                 return last
     return last
@@ -104,17 +103,12 @@ def _halves(piece, name):
     return tuple({**piece, name: half} for half in ((low, (low + high) / 2), ((low + high) / 2, high)))
 
 
-class _Alone(NamedTuple):
-    scene: Any
-    quantities: Any = None
-
-
-def _attempt(found, sides, bits):
+def _attempt(scene, sides, bits):
     try:
-        modes, events, final = _follow(_case(found, sides))
+        modes, events, final = _follow(_case(scene, sides))
     except Refused as reason:
-        return Certificate(found.scene, False, reason=str(reason), bits=bits, box=sides)
-    return Certificate(found.scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
+        return Certificate(scene, False, reason=str(reason), bits=bits, box=sides)
+    return Certificate(scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
 
 
 def _sharp(final, digits):
@@ -151,18 +145,17 @@ def _pair(name, ends):
     return ends
 
 
-def _case(found, sides):
-    scene = found.scene
+def _case(scene, sides):
     given = dict(zip(COORDINATES, (scene.sigma, scene.mu, scene.sigma0, *scene.start, scene.until), strict=True))
     values = {name: ball(value) for name, value in given.items()}
     same = scene.sigma0 == scene.sigma
-    if found.quantities:
-        values, same = _from_rod(found.quantities)
+    if scene.rod:
+        values, same = _from_rod(dict(scene.rod.quantities))
     values |= {name: between(*ends) for name, ends in sides.items()}
     if same and "sigma0" not in sides:
         values["sigma0"] = values["sigma"]
     exact = None
-    if not sides and not found.quantities:
+    if not sides and not scene.rod:
         exact = tuple(map(Fraction, (scene.sigma0, scene.mu, *scene.start)))
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     return Case(**values, exact=exact, near=scene.near_to, finest=finest)

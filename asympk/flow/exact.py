@@ -5,11 +5,12 @@ mpmath numbers, and the result is rounded from there; where they may show in the
 be told, or where the range of doubles ends, the flow is followed on mpmath numbers from the start.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from numbers import Integral
 from typing import Any, NamedTuple
 
+from asympk.digits import carried
 from asympk.errors import InputError, TooLarge, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.flow.dense import Dense
@@ -21,6 +22,7 @@ from asympk.path import Event, Path
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
 DIGITS_OF_DOUBLES = 17
+SHOWN_OF_ERRORS = 3
 LARGEST_DOUBLE = 308
 ROUNDED = 2.0**-53
 TRUSTED = 2e-15
@@ -53,7 +55,8 @@ def run(scene, method="exact", *, digits=None):
     case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
     digits = int(digits)
     legs, error = _certified(case, digits)
-    return _path(scene, digits, _rounded(legs, _mpf), legs, _mpf(error), _mpf)
+    convert = partial(carried, digits=digits)
+    return _path(scene, digits, _rounded(legs, convert), legs, carried(error, SHOWN_OF_ERRORS), convert)
 
 
 def _in_doubles(scene):
@@ -157,9 +160,3 @@ def _double(value):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
                        "ask for digits=, or a smaller until")
     return rounded
-
-
-def _mpf(value):
-    import mpmath
-
-    return mpmath.mp.make_mpf(value._mpf_)
