@@ -15,6 +15,7 @@ DOORS = {
     "Path.to_csv": ("pictures.trace", "write_csv"),
     "Path.physical": ("scenes.units", "physical"),
     "Path._repr_html_": ("pictures.motion", "html"),
+    "Many.plot": ("pictures.crowd", "plot"),
     "Scene.physical": ("scenes.units", "scene"),
 }
 

@@ -86,14 +86,16 @@ class Path(ShownAsTable):
         """
         return through("Path.plot", self, file)
 
-    def frame(self, samples: int = 4000) -> "DataFrame":
-        """Return a pandas ``DataFrame`` of some ``samples`` rows: t, the states, and the mode, dense at the events.
+    def frame(self, samples: int | None = None) -> "DataFrame":
+        """Return a pandas ``DataFrame`` of t, the states, and the mode, dense at the events.
+
+        There are some ``samples`` rows, by default 4000, or 400 where the numbers have digits.
 
         Raises ``MissingPackage`` where pandas is not installed.
         """
         return through("Path.frame", self, samples)
 
-    def to_csv(self, file: str | File, samples: int = 4000) -> File:
+    def to_csv(self, file: str | File, samples: int | None = None) -> File:
         """Write the rows of ``frame`` to a CSV file and return its name; pandas is not needed."""
         return through("Path.to_csv", self, file, samples)
 

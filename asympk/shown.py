@@ -61,12 +61,17 @@ def number(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST - 3]}..."
 
 
+def cut(line: str, most: int = WIDTH) -> str:
+    """Return a line, or what fits of it and three dots."""
+    return line if len(line) <= most else f"{line[: most - 3]}..."
+
+
 def as_text(card: Card) -> str:
     """Return a card as a title and at most ten rows, each on a line of at most a hundred characters."""
     labels = [label for label, _ in card.rows]
     width = max(map(len, labels), default=0)
-    rows = [_cut(f"  {label:<{width}}  {_words(value)}") for label, value in _few(card.rows)]
-    return "\n".join([_cut(card.title), *rows])
+    rows = [cut(f"  {label:<{width}}  {_words(value)}") for label, value in _few(card.rows)]
+    return "\n".join([cut(card.title), *rows])
 
 
 def as_html(card: Card) -> str:
@@ -96,10 +101,6 @@ def _few(rows: tuple[tuple[str, Any], ...]) -> list[tuple[str, Any]]:
     if len(rows) <= ROWS:
         return list(rows)
     return [*rows[: ROWS - 2], ("...", f"{len(rows) - ROWS + 1} more"), rows[-1]]
-
-
-def _cut(line: str) -> str:
-    return line if len(line) <= WIDTH else f"{line[:WIDTH - 3]}..."
 
 
 def _words(value: Any) -> str:

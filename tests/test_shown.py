@@ -14,6 +14,7 @@ import asympk as ap
 from asympk.digits import carried
 from asympk.doors import DOORS
 from asympk.errors import InputError, MissingPackage, Unfinished
+from asympk.many import Many
 from asympk.pictures.motion import shade
 from asympk.pictures.trace import trace
 
@@ -112,7 +113,7 @@ def test_every_door_leads_to_a_documented_function_that_takes_the_noun():
     for door, (module, name) in DOORS.items():
         noun, method = door.split(".")
         assert getattr(import_module(f"asympk.{module}"), name).__doc__
-        assert hasattr(getattr(ap, noun), method)
+        assert hasattr(Many if noun == "Many" else getattr(ap, noun), method)
 
 
 def test_a_plot_has_a_panel_for_every_state_and_a_mark_for_every_event(path):
@@ -199,3 +200,70 @@ def test_what_is_no_physical_scene_is_refused_by_name(wrong, said):
 def test_samples_end_where_a_run_stopped():
     short = _path(ROD, {"method": "sign"})
     assert trace(short)[-1][0] == short.info["reached"] < 2
+
+
+ROD_SYSTEM = ap.systems.painleve_klein.system()
+VAN_DER_POL = ap.System.smooth(slow={x: v}, fast={v: (1 - x**2) * v - x}, small=sp.Symbol("mu", positive=True))
+
+
+def _nouns():
+    yield from (ROD_SYSTEM, BLOCK, VAN_DER_POL, ROD_SYSTEM.mode("stick"), ROD_SYSTEM.friction)
+    yield from ap.slow_manifolds(ROD_SYSTEM, order=2)
+    yield ap.stick_regions(ROD_SYSTEM)
+    yield ap.stick_regions(ROD_SYSTEM).stick
+    yield from (ap.jump_map(ROD_SYSTEM, order=1), ap.jump_map(ROD_SYSTEM, order=1).x)
+
+
+@pytest.mark.parametrize("noun", [*_nouns()], ids=lambda noun: type(noun).__name__)
+def test_a_noun_of_formulas_tells_itself_briefly_and_as_latex(noun):
+    assert len(repr(noun)) < 1200
+    latex = noun._repr_latex_()
+    assert latex[0] == latex[-1] == "$"
+    assert sp.latex(noun)
+    assert latex.count("{") == latex.count("}")
+    assert pickle.loads(pickle.dumps(noun)) == noun
+
+
+def test_latex_of_a_series_has_its_terms_and_its_remainder():
+    from asympk.asymptotics.series import O, series
+
+    told = sp.latex(series({(0, 0): x, (1, 1): -1, (1, 0): x + 1, (2, 0): sp.Rational(1, 2)}) + O(2, 1))
+    assert told == r"x -\mu \log\frac{1}{\mu} + \left(x + 1\right) \mu + O\left(\mu^{2} \log\frac{1}{\mu}\right)"
+
+
+def test_the_ladder_the_claims_and_the_certificates_are_tables():
+    from asympk.certify import certify
+    from asympk.ledger.nouns import Check, Claim, Claims
+
+    claim = Claim("C0", "1", "It holds <always>.", "confirmed", (Check("as written", "symbolic", "it does", True),))
+    for noun in (ap.least_model(ROD), claim, Claims([claim] * 30), certify(ROD)):
+        assert len(repr(noun)) < 1200
+        assert noun._repr_html_().startswith("<table>")
+    assert "&lt;always&gt;" in claim._repr_html_()
+    assert pickle.loads(pickle.dumps(Claims([claim]))) == (claim,)
+
+
+def test_itineraries_of_an_array_are_those_of_its_scenes_one_by_one():
+    starts = np.linspace(-1, 1, 7)
+    many = ap.solve_many(1, 1e-2, 0, starts, -1, [[0.001], [2]])
+    found = many.itineraries()
+    assert found.index.shape == (2, 7)
+    assert sum(found.counts) == 14
+    for (i, j), index in np.ndenumerate(found.index):
+        path = ap.solve(ap.Scene(1, 1e-2, (0, starts[j], -1), [0.001, 2][i]))
+        told = [event.kind for event in path.events] + ["stick"] * (path.modes[-1] == "stick")
+        assert list(found.sequences[index]) == told
+
+
+@pytest.mark.parametrize("shape", [(), (5,), (3, 4), (2, 3, 2), (0,)])
+def test_arrays_of_any_shape_tell_and_draw_themselves(shape, tmp_path):
+    many = ap.solve_many(1, 1e-2, 0, np.full(shape, 0.2), -1, 1)
+    assert len(repr(many)) < 1200
+    many.plot(tmp_path / "many.svg")
+    assert (tmp_path / "many.svg").stat().st_size > 3000
+
+
+def test_a_map_of_itineraries_names_the_arguments_that_vary():
+    many = ap.solve_many(np.linspace(0.5, 2, 4)[:, None], 1e-2, 0, np.linspace(-1, 1, 5), -1, 2)
+    (axis,) = many.plot().axes
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("y", "sigma")

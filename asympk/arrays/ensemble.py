@@ -19,6 +19,7 @@ from asympk.arrays.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents
 from asympk.flow import exact
 from asympk.flow.legs import MOST_EVENTS
+from asympk.many import Many, axes_of
 from asympk.path import KINDS
 from asympk.scene import Scene
 
@@ -40,8 +41,8 @@ class Events(NamedTuple):
     z: np.ndarray
 
 
-@dataclass(frozen=True)
-class Ensemble:
+@dataclass(frozen=True, repr=False, eq=False)
+class Ensemble(Many):
     """What became of many trajectories: ``final`` (3, ...) and ``n_events`` of the broadcast shape (...)."""
 
     final: np.ndarray
@@ -60,6 +61,18 @@ class Ensemble:
         if not (np.array_equal(again.final, self.final) and np.array_equal(again.n_events, self.n_events)):
             raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
         return again._events
+
+    @property
+    def names(self):
+        """The names of the states."""
+        return ("x", "y", "z")
+
+    def _at_rest(self):
+        return self.final[2] == 0
+
+    def _axes(self):
+        shape, arguments = self._job
+        return axes_of(shape, {name: arguments[name].values for name in ORDER})
 
 
 def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None):

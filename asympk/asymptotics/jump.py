@@ -22,6 +22,7 @@ from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable, OrderError
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
 
 HIGHEST_ORDER = 3
@@ -29,8 +30,8 @@ LOAD, OFFSET = sp.symbols("s delta", real=True)
 SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))
 
 
-@dataclass(frozen=True)
-class JumpMap:
+@dataclass(frozen=True, repr=False)
+class JumpMap(ShownAsFormulas):
     """The slow motion that a layer lands on, ``(x, z)`` at t = 0, as series whose coefficients are expressions.
 
     ``events`` are the mid-jump states, ``domain`` the condition on start and parameters (as mu -> 0). ``order``
@@ -54,6 +55,10 @@ class JumpMap:
     def t_leave(self):
         """The time at which stick ends."""
         return self._event("slip_onset").t
+
+    def _card(self):
+        rows = (("x", self.x), ("z", self.z), ("for", self.domain), ("lands on load", self.lands_on))
+        return Card(f"Jump map to order {self.order}: {' -> '.join(self.itinerary)}", rows)
 
     def _event(self, kind):
         for event in self.events:

@@ -15,6 +15,7 @@ from asympk.certify.enclosure import Guard, State, first_event, segment
 from asympk.errors import InputError
 from asympk.numbers import number
 from asympk.path import Event
+from asympk.shown import Card, ShownAsTable
 from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
@@ -24,8 +25,8 @@ _BITS = (96, 192, 384, 768, 1536, 3072)
 _FINEST_IN_BOX = 2.0**-16
 
 
-@dataclass(frozen=True)
-class Certificate:
+@dataclass(frozen=True, repr=False)
+class Certificate(ShownAsTable):
     """A proof of what ``scene`` does, or why there is none.
 
     ``proven`` certificates have ``modes``, ``events`` (Event of balls) and ``final``, three balls that contain the
@@ -41,6 +42,14 @@ class Certificate:
     reason: str = ""
     bits: int = 0
     box: dict = field(default_factory=dict)
+
+    def _card(self) -> Card:
+        box = [(name, f"{low} .. {high}") for name, (low, high) in self.box.items()]
+        if not self.proven:
+            return Card("Certificate: undecided", (("reason", self.reason), *box))
+        events = [(f"t = {event.t.str(6)}", event.kind) for event in self.events]
+        final = [(name, value.str(17)) for name, value in zip("xyz", self.final, strict=True)]
+        return Card(f"Certificate: proven with {self.bits} bits: {' -> '.join(self.modes)}", (*box, *events, *final))
 
     @property
     def obstacle(self):

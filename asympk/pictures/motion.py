@@ -13,6 +13,7 @@ from asympk.shown import as_html
 GREYS = {"slip_same": 1.0, "smooth": 1.0, "one_field": 1.0, "open": 0.95, "slip_opposite": 0.88, "stick": 0.72}
 HUES = ((1, 1, 1), (0.62, 0.8, 1), (1, 0.82, 0.55), (0.66, 1, 0.8))  # what the phases of further frictions tend to
 PANEL, LEGEND, AXIS = 0.95, 0.3, 0.35  # inches
+LETTERS = 45  # that fit into a row of the legend
 MANY = 40  # events from which on they are lines without marks on the curves
 
 
@@ -117,4 +118,5 @@ def _legend(drawing: Any, path: Path) -> None:
 
     present = list(dict.fromkeys(path.modes))
     handles = [Patch(facecolor=shade(mode), edgecolor="0.5", linewidth=0.4, label=mode) for mode in present]
-    drawing.legend(handles=handles, loc="outside upper center", ncols=min(3, len(handles)))
+    columns = max(1, min(3, LETTERS // max(map(len, present)), len(present)))
+    drawing.legend(handles=handles, loc="outside upper center", ncols=columns)

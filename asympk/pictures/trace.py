@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SAMPLES = 4000
+SAMPLES_WITH_DIGITS = 400  # each of which takes a thousand times as long
 MOST = 1_000_000
 
 
@@ -21,12 +22,14 @@ def columns(path: Path) -> tuple[str, ...]:
     return "t", *path.names, *(name for name, _ in path.scene.combinations), "mode"
 
 
-def trace(path: Path, samples: int = SAMPLES) -> list[tuple]:
+def trace(path: Path, samples: int | None = None) -> list[tuple]:
     """Return rows of ``columns``, some ``samples`` in all, dense where a mode begins and ends.
 
     An event is there twice, as the end of one mode and the start of the next, with the state the path gives it. Raises
     ``InputError`` for a number of samples that is none.
     """
+    if samples is None:
+        samples = SAMPLES_WITH_DIGITS if any(hasattr(v, "_mpf_") for v in path.final) else SAMPLES
     if not isinstance(samples, int) or isinstance(samples, bool) or not 1 <= samples <= MOST:
         raise InputError(f"samples = {samples!r:.60}: it must be an integer from 1 to {MOST}")
     ends = [(0, *path(0.0)), *((event.t, *event.state) for event in path.events), (path.end, *path.final)]
@@ -59,7 +62,7 @@ def _row(path: Path, state: Any, mode: str) -> tuple:
     return t, *values, *combined, mode
 
 
-def write_csv(path: Path, file: str | File, samples: int = SAMPLES) -> File:
+def write_csv(path: Path, file: str | File, samples: int | None = None) -> File:
     """Write the samples of ``path`` to ``file`` and return its name."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
@@ -68,7 +71,7 @@ def write_csv(path: Path, file: str | File, samples: int = SAMPLES) -> File:
     return write_text(file, buffer.getvalue())
 
 
-def frame(path: Path, samples: int = SAMPLES) -> "DataFrame":
+def frame(path: Path, samples: int | None = None) -> "DataFrame":
     """Return the samples of ``path`` as a pandas ``DataFrame``; raises ``MissingPackage`` where pandas is not."""
     try:
         import pandas as pd

@@ -9,6 +9,7 @@ from time import perf_counter
 
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
+from asympk.shown import Card, ShownAsTable
 
 LADDER = {
     "rigid": ("rigid", {}),
@@ -36,15 +37,28 @@ class Rung:
     cost: float | None = None
     reason: str = ""
 
+    @property
+    def told(self) -> str:
+        """The rung in words: its errors and its cost, or why it does not apply."""
+        if self.predicted is None:
+            return self.reason
+        numbers = {"predicted": self.predicted, "measured": self.measured}
+        words = [f"{name} {value:.1e}" for name, value in numbers.items() if value is not None]
+        return ", ".join([*words, f"cost {self.cost:.2g}"] if self.cost else words)
 
-@dataclass(frozen=True)
-class Ladder:
+
+@dataclass(frozen=True, repr=False)
+class Ladder(ShownAsTable):
     """The least model at a tolerance, the error it predicts, and every rung of the ladder, lowest first."""
 
     model: str
     predicted: float
     rtol: float
     rungs: tuple[Rung, ...]
+
+    def _card(self) -> Card:
+        return Card(f"Least model for an error below {self.rtol:g}: {self.model}",
+                    tuple((rung.model, rung.told) for rung in self.rungs))  # fmt: skip
 
     def as_dict(self):
         """Return the ladder as plain dictionaries, for JSON."""

@@ -6,6 +6,7 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import between
 from asympk.symbolic.lowering import lower
 
@@ -22,6 +23,11 @@ class Span:
     def as_set(self):
         """Return the interval as a SymPy set."""
         return sp.Interval(self.start, self.end, not self.closed_start, not self.closed_end)
+
+    @property
+    def told(self) -> str:
+        """The interval as text, such as ``[1/4, oo)``."""
+        return f"{'[' if self.closed_start else '('}{self.start}, {self.end}{']' if self.closed_end else ')'}"
 
     def covers(self, load, start, end):
         """Compare a load, or an array of loads, with the ends at given parameters."""
@@ -43,8 +49,8 @@ class Cell:
         return sp.And(*(between(parameter, part) for parameter, part in self.box.items()))
 
 
-@dataclass(frozen=True)
-class Region:
+@dataclass(frozen=True, repr=False)
+class Region(ShownAsFormulas):
     """A part of the switching plane: one union of spans of the load for each cell of the parameters."""
 
     name: str
@@ -78,6 +84,20 @@ class Region:
         """Return the region as LaTeX, one line for each cell of the parameters."""
         lines = [rf"{_latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self.cells]
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
+
+    def __str__(self) -> str:
+        told = (f"{_text_union(cell.spans)} for {cell.condition}" for cell in self.cells if cell.spans)
+        return "; ".join(told) or "nowhere"
+
+    def _card(self) -> Card:
+        rows = ((str(cell.condition), _text_union(cell.spans)) for cell in self.cells)
+        return Card(f"Region {self.name}, by the load {self.load}", tuple(rows))
+
+    def _latex(self, printer, **options) -> str:
+        return self.latex()
+
+    def _repr_latex_(self) -> str:
+        return rf"$\displaystyle {self.latex()}$"
 
     def _cell(self, sigma, sigma0):
         values = {self.kinetic: sigma, self.static: sigma0}
@@ -143,6 +163,10 @@ def _within(values, part):
 
 def _ends(end, region, kinetic, static):
     return float(end) if end.is_infinite else lower((region.kinetic, region.static), end)(kinetic, static)
+
+
+def _text_union(spans):
+    return " u ".join(span.told for span in spans) or "nowhere"
 
 
 def _latex_union(spans):

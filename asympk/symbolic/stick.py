@@ -16,6 +16,7 @@ from itertools import chain, groupby, pairwise, product, zip_longest
 import sympy as sp
 
 from asympk.errors import NotDerivable
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import assumed_range
 from asympk.symbolic.regions import Cell, Region, Span
 
@@ -25,8 +26,8 @@ CONVENTION = (
 )
 
 
-@dataclass(frozen=True)
-class StickRegions:
+@dataclass(frozen=True, repr=False)
+class StickRegions(ShownAsFormulas):
     """The parts of the plane z = 0: ``stick``, ``up`` and ``down`` cover it; ``ambiguous`` is part of ``stick``.
 
     ``ambiguous`` is where sticking and crossing are both consistent, between the kinetic and the static cone;
@@ -39,6 +40,12 @@ class StickRegions:
     ambiguous: Region
     edges: tuple[sp.Expr, ...]
     convention: str = CONVENTION
+
+    def _card(self) -> Card:
+        regions = (self.stick, self.up, self.down, self.ambiguous)
+        rows = [(region.name, region) for region in regions]
+        edges = [(f"edge {k}", edge) for k, edge in enumerate(self.edges, start=1)]
+        return Card(f"Stick regions of the switching plane, by the load {self.stick.load}", (*rows, *edges))
 
 
 @cache
