@@ -13,6 +13,7 @@ One motion      Scene, read_scene (TOML, or a scene that ships), solve (method=,
 Many motions    solve_many (method=) for arrays; asympk.sweep for more than memory holds
 Proofs          asympk.certify encloses the exact flow in balls; claims() is the ledger of the paper's claims
 The system      systems.painleve_klein.system(), or System.smooth, System.with_friction and System.with_frictions
+Mechanisms      Mechanism and Contact: rigid motions, the paradox, the elastic contact as a System, the jump law
 Its geometry    slow_manifolds, slow_manifold, eigenvalues, stick_regions, jump_map
 Its numbers     lower turns expressions into NumPy, math, mpmath or C
 
@@ -38,6 +39,8 @@ _HOME = {
     "eigenvalues": "symbolic.stability",
     "stick_regions": "symbolic.stick",
     "lower": "symbolic.lowering",
+    "Mechanism": "mechanics.mechanism",
+    "Contact": "mechanics.mechanism",
     "Scene": "scene",
     "read_scene": "scenes.scenefile",
     "Path": "path",

@@ -8,6 +8,8 @@ as it has, and arithmetic with it, from the right too, keeps them. ``value.conte
 from functools import lru_cache
 from typing import Any
 
+from asympk import multiprecision
+
 LEAST = 15  # digits at which carriers of fewer compute
 _REFLECTED = ("__radd__", "__rsub__", "__rmul__", "__rtruediv__", "__rpow__", "__rmod__")
 
@@ -17,8 +19,7 @@ def context(digits: int) -> Any:
     """Return the mpmath context of carriers of ``digits`` digits; leave its precision as it is."""
     import mpmath
 
-    found = mpmath.MPContext()
-    found.dps = max(digits, LEAST)
+    found = multiprecision.context(max(digits, LEAST))
     told = {"__slots__": (), "context": found, "digits": digits, "__repr__": _repr, "__str__": _str,
             "__reduce__": _reduce, "__hash__": mpmath.mpf.__hash__}  # fmt: skip
     carrier = type("mpf", (mpmath.mpf,), told | {name: _reflected(name) for name in _REFLECTED})

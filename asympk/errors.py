@@ -36,11 +36,19 @@ class NoManifold(AsympkError, ArithmeticError):
     """A slow manifold does not exist for these parameters."""
 
 
-class NoMotion(AsympkError, ArithmeticError):
+class Stopped(AsympkError, ArithmeticError):
+    """A motion of the model ends; ``t`` and ``state`` are those reached, None where the error names no point."""
+
+    def __init__(self, message, t=None, state=None):
+        super().__init__(message)
+        self.t, self.state = t, state
+
+
+class NoMotion(Stopped):
     """No mode is consistent: the model (a rigid one, as a rule) has no motion from this state."""
 
 
-class TwoMotions(AsympkError, ArithmeticError):
+class TwoMotions(Stopped):
     """Several modes are consistent: the model (a rigid one, as a rule) has two motions from this state."""
 
 
@@ -72,8 +80,8 @@ class Accumulation(AsympkError, RuntimeError):
     """Events accumulate at a point in time: no mode of the system lasts beyond it."""
 
 
-class UnboundedReaction(AsympkError, ArithmeticError):
-    """The reaction of a rigid contact grows beyond all bounds: no motion of the rigid model goes on."""
+class UnboundedReaction(Stopped):
+    """The reaction of a rigid contact grows beyond all bounds, or is not determined: the rigid model ends there."""
 
 
 class Unfinished(AsympkError, RuntimeError):

@@ -4,6 +4,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import InputError, UnknownName
+from asympk.numbers import short
 from asympk.scene import Scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
@@ -27,7 +28,7 @@ METHODS = {
 # the same for the scene of a system without a kernel of its own
 FOR_SYSTEMS = {
     name: module for name, module in METHODS.items() if module.startswith("integrators") and name != "moreau"
-} | {"exact": "integrators.stepped"}
+} | {"exact": "integrators.stepped", "slow": "asymptotics.general", "jump": "asymptotics.general"}
 # method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
 FOR_ARRAYS = {
     "exact": "arrays.ensemble",
@@ -54,6 +55,8 @@ def solve(scene, method="exact", **options):
     if name not in FOR_SYSTEMS:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(FOR_SYSTEMS)}")  # fmt: skip
+    if name == "exact" and _found("affine.run", "affine")(scene.system):
+        return _run({name: "affine.run"}, name, scene, options)
     return _run(FOR_SYSTEMS, name, scene, options)
 
 
@@ -85,18 +88,33 @@ def _known(method, registry):
     raise UnknownName(f"method {method!r} is unknown; {hint}choose one of {', '.join(registry)}")
 
 
-def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", **options):
+def solve_many(
+    sigma=None, mu=None, x=None, y=None, z=None, until=None, sigma0=None, method="exact",
+    *, system=None, values=None, start=None, **options,
+):  # fmt: skip
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``method="exact"`` returns an ``Ensemble`` with ``final`` (3, ...), ``n_events`` and ``events()``; its options are
-    ``events=True``, to keep the events, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
+    ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
+    a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
+    ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
-    where a model refuses and both are inf, ``reason``, an index of ``reasons``. Raises ``UnknownName``, ``InputError``;
-    ``"exact"`` also ``TooManyEvents`` and ``TooLarge``, the models ``OrderError``.
+    where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine ``System`` is
+    followed, ``values`` and ``start`` mapping its parameters and states, by symbol or by name, to numbers or arrays;
+    ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``; strict ones also ``TooManyEvents``, ``TooLarge``
+    and ``Undecided``, the models ``OrderError``.
     """
-    if method not in FOR_ARRAYS:
-        raise UnknownName(f"method {method!r} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
+    if system is not None:
+        if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":
+            raise InputError("sigma, mu, x, y, z, sigma0 and method belong to the rod; a system has values= and start=")
+        return _found("affine.many", "solve_many")(
+            system=system, values={} if values is None else values, start=start, until=until, **options
+        )
+    if not isinstance(method, str) or method not in FOR_ARRAYS:
+        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
+    if missing := [name for name, given in zip(("sigma", "mu", "x", "y", "z", "until"), (sigma, mu, x, y, z, until),
+                                               strict=True) if given is None]:  # fmt: skip
+        raise InputError(f"solve_many needs {', '.join(missing)}; or system=, values=, start= and until=")
     run = _found(FOR_ARRAYS[method], "solve_many")
     if options:
         _require_known(method, run, options)

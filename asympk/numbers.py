@@ -18,6 +18,8 @@ _FARTHEST = 9999  # powers of ten
 _WIDEST = 40000  # powers of two in an mpf
 _LARGEST = 2.0**1023
 _RANGE = "it must be finite, and a double must be able to hold it"
+_MOST_DIMENSIONS = 30  # NumPy iterates over 32, and a result has one or two more
+_ARRAY = "it must be a number or an array of numbers"
 _KINDS = "int, float, Fraction, Decimal, str or mpf"
 
 
@@ -33,6 +35,37 @@ def number(name: str, value: Any, allowed=None, words: str = "") -> int | float 
     if allowed and not allowed(exact):
         raise InputError(f"{name} = {short(value)}: it must be {words}")
     return exact
+
+
+def numbers(name: str, value: Any):
+    """Return ``value`` as an array of real numbers; integers and short floats stay as they are, the rest are doubles.
+
+    Strings, Fractions and Decimals are read one by one, as ``number`` reads them. Raises ``InputError`` for what is
+    not numbers, and for a masked array: nothing here would honour its mask.
+    """
+    values = _array(name, value, None)
+    if values.dtype.kind in "OUS":
+        values = _read_each(name, values.astype(object))
+    if values.dtype.kind not in "iuf":
+        raise InputError(f"{name} = {short(value)}: {_ARRAY}")
+    return values
+
+
+def objects(name: str, value: Any):
+    """Return ``value`` as an array of what it holds, unread, for ``number``; raises ``InputError`` as ``numbers``."""
+    return _array(name, value, object)
+
+
+def place(name: str, at: tuple) -> str:
+    """Return how a message names the entry ``at`` of an array."""
+    return f"{name}[{', '.join(map(str, at))}]" if at else name
+
+
+def whole(name: str, value: Any, least: int, most: int) -> int:
+    """Return ``value`` as an int from ``least`` to ``most``; raises ``InputError`` for anything else."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= value <= most:
+        raise InputError(f"{name} = {short(value)}: it must be a whole number from {least} to {most}")
+    return int(value)
 
 
 def short(value: Any) -> str:
@@ -85,3 +118,35 @@ def _from_mpf(name, value):
     if (not mantissa and exponent) or abs(exponent) > _WIDEST:
         raise InputError(f"{name} = {short(value)}: {_RANGE}")
     return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
+
+
+def _array(name, value, kind):
+    import numpy as np
+
+    if _masked(value):
+        raise InputError(f"{name} is masked, and a mask would be lost; give x.compressed(), or x.filled(number)")
+    try:
+        values = np.asarray(value, dtype=kind)
+    except ValueError:
+        raise InputError(f"{name} = {short(value)}: {_ARRAY}") from None
+    if values.ndim > _MOST_DIMENSIONS:
+        raise InputError(f"{name} has {values.ndim} dimensions; give an array of at most {_MOST_DIMENSIONS}")
+    return values
+
+
+def _masked(value):
+    """Tell whether anything in an array, or in lists of arrays, is masked."""
+    import numpy as np
+
+    if isinstance(value, (list, tuple)):
+        return any(_masked(item) for item in value if not isinstance(item, (int, float)))
+    return np.ma.is_masked(value)
+
+
+def _read_each(name, values):
+    import numpy as np
+
+    read = np.empty(values.shape)
+    for at, value in np.ndenumerate(values):
+        read[at] = float(number(place(name, at), value))
+    return read

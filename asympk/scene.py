@@ -141,6 +141,14 @@ def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
     return slow_root * float(x - 1 / Fraction(b))
 
 
+def in_doubles(scene: Scene) -> tuple[float, float, float]:
+    """Return (sigma, sigma0, mu) as doubles; raises ``InputError`` where rounding takes them out of their ranges."""
+    sigma, sigma0, mu = float(scene.sigma), float(scene.sigma0), float(scene.mu)
+    if sigma == -2 or mu == 0:
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
+    return sigma, sigma0, mu
+
+
 def _triple(start: Any) -> tuple:
     try:
         values = () if isinstance(start, str) else tuple(start)

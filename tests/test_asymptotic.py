@@ -425,3 +425,14 @@ def test_more_digits_give_mpf_states_and_events_on_the_plane():
     assert path.events[0].z == 0
     assert abs(path.events[1].x + path.events[1].y - mpmath.mpf(1) / 4) < mpmath.mpf(10) ** -35
     assert path(np.array([0.1, 0.2])).shape == (3, 2)
+
+
+def test_a_dip_to_z_zero_that_the_series_does_not_see_is_refused():
+    start = (-1.0499066318716528, 0.070714082539439, 5.251864209683939e-06)
+    numbers = 0.08375816648488327, 0.01122910310290655, *start, 2.827564024019965
+    scene = ap.Scene(*numbers[:2], start, numbers[-1])
+    assert ap.solve(scene).modes == ("slip_opposite", "stick", "slip_opposite", "slip_same")
+    for order in (0, 1, 2):
+        with pytest.raises(OutOfRange, match="meets z = 0 in slip_opposite unexpectedly"):
+            ap.solve(scene, method="jump", order=order)
+        assert np.isinf(ap.solve_many(*numbers, method="jump", order=order).error)

@@ -8,7 +8,8 @@ import pytest
 
 import asympk as ap
 from asympk.arrays import careful, columns, courses, ensemble, kernels
-from asympk.errors import InputError, TooLarge, TooManyEvents
+from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
+from asympk.flow import legs
 from asympk.path import KINDS
 
 PARAMETERS = [
@@ -156,7 +157,7 @@ def both_ways(sigma, sigma0, mu, x, y, z, until):
         full = [np.broadcast_to(v, x.shape).astype(float) for v in (sigma, sigma0, mu, x, y, z, until)]
         story = careful.certain(*full)
     common = ~story.doubtful
-    common[others] = False
+    common[np.concatenate(others)] = False
     return common, final, count, ensemble._in_order(notes), story
 
 
@@ -370,12 +371,67 @@ def test_too_many_events_name_the_trajectory_and_the_state(monkeypatch):
     for module in (careful, ensemble):
         monkeypatch.setattr(module, "MOST_EVENTS", 20)
     with pytest.raises(TooManyEvents, match=r"trajectory 2: more than 20 events by t = .* where \(x, y, z\) = \("):
-        ap.solve_many(5, 10, [0, 0.1, 1e3], 0, -1, 1e3)
+        ap.solve_many(5, 10, [0, 0.1, 1e3], 0, -1, 1e3, strict=True)
 
 
 def test_states_beyond_the_range_of_doubles_are_refused_by_name():
     with pytest.raises(TooLarge, match="trajectory 1"):
-        ap.solve_many(1, 10, 0, [0.2, 8e307], 1, 5)
+        ap.solve_many(1, 10, 0, [0.2, 8e307], 1, 5, strict=True)
+
+
+def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its_own(monkeypatch):
+    for module in (careful, ensemble, legs):
+        monkeypatch.setattr(module, "MOST_EVENTS", 20)
+    sigma, mu = np.array([5, 5, 5, 1, 1]), np.array([10, 10, 10, 10, 1e-3])
+    x, y, until = np.array([0, 0.1, 1e3, 0, 0]), np.array([0, 0, 0, 8e307, 0.2]), np.array([1e3, 1e3, 1e3, 5, 5])
+    many = ap.solve_many(sigma, mu, x, y, -1.0, until)
+    words = [many.outcomes[k] for k in many.outcome]
+    assert words == ["followed", "followed", "too many events", "beyond the range of doubles", "followed"]
+    good = many.outcome == 0
+    assert np.isnan(many.final[:, ~good]).all()
+    assert (many.n_events[~good] == 0).all()
+    fair = ap.solve_many(sigma[good], mu[good], x[good], y[good], -1.0, until[good], strict=True)
+    assert same_bits(np.ascontiguousarray(many.final[:, good]), fair.final)
+    assert np.array_equal(np.bincount(many.events().trajectory, minlength=5), many.n_events)
+
+
+def test_an_undecided_trajectory_is_told_by_its_outcome(monkeypatch):
+    real = ensemble.exact.run
+
+    def undecided(scene):
+        if scene.start[2] == 1:
+            raise Undecided("no")
+        return real(scene)
+
+    monkeypatch.setattr(ensemble.exact, "run", undecided)
+    given = 1, 1e-3, 1000.0, -1000.0, np.array([-1.0, 1.0, -0.5]), 2
+    many = ap.solve_many(*given)
+    assert [many.outcomes[k] for k in many.outcome] == ["followed", "undecided", "followed"]
+    with pytest.raises(Undecided, match="trajectory 1: no"):
+        ap.solve_many(*given, strict=True)
+
+
+@pytest.mark.parametrize("keep", [True, False])
+def test_events_in_chunks_are_the_events(keep):
+    given = mixed()
+    many, whole = ap.solve_many(*given, events=keep), ap.solve_many(*given, events=True).events()
+    for rows in (1, 7, 64, 10**6):
+        parts = zip(*many.events_in_chunks(rows), strict=True)
+        assert all(np.array_equal(np.concatenate(some), all_) for some, all_ in zip(parts, whole, strict=True))
+    for rows in (0, -1, 2.5, True, "7"):
+        with pytest.raises(InputError, match="rows"):
+            next(many.events_in_chunks(rows))
+
+
+def test_events_take_memory_as_they_are_many(monkeypatch):
+    monkeypatch.setattr(ensemble, "CHUNK", 1024)
+    monkeypatch.setattr(ensemble, "BATCH", 1024)
+    many = ap.solve_many(1, 1e-6, *starts(3, 20000), 5)
+    tracemalloc.start()
+    events = many.events()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 1.5 * sum(values.nbytes for values in events)
 
 
 def test_extended_precision_is_not_needed_for_being_right(monkeypatch):

@@ -198,8 +198,9 @@ def test_results_are_mpf_and_the_global_precision_stays_as_it_is():
     before = mpmath.mp.prec
     path = ap.solve(ap.Scene(1, "1e-3", (0, "0.2", -1), 5), digits=60)
     assert mpmath.mp.prec == before
-    values = (*path.final, path.events[0].t, *path.events[0].state, path.error, *path(1))
-    assert all(isinstance(value, mpmath.mpf) for value in values)
+    event = path.events[0]
+    told = (*path.final, event.t, *event.state, path.error, *path(1))
+    assert all(isinstance(value, mpmath.mpf) for value in told)
 
 
 def test_an_exact_parameter_is_not_its_nearest_double():
@@ -212,7 +213,7 @@ def test_an_exact_parameter_is_not_its_nearest_double():
 
 @pytest.mark.parametrize("digits", [0, -3, 1001, 2.5, "50", True, [50]])
 def test_digits_that_are_none_are_refused(digits):
-    with pytest.raises(InputError, match=r"digits = .*: it must be an integer from 1 to 1000"):
+    with pytest.raises(InputError, match=r"digits = .*: it must be a whole number from 1 to 1000"):
         ap.solve(ap.Scene(1, 1e-3, (0, 0.2, -1), 5), digits=digits)
 
 

@@ -1,6 +1,5 @@
 """The jump map: derived for every layer, and right to the last term that is claimed."""
 
-from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -19,6 +18,7 @@ from asympk.symbolic.system import System
 from asympk.systems import painleve_klein as pk
 
 SYSTEM = pk.system()
+F = sp.Symbol("F", real=True)
 x, y, z, mu, sigma, sigma0 = pk.x, pk.y, pk.z, SYSTEM.small, pk.sigma, pk.sigma0
 MUS = [f"1e-{k}" for k in (2, 3, 4, 6, 8, 10, 12)]
 
@@ -213,7 +213,7 @@ def integrated(system, start, jump, small):
     (fast,), velocity = system.modes[0].fast, system.friction.velocity
     states = (next(v for v in system.modes[0].slow if v != velocity), fast, velocity)
     friction, t, state = system.friction, 0.0, [float(start[v]) for v in states]
-    edge = friction.drive - friction.static * friction.load
+    edge = system.drive - friction.static * friction.load
     levels = {"velocity_zero": velocity, "slip_onset": edge, "force_zero": friction.load}
     for mode, event in zip(jump.itinerary, [*jump.events, None], strict=True):
         rates = system.mode(mode)
@@ -253,9 +253,12 @@ def test_another_system_jumps_as_its_equations_say():
 def test_a_system_without_a_common_integral_says_so():
     found = first_integral(other_system())
     assert found.rate.free_symbols == {sp.Symbol("a", real=True)}
-    stick = replace(SYSTEM.mode("stick"), fast=sp.Dict({y: -2 * x - 2 * y}))
+    entering = System.with_friction(
+        slow={x: y - F / 2}, fast={y: 1 - 2 * (x + y) + F}, velocity={z: 1 - (x + y) + F}, force=F, load=x + y,
+        kinetic=sigma + 2, static=sigma0 + 2, small=mu, assumptions=SYSTEM.assumptions,
+    )  # fmt: skip
     with pytest.raises(NotDerivable, match="free of the fast motion"):
-        first_integral(replace(SYSTEM, modes=(*SYSTEM.modes[:2], stick)))
+        first_integral(entering)
 
 
 # refusals
@@ -302,5 +305,66 @@ def test_systems_without_a_jump_are_refused():
 
 
 def test_an_unknown_symbol_in_the_start_is_refused():
-    with pytest.raises(ap.errors.InputError, match="not states or parameters"):
+    with pytest.raises(ap.errors.InputError, match="q is not a state or parameter of start"):
         jump_map(SYSTEM, 0, {sp.Symbol("q"): 1})
+
+
+# which region
+
+
+def test_the_region_comes_first_and_says_what_was_chosen_and_how_to_choose_another():
+    jump = jump_map(SYSTEM, 1)
+    first, second, *_ = str(jump).splitlines()
+    assert first == f"for {jump.domain}" == "for (sigma > 0) & (z < 0) & (x + y > 0)"
+    assert second.startswith("(chosen: sigma = 1, x = 0, y = 1/5, z = -1; another region by start=")
+    assert repr(jump).startswith(f"JumpMap for {jump.domain}\n(chosen: sigma = 1")
+    assert len(repr(jump)) < 1200
+    assert jump.chosen == ("sigma", "x", "y", "z")
+    assert jump.domain.subs(jump.sample) == sp.true
+
+
+def test_another_start_by_name_gives_the_map_of_another_region():
+    jump = jump_map(SYSTEM, 0, {"sigma": "-1/2", "x": 0, "y": 1, "z": -1})
+    assert jump.chosen == ()
+    assert str(jump).startswith(f"for {jump.domain}\nx -> ")
+    assert jump.domain != jump_map(SYSTEM, 0).domain
+    assert jump == jump_map(SYSTEM, 0, {sigma: sp.Rational(-1, 2), x: 0, y: 1, z: -1})
+
+
+@pytest.mark.parametrize(
+    ("start", "match"),
+    [
+        ((0, 0, 0), r"\(0, 0, 0\) is not a mapping from each state or parameter of start to its value, such as"),
+        ("sigma", "'sigma' is not a mapping"),
+        ({"sgima": 1}, "sgima is not a state or parameter of start; .*; did you mean sigma?"),
+        ({"z": float("nan")}, "z = 'nan'"),
+        ({"z": [1, 2]}, r"z = \[1, 2\]"),
+        ({"sigma": -3}, r"sigma = -3 is outside the range of this system, sigma > -2"),
+        ({"sigma": 1, "sigma0": 0}, "sigma = 1, sigma0 = 0 is outside the range of this system, sigma0 >= sigma"),
+        ({sp.Symbol("sigma"): 1}, "the Symbol sigma has other assumptions"),
+        ({"sigma": 1, sigma: 2}, "sigma is given twice"),
+    ],
+)
+def test_a_start_that_is_none_is_refused_by_name(start, match):
+    with pytest.raises(ap.errors.InputError, match=match):
+        jump_map(SYSTEM, 0, start)
+
+
+@pytest.mark.parametrize("option", ["arrival", "near"])
+def test_a_mode_that_does_not_exist_is_refused_by_name(option):
+    with pytest.raises(ap.errors.InputError, match="mode 'slip_oposite' is unknown"):
+        jump_map(SYSTEM, 0, **{option: "slip_oposite"})
+
+
+def test_a_force_with_any_coefficient_in_the_velocity_leaves_the_cone_by_the_drive_over_it():
+    """With z counted in another unit, z -> z / 3, friction enters z' with 1/3, and the map is the same."""
+    scaled = System.with_friction(
+        slow={x: y}, fast={y: 1 - 2 * (x + y) + F}, velocity={z: (1 - (x + y) + F) / 3}, force=F, load=x + y,
+        kinetic=sigma + 2, static=sigma0 + 2, small=mu, assumptions=SYSTEM.assumptions,
+    )  # fmt: skip
+    ours, theirs = jump_map(SYSTEM, 1, {sigma: 1}), jump_map(scaled, 1, {sigma: 1})
+    assert theirs.itinerary == ours.itinerary
+    at = {sigma: 1, sigma0: 2, y: sp.Rational(1, 3), x: sp.Rational(1, 7), mu: sp.Rational(1, 1000)}
+    for found, expected in ((theirs.x, ours.x), (3 * theirs.z.expr, ours.z.expr)):
+        found, expected = (getattr(e, "expr", e) for e in (found, expected))
+        assert abs((found.subs(z, sp.Rational(-1, 3)) - expected.subs(z, -1)).subs(at).evalf(30)) < 1e-20

@@ -371,3 +371,42 @@ def test_manifolds_pickle_and_compare_by_value():
     assert again == PI2 == ap.slow_manifolds(PK, order=4)[1]
     assert again.coefficients == PI2.coefficients
     assert hash(again) == hash(PI2)
+
+
+def test_an_implicit_branch_has_the_coefficients_of_an_explicit_one():
+    system = ap.System.smooth(slow={x: -x + y}, fast={y: x - (1 + x) * y}, small=mu)
+    explicit = ap.slow_manifold(system, branch={y: x / (1 + x)}, order=3)
+    implicit = ap.slow_manifold(system, order=3)
+    for k in range(1, 4):
+        assert sp.cancel(implicit.coefficient(k).subs(y, x / (1 + x)) - explicit.coefficient(k)) == 0
+    flow = reduced_flow(implicit)
+    assert sp.cancel(flow[x].subs(y, x / (1 + x)) - reduced_flow(explicit)[x]) == 0
+    slope = (x / (1 + x)).diff(x)
+    assert sp.cancel((flow[y] - slope * flow[x]).subs(y, x / (1 + x))) == 0
+
+
+def test_a_cubic_is_carried_by_the_value_of_its_branch():
+    a = sp.Symbol("a", real=True)
+    system = ap.System.smooth(slow={x: y + a}, fast={y: y - y**3 / 3 - x}, small=mu)
+    manifold = ap.slow_manifold(system, order=2)
+    for k in (1, 2):
+        assert manifold.coefficient(k).is_rational_function(y, a)
+        assert not manifold.coefficient(k).has(x)
+    assert sp.cancel(manifold.coefficient(1) - (y + a) / (y**2 - 1) ** 2) == 0
+    assert manifold.folds == sp.Or(sp.Eq(y, -1), sp.Eq(y, 1))
+    assert manifold.stability.subs(y, 2) == sp.Symbol("stable")
+    assert manifold.stability.subs(y, 0) == sp.Symbol("unstable")
+
+
+def test_a_cubic_that_never_folds_says_so():
+    manifold = ap.slow_manifold(ap.System.smooth(slow={x: -x + y}, fast={y: x - y - y**3}, small=mu), order=1)
+    assert manifold.folds == sp.false
+    assert manifold.stability == "stable"
+    assert sp.cancel(manifold.coefficient(1) - y**3 / (3 * y**2 + 1) ** 2) == 0
+
+
+def test_what_needs_an_explicit_branch_says_so():
+    manifold = ap.slow_manifold(ap.System.smooth(slow={x: -x + y}, fast={y: x - y - y**3}, small=mu), order=1)
+    for question in (invariance_residual, integral_curves, rest_state):
+        with pytest.raises(NotDerivable, match="implicit"):
+            question(manifold)

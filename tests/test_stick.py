@@ -77,7 +77,7 @@ def test_the_convention_and_the_latex_say_what_happens():
     [
         ({"sigma": -2}, "sigma = -2"),
         ({"sigma": 1, "sigma0": 0}, "sigma0 = 0"),
-        ({"sigma": "steep"}, "sigma = 'steep' is not a number"),
+        ({"sigma": "steep"}, "sigma = 'steep': it must be a decimal"),
         ({"sigma": float("nan")}, "sigma = nan"),
         ({"sigma": float("inf")}, "must be finite"),
         ({"sigma": [1.0, 2.0], "sigma0": [3.0, 4.0, 5.0]}, "do not broadcast"),

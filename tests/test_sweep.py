@@ -17,7 +17,7 @@ import pytest
 
 import asympk as ap
 from asympk.__main__ import main
-from asympk.errors import InputError, TooLarge, TooManyEvents, WorkersLost
+from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided, WorkersLost
 from asympk.path import MODES
 from asympk.sweep import chunks, files, results, run, summary
 from asympk.sweep.executors import Processes
@@ -330,26 +330,26 @@ def test_parquet_chunks_hold_the_same_and_are_checked_too(plain, tmp_path):
 
 
 def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
-    from asympk.arrays import ensemble
+    from asympk.flow import exact
 
-    real = ensemble.solve_many
+    real = exact.run
 
-    def refusing(**part):
-        for reason, bad in ((TooManyEvents, 7.0), (TooLarge, 9.0)):
-            if (np.asarray(part["x"]) == bad).any():
+    def refusing(scene):
+        for reason, bad in ((TooManyEvents, 7.0), (TooLarge, 9.0), (Undecided, 11.0)):
+            if scene.start[2] == bad:
                 raise reason("no")
-        return real(**part)
+        return real(scene)
 
-    monkeypatch.setattr(ensemble, "solve_many", refusing)
-    x = np.linspace(-1, 1, 64)
-    fair = chunks.follow({"sigma": 1.0, "mu": 1e-3, "x": x, "y": 0.0, "z": -1.0, "until": 5.0}, 64)
-    bad = x.copy()
-    bad[[5, 40]] = 7, 9
-    found = chunks.follow({"sigma": 1.0, "mu": 1e-3, "x": bad, "y": 0.0, "z": -1.0, "until": 5.0}, 64)
-    assert found["outcome"][[5, 40]].tolist() == [1, 2]
-    rest = np.delete(np.arange(64), [5, 40])
+    monkeypatch.setattr(exact, "run", refusing)
+    x, y, z, bad = np.linspace(-1, 1, 64), np.zeros(64), -np.ones(64), [5, 40, 41]
+    fair = chunks.follow({"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
+    x[bad], y[bad], z[bad] = 1000, -1000, (7, 9, 11)  # on s = 0 without a rate: followed one by one
+    found = chunks.follow({"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
+    assert found["outcome"][bad].tolist() == [1, 2, 3]
+    rest = np.delete(np.arange(64), bad)
     assert all(np.array_equal(found[name][rest], fair[name][rest]) for name in fair)
-    assert all(np.isfinite(found[axis]).all() for axis in "xyz")
+    assert all(np.isnan(found[axis][bad]).all() for axis in "xyz")
+    assert not any(found[name][bad].any() for name in ("n_events", "collisions", "itinerary"))
 
 
 def test_summaries_are_those_of_all_data_at_once(tmp_path):

@@ -11,7 +11,7 @@ def roots(step, lo, hi, rising, t, first=np.inf):
 
     ``step(rows, t)`` tells of some of the functions whether they are positive at ``t``, and where Newton's method
     goes from there, or NaN. A step that leaves its bracket is replaced by a cut of the bracket, geometric where that
-    is long; the first cut of a bracket that starts at 0 is not beyond ``first``.
+    is long; the first cut of a bracket that starts at 0 is not beyond ``first``. A root that is not found is NaN.
     """
     found = t.copy()
     rows, first = np.arange(t.size), np.broadcast_to(first, t.shape)
@@ -32,6 +32,7 @@ def roots(step, lo, hi, rising, t, first=np.inf):
         if done.any():
             on = np.flatnonzero(~done)
             rows, t, lo, hi, rising, first = (v[on] for v in (rows, t, lo, hi, rising, first))
+    found[rows] = np.nan
     return found
 
 

@@ -131,9 +131,20 @@ class _Flight:
         for axis, values in zip(self.state, state, strict=True):
             axis[rows] = values
         self.doubtful[rows] |= doubtful
+        self._watch_end(rows[kind == NOTHING], motion.rows(kind == NOTHING), left[kind == NOTHING])
         self._note(rows[kind != NOTHING], kind[kind != NOTHING])
         self._cross(rows, kind)
         return kind, span
+
+    def _watch_end(self, rows, motion, left):
+        """Put in doubt the rows in which an end that is wrong by the rounding of the time changes the events."""
+        late, slips = MARGIN * self.until[rows], self.z_sign[rows] != 0
+        _, y, s, z = (v[rows] for v in self.state)
+        moved = late * np.abs(y + (motion.a - motion.b * s) / motion.mu)
+        near, far = edges(self.sigma0[rows], s)
+        off = np.where(slips, np.abs(s), np.minimum(np.abs(s - near), np.abs(far - s)))
+        clear = (moved <= off) & (~slips | (late * np.abs(motion.a + motion.fall * s) <= np.abs(z)))
+        self.doubtful[rows] |= ~clear | ((self.count[rows] > 0) & (left < late))
 
     def _note(self, rows, kind):
         x, y, _, z = (v[rows] for v in self.state)
@@ -176,15 +187,15 @@ def slip(motion, s_sign, z_sign, left):
     """Return (kind, time, state, doubt) of the event that ends a slip within the time left, or of the end."""
     end = motion.horizon(left)
     search = _Search(motion, left)
-    opening = (motion.z0 == 0) | (z_sign * (motion.a + motion.fall * motion.s0) > 0)
+    opening = search.opening(z_sign)
     for rows, lo, hi in search.stretches(end):
         part, own, side = motion.rows(rows), s_sign[rows], z_sign[rows]
         state = part.state(hi)
         opens = side * (part.a + part.fall * state[2]) > 0
         t, s, landed = _landing(search, rows, part, own, side, lo, hi, state, opening[rows], opens)
-        free = ~landed & ((lo > 0) | (part.s0 != 0))
-        search.watch(rows, own * s, part.s_size(t), free)
-        turned = np.flatnonzero(free & (own * s < 0))
+        search.watch(rows, own * s, part.s_size(t), ~landed)
+        turned = np.flatnonzero(~landed & (own * s < 0))
+        search.require_off(rows[turned], (lo[turned] > 0) | (part.s0[turned] != 0))
         if turned.size:
             some = part.rows(turned)
             at = some.s_root(np.zeros_like(t[turned]), lo[turned], t[turned], own[turned] < 0)
@@ -200,7 +211,7 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
     t, s, landed = hi.copy(), state[2].copy(), np.zeros(hi.size, bool)
     search.watch(rows, side * state[3], part.z_size(hi))
     crosses = side * state[3] < 0
-    start = _leaving(part, lo, hi, s, crosses & opening & (lo == 0) & (part.z0 == 0))
+    start = _leaving(search, rows, part, side, lo, hi, s, crosses & opening & (lo == 0) & (part.z0 == 0))
     dips = np.flatnonzero(~crosses & opens & ~opening)
     if dips.size:
         some = part.rows(dips)
@@ -221,13 +232,15 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
     return t, s, landed
 
 
-def _leaving(part, lo, hi, s, leaves):
+def _leaving(search, rows, part, side, lo, hi, s, leaves):
     """Return times in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
     start = lo.copy()
     if leaves.any():
         some = part.rows(leaves)
         level = some.a / (some.b - 1)
         start[leaves] = some.s_root(level, lo[leaves], hi[leaves], s[leaves] > some.s0)
+        off = side[leaves] * some.state(start[leaves])[3]
+        search.require_off(rows[leaves], off > MARGIN * some.z_size(start[leaves]))
     return start
 
 
@@ -239,11 +252,12 @@ def stick(motion, sigma0, s_sign, left):
         part = motion.rows(rows)
         state = part.state(hi)
         for edge, side in ((near[rows], -s_sign[rows]), (far[rows], np.ones_like(hi))):
-            asked = np.isfinite(edge) & ((lo > 0) | (part.s0 != edge)) & (search.kind[rows] == NOTHING)
+            asked = np.isfinite(edge) & (search.kind[rows] == NOTHING)
             beyond = side * (state[2] - edge)
             search.watch(rows, beyond, np.abs(edge) + part.s_size(hi), asked)
             out = np.flatnonzero(asked & (beyond > 0))
             if out.size:
+                search.require_off(rows[out], (lo[out] > 0) | (part.s0[out] != edge[out]))
                 some = part.rows(out)
                 at = some.s_root(edge[out], lo[out], hi[out], side[out] > 0)
                 search.found(rows[out], SLIP_ONSET, at, some.on_level(edge[out], at))
@@ -309,6 +323,19 @@ class _Search:
     def watch(self, rows, value, size, asked=True):
         """Put in doubt the rows whose value has no clear sign."""
         self.doubtful[rows] |= asked & ~(np.abs(value) > MARGIN * size)
+
+    def opening(self, z_sign):
+        """Tell where z moves off the plane at first; close to the plane that must be clear."""
+        motion = self.motion
+        pull = motion.fall * motion.s0
+        rate = motion.a + pull
+        vague = (motion.z0 != 0) & (motion.z0 * motion.z0 < MARGIN)
+        self.doubtful |= vague & ~(np.abs(rate) > MARGIN * (1 + np.abs(pull)))
+        return (motion.z0 == 0) | (z_sign * rate > 0)
+
+    def require_off(self, rows, off):
+        """Put in doubt the rows that pass a surface on which they started, and so begin on its other side."""
+        self.doubtful[rows] |= ~off
 
     def found(self, rows, kind, time, state):
         self.kind[rows], self.time[rows] = kind, time

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asympk.errors import InputError
-from asympk.numbers import number, short
+from asympk.numbers import numbers, place
 
 LARGEST = 2.0**1023
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
@@ -74,19 +74,6 @@ def columns(limits, **arguments):
     return shape, {name: Column(values, shape) for name, values in read.items()}
 
 
-def numbers(name, value):
-    """Return ``value`` as an array of real numbers; integers and short floats stay as they are."""
-    try:
-        values = np.asarray(value)
-    except ValueError:
-        raise InputError(f"{name} = {short(value)}: it must be a number or an array of numbers") from None
-    if values.dtype.kind in "OUS":
-        values = _read_each(name, values.astype(object))
-    if values.dtype.kind not in "iuf":
-        raise InputError(f"{name} = {short(value)}: it must be a number or an array of numbers")
-    return values
-
-
 def require(name, values, allowed=None, words=""):
     """Require that values are finite and allowed; the message has the place and the value of the first that is not."""
     _require(name, values, lambda v: np.abs(v) <= LARGEST, "a finite number")
@@ -100,29 +87,18 @@ def require_order(name, column, least_name, least):
     bad = above < below
     if bad.any():
         at = _first(bad)
-        raise InputError(f"{_place(name, at)} = {above[at]}: it must be at least {least_name} = {below[at]}")
-
-
-def _read_each(name, values):
-    read = np.empty(values.shape)
-    for at, value in np.ndenumerate(values):
-        read[at] = float(number(_place(name, at), value))
-    return read
+        raise InputError(f"{place(name, at)} = {above[at]}: it must be at least {least_name} = {below[at]}")
 
 
 def _require(name, values, allowed, words):
     if not values.size or (allowed(float(values.min())) and allowed(float(values.max()))):
         return
     at = _first(~allowed(values.astype(float)))
-    raise InputError(f"{_place(name, at)} = {values[at]}: it must be {words}")
+    raise InputError(f"{place(name, at)} = {values[at]}: it must be {words}")
 
 
 def _first(bad):
     return tuple(int(i) for i in np.unravel_index(np.argmax(bad), bad.shape))
-
-
-def _place(name, at):
-    return f"{name}[{', '.join(map(str, at))}]" if at else name
 
 
 def _size(shape):

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from asympk.arrays.careful import EXTENDED
 from asympk.arrays.kernels import (
     deviation,
     force_zero,
@@ -35,6 +36,8 @@ from asympk.arrays.kernels import (
 SAFE = 1e-10
 NEAR = 1e-6
 SMALLEST = 1e-3
+SELDOM = 1e-3
+FINER = 1024.0
 BLOCK = 8192
 NONE = np.array([], dtype=np.intp)
 
@@ -80,6 +83,11 @@ class Setting:
     def holds(self):
         """Whether z = 0 is met within the static cone by what comes along Pi2, where s = -1/sigma."""
         return np.greater(self.sigma0 + 3, -self.sigma)
+
+    @cached_property
+    def seldom_misfits(self):
+        """Whether so few starts of size one do not fit their course that each may be followed alone."""
+        return self.mu <= SELDOM * np.minimum(self.sigma * self.sigma, 1.0)
 
     @cached_property
     def reach(self):
@@ -153,17 +161,18 @@ turned, turned_drifted, turned_passed = map(_turned, (lifted, drifted, passed))
 def raised(p, x, y, z, until, log):
     """The load grows through zero, in a time in which z cannot fall as far as to 0."""
     s = x + y
-    end, fits, t = _freed(p, 0.0, x, y, s, z, until, log)
+    w, clear = _deviation(p, x, y)
+    end, fits, t = _freed(p, 0.0, x, y, s, z, until, log, w)
     deepest = np.maximum(np.abs(s), np.abs(1 / p.sigma))
-    high = (s * (p.sigma + 1) >= -1) | (z > (1 + (p.sigma + 1) * 2 * deepest) * t)
-    return end, fits & high & (_clear(p, x, y) | ~p.steep)
+    high = (s * (p.sigma + 1) >= -1) | (z > ((p.sigma + 1) * 2 * deepest - 1) * t)
+    return end, fits & high & (clear | ~p.steep)
 
 
 def thrown(p, x, y, z, until, log):
     """The load grows downwards until z = 0, sticks, and slips."""
     edge = p.lower_edge
-    clear = _clear(p, x, y)
-    t, x, y = velocity_zero(p.opposite, x, y, z)
+    w, clear = _deviation(p, x, y)
+    t, x, y = velocity_zero(p.opposite, x, y, z, w)
     log("velocity_zero", t, x, y, 0.0)
     dt, x = release(p.stick, x, y, edge)
     grips = _grips(p, dt)
@@ -188,9 +197,9 @@ def _grips(p, dt):
     return dt > SAFE / abs(p.stick.fast)
 
 
-def _freed(p, t, x, y, s, z, until, log):
+def _freed(p, t, x, y, s, z, until, log, w=None):
     m = p.opposite
-    dt, end_x = force_zero(m, x, y, s)
+    dt, end_x = force_zero(m, x, y, s, w)
     z = z + m.rest * dt - m.bend * (end_x + y)
     t = t + dt
     log("force_zero", t, end_x, -end_x, z)
@@ -199,10 +208,20 @@ def _freed(p, t, x, y, s, z, until, log):
     return (x, y, z + gone), left > SAFE * until, dt
 
 
-def _clear(p, x, y):
-    """Tell where the distance from the unstable plane is known so well that its rounding does not show."""
+def _deviation(p, x, y):
+    """Return the deviation from the slow line of slip_opposite, and where its rounding does not show.
+
+    Where it would in doubles, the deviation is taken in extended precision.
+    """
+    w = deviation(p.opposite, x, y)
     doubt = np.maximum(0.5 * p.mu / p.sigma, SAFE) * (np.abs(x) + np.abs(y) + 1 / p.sigma)
-    return np.abs(deviation(p.opposite, x, y)) > doubt
+    clear = np.abs(w) > doubt
+    near = np.flatnonzero(~clear & p.steep) if EXTENDED else NONE
+    if near.size:
+        sigma, mu, near_x, near_y = (np.broadcast_to(v, x.shape)[near].astype(EXTENDED) for v in (p.sigma, p.mu, x, y))
+        w[near] = deviation(mode(1.0, -sigma, mu), near_x, near_y).astype(float)
+        clear[near] = np.abs(w[near]) > doubt[near] / FINER
+    return w, clear
 
 
 EVENTS = {direct: 0, raised: 1, thrown: 3, lifted: 2, turned: 3, drifted: 2, turned_drifted: 3, passed: 1,
@@ -210,19 +229,20 @@ EVENTS = {direct: 0, raised: 1, thrown: 3, lifted: 2, turned: 3, drifted: 2, tur
 
 
 def follow(p, x, y, z, until, final, count, note=None):
-    """Put final states and numbers of events of the trajectories on common courses in place; return the other rows.
+    """Put final states and numbers of events of the trajectories on common courses in place.
 
-    ``note(kind, rows, t, x, y, z)`` is told the events, those of a trajectory in order of time.
+    Return the rows of no course, and those that do not fit the course that they seemed to take. ``note(kind, rows, t,
+    x, y, z)`` is told the events, those of a trajectory in order of time.
     """
     if not np.any(p.reach > 0):
-        return np.arange(x.size)
-    others = [NONE]
+        return np.arange(x.size), NONE
+    others, misfits = NONE, [NONE]
     for course, rows in _sorted_out(p, x, y, z, until):
         if course is None:
-            others.append(_indices(rows))
+            others = rows
             continue
-        others += [_along(course, block, p, x, y, z, until, final, count, note) for block in _blocks(rows)]
-    return np.concatenate(others)
+        misfits += [_along(course, block, p, x, y, z, until, final, count, note) for block in _blocks(rows)]
+    return others, np.concatenate(misfits)
 
 
 def _sorted_out(p, x, y, z, until):

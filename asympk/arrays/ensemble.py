@@ -6,17 +6,19 @@ r"""The exact flow of many trajectories: arrays in, arrays out.
 
 Work goes through the rows in chunks, so that beyond the result the memory in use does not grow with their number. What
 happens to a trajectory depends on its own numbers alone: results are the same bit for bit however rows are grouped.
+A trajectory that no flow can follow to its end is left out, and its outcome says why.
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.arrays import careful, courses
+from asympk.arrays import OUTCOMES, careful, courses
 from asympk.arrays.columns import ORDER, require, scenes
 from asympk.arrays.courses import Setting
-from asympk.errors import InputError, TooLarge, TooManyEvents
+from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.flow import exact
 from asympk.flow.legs import MOST_EVENTS
 from asympk.many import Many, axes_of
@@ -25,6 +27,8 @@ from asympk.scene import Scene
 
 CHUNK = 131072
 BATCH = 16384
+_KINDS = np.array(KINDS)
+_REFUSALS = (TooManyEvents, TooLarge, Undecided)
 
 
 class Events(NamedTuple):
@@ -43,12 +47,26 @@ class Events(NamedTuple):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Ensemble(Many):
-    """What became of many trajectories: ``final`` (3, ...) and ``n_events`` of the broadcast shape (...)."""
+    """What became of many trajectories: ``final`` (3, ...), ``n_events`` and ``outcome`` of the broadcast shape (...).
+
+    ``outcome`` is an index of ``outcomes``, the words; where it is not 0, "followed", ``final`` is NaN, ``n_events`` is
+    0 and there are no events.
+    """
+
+    outcomes = OUTCOMES
 
     final: np.ndarray
     n_events: np.ndarray
+    _left: dict = field(repr=False)
     _job: Any = field(repr=False)
     _events: Events | None = field(repr=False)
+
+    @cached_property
+    def outcome(self):
+        """What became of each trajectory, an index of ``outcomes``."""
+        found = np.zeros(self.n_events.size, dtype=np.uint8)
+        found[list(self._left)] = list(self._left.values())
+        return found.reshape(self.n_events.shape)
 
     def events(self):
         """Return the ``Events``; where they were not kept, the trajectories are followed once more for them.
@@ -57,10 +75,33 @@ class Ensemble(Many):
         """
         if self._events is not None:
             return self._events
-        again = _follow(self._job, keep=True, progress=None)
-        if not (np.array_equal(again.final, self.final) and np.array_equal(again.n_events, self.n_events)):
+        total, done = int(self.n_events.sum(dtype=np.int64)), 0
+        found = Events(np.empty(total, np.intp), np.empty(total, _KINDS.dtype), *(np.empty(total) for _ in "txyz"))
+        for part in self.events_in_chunks(CHUNK):
+            for whole, some in zip(found, part, strict=True):
+                whole[done:done + some.size] = some
+            done += part.t.size
+        return found
+
+    def events_in_chunks(self, rows=CHUNK):
+        """Yield the ``Events`` of ``rows`` trajectories at a time, in memory that does not grow with their number.
+
+        Raises ``InputError`` as ``events`` does, and for ``rows`` that are not a positive number.
+        """
+        if isinstance(rows, bool) or not isinstance(rows, int) or rows < 1:
+            raise InputError(f"rows = {rows!r:.40}: it must be a positive whole number")
+        for start in range(0, self.n_events.size, rows):
+            yield self._events_of(start, min(start + rows, self.n_events.size))
+
+    def _events_of(self, start, stop):
+        if self._events is not None:
+            ends = np.searchsorted(self._events.trajectory, (start, stop))
+            return Events(*(values[slice(*ends)] for values in self._events))
+        again = _follow(self._job[1], start, stop, [])
+        there = self.final.reshape(3, -1)[:, start:stop], self.n_events.reshape(-1)[start:stop]
+        if not all(map(_equal, (again.final, again.count), there)):
             raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
-        return again._events
+        return _in_order(again.notes)
 
     @property
     def names(self):
@@ -75,40 +116,50 @@ class Ensemble(Many):
         return axes_of(shape, {name: arguments[name].values for name in ORDER})
 
 
-def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None):
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None, strict=False):
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not
-    copied. ``progress(done, total)`` is called after each chunk. Raises ``InputError``, ``TooManyEvents`` and
-    ``TooLarge``.
+    copied. A trajectory that cannot be followed has an ``outcome`` that says why; with ``strict=True`` it is raised
+    as ``TooManyEvents``, ``TooLarge`` or ``Undecided``. ``progress(done, total)`` is called after each chunk. Raises
+    ``InputError``.
     """
-    return _follow(scenes(sigma, mu, x, y, z, until, sigma0), events, progress)
-
-
-def _follow(job, keep, progress):
-    shape, arguments = job
+    shape, arguments = scenes(sigma, mu, x, y, z, until, sigma0)
     size = int(np.prod(shape))
-    result = _Result(np.empty((3, size)), np.empty(size, dtype=np.int32), [] if keep else None)
+    found = _follow(arguments, 0, size, [] if events else None, strict, progress)
+    kept = _in_order(found.notes) if events else None
+    return Ensemble(found.final.reshape(3, *shape), found.count.reshape(shape), found.left, (shape, arguments), kept)
+
+
+def _follow(arguments, first, last, notes, strict=False, progress=None):
+    """Return the ``_Result`` of the trajectories from ``first`` to ``last``."""
+    size = last - first
+    result = _Result(first, np.empty((3, size)), np.empty(size, dtype=np.int32), {}, notes, strict)
     waiting = np.zeros(0, dtype=np.intp)
     with np.errstate(all="ignore"):
-        for start in range(0, size, CHUNK):
-            stop = min(start + CHUNK, size)
+        for start in range(first, last, CHUNK):
+            stop = min(start + CHUNK, last)
             waiting = np.concatenate([waiting, _common(arguments, start, stop, result)])
-            while waiting.size >= BATCH or (stop == size and waiting.size):
+            while waiting.size >= BATCH or (stop == last and waiting.size):
                 _uncommon(arguments, waiting[:BATCH], result)
                 waiting = waiting[BATCH:]
             if progress:
-                progress(stop, size)
-    kept = _in_order(result.notes) if keep else None
-    return Ensemble(result.final.reshape(3, *shape), result.count.reshape(shape), job, kept)
+                progress(stop, last)
+    return result
 
 
 class _Result(NamedTuple):
-    """Where results go, by the flat index of the trajectory; ``notes`` are blocks (trajectory, kind, t, x, y, z)."""
+    """Where results go, by flat index less ``first``; ``notes`` are blocks (trajectory, kind, t, x, y, z) or None.
 
+    ``left`` are the outcomes of the trajectories that are left out.
+    """
+
+    first: int
     final: np.ndarray
     count: np.ndarray
+    left: dict
     notes: list | None
+    strict: bool
 
     def note(self, offset):
         """Return the function that takes note of events of the rows from ``offset`` on, or None."""
@@ -116,15 +167,32 @@ class _Result(NamedTuple):
             return None
         return lambda kind, rows, *state: self.notes.append((rows + offset, KINDS.index(kind), *state))
 
+    def put(self, rows, final, count):
+        """Put in place what became of trajectories."""
+        rows = rows - self.first
+        self.final[:, rows], self.count[rows] = final, count
+
+    def leave(self, row, reason):
+        """Leave out a trajectory for a reason, or raise it."""
+        if self.strict:
+            raise type(reason)(f"trajectory {row}: {reason}") from None
+        at = row - self.first
+        self.final[:, at], self.count[at] = np.nan, 0
+        self.left[row] = 1 + _REFUSALS.index(type(reason))
+
 
 def _common(arguments, start, stop, result):
     """Follow those of the trajectories from ``start`` to ``stop`` that take a common course; return the others."""
     rows = slice(start, stop)
+    own = slice(start - result.first, stop - result.first)
     sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))
     x, y, z = (arguments[name].array(rows) for name in "xyz")
-    left = courses.follow(Setting(sigma, sigma0, mu), x, y, z, until,
-                          result.final[:, rows], result.count[rows], result.note(start))
-    return left + start
+    setting = Setting(sigma, sigma0, mu)
+    others, misfits = courses.follow(setting, x, y, z, until, result.final[:, own], result.count[own],
+                                     result.note(start))
+    few = misfits[np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]]
+    _one_by_one(arguments, few + start, result)
+    return np.concatenate([others, np.setdiff1d(misfits, few, assume_unique=True)]) + start
 
 
 def _uncommon(arguments, rows, result):
@@ -134,39 +202,46 @@ def _uncommon(arguments, rows, result):
         if not np.isfinite(given[name]).all():
             require(name, arguments[name].values)
     story = careful.certain(*given.values())
-    _require_few_events(rows, story)
     final = np.array([v.astype(float) for v in story.final])
     doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
-    result.final[:, rows], result.count[rows] = final, story.count
+    endless = ~doubtful & (story.count > MOST_EVENTS)
+    result.put(rows, final, story.count)
+    for i in np.flatnonzero(endless).tolist():
+        result.leave(int(rows[i]), _too_many(story, i))
     if result.notes is not None:
-        trajectory, kind, *state = (v[~doubtful[story.events[0]]] for v in story.events)
+        known = ~(doubtful | endless)[story.events[0]]
+        trajectory, kind, *state = (v[known] for v in story.events)
         result.notes.append((rows[trajectory], kind, *(v.astype(float) for v in state)))
-    for row in rows[doubtful].tolist():
-        _alone(arguments, row, result)
+    _one_by_one(arguments, rows[doubtful], result)
 
 
-def _require_few_events(rows, story):
-    many = np.flatnonzero((story.count > MOST_EVENTS) & ~story.doubtful)
-    if many.size:
-        i = many[0]
-        t, x, y, z = (float(v[i]) for v in (story.reached, *story.final))
-        raise TooManyEvents(f"trajectory {rows[i]}: more than {MOST_EVENTS} events by t = {t:.6g}, where (x, y, z) = "
-                            f"({x:.6g}, {y:.6g}, {z:.6g}); take a smaller until")
+def _too_many(story, i):
+    t, x, y, z = (float(v[i]) for v in (story.reached, *story.final))
+    return TooManyEvents(f"more than {MOST_EVENTS} events by t = {t:.6g}, where (x, y, z) = "
+                         f"({x:.6g}, {y:.6g}, {z:.6g}); take a smaller until")  # fmt: skip
 
 
-def _alone(arguments, row, result):
-    """Follow one trajectory by the scalar flow."""
-    sigma, sigma0, mu, *start, until = (arguments[name].array([row]).item() for name in ORDER)
-    try:
-        path = exact.run(Scene(sigma, mu, tuple(start), until, sigma0))
-    except (TooLarge, TooManyEvents) as error:
-        raise type(error)(f"trajectory {row}: {error}") from None
-    result.final[:, row] = path.final
-    result.count[row] = len(path.events)
+def _one_by_one(arguments, rows, result):
+    """Follow trajectories by the scalar flow."""
+    given = (arguments[name].array(rows).tolist() for name in ORDER)
+    for row, sigma, sigma0, mu, *start, until in zip(rows.tolist(), *given, strict=True):
+        try:
+            _put(exact.run(Scene(sigma, mu, tuple(start), until, sigma0)), row, result)
+        except _REFUSALS as reason:
+            result.leave(row, reason)
+
+
+def _put(path, row, result):
+    at = row - result.first
+    result.final[:, at], result.count[at] = path.final, len(path.events)
     if result.notes is not None and path.events:
         kind, *state = zip(*path.events, strict=True)
         kinds = np.array([KINDS.index(k) for k in kind])
         result.notes.append((np.full(kinds.size, row), kinds, *(np.array(v, dtype=float) for v in state)))
+
+
+def _equal(one, other):
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
 
 
 def _in_order(notes):
@@ -175,4 +250,4 @@ def _in_order(notes):
     blocks = [empty, *(np.broadcast_arrays(*block) for block in notes)]
     trajectory, kind, *state = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
     order = np.argsort(trajectory, kind="stable")
-    return Events(trajectory[order], np.array(KINDS)[kind[order]], *(v[order] for v in state))
+    return Events(trajectory[order], _KINDS[kind[order]], *(v[order] for v in state))

@@ -66,9 +66,9 @@ def deviation(m, x, y):
     return y - m.slow * (x - m.rest)
 
 
-def velocity_zero(m, x, y, z):
-    """Return (t, x, y) where z = 0 is reached by the fast part."""
-    w, slow_x = _parts(m, x, y)
+def velocity_zero(m, x, y, z, w=None):
+    """Return (t, x, y) where z = 0 is reached by the fast part; ``w`` is the deviation where it is known better."""
+    w, slow_x = _parts(m, x, y, w)
     t = _time_of_zero(m, m.to_z * w, z, slow_x)
     slow_x *= np.expm1(m.slow * t)
     slow_x *= 1 - m.slow / m.fast
@@ -96,9 +96,9 @@ def velocity_zero_slowly(m, x, y, z):
     return t, m.rest + kept + fading, m.slow * kept + m.fast * fading
 
 
-def force_zero(m, x, y, s):
-    """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x."""
-    w, slow_x = _parts(m, x, y)
+def force_zero(m, x, y, s, w=None):
+    """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x. ``w`` is as in velocity_zero."""
+    w, slow_x = _parts(m, x, y, w)
     t = _time_of_load(m, m.to_s * w, -m.rest, m.lag * slow_x)
     slow_x *= np.expm1(m.slow * t)
     return t, x + slow_x * (1 - m.lag * m.lag) - s * m.lag
@@ -117,11 +117,12 @@ def release(m, x, y, edge):
     return t, slow_x
 
 
-def _parts(m, x, y):
+def _parts(m, x, y, w=None):
     """Return the deviation w and the slow part of x - a/b."""
     off = x - m.rest
-    w = m.slow * off
-    np.subtract(y, w, out=w)
+    if w is None:
+        w = m.slow * off
+        np.subtract(y, w, out=w)
     off -= m.to_x * w
     return w, off
 

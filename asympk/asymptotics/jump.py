@@ -9,13 +9,13 @@ trajectory is the slow motion from there, for the time t. One integral is common
 and fixes the limit: over the layer the drift vanishes and mu y returns to zero, so with z -> 0 it leaves x -> x - z.
 """
 
-import itertools
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
 
+from asympk.asymptotics.base import base_point
 from asympk.asymptotics.itinerary import itinerary
 from asympk.asymptotics.layers import Turn, follow, on_slow_line
 from asympk.asymptotics.linear import linear
@@ -24,6 +24,9 @@ from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable, OrderError
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.signs import follows
+from asympk.symbolic.truth import require
+from asympk.symbolic.values import by_symbol, exact
 
 HIGHEST_ORDER = 3
 LOAD, OFFSET = sp.symbols("s delta", real=True)
@@ -34,8 +37,10 @@ SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))
 class JumpMap(ShownAsFormulas):
     """The slow motion that a layer lands on, ``(x, z)`` at t = 0, as series whose coefficients are expressions.
 
-    ``events`` are the mid-jump states, ``domain`` the condition on start and parameters (as mu -> 0). ``order``
-    counts powers of mu, all powers of L with each: x, z and mu y are known to mu^order, times to mu^(order + 1).
+    ``domain`` is the condition on start and parameters (as mu -> 0), the region, in which the map holds; ``sample`` is
+    the point of it that decided the itinerary, and ``chosen`` names what of that point was not given in ``start``.
+    ``events`` are the mid-jump states. ``order`` counts powers of mu, all powers of L with each: x, z and mu y are
+    known to mu^order, times to mu^(order + 1).
     """
 
     x: Series
@@ -45,6 +50,24 @@ class JumpMap(ShownAsFormulas):
     domain: sp.Basic
     order: int
     lands_on: sp.Expr
+    sample: sp.Dict = field(repr=False)
+    chosen: tuple[str, ...] = ()
+
+    @property
+    def region(self):
+        """The region in words: the domain, and, where a part of the point was chosen, how to choose another."""
+        if not self.chosen:
+            return f"for {self.domain}"
+        values = {symbol.name: value for symbol, value in self.sample.items()}
+        shown = ", ".join(f"{name} = {values[name]}" for name in self.chosen)
+        return f"for {self.domain}\n(chosen: {shown}; another region by start={{name: value}})"
+
+    def __str__(self):
+        return "\n".join([self.region, f"x -> {self.x}", f"z -> {self.z}", f"by {' -> '.join(self.itinerary)}"])
+
+    def __repr__(self):
+        limits = f"x -> {self.x.truncated(0)}, z -> {self.z.truncated(0)}"
+        return f"JumpMap {self.region}\norder {self.order}: {limits} by {' -> '.join(self.itinerary)}"
 
     @property
     def t_hit(self):
@@ -95,24 +118,31 @@ def first_integral(system):
 def jump_map(system, order=1, start=None, arrival=None, near=None):
     """Derive the jump map of the layer that contains ``start``, to ``order`` in mu with all powers of L.
 
-    ``start`` gives numbers for some of the states and parameters, a point inside the layer; what is missing is chosen
-    (velocity -1, load 1/5). With ``arrival`` the layer begins on z = 0, where the slow motion in the mode of that name
-    reaches it, and the map depends on x alone. With ``near`` the load at the start is given by its ``OFFSET`` from the
-    slow line of the mode of that name, so the map holds however small the offset is. Raises ``OrderError``,
-    ``OutOfRange`` on a divide, ``NotDerivable``.
+    ``start`` gives numbers for some of the states and parameters, by symbol or name: a point inside the layer. What is
+    missing is chosen (velocity -1, load 1/5); the first lines of the result say in which region that is. With
+    ``arrival`` the layer begins on z = 0, where the slow motion in the mode of that name reaches it, and the map
+    depends on x alone. With ``near`` the load at the start is given by its ``OFFSET`` from the slow line of the mode of
+    that name, so the map holds however small the offset is. A smooth system has the ``BasePoint`` of ``base_point``,
+    for any start. Raises ``OrderError``, ``InputError`` for a start that is no mapping to numbers or outside the
+    assumptions, ``OutOfRange`` on a divide, ``NotDerivable``.
 
     >>> from asympk.systems import painleve_klein
     >>> jump = jump_map(painleve_klein.system(), order=0)
     >>> print(jump.x, "for", jump.domain)
     (x - z) + O(mu L) for (sigma > 0) & (z < 0) & (x + y > 0)
     """
+    if not system.frictions:
+        return base_point(system, order)
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(
             f"order = {order!r}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
             "solve(scene, method='jump', order=n) takes higher orders in numbers"
         )
     model = linear(system)
-    values = _sample(system, model, dict(start or {}), arrival)
+    for mode in filter(None, (arrival, near)):
+        system.mode(mode)
+    given = _given(model, {} if start is None else start)
+    values = _sample(system, model, given, arrival)
     velocity = model.states[2] if values[model.states[2]] != 0 else sp.S.Zero
     begins = Beginning(arrival, near, velocity)
     signs = _Signs({**values, LOAD: _load(model).subs(values)})
@@ -120,7 +150,9 @@ def jump_map(system, order=1, start=None, arrival=None, near=None):
     x, z, events = _expansion(system, steps, order, begins)
     domain = _domain(tuple(signs.asked), system.assumptions).subs(LOAD, _load(model))
     rest = sp.cancel(model.line.rest(steps[-1].mode))
-    return JumpMap(x, z, events, tuple(s.mode for s in steps), domain, order, rest)
+    places = sp.Dict({v: values[v] for v in (*model.parameters, *model.states)})
+    chosen = tuple(v.name for v in places if v not in given and domain.has(v))
+    return JumpMap(x, z, events, tuple(s.mode for s in steps), domain, order, rest, places, chosen)
 
 
 class Beginning(NamedTuple):
@@ -166,17 +198,24 @@ def _load(model):
     return sum(c * v for c, v in zip(model.load, (1, *model.states[:2]), strict=True))
 
 
+def _given(model, start):
+    """Return the start as {symbol: Rational}, with an ``OFFSET`` among them."""
+    values = by_symbol(start, (*model.states, *model.parameters, OFFSET), "start", "state or parameter")
+    return {s: exact(str(v) if isinstance(v, float | sp.Float) else v, s) for s, v in values.items()}
+
+
 def _sample(system, model, start, arrival):
     x, y, z = model.states
-    known = {v: sp.nsimplify(c, rational=True) for v, c in start.items()}
-    unknown = set(known) - {*model.states, *model.parameters, OFFSET}
-    if unknown:
-        raise InputError(f"start: {unknown} are not states or parameters; give {model.states} or {model.parameters}")
+    known = dict(start)
+    require(system.assumptions, start)
     known.setdefault(OFFSET, sp.Rational(1, 10))
     for p in model.parameters:
         if p not in known:
             candidates = [*(known[q] for q in model.parameters if q in known), *SAMPLES]
-            known[p] = next(c for c in candidates if _allowed(system, {**known, p: c}))
+            fitting = (c for c in candidates if _allowed(system, {**known, p: c}))
+            known[p] = next(fitting, None)
+            if known[p] is None:
+                raise InputError(f"no value of {p} was found that the assumptions allow; give one, start={{'{p}': ..}}")
     known.setdefault(x, sp.S.Zero)
     known.setdefault(z, sp.S.Zero if arrival else -sp.S.One)
     wanted = model.line.rest(arrival).subs(known) if arrival else sp.Rational(1, 5)
@@ -194,30 +233,9 @@ def _domain(asked, assumptions):
     kept = list(sp.And.make_args(reduce_under(sp.And(*asked), assumptions)))
     for relation in sorted(kept, key=lambda r: (-r.count_ops(), str(r))):
         others = [r for r in kept if r != relation]
-        if any(_follows(relation, bounds) for bounds in _bounds([*others, *sp.And.make_args(assumptions)])):
+        if follows(relation, (*others, *sp.And.make_args(assumptions))):
             kept = others
     return sp.And(*kept)
-
-
-def _bounds(relations):
-    """Yield choices of one bound for each symbol, as ``{symbol: bound +- something positive}``."""
-    found = {}
-    for r in relations:
-        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.gts.is_Symbol:
-            found.setdefault(r.gts, []).append(r.lts + sp.Dummy(positive=True))
-        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.lts.is_Symbol:
-            found.setdefault(r.lts, []).append(r.gts - sp.Dummy(positive=True))
-    for choice in itertools.product(*found.values()):
-        yield dict(zip(found, choice, strict=True))
-
-
-def _follows(relation, bounds):
-    if not isinstance(relation, sp.Gt | sp.Lt | sp.Ge | sp.Le):
-        return False
-    difference = relation.gts - relation.lts
-    for _ in bounds:  # a bound may name another symbol that has one
-        difference = difference.subs(bounds)
-    return bool(sp.factor(difference).is_positive)
 
 
 class _Signs:

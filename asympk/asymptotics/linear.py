@@ -82,9 +82,10 @@ def linear(system):
         m.name: Field(*(_affine(e, states) for e in (m.slow[states[0]], m.fast[states[1]], m.slow[z])))
         for m in system.modes
     }
+    drive = sp.cancel(system.drive / system.coupling)  # what static friction must hold
     found = Linear(
         states, _parameters(system, states), fields,
-        _affine(system.friction.load, states), _affine(system.drive, states), system.friction.static,
+        _affine(system.friction.load, states), _affine(drive, states), system.friction.static,
     )
     _require_load(found)
     return found
@@ -102,7 +103,7 @@ def _affine(expr, states):
 
 def _parameters(system, states):
     free = set().union(*(e.free_symbols for m in system.modes for e in (*m.slow.values(), *m.fast.values())))
-    free |= sp.sympify(system.friction.static).free_symbols
+    free |= sp.sympify(system.friction.static, strict=True).free_symbols
     return tuple(sorted(free - {*states, system.small}, key=str))
 
 

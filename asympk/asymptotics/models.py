@@ -19,9 +19,12 @@ from asympk.asymptotics.ranges import checks
 from asympk.asymptotics.replay import coefficient, model
 from asympk.digits import carried, context
 from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
+from asympk.numbers import number, numbers, objects, short, whole
 from asympk.path import Event, Path
+from asympk.scene import in_doubles
 
 HIGHEST_ORDER = 6
+MOST_DIGITS = 1000
 MOST_EXPONENT = 709.0
 SPARE = 10  # digits
 
@@ -43,10 +46,9 @@ def run(scene, method, *, order=None, digits=None):
     ``"rigid"`` also ``NoMotion`` and ``TwoMotions``.
     """
     order = checked_order(method, order)
-    m = FLOATS if digits is None else _multiprecision(digits)
-    sigma, sigma0, mu, x, y, z, until = map(
-        m.number, (scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until)
-    )
+    m = FLOATS if digits is None else _multiprecision(whole("digits", digits, 1, MOST_DIGITS))
+    parameters = in_doubles(scene) if digits is None else (scene.sigma, scene.sigma0, scene.mu)
+    sigma, sigma0, mu, x, y, z, until = map(m.number, (*parameters, *scene.start, scene.until))
     here = f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
     line = line_of(sigma, sigma0)
     course = course_for(method, line, x + y, z, sign, here)
@@ -109,7 +111,7 @@ def checked_order(method, order):
     highest = 0 if method == "rigid" else HIGHEST_ORDER
     order = min(1, highest) if order is None else order
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= highest:
-        raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {highest}")
+        raise OrderError(f"order = {short(order)}: method {method!r} is known to the orders 0 .. {highest}")
     return order
 
 
@@ -140,10 +142,13 @@ class Dense:
     def __call__(self, t):
         import numpy as np
 
-        m = FLOATS if self.digits is None else _multiprecision(self.digits)
-        times = np.asarray(t, dtype=float if m is FLOATS else object)
+        if self.digits is None:
+            times = numbers("t", t).astype(float)
+        else:
+            times = np.array([number("t", u) for u in objects("t", t).flat], dtype=object).reshape(np.shape(t))
         if not ((times >= 0) & (times <= self.until)).all():
-            raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
+            raise InputError(f"t = {short(t)}: it must be within [0, {self.until}]")
+        m = FLOATS if self.digits is None else _multiprecision(self.digits)
         if m is FLOATS:
             with np.errstate(all="ignore"):
                 return np.stack(composite.states(self.motion, times, arrays()))

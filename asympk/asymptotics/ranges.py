@@ -32,6 +32,8 @@ def checks(course, found, error, line, mu, t, m):
         if step.side:
             leaves = _leaves(piece, step.side, line.rate[step.mode], line.fast[step.mode], mu)
             yield later | leaves, f"the motion returns to z = 0 in {step.mode} at once"
+            clear = _clears(piece, step.side, line.rate[step.mode], line.fast[step.mode], mu)
+            yield later | clear, f"the motion meets z = 0 in {step.mode} unexpectedly"
         for at in (*_turning(piece, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
             z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
             # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
@@ -61,6 +63,16 @@ def _leaves(piece, side, rate, fast, mu):
     slope = side * (rate[0] + rate[1] * load)
     bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
     return (piece.z[0] != 0) | (bend >= 0) | (2 * slope * abs(piece.fast) > -bend)
+
+
+def _clears(piece, side, rate, fast, mu):
+    """Tell whether a segment that begins towards z = 0, where its series says otherwise, turns well before it."""
+    y, load = piece.y[0], piece.x[0] + piece.y[0]
+    _, constant, part, of_fast, _ = piece.z
+    slope = side * (rate[0] + rate[1] * load)
+    bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
+    told = side * (constant + part * piece.slow + of_fast * piece.fast)
+    return (piece.z[0] == 0) | (slope >= 0) | (told < 0) | (side * piece.z[0] * bend > slope * slope)
 
 
 def _slope_error(piece, rate):

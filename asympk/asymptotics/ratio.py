@@ -88,7 +88,7 @@ class Ratio:
             return other
         ring = self.numerator.ring
         try:
-            return Ratio(ring(ring.domain.convert(sp.sympify(other))))
+            return Ratio(ring(ring.domain.convert(sp.sympify(other, strict=True))))
         except (sp.polys.polyerrors.CoercionFailed, sp.SympifyError):
             return NotImplemented
 
@@ -129,7 +129,7 @@ class Ratios:
     def expr(self, ratio):
         """Return the SymPy expression of a ratio: one cancelled term for each product of logarithms."""
         if not isinstance(ratio, Ratio):
-            return sp.sympify(ratio)
+            return sp.sympify(ratio, strict=True)
         first = self._ring.ngens - len(self._names)
         parts = {}
         for monomial, c in ratio.numerator.terms():

@@ -12,10 +12,11 @@ of L. A remainder absorbs every monomial that is not larger. Coefficients are wh
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import factorial
+from math import factorial, log
 from typing import Any
 
 from asympk.errors import NotDerivable, OrderError
+from asympk.numbers import number
 from asympk.shown import Card, ShownAsFormulas, cut
 
 
@@ -94,8 +95,13 @@ class Series(ShownAsFormulas):
         return Series({m: convert(c) for m, c in self.terms.items()}, self.remainder, small or self.small)
 
     def __call__(self, mu, log=None):
-        """Evaluate the terms at a number (or array) ``mu``; the remainder is left out."""
-        large = _logarithm(mu, log)
+        """Evaluate the terms at a number ``mu`` > 0, or at anything of which ``log`` takes the logarithm.
+
+        The remainder is left out. Raises ``InputError`` where no ``log`` is given and ``mu`` is not a positive number.
+        """
+        if log is None:
+            mu, log = number("mu", mu, lambda v: v > 0, "positive"), _logarithm
+        large = -log(mu)
         return sum(c * mu**p * large**q for (p, q), c in self.terms.items())
 
     @property
@@ -105,7 +111,7 @@ class Series(ShownAsFormulas):
 
         mu = self.small or sp.Symbol("mu", positive=True)
         large = sp.log(1 / mu, evaluate=False)
-        return sp.Add(*(sp.sympify(c) * mu**p * large**q for (p, q), c in self.terms.items()))
+        return sp.Add(*(sp.sympify(c, strict=True) * mu**p * large**q for (p, q), c in self.terms.items()))
 
     def _sympy_(self):
         return self.expr
@@ -327,7 +333,6 @@ def _product(printer, c, monomial):
     return rf"\left({told}\right) {monomial}" if monomial and sp.sympify(c).is_Add else f"{told} {monomial}".strip()
 
 
-def _logarithm(mu, log):
-    if log is None:
-        from math import log
-    return -log(mu)
+def _logarithm(mu):
+    """Return log(mu) of an int, float or Fraction, however small."""
+    return log(mu.numerator) - log(mu.denominator) if isinstance(mu, Fraction) else log(mu)

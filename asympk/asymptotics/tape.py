@@ -76,17 +76,21 @@ class Tape:
 
     def log(self, a):
         """Return the logarithm of a node."""
-        return self._line(f"log({_text(a)})")
+        return self.call("log", a)
+
+    def call(self, name, a):
+        """Return the function called ``name``, an input, of a node."""
+        return self._line(f"{name}({_text(a)})")
 
     def _line(self, text):
         return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"))
 
-    def function(self, result):
+    def function(self, result, known=()):
         """Compile ``f(*inputs)``, which returns ``result``, nested tuples of nodes and words, in numbers.
 
-        An input named log takes the logarithms.
+        Functions that were called are inputs, or in ``known``, {name: function or constant}.
         """
-        space, wanted, body = {}, set(), []
+        space, wanted, body = dict(known), set(), []
         text = _nest(result, wanted, space)
         for line, name in reversed(self.lines.items()):
             if name in wanted:

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
+import sympy as sp
+
 from asympk.automaton import decide
 from asympk.automaton.modes import Mode, function, mode_of
 from asympk.errors import OutOfRange
-from asympk.symbolic.branches import Branch
+from asympk.symbolic.branches import OPEN, Branch, rate_along
 from asympk.symbolic.system import System
 
 State = tuple[Any, ...]
@@ -42,6 +44,11 @@ class NumericMode:
     def kinds(self) -> tuple[tuple[str, int], ...]:
         """The kind of event and the friction of every guard."""
         return tuple((guard.kind, guard.friction) for guard in self.mode.guards)
+
+    @cached_property
+    def timed(self) -> bool:
+        """Whether a guard depends on the time itself, so that it may vary where the state does not."""
+        return any(value.has(self.mode.system.time or sp.nan) for value in self.mode.guard_values)
 
     @cached_property
     def field(self) -> Callable[..., tuple]:
@@ -82,7 +89,12 @@ class NumericMode:
         return self.guard_slopes(t, *state, *self.p)
 
     def snapped(self, guard: int, t: Any, state: State) -> State:
-        """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps."""
+        """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps.
+
+        A rigid contact that is closed stays so: g = g' = 0, and the guard vanishes.
+        """
+        if self._closed:
+            return self._projected((*self._closed, self.mode.guards[guard].value), t, state)
         gradient = self._compiled(self.mode.guard_gradients[guard])
         moved = list(state)
         for _ in range(2):
@@ -93,6 +105,34 @@ class NumericMode:
                 break
             moved[k] -= self.guard_values(t, moved)[guard] / slopes[k]
         return tuple(moved)
+
+    @cached_property
+    def _closed(self) -> tuple[Any, ...]:
+        """The gaps, and their rates, of the rigid contacts that are closed in this mode."""
+        system = self.mode.system
+        rigid = (
+            friction
+            for friction, phase in zip(system.frictions, self.branch, strict=True)
+            if friction.constraint is not None and friction.gap is not None and phase != OPEN
+        )
+        return tuple(e for friction in rigid for e in (friction.gap, rate_along(system, friction.gap)))
+
+    def _projected(self, expressions: tuple, t: Any, state: State) -> State:
+        """Return ``state`` moved to where all ``expressions`` vanish; each step leaves those before it at 0."""
+        for _ in range(2):
+            basis: list[list] = []
+            for expr in expressions:
+                at = self._compiled((expr, *(expr.diff(s) for s in self.mode.system.states)))
+                value, *direction = at(t, *state, *self.p)
+                for other in basis:
+                    share = _dot(direction, other) / _dot(other, other)
+                    direction = [a - share * b for a, b in zip(direction, other, strict=True)]
+                size = _dot(direction, direction)
+                if size == 0:
+                    break
+                basis.append(direction)
+                state = tuple(w - value * a / size for w, a in zip(state, direction, strict=True))
+        return state
 
     def _compiled(self, outputs: tuple) -> Callable[..., tuple]:
         return function(self.mode.system, outputs, self.target, self.library)
@@ -133,6 +173,10 @@ def _numeric(automaton: Automaton, branch: Branch, digits: int | None) -> Numeri
             raise OutOfRange("a parameter is beyond the range of doubles; ask for digits=") from None
     context = decide.context(digits)
     return NumericMode(mode, _exact(automaton.values, context), "mpmath", context)
+
+
+def _dot(a: list, b: list) -> Any:
+    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 def _exact(values: State, context: Any) -> State:

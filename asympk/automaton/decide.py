@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 DIGITS = 60  # at which a first mode is decided
 EXACT = 45  # digits of an exact start that rounding leaves
+ROUNDING = 2.0**-46  # relative, of a start that was computed in doubles
 WORKING = 40  # digits at which a mode that follows is decided, whatever the digits of the state
 MOST = 8  # frictions of which all combinations are tried
 _NUDGES = ((1, -1, 1, 1, -1, 1, -1, -1), (1, 1, -1, 1, 1, -1, -1, 1))
@@ -102,13 +103,14 @@ def _follow_on(
     points = [_point(system, numbers, *at, p) for at in nudged]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
-    phases = [_phases(system, k, before, lost, points, numbers) for k in range(len(system.frictions))]
+    touching = _touching(system, before, lost, (t, state), p, numbers)
+    phases = [_phases(system, k, before, lost, points, numbers, touching) for k in range(len(system.frictions))]
     _require_few(phases)
     resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
     consistent = []
     for branch in product(*phases):
-        ties = _ties(system, branch, resting, points, numbers)
-        if ties is not None and all(_holds(mode_of(system, branch), k, numbers, nudged, p) for k in ties):
+        ties = _ties(system, branch, resting, points, numbers, touching)
+        if ties is not None and all(_holds(mode_of(system, branch), k, numbers, nudged, p, touching) for k in ties):
             consistent.append(branch)
     return _chosen(system, consistent, t, state, [*product(*phases)])
 
@@ -165,28 +167,59 @@ def _point(system: System, numbers: Numbers, t: Any, state: tuple, p: tuple) -> 
 
 
 def _phases(
-    system: System, k: int, before: Branch | None, lost: set, points: list[Point], numbers: Numbers
+    system: System, k: int, before: Branch | None, lost: set, points: list[Point], numbers: Numbers, touching: dict
 ) -> list[Phase]:
     friction, was = system.frictions[k], before[k] if before else None
     contacts = [point.contacts[k] for point in points]
-    gap = _gap_sign(friction, k, was, lost, contacts, numbers)
+    if friction.constraint is not None and friction.gap is not None:
+        gap = 0 if k in touching else 1
+    else:
+        gap = _gap_sign(friction, k, lost, contacts, numbers)
     found = [] if gap > 0 else _closed(friction, k, was, lost, contacts, numbers)
     return found + ([OPEN] if friction.gap is not None and gap >= 0 else [])
 
 
-def _gap_sign(
-    friction: Friction, k: int, was: Phase | None, lost: set, contacts: list[Contact], numbers: Numbers
-) -> int:
+def _gap_sign(friction: Friction, k: int, lost: set, contacts: list[Contact], numbers: Numbers) -> int:
     if friction.gap is None:
         return -1
     if {("lift_off", k), ("touch_down", k)} & lost:
         return 0
-    if friction.constraint is not None and was is not None and was != OPEN:
-        return 0
-    sign = numbers.sign([c.gap for c in contacts])
-    if friction.constraint is not None and sign < 0:
-        raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
-    return sign
+    return numbers.sign([c.gap for c in contacts])
+
+
+def _touching(
+    system: System, before: Branch | None, lost: set, at: tuple[Any, tuple], p: tuple, numbers: Numbers
+) -> dict[int, bool]:
+    """Return the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
+
+    Raises ``NoMotion`` where one is hit: a rigid contact has no law of impact. The gap and its rate are 0 where the
+    rounding of doubles may have made them differ from it.
+    """
+    found = {}
+    for k, friction in enumerate(system.frictions):
+        if friction.constraint is None or friction.gap is None:
+            continue
+        if before is not None and before[k] != OPEN:
+            found[k] = ("lift_off", k) in lost
+            continue
+        gap, rate = _gap_signs(system, friction, at, p, numbers)
+        if gap < 0 and ("touch_down", k) not in lost:
+            raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
+        if ("touch_down", k) in lost or gap == 0:
+            if rate < 0:
+                raise NoMotion(f"the contact is hit {_place(system, *at)}: the rigid model has no law of impact, the "
+                               "model needs compliance there", *at)  # fmt: skip
+            if rate == 0:
+                found[k] = False
+    return found
+
+
+def _gap_signs(system: System, friction: Friction, at: tuple[Any, tuple], p: tuple, numbers: Numbers) -> list[int]:
+    """Return the signs of the gap and its rate, 0 where the rounding of doubles leaves them open."""
+    expressions = (friction.gap, branches.rate_along(system, friction.gap))
+    values = function(system, expressions, numbers.target, numbers.library)
+    rows = [values(t, *w, *p) for t, w in (at, *(_nudged(*at, signs, ROUNDING) for signs in _NUDGES))]
+    return [numbers.sign([row[j] for row in rows]) for j in (0, 1)]
 
 
 def _closed(
@@ -212,12 +245,14 @@ def _require_few(phases: list[list[Phase]]) -> None:
 # consistency
 
 
-def _ties(system: System, branch: Branch, resting: set[int], points: list[Point], numbers: Numbers) -> list[int] | None:
+def _ties(
+    system: System, branch: Branch, resting: set[int], points: list[Point], numbers: Numbers, touching: dict
+) -> list[int] | None:
     """Return the guards of the branch that derivatives must decide, or None where one is lost already."""
     solved = [_solve(system, branch, point) for point in points]
     if any(s is None for s in solved):
         return None
-    margins = [_margins(system, branch, resting, point, s) for point, s in zip(points, solved, strict=True)]
+    margins = [_margins(system, branch, resting, point, s, touching) for point, s in zip(points, solved, strict=True)]
     ties = []
     for key in margins[0]:
         sign = numbers.sign([m[key] for m in margins])
@@ -276,14 +311,16 @@ def _gauss(rows: list[tuple], unknowns: tuple) -> dict | None:
     return {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
 
 
-def _margins(system: System, branch: Branch, resting: set[int], point: Point, solved: dict) -> dict[tuple, Any]:
+def _margins(
+    system: System, branch: Branch, resting: set[int], point: Point, solved: dict, touching: dict
+) -> dict[tuple, Any]:
     """Return, by (kind, friction, side), what must not be negative; at rest it is the rate of the velocity."""
     forces = (1, *(solved[u] for u in _expressions(system)[1]))
     found: dict[tuple[str, int, int], Any] = {}
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         contact = point.contacts[k]
         if phase == OPEN:
-            found["touch_down", k, 0] = contact.gap if friction.constraint is None else abs(contact.gap)
+            found["touch_down", k, 0] = _opening(system, k, point, touching)
             continue
         load = contact.load + contact.reaction * solved.get(friction.normal, 0)
         if friction.gap is not None:
@@ -300,9 +337,21 @@ def _margins(system: System, branch: Branch, resting: set[int], point: Point, so
     return found
 
 
-def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple) -> bool:
+def _opening(system: System, k: int, point: Point, touching: dict) -> Any:
+    """Return what must be positive for a contact to open: its gap, or, for a rigid one that touches, g'' without R."""
+    if system.frictions[k].constraint is None:
+        return point.contacts[k].gap
+    if k not in touching:
+        return abs(point.contacts[k].gap)
+    normals = _expressions(system)[2]
+    return 1 if touching[k] else point.rows[len(system.frictions) + normals.index(k)][0]
+
+
+def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict) -> bool:
     """Tell whether a guard that vanishes grows: by its first derivative along the field that does not vanish."""
-    for order in range(1, 2 + min(len(mode.system.states), 5)):
+    kind, friction, _ = mode.guards[guard]
+    first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
+    for order in range(first, 2 + min(len(mode.system.states), 5)):
         derivative = function(mode.system, (mode.derivative(guard, order),), numbers.target, numbers.library)
         sign = numbers.sign([derivative(t, *w, *p)[0] for t, w in nudged])
         if sign:
@@ -319,13 +368,19 @@ def _chosen(system: System, consistent: list[Branch], t: Any, state: tuple, trie
     distinct = {tuple(mode_of(system, b).rates): b for b in reversed(left)}
     if len(distinct) == 1:
         return next(iter(distinct.values()))
-    values = ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, state, strict=True))
-    where = f"at t = {float(t):.6g}, {values}"
+    where = _place(system, t, state)
     if not distinct:
         names = ", ".join(dict.fromkeys(map(branches.name, tried)))
-        raise NoMotion(f"no motion goes on {where}: none of {names} is consistent; the model needs compliance there")
-    names = " and ".join(sorted(map(_told, distinct.values())))
-    raise TwoMotions(f"several motions go on {where}: {names} are all consistent; the model needs compliance there")
+        words, error = f"no motion goes on {where}: none of {names} is consistent", NoMotion
+    else:
+        names = " and ".join(sorted(map(_told, distinct.values())))
+        words, error = f"several motions go on {where}: {names} are all consistent", TwoMotions
+    raise error(f"{words}; the model needs compliance there", t, state)
+
+
+def _place(system: System, t: Any, state: tuple) -> str:
+    values = ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, state, strict=True))
+    return f"at t = {float(t):.6g}, {values}"
 
 
 def _told(branch: Branch) -> str:

@@ -5,7 +5,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.automaton.automaton import Automaton, NumericMode
-from asympk.errors import Accumulation, UnboundedReaction
+from asympk.errors import Accumulation, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
 from asympk.symbolic.branches import Branch
 
@@ -52,7 +52,7 @@ def follow(
 
     ``advance(mode, t, state, segments)`` returns the next ``Segment``; ``events`` bounds the number of events. The
     modes are those of doubles, or of mpmath numbers of ``digits`` digits; ``slack`` is the relative error of a state
-    at an event. Raises ``NoMotion``, ``TwoMotions`` and ``Accumulation``.
+    at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction`` and ``Accumulation``.
     """
     branch, t, state = first, 0 * until, start
     marks: list[Event] = []
@@ -65,11 +65,12 @@ def follow(
         t, state = segment.t, segment.state
         if segment.short or segment.hit is None:
             break
-        if mode.kinds[segment.hit][0] == "unbounded":
-            raise unbounded(mode, t, state)
+        if mode.kinds[segment.hit][0] in _ENDS:
+            raise _ended(mode, segment.hit, t, state)
         state = mode.snapped(segment.hit, t, state)
         after = automaton.next(branch, (segment.hit,), t, state, slack)
         if after == branch:
+            _require_progress(segments, mode)
             continue
         kind, friction = _kind(mode, segment.hit, after)
         marks.append(Event(kind, t, state, friction))
@@ -83,15 +84,21 @@ def follow(
     return Course(last, tuple(marks), tuple(names), tuple(segments))
 
 
-def unbounded(mode: NumericMode, t: Any, state: tuple) -> UnboundedReaction:
-    """Return the error for a rigid contact whose reaction grows beyond all bounds."""
-    at = _told(mode.mode.system, state)
-    return UnboundedReaction(f"the reaction grows beyond all bounds at t = {float(t):.10g}, {at} in mode {mode.name}; "
-                             "the model needs compliance there")  # fmt: skip
+_ENDS = {
+    "unbounded": (UnboundedReaction, "the reaction of a rigid contact grows beyond all bounds, or is not determined,"),
+    "several": (TwoMotions, "a second motion of the rigid contact comes up"),
+}
+
+
+def _ended(mode: NumericMode, hit: int, t: Any, state: tuple) -> UnboundedReaction | TwoMotions:
+    """Return the error for a rigid contact whose motion ceases to be determined."""
+    error, words = _ENDS[mode.kinds[hit][0]]
+    at = f"at t = {float(t):.10g}, {_told(mode.mode.system, state)}, in mode {mode.name}"
+    return error(f"{words} {at}; the model needs compliance there", t, state)
 
 
 def _told(system: Any, state: tuple) -> str:
-    return ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, state, strict=True))
+    return ", ".join(f"{s} = {float(w):.8g}" for s, w in zip(system.states, state, strict=True))
 
 
 def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
@@ -102,6 +109,16 @@ def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
     return kind, friction
 
 
+def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
+    """Raise ``Undecided`` where the same mode goes on again and again without getting anywhere."""
+    last = segments[-WATCHED:]
+    if len(last) == WATCHED and all(s.t == last[-1].t and s.hit == last[-1].hit for s in last):
+        kind = mode.kinds[last[-1].hit][0]
+        at = _told(mode.mode.system, last[-1].state)
+        raise Undecided(f"{kind} or not at t = {float(last[-1].t):.12g}, {at}, in mode {mode.name}: rounding hides it; "
+                        "ask for digits=, or move the start")  # fmt: skip
+
+
 def _require_apart(marks: list[Event], state: tuple, automaton: Automaton) -> None:
     """Raise ``Accumulation`` where the intervals between events shrink geometrically to nothing beside the time."""
     if len(marks) <= WATCHED:
@@ -109,7 +126,10 @@ def _require_apart(marks: list[Event], state: tuple, automaton: Automaton) -> No
     recent = marks[-WATCHED - 1 :]
     gaps = [b.t - a.t for a, b in pairwise(recent)]
     tiny = gaps[-1] <= abs(marks[-1].t) * 2.0**-40
-    if tiny and all(later <= before for before, later in zip(gaps[::2], gaps[2::2], strict=False)):
-        at = _told(automaton.system, state)
-        raise Accumulation(f"events accumulate at t = {float(marks[-1].t):.12g}, {at}: {len(marks)} events, the last "
-                           f"{gaps[-1]:.1g} apart; no mode goes on there, end the run before")  # fmt: skip
+    if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
+        ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
+        limit = marks[-1].t + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
+        raise Accumulation(
+            f"events accumulate at t = {float(limit):.12g}, {_told(automaton.system, state)}: {len(marks)} events, "
+            f"the last {float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"
+        )

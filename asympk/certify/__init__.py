@@ -3,7 +3,8 @@ r"""Certificates: the exact flow enclosed in balls, with a proof of its sequence
 Every number of the scene becomes a ball that contains it, a box of starts or parameters a wider one. Each mode is
 followed in closed form in balls (``enclosure``); at an event what vanishes is set exactly, and what follows is decided
 by inequalities that hold for every point of the balls. What cannot be decided is refused: ``grazing``, ``edge``
-(z = 0 met on an edge of the static cone), ``simultaneous``, ``horizon``, ``unstable plane``, ``start``, ``too many``.
+(z = 0 met on an edge of the static cone), ``simultaneous``, ``horizon``, ``unstable plane``, ``start``, ``too many``,
+and ``undecided`` where the work that is allowed is spent.
 """
 
 from dataclasses import dataclass, field
@@ -11,18 +12,20 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
-from asympk.certify.enclosure import Guard, State, first_event, segment
+from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
-from asympk.numbers import number
+from asympk.numbers import number, whole
 from asympk.path import Event
 from asympk.shown import Card, ShownAsTable
 from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 MOST_EVENTS = 200
+MOST_DIGITS, MOST_PIECES = 300, 100_000
 MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
 _BITS = (96, 192, 384, 768, 1536, 3072)
 _FINEST_IN_BOX = 2.0**-16
+WORK = 200_000  # pieces of time, some ten seconds
 
 
 @dataclass(frozen=True, repr=False)
@@ -76,20 +79,25 @@ def certify(scene, box=None, digits=15):
     """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
 
     Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
-    1, |x|, |z|. Raises ``InputError`` for a box that is not one.
+    1, |x|, |z|, or the work allowed is spent and the certificate is ``undecided``. Raises ``InputError`` for a box that
+    is not one.
     """
+    digits = whole("digits", digits, 1, MOST_DIGITS)
     sides = _sides(scene, box or {})
-    last = None
+    last, budget = None, Budget(WORK)
     for bits in _BITS[1:2] if sides else _BITS:
         with flint().ctx.workprec(bits):
-            last = _attempt(scene, sides, bits)
+            last = _attempt(scene, sides, bits, budget)
             if last.proven and (sides or _sharp(last.final, digits)):
                 return last
+        if last.obstacle == "undecided":
+            break
     return last
 
 
 def cover(scene, box, pieces=64):
     """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all."""
+    pieces = whole("pieces", pieces, 1, MOST_PIECES)
     done, todo = [], [certify(scene, box)]
     while todo:
         found = todo.pop(0)
@@ -112,9 +120,9 @@ def _halves(piece, name):
     return tuple({**piece, name: half} for half in ((low, (low + high) / 2), ((low + high) / 2, high)))
 
 
-def _attempt(scene, sides, bits):
+def _attempt(scene, sides, bits, budget):
     try:
-        modes, events, final = _follow(_case(scene, sides))
+        modes, events, final = _follow(_case(scene, sides), budget)
     except Refused as reason:
         return Certificate(scene, False, reason=str(reason), bits=bits, box=sides)
     return Certificate(scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
@@ -183,7 +191,7 @@ def _from_rod(quantities):
     return values, quantities["f"] == quantities["f0"]
 
 
-def _follow(case):
+def _follow(case, budget):
     """Return (modes, events, final balls) of a case; raises ``Refused``."""
     state, s_sign, z_sign, touching, deviation = _beginning(case)
     t, modes, events = ball(0), [], []
@@ -192,7 +200,7 @@ def _follow(case):
         modes.append(name)
         mode = _mode(case, name, state, deviation)
         left = case.until - t
-        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, case.finest)
+        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, case.finest, budget)
         if found is None:
             end = mode.state(left)
             return modes, events, (end.x, end.y, end.z if z_sign else ball(0))

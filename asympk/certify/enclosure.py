@@ -13,6 +13,8 @@ from asympk.certify.balls import Refused, common, flint, sign, times
 
 _CUTS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.0625, 0.9375)
 _MOST_PIECES = 1500
+_LARGEST_EXPONENT = 2.0**400  # of a matrix: its exponential is squared as often as this has bits
+_MATRIX_WORK = 2
 _NEWTON_STEPS = 200
 
 
@@ -23,6 +25,19 @@ class State(NamedTuple):
     y: Any
     s: Any
     z: Any
+
+
+class Budget:
+    """The work that a certificate may take, in pieces of time looked at with 96 bits."""
+
+    def __init__(self, pieces):
+        self.pieces = self.left = pieces
+
+    def spend(self, segment):
+        """Take off one piece; raises ``Refused`` when nothing is left."""
+        self.left -= segment.work * flint().ctx.prec / 96
+        if self.left < 0:
+            raise Refused(f"undecided: {self.pieces} pieces of work are spent; take a smaller box, or a smaller until")
 
 
 class Guard(NamedTuple):
@@ -49,7 +64,7 @@ def segment(a, b, mu, start, deviation=None):
 class MatrixExponential:
     """A mode followed by the exponential of its matrix: for b and 1 - 4 mu/b that may vanish."""
 
-    unstable = False
+    unstable, work = False, _MATRIX_WORK
 
     def __init__(self, a, b, mu, start):
         self.a, self.b, self.mu, self.start = a, b, mu, start
@@ -57,6 +72,8 @@ class MatrixExponential:
     def state(self, t):
         """Return the state on the time ball ``t``."""
         a, b, mu, start = self.a, self.b, self.mu, self.start
+        if not all(abs(t * rate) < _LARGEST_EXPONENT for rate in (1 / mu, b / mu)):
+            raise Refused("undecided: the exponent of a matrix is too large; take a smaller until")
         rates = [[0, 1, 0, 0], [-b / mu, -b / mu, 0, a / mu], [1 - b, 1 - b, 0, a], [0, 0, 0, 0]]
         flow = flint().arb_mat([[t * entry for entry in row] for row in rates]).exp()
         x, y, moved = (flow[row, 0] * start.x + flow[row, 1] * start.y + flow[row, 3] for row in range(3))
@@ -86,6 +103,8 @@ class MatrixExponential:
 class Oscillation(MatrixExponential):
     """A mode with complex rates."""
 
+    work = 1
+
     def __init__(self, a, b, mu, start):
         super().__init__(a, b, mu, start)
         self.rest, self.turns = a / b, (b / mu - (b / (2 * mu)) ** 2).sqrt()
@@ -106,6 +125,8 @@ class Exponentials(MatrixExponential):
 
     Where l1 > 0 the jets are divided by e^{l1 t}, so that their signs do not drown in its growth.
     """
+
+    work = 1
 
     def __init__(self, a, b, mu, start, root, deviation):
         super().__init__(a, b, mu, start)
@@ -167,16 +188,18 @@ class Exponentials(MatrixExponential):
         return self._joined(t, common(p, fast * (l1 * t).exp()), q)
 
 
-def first_event(segment, guards, left, finest):
+def first_event(segment, guards, left, finest, budget):
     """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None.
 
-    Raises ``Refused`` where a piece of time, relative to its end, would have to be shorter than ``finest``.
+    Raises ``Refused`` where a piece of time, relative to its end, would have to be shorter than ``finest``, and when
+    the ``Budget`` is spent.
     """
     arb = flint().arb
     pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
     for count in range(_MOST_PIECES + 1):
         if not pieces:
             return None
+        budget.spend(segment)
         hi = pieces[-1]
         verdicts = [_verdict(segment, guard, lo, hi) for guard in guards]
         if all(verdict == "positive" for verdict in verdicts):

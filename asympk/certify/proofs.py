@@ -46,7 +46,7 @@ def inequalities():
     """Return the claims that are inequalities in the parameters, as expressions of the derived system."""
     pk = system()
     spectrum = {e.mode: sp.Poly(e.polynomial, LAMBDA).all_coeffs() for e in eigenvalues(pk)}
-    load = {m.name: sp.cancel(sp.sympify(_load(pk, m))) for m in slow_manifolds(pk, order=1)}
+    load = {m.name: sp.cancel(sp.sympify(_load(pk, m), strict=True)) for m in slow_manifolds(pk, order=1)}
     rate = {name: sp.cancel(_velocity_rate(pk, mode).subs(_s(pk), load[name])) for name, mode in _HOME.items()}
     inertia, damping, stiffness = spectrum["slip_opposite"]
     leading, low, high = _cone(pk)

@@ -1,7 +1,8 @@
 """The numbers a flow is computed in: doubles, or mpmath numbers of a private context of any precision."""
 
 import math
-from fractions import Fraction
+
+from asympk import multiprecision
 
 
 class Doubles:
@@ -23,12 +24,10 @@ def context(largest):
 
     Numbers beyond ``largest`` (a power of ten) are refused by the flow.
     """
-    import mpmath
-
-    m = mpmath.MPContext()
+    m = multiprecision.context(largest)
     m.expm1 = lambda p: _expm1(m, p)
     m.guess = lambda segment, find, *arguments: _guess(m, segment, find, *arguments)
-    m.number = lambda value: _exact(m, value)
+    m.number = lambda value: multiprecision.in_context(m, value)
     m.most_exponent = m.inf
     m.soon = m.mpf(2) ** -16
     m.largest = m.mpf(10) ** largest
@@ -40,12 +39,6 @@ def set_digits(m, digits, tie=False):
     m.dps = digits
     m.root_tol = m.mpf(10) ** (-0.35 * digits)
     m.margin = m.zero if tie else m.mpf(10) ** (-0.8 * digits)
-
-
-def _exact(m, value):
-    if isinstance(value, Fraction):
-        return m.mpf(value.numerator) / value.denominator
-    return m.mpf(value)
 
 
 def _expm1(m, p):

@@ -3,7 +3,7 @@
 from bisect import bisect_right
 
 from asympk.errors import InputError
-from asympk.numbers import number
+from asympk.numbers import number, objects
 
 
 class Dense:
@@ -24,7 +24,7 @@ class Dense:
             return self._state(t, starts)
         import numpy as np
 
-        times = np.asarray(t, dtype=object)
+        times = objects("t", t)
         states = [self._state(time, starts) for time in times.ravel()]
         kind = float if self.digits is None else object
         return np.array(states, dtype=kind).reshape((*times.shape, 3)).transpose(times.ndim, *range(times.ndim))

@@ -7,7 +7,6 @@ be told, or where the range of doubles ends, the flow is followed on mpmath numb
 
 from functools import lru_cache, partial
 from itertools import pairwise
-from numbers import Integral
 from typing import Any, NamedTuple
 
 from asympk.digits import carried
@@ -17,15 +16,17 @@ from asympk.flow.dense import Dense
 from asympk.flow.legs import Flow, follow
 from asympk.flow.rounding import calm, estimate, largest
 from asympk.flow.starts import beginning
+from asympk.numbers import whole
 from asympk.path import Event, Path
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
-DIGITS_OF_DOUBLES = 17
+DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
 SHOWN_OF_ERRORS = 3
 LARGEST_DOUBLE = 308
 ROUNDED = 2.0**-53
 TRUSTED = 2e-15
+SAFETY = 4  # of an account to the first order
 REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
 REFINED_DIGITS = 34
 
@@ -43,33 +44,32 @@ class Case(NamedTuple):
     near: tuple | None
 
 
-def run(scene, method="exact", *, digits=None):
+def run(scene, method="exact", *, digits=None, progress=None):
     """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
+    With ``digits``, ``progress(t, until, working)`` is called after every event with the time reached and the digits
+    at work, of which there are two runs or more; what it raises ends the run.
     """
     if digits is None:
         return _in_doubles(scene)
-    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    case = Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
-    digits = int(digits)
-    legs, error = _certified(case, digits)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    legs, error = _certified(_case(scene), digits, progress=progress)
     convert = partial(carried, digits=digits)
     return _path(scene, digits, _rounded(legs, convert), legs, carried(error, SHOWN_OF_ERRORS), convert)
 
 
+def _case(scene):
+    return Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
+
+
 def _in_doubles(scene):
-    near = scene.near_to and (scene.near_to[0], float(scene.near_to[1]))
-    sigma, mu = float(scene.sigma), float(scene.mu)
-    if sigma == -2 or mu == 0:
-        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
-    case = Case(sigma, float(scene.sigma0), mu, *map(float, scene.start), float(scene.until), near)
+    case, until = _case(scene), float(scene.until)
     try:
         legs = legs_of(Doubles, case)
-        error = TRUSTED if calm(legs, case.until) else estimate(legs, TRUSTED)
+        error = TRUSTED / SAFETY if calm(legs, until) else estimate(legs, TRUSTED)
         if error <= TRUSTED:
-            return _path(scene, None, legs, legs, error, float)
+            return _path(scene, None, legs, legs, SAFETY * error, float)
         if error <= REFINABLE:
             legs = legs_of(_refining(), case, legs)
             return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
@@ -81,6 +81,8 @@ def _in_doubles(scene):
 
 @lru_cache(maxsize=64)
 def _flow_in_doubles(sigma, sigma0, mu):
+    if sigma == -2 or mu == 0:
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
     return Flow(Doubles, sigma, sigma0, mu)
 
 
@@ -91,15 +93,15 @@ def _refining():
     return m
 
 
-def legs_of(m, case, known=None):
-    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known`` is as in ``follow``."""
+def legs_of(m, case, known=None, told=None):
+    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known``, ``told`` are as in ``follow``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
     start, deviation = beginning(flow, case)
-    return follow(flow, start, m.number(case.until), deviation, known)
+    return follow(flow, start, m.number(case.until), deviation, known, told)
 
 
-def _certified(case, digits, largest=None):
+def _certified(case, digits, largest=None, progress=None):
     """Return (legs, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
 
     The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
@@ -109,9 +111,9 @@ def _certified(case, digits, largest=None):
     m = context(largest or most)
     working = digits + SPARE_DIGITS
     while working < 2 * most:
-        coarse = _tried(m, working, working >= most, case)
+        coarse = _tried(m, working, working >= most, case, progress)
         if coarse:
-            fine = _tried(m, working + 8 + digits // 4, working >= most, case)
+            fine = _tried(m, working + 8 + digits // 4, working >= most, case, progress)
             error = _distance(coarse, fine) if fine else None
             if error is not None and error * 10**digits < 1:
                 return fine, error
@@ -120,10 +122,11 @@ def _certified(case, digits, largest=None):
                     "not decide, or grows beyond them; take a smaller until or another start")
 
 
-def _tried(m, digits, tie, case):
+def _tried(m, digits, tie, case, progress):
     set_digits(m, digits, tie)
+    until = float(case.until)
     try:
-        return legs_of(m, case)
+        return legs_of(m, case, told=progress and (lambda t: progress(float(t), until, digits)))
     except Undecided:
         return None
 

@@ -92,7 +92,7 @@ class FastSlowSegment:
         if t < self.short or not t:
             return superposed(self, t, self.responses(t))
         mode, fast, slow = self.mode, self.fast, self.slow
-        m, p, q = mode.m, mode.fast_rate * t, mode.slow_rate * t
+        m, p, q = mode.m, mode.fast_rate * t if fast else 0 * t, mode.slow_rate * t
         gained, lost = fast * m.expm1(p), slow * m.expm1(q)
         fast, slow = fast * m.exp(p), slow * m.exp(q)
         off = mode.fast_s * fast + mode.lift * slow
@@ -109,7 +109,7 @@ class FastSlowSegment:
         if t < self.short or not t:
             return self.state(t)[2:4]
         mode, fast = self.mode, self.fast
-        m, p, q = mode.m, mode.fast_rate * t, mode.slow_rate * t
+        m, p, q = mode.m, mode.fast_rate * t if fast else 0 * t, mode.slow_rate * t
         return (
             mode.rest + mode.fast_s * (fast * m.exp(p)) + self.slow_s * m.exp(q),
             self.z0 + mode.rest * t + mode.fast_z * (fast * m.expm1(p)) + mode.slow_z * (self.slow * m.expm1(q)),

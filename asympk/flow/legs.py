@@ -23,6 +23,7 @@ from asympk.flow.smooth import Smooth, slope
 
 MOST_EVENTS = 1000
 WIDEST = 1e100
+MOST_STEPS = 60
 
 
 class Flow:
@@ -101,11 +102,11 @@ class Leg(NamedTuple):
     end: tuple
 
 
-def follow(flow, start, until, deviation=None, known=None):
+def follow(flow, start, until, deviation=None, known=None, told=None):
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
     Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
-    numbers, whose event times need only be refined.
+    numbers, whose event times need only be refined; ``told`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
     m, t, legs = flow.m, 0 * until, []
@@ -126,11 +127,14 @@ def follow(flow, start, until, deviation=None, known=None):
         kind, span, state = found
         legs.append(Leg(name, t, segment, kind, span, state))
         if not kind:
+            _require_clear_end(flow, segment, state, s_sign, z_sign, m.margin * until, span if t else None)
             return legs
         x, y, s, z, _ = state
         if abs(y) > m.largest:
             raise TooLarge(_too_large(m, t, y))
         t = t + span
+        if told:
+            told(t)
         if kind == "force_zero":
             s_sign = -s_sign
         elif kind == "slip_onset":
@@ -141,12 +145,24 @@ def follow(flow, start, until, deviation=None, known=None):
             raise TooManyEvents(_too_many(until, t, state))
 
 
+def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
+    """Require that an end which is wrong by ``late`` changes no event; ``since`` is the time after the last one."""
+    mode, (_, y, s, z, thrust) = segment.mode, state
+    moved = late * abs(y + thrust / mode.mu)
+    if z_sign:
+        clear = moved <= abs(s) and late * abs(mode.a + mode.fall * s) <= abs(z)
+    else:
+        clear = all(edge is None or moved <= abs(s - edge) for edge in flow.edges(s_sign))
+    if not clear or (since is not None and since < late):
+        raise Undecided
+
+
 def slip(segment, s_sign, z_sign, left):
     """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
     mode = segment.mode
     a, fall = mode.a, mode.fall
     end = segment.horizon(left)
-    lo, opening = 0, not segment.z0 or z_sign * ((a + fall * segment.s0) or _bend(segment)) > 0
+    lo, opening = 0, not segment.z0 or _opening(segment, z_sign)
     for hi in stretches(segment, end):
         s, z = segment.probe(hi)
         opens = z_sign * (a + fall * s) > 0
@@ -159,10 +175,16 @@ def slip(segment, s_sign, z_sign, left):
     return "", left, segment.state(left)
 
 
-def _bend(segment):
-    """Return the second derivative of z at the start, or the third where that is zero too."""
+def _opening(segment, z_sign):
+    """Tell whether z moves off the plane; where z' is zero its next derivatives tell, if z is not near the plane."""
     mode = segment.mode
-    return mode.fall * (slope(segment) or mode.load - mode.beta * segment.s0)
+    pull = mode.fall * segment.s0
+    rate, margin = mode.a + pull, mode.m.margin
+    if abs(rate) <= margin * (mode.a + abs(pull)):
+        if segment.z0 * segment.z0 < margin:
+            raise Undecided
+        rate = rate or mode.fall * (slope(segment) or mode.load - mode.beta * segment.s0)
+    return z_sign * rate > 0
 
 
 def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
@@ -172,7 +194,7 @@ def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
     """
     m, t = segment.mode.m, None
     if decided(m, z_sign * z, segment.z_size(hi)) < 0:
-        t = segment.z_root(_leaving(segment, lo, hi, s) if opening else lo, hi, -z_sign)
+        t = segment.z_root(_leaving(segment, z_sign, lo, hi, s) if opening else lo, hi, -z_sign)
     elif opens and not opening:
         t = _dip(segment, z_sign, lo, hi)
     if t is not None:
@@ -180,16 +202,25 @@ def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
         hi, s = t, state[2]
         if decided(m, s_sign * s, segment.s_size(t)) >= 0:
             return "velocity_zero", t, state
-    if (lo or segment.s0) and decided(m, s_sign * s, segment.s_size(hi)) < 0:
+    if decided(m, s_sign * s, segment.s_size(hi)) < 0:
+        _require_off(lo or segment.s0)
         return "force_zero", *on_level(segment, 0 * hi, segment.s_root(0, lo, hi, -s_sign))
     return None
 
 
-def _leaving(segment, lo, hi, s):
+def _require_off(start):
+    """Require that a motion which passes a surface did not start on it: one that did begins on its other side."""
+    if not start:
+        raise Undecided
+
+
+def _leaving(segment, z_sign, lo, hi, s):
     """Return a time in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
     if lo or segment.z0:
         return lo
-    return segment.s_root(segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
+    t = segment.s_root(segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
+    _require_off(decided(segment.mode.m, z_sign * segment.state(t)[3], segment.z_size(t)) > 0)
+    return t
 
 
 def _dip(segment, z_sign, lo, hi):
@@ -208,9 +239,8 @@ def stick(flow, segment, s_sign, left):
     for hi in stretches(segment, left):
         s, size = segment.probe(hi)[0], segment.s_size(hi)
         for edge, side in ((near, -s_sign), (far, 1)):
-            if edge is None or (not lo and segment.s0 == edge):
-                continue
-            if decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
+            if edge is not None and decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
+                _require_off(lo or segment.s0 - edge)
                 return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
         lo = hi
     return "", left, segment.state(left)
@@ -236,27 +266,38 @@ def _counterpart(known, legs, name):
 
 def on_plane(segment, t):
     """Return the time and the state where z = 0: those at the root t, moved by the step that t is too coarse for."""
-    mode, (x, y, s, z, thrust) = segment.mode, segment.state(t)
-    fall = mode.a + mode.fall * s
-    if not fall:
-        return t, (x, y, s, z - z, thrust)
-    dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
-    if abs(z) > mode.m.root_tol * t * abs(fall):
-        raise Undecided
-    return t - z / fall, (x - dx, y - dy, s - dx - dy, z - z, thrust)
+    mode = segment.mode
+    for _ in range(MOST_STEPS):
+        x, y, s, z, thrust = segment.state(t)
+        fall = mode.a + mode.fall * s
+        if not fall:
+            return t, (x, y, s, z - z, thrust)
+        if abs(z) > mode.m.root_tol * t * abs(fall):
+            raise Undecided
+        step, rate = z / fall, y + thrust / mode.mu
+        if abs(mode.fall * rate * step * step) <= mode.m.eps * (abs(segment.z0) + abs(fall) * t):
+            dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
+            return t - step, (x - dx, y - dy, s - dx - dy, z - z, thrust)
+        t = t - step
+    raise Undecided
 
 
 def on_level(segment, level, t):
     """Return the time and the state where s = level, likewise."""
-    mode, (x, y, s, z, thrust) = segment.mode, segment.state(t)
-    rate, fall = y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0
-    if not rate:
-        return t, (x, level - x, level, z, thrust)
-    missing = level - s
-    if abs(missing) > mode.m.root_tol * t * abs(rate):
-        raise Undecided
-    x = x + missing * (y / rate)
-    return t + missing / rate, (x, level - x, level, z + missing * (fall / rate), thrust)
+    mode = segment.mode
+    for _ in range(MOST_STEPS):
+        x, y, s, z, thrust = segment.state(t)
+        rate, missing = y + thrust / mode.mu, level - s
+        if not rate:
+            return t, (x, level - x, level, z, thrust)
+        if abs(missing) > mode.m.root_tol * t * abs(rate):
+            raise Undecided
+        step = missing / rate
+        if abs((thrust - mode.b * rate) / mode.mu * step * step) <= mode.m.eps * (abs(x) + abs(y)):
+            x, fall = x + missing * (y / rate), mode.a + mode.fall * s if mode.a else 0
+            return t + step, (x, level - x, level, z + missing * (fall / rate), thrust)
+        t = t + step
+    raise Undecided
 
 
 def stretches(segment, end):

@@ -21,7 +21,10 @@ def slip_end(segment, s_sign, z_sign, left):
         return None
     mode, turn = segment.mode, segment.turning()
     end = left if turn is None or turn > left else turn
-    opening = not segment.z0 or z_sign * (1.0 + mode.fall * segment.s0) > 0
+    leaving = z_sign * (1.0 + mode.fall * segment.s0)
+    if segment.z0 and -MARGIN < leaving < MARGIN:
+        return None
+    opening = not segment.z0 or leaving > 0
     ended = None if opening else _landing(segment, end)
     if ended:
         _, (_, _, s, _, _) = ended

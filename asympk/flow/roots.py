@@ -7,6 +7,7 @@ linear in t, however small mu is, so the first steps are quadratic already.
 from asympk.errors import Undecided
 
 MOST_STEPS = 400
+PATIENCE = 24
 
 
 def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
@@ -47,7 +48,7 @@ def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_
     positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent
     t = guess if guess is not None and lo < guess < hi else lo
-    for _ in range(MOST_STEPS):
+    for n in range(MOST_STEPS):
         p, q = rate * t, slow_rate * t
         lost = slow * m.expm1(q)
         r, dr = -(base + k * t + lost), -(k + slow_rate * (slow + lost))
@@ -70,7 +71,9 @@ def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_
             new = t - r / dr if dr else -1
         if abs(new - t) <= m.root_tol * t:
             return new
-        if not lo < new < hi:
+        if n > PATIENCE and hi > 4 * lo:
+            new = _middle(m, lo, hi) if lo else hi / m.number(2) ** (n - PATIENCE) ** 2
+        elif not lo < new < hi:
             new = _middle(m, lo, hi) if lo else min(hi / 2, 4 / abs(rate))
             if not lo < new < hi:
                 return t

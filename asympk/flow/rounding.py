@@ -85,7 +85,7 @@ def _fast_slow(segment, t, kind, end, ex, es, ez):
     ex += ec + UNIT * abs(end[0])
     es = lift * ec + UNIT * (rest + abs(end[2]))
     ez += UNIT * drift + slow_z * ec
-    growth = mode.m.exp(mode.fast_rate * t)
+    growth = mode.m.exp(mode.fast_rate * t) if ef else 0.0
     fast = fast0 * growth
     off = ef * growth + UNIT * p * fast
     if kind == "velocity_zero" and p * fast * fast_z > drift + slow_z * slow0 * q:

@@ -70,8 +70,11 @@ def short_responses(m, beta, t):
 
 
 def slope(segment):
-    """Return the rate of s at the start of a segment."""
-    return segment.y0 + segment.mode.load - segment.mode.beta * segment.s0
+    """Return the rate of s at the start of a segment; zero where it is no more than what its terms are rounded by."""
+    mode, y = segment.mode, segment.y0
+    pull = mode.beta * segment.s0
+    rate = y + mode.load - pull
+    return rate if abs(rate) > 4 * mode.m.eps * (abs(y) + abs(pull)) else 0 * rate
 
 
 def superposed(segment, t, responses):

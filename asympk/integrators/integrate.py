@@ -14,9 +14,9 @@ from importlib.util import find_spec
 from time import monotonic
 from typing import NamedTuple
 
-from asympk.automaton.loop import follow
-from asympk.errors import InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
-from asympk.numbers import number
+from asympk.automaton.loop import Segment, follow
+from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
+from asympk.numbers import number, numbers, whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
 
@@ -37,6 +37,8 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
     "kvaerno5": ("diffrax", "diffrax"),
 }
 FINISHED = "finished"
+LEAST_MU = 1e-300
+MOST_STEPS = 10**12
 
 
 class Work(NamedTuple):
@@ -67,6 +69,8 @@ def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, eve
     a peer not installed, ``NoMotion``, ``TwoMotions``, ``Accumulation``.
     """
     rtol, atol = tolerances(rtol, atol)
+    steps, seconds = bounds(steps, seconds)
+    events = whole("events", events, 0, MOST_STEPS)
     options = {"rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, "events": events}
     course = _trace(scene, method, options)
     work = total(course)
@@ -86,7 +90,12 @@ def _trace(scene, method, options, times=()):
     def on(mode, t, state, segments):
         left = Limits(options["steps"] - sum(s.work.steps for s in segments), deadline)
         later = [v for v in times if v > t]
-        return advance(method, mode, t, state, until, options["rtol"], options["atol"], left, later)
+        try:
+            return advance(method, mode, t, state, until, options["rtol"], options["atol"], left, later)
+        except AsympkError:
+            raise
+        except (ArithmeticError, ValueError):
+            return Segment(t, state, None, Work(), "left the range of floats")
 
     return follow(automaton, automaton.first(scene.start), start, until, on, options["events"])
 
@@ -123,7 +132,7 @@ class Dense:
         """Return an array of shape ``(n,) + t.shape``; raises ``OutOfRange`` outside [0, reached]."""
         import numpy as np
 
-        t = np.asarray(t, dtype=float)
+        t = numbers("t", t).astype(float)
         times, where = np.unique(t, return_inverse=True)
         if times.size and not (times[0] >= 0 and times[-1] <= self.reached):
             wrong = times[-1] if times[0] >= 0 else times[0]
@@ -141,7 +150,11 @@ def report(last, work, options):
 
 
 def endpoints(scene):
-    """Return the start and the horizon of a scene as floats; raises ``TooLarge`` where a double cannot hold them."""
+    """Return the start and the horizon of a scene as floats; raises ``InputError`` where 1/mu is beyond them."""
+    if scene.system is None and float(scene.mu) < LEAST_MU:
+        raise InputError(
+            f"mu = {float(scene.mu)}: integrators divide by it; give at least {LEAST_MU}, or method='exact'"
+        )
     try:
         return tuple(float(v) for v in scene.start), float(scene.until)
     except OverflowError:
@@ -155,6 +168,11 @@ def tolerances(rtol, atol):
     if not 1e-13 <= rtol < 1 or atol <= 0:
         raise InputError(f"rtol = {rtol:g}, atol = {atol:g}: give 1e-13 <= rtol < 1 and atol > 0")
     return rtol, atol
+
+
+def bounds(steps, seconds):
+    """Return the bounds on the work, steps as an int and seconds as a float; raises ``InputError``."""
+    return whole("steps", steps, 1, MOST_STEPS), float(number("seconds", seconds, lambda v: v >= 0, "zero or positive"))
 
 
 def absent():

@@ -12,9 +12,10 @@ from time import monotonic
 
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
-from asympk.integrators.integrate import Dense, Work, endpoints, finished, report
+from asympk.integrators.integrate import Dense, Work, bounds, endpoints, finished, report
 from asympk.numbers import number
 from asympk.path import Event, Path
+from asympk.scene import in_doubles
 from asympk.symbolic.branches import Phase
 from asympk.systems.automata import automaton_of
 
@@ -32,8 +33,9 @@ def run(
     if scene.system is not None:
         raise InputError("method 'moreau' steps the Painlevé-Klein rod alone; use an integrator, such as 'lsoda'")
     h = float(number("step", rtol if step is None else step))
+    steps, seconds = bounds(steps, seconds)
     if h <= 0 or prefer not in ("present", "stick"):
-        raise InputError(f"step = {h:g}, prefer = {prefer!r}: give step > 0 and prefer 'present' or 'stick'")
+        raise InputError(f"step = {h:g}, prefer = {prefer!r:.40}: give step > 0 and prefer 'present' or 'stick'")
     start, until = endpoints(scene)
     deadline = monotonic() + seconds
     times, states, phases, counts, short = _march(scene, start, until, h, prefer, steps, deadline)
@@ -48,7 +50,7 @@ def run(
 
 
 def _march(scene, start, until, h, prefer, steps, deadline):
-    friction = (float(scene.sigma), float(scene.sigma0), float(scene.mu))
+    friction = in_doubles(scene)
     times, states, phases = [0.0], [start], [automaton_of(scene).first(scene.start)[0]]
     counts, short = dict.fromkeys(COUNTED.values(), 0), ""
     while times[-1] < until:

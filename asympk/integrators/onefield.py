@@ -11,7 +11,8 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Dense, Limits, endpoints, finished, report, tolerances
+from asympk.integrators.integrate import Dense, Limits, bounds, endpoints, finished, report, tolerances
+from asympk.numbers import short
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
 
@@ -23,6 +24,8 @@ class Field:
     field: Callable
     jacobian: Callable
     p: tuple
+    kinds: tuple = ()
+    timed: bool = False
 
     def guard_values(self, t, state):
         """Return the values of the guards: there are none."""
@@ -33,10 +36,11 @@ class Field:
 
 def follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):
     """Follow ``scene`` with F = -kinetic |load| direction(v), by one of scipy's solvers; the ``Path`` has one mode."""
-    if solver not in scipy_ivp.CLASSES:
-        raise InputError(f"solver {solver!r} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
+    if not isinstance(solver, str) or solver not in scipy_ivp.CLASSES:
+        raise InputError(f"solver {short(solver)} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
     start, _ = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
+    steps, seconds = bounds(steps, seconds)
     last = _trace(scene, direction, solver, rtol, atol, Limits(steps, monotonic() + seconds))
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
     at = Dense(start, last.t, partial(_samples, scene, direction, solver, rtol, atol, steps))

@@ -3,11 +3,10 @@ C31, C32)."""
 
 from fractions import Fraction
 
-import mpmath
 import sympy as sp
 
 from asympk.ledger.nouns import claim, numeric, symbolic, symbolic_left_out
-from asympk.ledger.runs import MUS, escape_time, follow, modes, number, ratios, told
+from asympk.ledger.runs import MUS, M, escape_time, follow, modes, number, ratios, symbolic_number, told
 from asympk.ledger.trend import tends_to_one
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -101,10 +100,10 @@ def first_plane():
 
     def distance(mu):
         x, y, _ = follow(start, mu).final
-        return x + y - mpmath.mpf(1) / b
+        return x + y - M.mpf(1) / b
 
     def predicted(mu):
-        return number(mu) * number(first.subs(pk.x, sp.Float(follow(start, mu).final[0], 50)))
+        return number(mu) * number(first.subs(pk.x, symbolic_number(follow(start, mu).final[0])))
 
     found = ratios(distance, predicted)
     yield numeric("its distance from a run at t = 1 over the first term of the slow manifold", *tends_to_one(found))
@@ -131,14 +130,14 @@ def _drift_of_constant(plane):
         return path(1), path.final
 
     def constant(state):
-        return state[2] + mpmath.log(abs(1 - 5 * state[0])) / 5
+        return state[2] + M.log(abs(1 - 5 * state[0])) / 5
 
     def change(mu):
         before, after = states(mu)
         return constant(after) - constant(before)
 
     def predicted(mu):
-        before, after = (number(first.subs(pk.x, sp.Float(state[0], 50))) for state in states(mu))
+        before, after = (number(first.subs(pk.x, symbolic_number(state[0]))) for state in states(mu))
         return number(mu) * (after - before)
 
     return ratios(change, predicted)
@@ -152,8 +151,8 @@ def approach_to_the_half_line():
 
     def rate(mu):
         path = follow((1, 2, 1), mu, until=3)
-        before, after = (state[0] - mpmath.mpf(1) / 5 for state in (path(2), path.final))
-        return mpmath.log(after / before) + 1
+        before, after = (state[0] - M.mpf(1) / 5 for state in (path(2), path.final))
+        return M.log(after / before) + 1
 
     yield numeric(
         "the measured rate plus 1 over -mu/5, the slow eigenvalue's next term",
@@ -176,7 +175,7 @@ def second_plane():
     def escape(mu):
         return escape_time(Fraction(1, 10**20), mu)
 
-    expected = ratios(escape, lambda mu: number(mu) * 20 * mpmath.log(10))
+    expected = ratios(escape, lambda mu: number(mu) * 20 * M.log(10))
     yield numeric("escape from 1e-20 off the plane over mu log(1e20)", *tends_to_one(expected))
 
 
@@ -224,7 +223,7 @@ def shallow_second_plane():
         return x + y - 1
 
     def predicted(mu):
-        return number(mu) * number(first.subs(pk.x, sp.Float(follow(start, mu, sigma=-1).final[0], 50)))
+        return number(mu) * number(first.subs(pk.x, symbolic_number(follow(start, mu, sigma=-1).final[0])))
 
     yield numeric(
         "a run's distance from it at sigma = -1, t = 1, over the slow manifold's first term",
@@ -274,13 +273,13 @@ def planes_and_rigid_motions():
 
     def acceleration(mu):
         path = follow((1, 2, 1), mu, until=3)
-        return path.final[2] - path(2)[2] - mpmath.mpf(1) / 5
+        return path.final[2] - path(2)[2] - M.mpf(1) / 5
 
     first = reduced_flow(_planes()["Pi1"])[pk.z].subs(pk.sigma, 1)
 
     def predicted(mu):
         term = number(mu) * number(sp.diff(first, pk.mu).subs({pk.mu: 0, pk.x: 1}) * sp.Rational(5, 4))
-        return term * (mpmath.exp(-2) - mpmath.exp(-3)) * 4 / 5
+        return term * (M.exp(-2) - M.exp(-3)) * 4 / 5
 
     yield numeric("gain of z on Pi1 less 1/5 over its first term", *tends_to_one(ratios(acceleration, predicted)))
 

@@ -2,7 +2,6 @@
 
 from fractions import Fraction
 
-import mpmath
 import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
@@ -15,7 +14,7 @@ from asympk.ledger.nouns import (
     symbolic_instead,
     symbolic_left_out,
 )
-from asympk.ledger.runs import MUS, follow, modes, number, ratios, told
+from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, symbolic_number, told
 from asympk.ledger.trend import tends_to_one
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -44,7 +43,7 @@ def _over_first_terms(measure, start, expansion):
         return measure(follow(start, mu)) - number(limit)
 
     def predicted(mu):
-        return number(mu) * (number(with_log) * -mpmath.log(number(mu)) + number(without))
+        return number(mu) * (number(with_log) * -M.log(number(mu)) + number(without))
 
     return tends_to_one(ratios(error, predicted))
 
@@ -180,7 +179,7 @@ def shallow_rod():
     sequences = modes((0, -1, -4), steeper, until=6)
     sticks = sequences == [("slip_same", "slip_opposite", "stick", "slip_same")]
     yield numeric_left_out("runs at sigma = -1 stick on the way", sticks, told(sequences))
-    times = ratios(_stick_duration, lambda mu: number(mu) * mpmath.log(2))
+    times = ratios(_stick_duration, lambda mu: number(mu) * M.log(2))
     yield numeric_left_out("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
 
 
@@ -194,7 +193,7 @@ def _arrival(sigma):
     def distance(mu):
         return touch(mu).x + touch(mu).y + 1 / number(sigma)
 
-    return ratios(distance, lambda mu: number(mu) * number(first.subs(pk.x, sp.Float(touch(mu).x, 50))))
+    return ratios(distance, lambda mu: number(mu) * number(first.subs(pk.x, symbolic_number(touch(mu).x))))
 
 
 def _rational(value):

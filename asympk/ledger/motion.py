@@ -3,7 +3,6 @@
 import random
 from fractions import Fraction
 
-import mpmath
 import sympy as sp
 
 from asympk.ledger.nouns import (
@@ -11,7 +10,7 @@ from asympk.ledger.nouns import (
     numeric,
     symbolic,
 )
-from asympk.ledger.runs import DIGITS, MUS, follow, modes, number, ratios, told
+from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
@@ -45,7 +44,7 @@ def _stick_to_edge(start, s, edge):
     """Return the ratios of time and of the change of x in stick to their first terms, mu y' = -s and x' = s - x."""
 
     def time(mu):
-        return number(mu) * mpmath.log(number(s / edge))
+        return number(mu) * M.log(number(s / edge))
 
     def shift(mu):
         return number(mu * (s - edge)) - number(start[0]) * time(mu)
@@ -66,7 +65,7 @@ def jump_from_above_the_divide():
     first = _first_term_on_the_first_plane()
 
     def error(mu):
-        return follow((1, 2, 1), mu).final[0] - (1 + 4 * mpmath.exp(-1)) / 5
+        return follow((1, 2, 1), mu).final[0] - (1 + 4 * M.exp(-1)) / 5
 
     found = ratios(error, lambda mu: number(mu) * number(first))
     yield numeric("x at t = 1 less that of the vertical jump from (1, 2, 1), over its first term", *tends_to_one(found))
@@ -93,7 +92,7 @@ def final_motion():
     yield symbolic("on Pi1 the acceleration is 1/(sigma + 4) > 0", rate == 1 / (pk.sigma + 4), rate)
     drawn = random.Random(1991)
     worst = max(_distance_from_the_end(drawn) for _ in range(20))
-    at_the_end = worst < mpmath.mpf(10) ** -20
+    at_the_end = worst < M.mpf(10) ** -20
     yield numeric("20 runs, sigma in (-2, 4), mu to 1/5, have |x - 1/(sigma + 4)| < 1e-20 at t = 60", at_the_end)
 
 
@@ -103,5 +102,4 @@ def _distance_from_the_end(drawn):
     start = tuple(Fraction(drawn.randint(-30, 30), 10) for _ in range(3))
     path = follow(start, mu, until=60, sigma=sigma)
     ended = path.modes[-1] == "slip_same" and path.final[2] > 0
-    with mpmath.workdps(DIGITS + 10):
-        return abs(path.final[0] - 1 / number(sigma + 4)) if ended else mpmath.inf
+    return abs(path.final[0] - 1 / number(sigma + 4)) if ended else M.inf

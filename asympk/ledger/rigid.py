@@ -5,6 +5,7 @@ from itertools import product
 import sympy as sp
 
 from asympk.ledger.nouns import claim, numeric, symbolic
+from asympk.ledger.runs import evaluated
 from asympk.ledger.trend import vanishes
 from asympk.symbolic.lowering import lower
 from asympk.systems import rod
@@ -90,7 +91,7 @@ def friction_opposes():
 
 def _value(expr, alpha=_PHYSICAL[rod.alpha]):
     at = {**_PHYSICAL, rod.alpha: alpha, rod.R: 5, rod.kappa: sp.Rational(-3, 2), rod.F: 1}
-    return expr.subs(at).evalf(50)
+    return evaluated(expr, at)
 
 
 def _listed(numbers):

@@ -1,38 +1,56 @@
 """High-precision event-driven runs for decreasing mu: the numeric side of every claim about the limit."""
 
+from dataclasses import replace
 from fractions import Fraction
 
-import mpmath
+import sympy as sp
 
 from asympk.methods import solve
+from asympk.multiprecision import as_mpf, context, in_context
 from asympk.scene import Scene
+from asympk.symbolic.lowering import lower
 
 DIGITS = 40
+M = context(DIGITS + 10)  # ten digits to spare; nothing changes its precision
 MUS = tuple(Fraction(1, 10**n) for n in (3, 5, 7, 9))
 
 
 def follow(start, mu, until=1, sigma=1, sigma0=None):
-    """Solve one scene to 40 digits; numbers are exact (integers, fractions or strings)."""
-    return solve(Scene(sigma=sigma, mu=mu, start=start, until=until, sigma0=sigma0), digits=DIGITS)
+    """Solve one scene to 40 digits, in numbers of ``M``; those given are exact (integers, fractions or strings)."""
+    path = solve(Scene(sigma=sigma, mu=mu, start=start, until=until, sigma0=sigma0), digits=DIGITS)
+    events = tuple(event._replace(**{name: M.mpf(getattr(event, name)) for name in "txyz"}) for event in path.events)
+    return replace(path, final=_numbers(path.final), events=events, at=lambda t: _numbers(path(t)))
+
+
+def _numbers(values):
+    return tuple(map(M.mpf, values))
 
 
 def escape_time(offset, mu):
     """Return when a run from z = 1, ``offset`` off the unstable plane Pi2 of sigma = 1, meets x + y = 0."""
     scene = Scene.near("Pi2", x=0, offset=offset, z=1, sigma=1, mu=mu, until=1)
-    return solve(scene, digits=DIGITS).events[0].t
+    return M.mpf(solve(scene, digits=DIGITS).events[0].t)
 
 
 def ratios(measure, predicted, mus=MUS):
-    """Return measure(mu) / predicted(mu) for each mu, computed with ten digits to spare; both return mpf."""
-    with mpmath.workdps(DIGITS + 10):
-        return [mpmath.mpf(measure(mu)) / number(predicted(mu)) for mu in mus]
+    """Return measure(mu) / predicted(mu) for each mu, in numbers of ``M``."""
+    return [number(measure(mu)) / number(predicted(mu)) for mu in mus]
 
 
 def number(value):
-    """Return a fraction, a SymPy number or an mpf as an mpf at the working precision."""
-    if isinstance(value, Fraction):
-        return mpmath.mpf(value.numerator) / value.denominator
-    return mpmath.mpf(value.evalf(mpmath.mp.dps)._mpf_) if hasattr(value, "evalf") else mpmath.mpf(value)
+    """Return a fraction, a SymPy number or an mpf as a number of ``M``."""
+    return M.mpf(value.evalf(M.dps)._mpf_) if hasattr(value, "evalf") else in_context(M, value)
+
+
+def evaluated(expr, values):
+    """Return an expression at ``values`` {symbol: number} as a number of ``M``."""
+    here = sorted(expr.free_symbols, key=str)
+    return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(number(sp.S(values[s])) for s in here))[0])
+
+
+def symbolic_number(value):
+    """Return a number of ``M`` as SymPy's."""
+    return sp.Float(as_mpf(value), M.dps)
 
 
 def modes(start, sigma=1, mus=MUS, until=1):

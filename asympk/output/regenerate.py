@@ -64,7 +64,7 @@ def _symbolic(value):
         return sp.Dict({_symbolic(key): _symbolic(item) for key, item in value.items()})
     if isinstance(value, (tuple, list)):
         return sp.Tuple(*map(_symbolic, value))
-    return sp.Symbol(value) if isinstance(value, str) else sp.sympify(value)
+    return sp.Symbol(value) if isinstance(value, str) else sp.sympify(value, strict=True)
 
 
 def write_tables(root):

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 from asympk.pictures import style
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.reading import rational
 
 SLOW, UNSTABLE, HELD = {"color": style.BLACK, "lw": 1.6}, {"color": style.BLACK, "lw": 1.2, "ls": (0, (4, 2))}, "0.82"
 LINEAR = 0.1  # loads below it are drawn to scale, larger ones by their logarithm
@@ -43,9 +44,7 @@ def traced(path, count=120):
 @cache
 def levels(sigma, sigma0=None):
     """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 by name, at mu = 0; those at infinity are left out."""
-    import sympy as sp
-
-    values = {"sigma": sp.Rational(str(sigma)), "sigma0": sp.Rational(str(sigma if sigma0 is None else sigma0))}
+    values = {"sigma": rational("sigma", sigma), "sigma0": rational("sigma0", sigma if sigma0 is None else sigma0)}
     found = {name: expr.subs({symbol: values[symbol.name] for symbol in expr.free_symbols})
              for name, expr in level_formulas().items()}
     return {name: float(value) for name, value in found.items() if value.is_finite}
@@ -210,12 +209,11 @@ def slow_motions(sigma, offsets, until=1.6):
 
 def _curves(name, sigma):
     """Return z(x) of the integral curve with C = 0 on a slow plane, as a callable, and x at rest."""
-    import sympy as sp
 
     from asympk.symbolic.manifold import C, integral_curves, rest_state, slow_manifolds
     from asympk.systems import painleve_klein as pk
 
     plane = next(plane for plane in slow_manifolds(pk.system(), order=0) if plane.name == name)
-    at = {pk.sigma: sp.Rational(str(sigma)), pk.mu: 0, C: 0}
-    height = sp.sympify(integral_curves(plane)[pk.z]).subs(at)
+    at = {pk.sigma: rational("sigma", sigma), pk.mu: 0, C: 0}
+    height = integral_curves(plane)[pk.z].subs(at)
     return lower((pk.x,), height), float(rest_state(plane).state[pk.x].subs(at))

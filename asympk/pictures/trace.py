@@ -5,7 +5,8 @@ import io
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
-from asympk.errors import InputError, MissingPackage
+from asympk.errors import MissingPackage
+from asympk.numbers import whole
 from asympk.path import Path
 from asympk.storage.files import write_text
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 4000
 SAMPLES_WITH_DIGITS = 400  # each of which takes a thousand times as long
-MOST = 1_000_000
+MOST_SAMPLES = 10**7
 
 
 def columns(path: Path) -> tuple[str, ...]:
@@ -30,8 +31,7 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
     """
     if samples is None:
         samples = SAMPLES_WITH_DIGITS if any(hasattr(v, "_mpf_") for v in path.final) else SAMPLES
-    if not isinstance(samples, int) or isinstance(samples, bool) or not 1 <= samples <= MOST:
-        raise InputError(f"samples = {samples!r:.60}: it must be an integer from 1 to {MOST}")
+    samples = whole("samples", samples, 1, MOST_SAMPLES)
     ends = [(0, *path(0.0)), *((event.t, *event.state) for event in path.events), (path.end, *path.final)]
     each = max(6, samples // len(path.modes))
     rows = []

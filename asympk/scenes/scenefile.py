@@ -11,7 +11,8 @@ r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or ph
                                    until = 0.5          # s
 
 A decimal in the file is the number it spells: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, ``about`` one line
-on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a slow line (``Scene.near``).
+on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a slow line (``Scene.near``). A table
+``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``.
 """
 
 from dataclasses import dataclass, replace
@@ -23,6 +24,7 @@ from asympk.scene import Scene
 from asympk.storage.tomlfile import nearest, parse_table, plain, read_table, refuse_unknown, word
 
 COMMON = ("name", "about", "start", "until")
+SYSTEM = ("system", "values")
 NONDIMENSIONAL = ("sigma", "mu", "sigma0", "near")
 PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
 _NEAR = ("manifold", "x", "offset", "z")
@@ -86,17 +88,28 @@ def about(name):
 
 
 def _told(table, where):
-    refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL), where)
+    refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
     physical, other = ([key for key in table if key in keys] for keys in (PHYSICAL, NONDIMENSIONAL))
+    if (physical or other) and any(key in table for key in SYSTEM):
+        raise InputError(f"{where}: {(physical + other)[0]} is the rod's; parameters of a system stand in [values]")
     if physical and other:
         raise InputError(f"{where}: {physical[0]} is physical and {other[0]} is not; give one kind of parameters only")
     told = {key: value for key, value in table.items() if key != "about"}
     told["name"] = word(table, "name", where, Path(where).stem)
     line = word(table, "about", where)
     try:
+        if any(key in table for key in SYSTEM):
+            return SceneFile(_of_system(told), line)
         return SceneFile(_from_rod(told) if physical else _nondimensional(told), line)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def _of_system(told):
+    from asympk.scenes.systemfile import read_system_scene
+
+    _require(told, ("system",))
+    return read_system_scene(told)
 
 
 def _nondimensional(told):

@@ -13,6 +13,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.multiprecision import context
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
@@ -162,20 +163,17 @@ def _angle(value):
 
 def nondimensional(quantities):
     """Return ``RESULTS`` and the ``Units``, as fractions right to 100 digits, from exact quantities by name."""
-    import mpmath
-
-    with mpmath.workdps(DIGITS):
-        values = [_value(quantities[name]) for name in _SYMBOLS]
-        found = lower(_SYMBOLS.values(), [*formulas().values(), *scales()], target="mpmath")(*values)
+    values = [_value(quantities[name]) for name in _SYMBOLS]
+    formula = lower(_SYMBOLS.values(), [*formulas().values(), *scales()], target="mpmath")
+    found = formula.to_digits(DIGITS, *values)
     found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
 
 
 def _value(value):
-    import mpmath
-
     if isinstance(value, Degrees):
-        return mpmath.pi * value.value.numerator / (180 * value.value.denominator)
+        m = context(DIGITS)
+        return m.pi * value.value.numerator / (180 * value.value.denominator)
     return Fraction(value)
 
 

@@ -12,10 +12,8 @@ exponentially: T is O(1) where mu log(1/delta) is. All of it is derived: ``jump_
 """
 
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import lru_cache
 
-import mpmath
 import sympy as sp
 
 from asympk.asymptotics.jump import OFFSET, JumpMap, jump_map
@@ -24,6 +22,7 @@ from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series, series, solve
 from asympk.methods import solve as follow
+from asympk.multiprecision import context, in_context
 from asympk.numbers import number
 from asympk.scene import Scene
 from asympk.storage.rows import provenance, write_rows
@@ -106,29 +105,25 @@ def _escape(sigma, mu, x, z, offset, digits):
     until = 2 * (1 + abs(number("sigma", sigma) * number("z", z)))
     scene = Scene.near("Pi2", x=x, offset=offset, z=z, sigma=sigma, mu=mu, until=until)
     size, here = scene.near_to[1], (scene.sigma, scene.mu, scene.start[0], scene.start[2])
-    with mpmath.workdps(digits):
-        first = follow(scene, digits=digits).events[0]
-        motion = _motion(first, _number(scene.sigma))
-        depth = leading = following = ratio = delayed = None
-        if size != 0:
-            depth = -_number(scene.mu) * mpmath.log(abs(_number(size)))
-        if motion != "decelerates":
-            leading, following = _escape_terms(size > 0)(*here, size, scene.sigma0)
-            ratio = (first.t - leading) / following
-        if motion == "goes on":
-            delayed = _delayed()(*here[:3], depth)
-        numbers = (None if v is None else float(v) for v in (depth, first.t, leading, following, ratio, delayed))
-        return Escape(*map(float, here), str(offset), motion, *numbers)
+    first = follow(scene, digits=digits).events[0]
+    m, motion = context(digits), _motion(first, scene.sigma)
+    depth = leading = following = ratio = delayed = None
+    if size != 0:
+        depth = -in_context(m, scene.mu) * m.log(abs(in_context(m, size)))
+    if motion != "decelerates":
+        leading, following = map(m.mpf, _escape_terms(size > 0).to_digits(digits, *here, size, scene.sigma0))
+        ratio = (m.mpf(first.t) - leading) / following
+    if motion == "goes on":
+        (delayed,) = _delayed().to_digits(digits, *here[:3], depth)
+    numbers = (None if v is None else float(v) for v in (depth, first.t, leading, following, ratio, delayed))
+    return Escape(*map(float, here), str(offset), motion, *numbers)
 
 
 def _motion(first, sigma):
     if first.kind == "force_zero":
         return "goes on"
-    return "decelerates" if sigma * (first.x + first.y) > -2 else "stops at once"
-
-
-def _number(value):
-    return mpmath.mpf(value.numerator) / value.denominator if isinstance(value, Fraction) else mpmath.mpf(value)
+    load = number("x", first.x) + number("y", first.y)
+    return "decelerates" if sigma * load > -2 else "stops at once"
 
 
 @lru_cache(maxsize=2)

@@ -5,11 +5,15 @@ prediction is below the tolerance. That the prediction bounds the true error is 
 """
 
 from dataclasses import asdict, dataclass, replace
-from time import perf_counter
 
+from asympk.arrays.columns import scenes
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
+from asympk.numbers import number, short
 from asympk.shown import Card, ShownAsTable
+from asympk.studies import general
+from asympk.studies.general import Rung
+from asympk.systems.kernels import kernel_scene
 
 LADDER = {
     "rigid": ("rigid", {}),
@@ -20,31 +24,6 @@ LADDER = {
 }
 REFERENCE_DIGITS = 30
 DOUBLES = 2e-15  # what the exact flow is held to in doubles, relative to the largest of 1, |x|, |z| on the path
-_REPEATS = 5
-
-
-@dataclass(frozen=True)
-class Rung:
-    """One model on the ladder; errors are relative to the largest of 1, |x|, |z| at ``until``.
-
-    ``cost`` is its time as a multiple of the exact flow's in the same run. Where the model does not apply,
-    ``reason`` says why and the numbers are None.
-    """
-
-    model: str
-    predicted: float | None
-    measured: float | None = None
-    cost: float | None = None
-    reason: str = ""
-
-    @property
-    def told(self) -> str:
-        """The rung in words: its errors and its cost, or why it does not apply."""
-        if self.predicted is None:
-            return self.reason
-        numbers = {"predicted": self.predicted, "measured": self.measured}
-        words = [f"{name} {value:.1e}" for name, value in numbers.items() if value is not None]
-        return ", ".join([*words, f"cost {self.cost:.2g}"] if self.cost else words)
 
 
 @dataclass(frozen=True, repr=False)
@@ -68,13 +47,25 @@ class Ladder(ShownAsTable):
 def least_model(scene, rtol=1e-3):
     """Climb the ladder for ``scene``; return the ``Ladder`` with the lowest rung that predicts an error below ``rtol``.
 
+    The scene of a system that is not the rod has the ladder of ``general.rungs``: slow, jump of orders 0, 1, 2, exact.
     Raises ``InputError`` for an rtol that is not a positive number, or below what doubles hold.
     """
     rtol = _tolerance(rtol)
+    if scene.system is not None:
+        inside = kernel_scene(scene)
+        return least_model(inside, rtol) if inside else _general(scene, rtol)
     reference = solve(scene, digits=REFERENCE_DIGITS).final
     rungs = [_measured(rung, scene, reference) for rung in predictions(scene)]
     unit = rungs[-1].cost
     rungs = tuple(replace(rung, cost=rung.cost and rung.cost / unit) for rung in rungs)
+    chosen = lowest(rungs, rtol)
+    return Ladder(chosen.model, chosen.predicted, rtol, rungs)
+
+
+def _general(scene, rtol):
+    rungs = general.rungs(scene)
+    if rungs[-1].predicted >= rtol and all(r.predicted is None or r.predicted >= rtol for r in rungs):
+        raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
     chosen = lowest(rungs, rtol)
     return Ladder(chosen.model, chosen.predicted, rtol, rungs)
 
@@ -98,9 +89,10 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
     import numpy as np
 
     rtol = _tolerance(rtol)
-    given = np.broadcast_arrays(sigma, mu, x, y, z, until, sigma if sigma0 is None else sigma0)
-    flat = [np.asarray(v).ravel() for v in given]
-    found = np.full(flat[0].size, len(LADDER) - 1, dtype=np.int8)
+    shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
+    size = int(np.prod(shape))
+    flat = [job[name].array(slice(0, size)) for name in ("sigma", "mu", "x", "y", "z", "until", "sigma0")]
+    found = np.full(size, len(LADDER) - 1, dtype=np.int8)
     left = np.arange(found.size)
     for rung, (method, options) in enumerate(list(LADDER.values())[:-1]):
         if progress:
@@ -108,7 +100,7 @@ def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
         enough = solve_many(*(v[left] for v in flat), method=method, **options).error < rtol
         found[left[enough]] = rung
         left = left[~enough]
-    return found.reshape(given[0].shape)
+    return found.reshape(shape)
 
 
 def _predicted(name, scene):
@@ -127,7 +119,7 @@ def _measured(rung, scene, reference):
         return rung
     method, options = LADDER[rung.model]
     final = solve(scene, method, **options).final
-    return replace(rung, measured=_distance(final, reference), cost=_seconds(scene, method, options))
+    return replace(rung, measured=_distance(final, reference), cost=general.seconds(scene, method, options))
 
 
 def _distance(final, reference):
@@ -136,21 +128,9 @@ def _distance(final, reference):
     return max(abs(float(value - exact)) for value, exact in zip(final[::2], reference[::2], strict=True)) / scale
 
 
-def _seconds(scene, method, options):
-    """Return the median time of a few runs, after one to warm up."""
-    times = []
-    for _ in range(_REPEATS + 1):
-        began = perf_counter()
-        solve(scene, method, **options)
-        times.append(perf_counter() - began)
-    return sorted(times[1:])[_REPEATS // 2]
-
-
 def _tolerance(rtol):
-    try:
-        value = float(rtol)
-    except (TypeError, ValueError):
-        raise InputError(f"rtol = {rtol!r}: it must be a positive number") from None
-    if not DOUBLES < value < float("inf"):
-        raise InputError(f"rtol = {rtol!r}: it must lie above {DOUBLES}, what doubles hold; use solve(scene, digits=n)")
+    value = float(number("rtol", rtol, lambda v: v > 0, "positive"))
+    if value <= DOUBLES:
+        raise InputError(f"rtol = {short(rtol)}: it must lie above {DOUBLES}, what doubles hold; "
+                         "use solve(scene, digits=n)")  # fmt: skip
     return value

@@ -1,7 +1,8 @@
 """Chunks of a sweep: computed anywhere, stored as bytes that depend on the sweep alone, told whole from damaged.
 
 A chunk holds, per trajectory, x, y, z at the end, the number of events and of collisions (``velocity_zero``), the
-itinerary as a number (``itinerary``), and an outcome: 0, or why there is no result (``OUTCOMES``).
+itinerary as a number (``itinerary``), and an outcome: 0, or why there is no result (``arrays.OUTCOMES``): then x, y, z
+are NaN and the others 0.
 """
 
 import io
@@ -9,10 +10,9 @@ import json
 import zipfile
 
 from asympk import __version__
-from asympk.errors import InputError, MissingPackage, TooLarge, TooManyEvents
+from asympk.errors import InputError, MissingPackage
 from asympk.path import KINDS, MODES
 
-OUTCOMES = ("followed", "too many events", "beyond the range of doubles")
 _LONGEST = 30  # events that fit into an itinerary, two bits each
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _DAMAGED = (zipfile.BadZipFile, OSError, EOFError, KeyError, ValueError, NotImplementedError)
@@ -38,10 +38,14 @@ def follow(columns, size, itineraries=True):
     """Return {name: array} of what becomes of ``size`` trajectories."""
     import numpy as np
 
+    from asympk.arrays.ensemble import solve_many
+
     arrays = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}
-    found = {name: np.zeros(size, dtype=kind) for name, kind in _kinds(itineraries).items()}
-    _fill(arrays, found, 0, size, itineraries)
-    return found
+    many = solve_many(**arrays, events=itineraries)
+    found = {**dict(zip("xyz", many.final, strict=True)), "n_events": many.n_events, "outcome": many.outcome}
+    if itineraries:
+        found["collisions"], found["itinerary"] = _told(arrays, many)
+    return {name: found[name].astype(kind) for name, kind in _kinds(itineraries).items()}
 
 
 def _kinds(itineraries):
@@ -49,35 +53,14 @@ def _kinds(itineraries):
     return {**kinds, "collisions": "<u2", "itinerary": "<u8"} if itineraries else kinds
 
 
-def _fill(arrays, found, start, stop, itineraries):
-    """Follow the trajectories from ``start`` to ``stop``; where one has no result, halve until it stands alone."""
-    from asympk.arrays.ensemble import solve_many
-
-    part = {field: values[start:stop] for field, values in arrays.items()}
-    try:
-        many = solve_many(**part, **({"events": True} if itineraries else {}))
-    except (TooManyEvents, TooLarge) as reason:
-        if stop - start == 1:
-            found["outcome"][start] = 1 if isinstance(reason, TooManyEvents) else 2
-            return
-        middle = (start + stop) // 2
-        _fill(arrays, found, start, middle, itineraries)
-        _fill(arrays, found, middle, stop, itineraries)
-        return
-    for axis, values in zip("xyz", many.final, strict=True):
-        found[axis][start:stop] = values
-    found["n_events"][start:stop] = many.n_events
-    if itineraries:
-        found["collisions"][start:stop], found["itinerary"][start:stop] = _told(part, many)
-
-
 def _told(part, many):
     """Return the number of collisions, and the itinerary as a number: see ``itinerary``."""
     import numpy as np
 
-    events, count = many.events(), many.n_events.ravel()
-    kinds = _numbered(events.kind)
-    code = first_modes(part).astype("<u8")
+    events, count = many.events(), many.n_events
+    kinds, followed = _numbered(events.kind), many.outcome == 0
+    code = np.zeros(count.size, "<u8")
+    code[followed] = first_modes({field: values[followed] for field, values in part.items()})
     begin = np.cumsum(count) - count
     for n in range(min(_LONGEST, int(count.max(initial=0)))):
         rows = np.flatnonzero(count > n)

@@ -54,11 +54,29 @@ def name(branch: Branch) -> str:
 
 
 def named(system: "System") -> Iterator[Branch]:
-    """Yield one branch for every name of a mode."""
-    choices = [
-        (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if f.gap is not None else [])) for f in system.frictions
-    ]
-    return product(*choices)
+    """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
+    return (branch for branch in product(*map(_choices, system.frictions)) if _determined(system, branch))
+
+
+def telling(system: "System") -> Iterator[Branch]:
+    """Yield a branch in which all contacts slip, and those that differ from it in one phase."""
+    choices = [*map(_choices, system.frictions)]
+    slip = tuple(choice[0] for choice in choices)
+    yield slip
+    for k, choice in enumerate(choices):
+        for phase in choice[1:]:
+            branch = (*slip[:k], phase, *slip[k + 1 :])
+            if _determined(system, branch):
+                yield branch
+
+
+def _choices(friction: "Friction") -> tuple[Phase, ...]:
+    return (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if friction.gap is not None else []))
+
+
+def _determined(system: "System", branch: Branch) -> bool:
+    unknowns, matrix, _ = _equations(system, branch)
+    return not unknowns or sp.cancel(matrix.det()) != 0
 
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
@@ -90,6 +108,21 @@ def where(system: "System", branch: Branch) -> sp.Basic:
 
 def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     """Solve the linear equations of a branch for the forces; raises ``InputError`` where they are singular."""
+    unknowns, matrix, right = _equations(system, branch)
+    if not unknowns:
+        return {}
+    if heavy(sp.Tuple(*matrix)):
+        return _by_elimination(system, branch, matrix, right, unknowns)
+    if sp.cancel(matrix.det()) == 0:
+        raise InputError(
+            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
+        )
+    solve = matrix.lower_triangular_solve if matrix.is_lower else matrix.LUsolve
+    return dict(zip(unknowns, map(_tidy, solve(right)), strict=True))
+
+
+def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
+    """Return (unknowns, matrix, right side) of the linear equations of a branch."""
     unknowns, equations = [], []
     for friction, phase in zip(system.frictions, branch, strict=True):
         unknowns.append(friction.force)
@@ -98,16 +131,21 @@ def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
             unknowns.append(friction.normal)
             equations.append(_reaction_law(friction, phase))
     equations = [_signed(system, branch, e) for e in equations]
-    if not unknowns:
-        return {}
-    matrix, right = sp.linear_eq_to_matrix(equations, unknowns)
-    if matrix.is_lower:
-        return dict(zip(unknowns, matrix.lower_triangular_solve(right), strict=True))
-    if sp.cancel(matrix.det()) == 0:
+    return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+
+
+def _by_elimination(
+    system: "System", branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
+) -> dict[sp.Symbol, sp.Expr]:
+    """Solve with coefficients that are too long to expand: by elimination among symbols that stand for them."""
+    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    if (determinant := names.det(method="berkowitz")) == 0:
         raise InputError(
             f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
         )
-    return dict(zip(unknowns, map(_tidy, matrix.LUsolve(right)), strict=True))
+    meaning = {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
+    found = names.adjugate() * right / determinant
+    return {u: value.subs(meaning) for u, value in zip(unknowns, found, strict=True)}
 
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
@@ -127,11 +165,34 @@ def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
         else:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
-        if friction.constraint is not None:
-            found.append(Guard("unbounded", k, phase.load / load))
+        if friction.constraint is not None and phase.velocity:
+            found += _unambiguous(system, k, phase)
     placed = [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
     moving = {*system.states, system.time}
     return tuple(g for g in placed if g.value.free_symbols & moving)
+
+
+def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:
+    """Return the guards of a sliding rigid contact: its reaction stays determined, and no second one comes up.
+
+    With one contact, 0 = a + p N, and p has the sign that it has without friction where a motion is the only one; in a
+    constraint that holds both ways so has that p which the other sign of N would have. With several contacts the guard
+    is the inverse of the load.
+    """
+    friction = system.frictions[k]
+    if len(system.frictions) > 1:
+        return [Guard("unbounded", k, phase.load / friction.load)]
+    found = [Guard("unbounded", k, _stiffness(friction, phase))]
+    if friction.gap is None:
+        found.append(Guard("several", k, _stiffness(friction, phase._replace(load=-phase.load))))
+    return found
+
+
+def _stiffness(friction: "Friction", phase: Phase) -> sp.Expr:
+    """Return p, the factor of the reaction in the constraint with the force of slip put in, times that without it."""
+    slip = -phase.load * phase.velocity * friction.kinetic * friction.load
+    alone = friction.constraint.diff(friction.normal)
+    return alone * friction.constraint.subs(friction.force, slip).diff(friction.normal)
 
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
@@ -145,9 +206,14 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
 
 def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
     """Return the rate of the sliding velocity along the field, forces as symbols."""
-    v = friction.velocity
-    rate = sum(v.diff(s) * r for s, r in system.rates.items() if v.has(s))
-    return sp.expand(rate + (v.diff(system.time) if system.time else 0))
+    return rate_along(system, friction.velocity)
+
+
+def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
+    """Return the rate of an expression in the states along the field, forces as symbols."""
+    rate = sum(expr.diff(s) * r for s, r in system.rates.items() if expr.has(s))
+    rate += expr.diff(system.time) if system.time else 0
+    return rate if heavy(rate) else sp.expand(rate)
 
 
 def check(system: "System", friction: "Friction", number: int) -> None:
@@ -207,6 +273,12 @@ def lifts(friction: "Friction") -> bool:
     return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)
 
 
+def heavy(expr: sp.Basic) -> bool:
+    """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
+    rational = not expr.has(sp.Function) and all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
+    return not rational and expr.count_ops() > 60
+
+
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
     return _tidy(_signed(system, branch, expr).subs(solved))
 
@@ -222,7 +294,9 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 
 
 def _tidy(expr: sp.Expr) -> sp.Expr:
-    """Expand; quotients of polynomials over a common denominator."""
+    """Expand what is not heavy; quotients of polynomials over a common denominator."""
+    if heavy(expr):
+        return expr
     expanded = sp.expand(expr)
     if sp.denom(sp.together(expanded)).free_symbols and expanded.is_rational_function():
         return sp.cancel(expanded)

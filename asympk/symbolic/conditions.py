@@ -11,7 +11,7 @@ def reduce_under(condition, assumptions):
     (sigma > 0) & (mu < sigma)
     """
     kept, by_parameter = [], {}
-    for relation in sp.And.make_args(sp.sympify(condition)):
+    for relation in sp.And.make_args(sp.sympify(condition, strict=True)):
         symbols = relation.free_symbols
         if len(symbols) == 1 and _is_rational(relation):
             by_parameter.setdefault(*symbols, []).append(relation)
@@ -19,6 +19,23 @@ def reduce_under(condition, assumptions):
             kept.append(relation)
     reduced = [_within(parameter, relations, assumptions) for parameter, relations in by_parameter.items()]
     return sp.And(*kept, *reduced)
+
+
+def closed(assumptions):
+    """Return ``assumptions`` with the bounds on single parameters that follow from a >= b between two.
+
+    >>> a, b = sp.symbols("a b", real=True)
+    >>> closed(sp.And(b > -2, a >= b))
+    (a >= b) & (a > -2) & (b > -2)
+    """
+    found = []
+    for relation in sp.And.make_args(assumptions):
+        if isinstance(relation, sp.Ge | sp.Gt | sp.Le | sp.Lt) and relation.gts.is_Symbol and relation.lts.is_Symbol:
+            above, below = (assumed_range(s, assumptions) for s in (relation.lts, relation.gts))
+            strict = isinstance(relation, sp.Gt | sp.Lt)
+            found.append(between(relation.gts, sp.Interval(above.inf, sp.oo, strict or above.inf not in above)))
+            found.append(between(relation.lts, sp.Interval(-sp.oo, below.sup, True, strict or below.sup not in below)))
+    return sp.And(assumptions, *found)
 
 
 def assumed_range(parameter, assumptions):

@@ -12,9 +12,10 @@ import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.expansion import by_powers, fast_jacobian, vanishes
+from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
-from asympk.symbolic.signs import positive
+from asympk.symbolic.reading import expression
+from asympk.symbolic.signs import nonzero, positive
 from asympk.symbolic.system import Mode
 from asympk.symbolic.values import by_symbol, exact, names
 
@@ -37,7 +38,8 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def jacobian(self):
         """The matrix dg/dy on the manifold."""
-        return fast_jacobian(self.dynamics, self.small).subs(self.branch, simultaneous=True).applyfunc(sp.factor)
+        at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
+        return fast_jacobian(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
 
     @cached_property
     def characteristic(self):
@@ -63,6 +65,11 @@ class CriticalManifold(ShownAsFormulas):
     def saddle(self):
         """The condition under which dg/dy has eigenvalues on both sides of the imaginary axis and none on it."""
         return split(self.characteristic, self.assumptions)
+
+    @cached_property
+    def folds(self):
+        """The condition under which the manifold folds or meets another: det dg/dy = 0."""
+        return sp.to_nnf(sp.Not(nonzero(self.jacobian.det(), self.assumptions)))
 
     @cached_property
     def stability(self):
@@ -158,7 +165,7 @@ def checked_branch(branch, mode, small):
     """Return ``branch`` as a ``Dict`` after checking that it gives every fast variable and solves g = 0."""
     if not isinstance(branch, dict | sp.Dict):
         raise InputError(f"branch = {branch!r} is not a dict {{fast variable: expression in the slow variables}}")
-    branch = sp.Dict(branch)
+    branch = sp.Dict({y: expression(f"branch {y}", h) for y, h in branch.items()})
     _same_symbols(branch, mode)
     if {*branch} != {*mode.fast}:
         raise InputError(f"branch gives {names(branch)}; the fast variables of {mode.name!r} are {names(mode.fast)}")

@@ -75,7 +75,7 @@ class DifferentialRing:
 
     def __call__(self, expr):
         """Return ``expr``, which must be rational in the generators with known denominators, as an element."""
-        value = self._rational(sp.sympify(expr))
+        value = self._rational(sp.sympify(expr, strict=True))
         content, denominator = value.denom.primitive()
         exponents = [0]
         factor = 1
@@ -212,7 +212,7 @@ def _closure(exprs, derivations, depth):
     new = set(derivations).union(*(atoms_of(e) for e in exprs))
     for _ in range(depth + 1):
         for atom in new:
-            rates[atom] = {name: sp.sympify(diff(atom)) for name, diff in derivations.items()}
+            rates[atom] = {name: sp.sympify(diff(atom), strict=True) for name, diff in derivations.items()}
         new = {a for atom in new for rate in rates[atom].values() for a in atoms_of(rate)} - rates.keys()
     return rates | {atom: {} for atom in new}
 

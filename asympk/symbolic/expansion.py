@@ -8,7 +8,8 @@ mu^k in mu h_x f = g is linear in h_k:
 and the right-hand side is known from h_0 .. h_(k-1). Here f and g are Taylor polynomials in delta and mu, whose
 coefficients are functions of x in one ``DifferentialRing``. A branch that is rational in x and in the functions
 that f and g contain is put in; any other (a root, an inverse function) is kept as a generator named y, with
-dy/dx = -g_y^-1 g_x, and takes its value only when a coefficient is asked for.
+dy/dx = -g_y^-1 g_x, and takes its value only when a coefficient is asked for. An implicit branch, ``{y: y}``, never
+takes it: its coefficients are rational in x and the branch's value y, in y alone where g = 0 is x = phi(y).
 """
 
 from dataclasses import dataclass
@@ -37,20 +38,40 @@ class Expansion:
         return expr.subs(self.branch, simultaneous=True) if self.branch else by_powers(expr, tuple(self.flow))
 
 
+def is_implicit(branch):
+    """Tell whether ``branch`` is ``{y: y}``: y stands for the value of the branch."""
+    return all(y == h for y, h in branch.items())
+
+
+def over_fast(mode, small, branch):
+    """Return {x: phi(y)} where an implicit branch, of one fast state, is a graph x = phi(y); else nothing."""
+    if len(branch) > 1 or not is_implicit(branch):
+        return {}
+    g = next(iter(mode.fast.values())).subs(small, 0)
+    for x in mode.slow:
+        slope = sp.cancel(g.diff(x))
+        if slope != 0 and not slope.has(*mode.slow, *mode.fast):
+            return {x: sp.cancel(-g.subs(x, 0) / slope)}
+    return {}
+
+
 @lru_cache(maxsize=64)
 def expand(mode, small, branch, order):
     """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
     slow, fast = tuple(mode.slow), tuple(mode.fast)
-    branch = {y: sp.sympify(h) for y, h in branch.items()}
-    named = not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
-    value = {} if named else branch
-    ties = _ties(mode, small, branch) if named else []
+    branch = {y: sp.sympify(h, strict=True) for y, h in branch.items()}
+    implicit = is_implicit(branch)
+    named = implicit or not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
+    over = over_fast(mode, small, branch)
+    value = over if named else branch
+    ties = _ties(mode, small, branch) if named and not implicit else []
     inverse = _inverse(fast_jacobian(mode, small).subs(value, simultaneous=True), ties)
-    derivations = {x: _derivation(x, mode, small, inverse if named else None) for x in slow}
+    derivations = {x: _derivation(x, mode, small, inverse if named else None, value) for x in slow}
     at = {small: 0, **value}
     flow, force = (_taylor(rates.values(), fast, small, order, at) for rates in (mode.slow, mode.fast))
     start = [value.get(y, y) for y in fast]
-    inputs = [*slow, *start, *inverse, *(c for series in flow + force for c in series.values())]
+    free = (x for x in slow if x not in over)
+    inputs = [*free, *start, *inverse, *(c for series in flow + force for c in series.values())]
     ring = DifferentialRing(inputs, derivations, order + 1, ties)
     flow, force = ([{a: ring(c) for a, c in series.items()} for series in both] for both in (flow, force))
     inverse = [[ring(c) for c in row] for row in inverse.tolist()]
@@ -176,12 +197,13 @@ def _derivatives(ring, start, names, order, at):
     return found
 
 
-def _derivation(x, mode, small, inverse):
+def _derivation(x, mode, small, inverse, value):
     """Return d/dx: along the branch, dy/dx = -g_y^-1 g_x, when the branch is a generator, else partial."""
     if inverse is None:
         return lambda e: e.diff(x)
     fast = sp.Matrix(list(mode.fast))
-    tangent = -inverse * sp.Matrix([g.subs(small, 0) for g in mode.fast.values()]).diff(x)
+    force = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()]).diff(x)
+    tangent = -inverse * force.subs(value, simultaneous=True)
     return lambda e: e.diff(x) + sum(e.diff(y) * slope for y, slope in zip(fast, tangent, strict=True))
 
 
@@ -211,4 +233,4 @@ def _ties(mode, small, branch):
 
 
 def _atoms(exprs):
-    return set().union(*map(atoms_of, map(sp.sympify, exprs)))
+    return set().union(*(atoms_of(sp.sympify(expr, strict=True)) for expr in exprs))

@@ -11,11 +11,11 @@ from pathlib import Path
 import sympy as sp
 
 from asympk import __version__
-from asympk.errors import InputError, NotDerivable, UnknownName
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, UnknownName
 from asympk.storage.files import write_text
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifolds
-from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
 
 
@@ -52,7 +52,7 @@ def functions(system, order):
 
 
 def _fields(system):
-    states = _states(system)
+    states = system.states
     rates = {m: {**m.slow, **{y: g / system.small for y, g in m.fast.items()}} for m in system.modes}
     values = {m: tuple(rate[s] for s in states) for m, rate in rates.items()}
     args = _signature(system, states + sum(values.values(), ()))
@@ -78,18 +78,22 @@ def _manifolds(system, order):
 def _spectra(system):
     try:
         spectra = eigenvalues(system)
-    except NotDerivable:
+    except (NotDerivable, NotNormallyHyperbolic):
         return
-    for s in spectra:
-        real = f"of {s.mode}; real while {sp.cancel(system.small / s.coalescence)} <= 1"
+    for s in (s for s in spectra if isinstance(s, Eigenvalues)):
+        ratio = sp.cancel(system.small / s.coalescence)
+        discriminant = sp.discriminant(s.polynomial, LAMBDA)
+        meet = f"{ratio} <= 1" if ratio.is_polynomial(system.small) else f"{discriminant} >= 0"
+        real = f"of {s.mode}; real while {meet}"
         yield _function(system, f"{s.mode}_slow_eigenvalue", f"the slow eigenvalue {real}", s.slow)
         yield _function(system, f"{s.mode}_fast_eigenvalue", f"the fast eigenvalue {real}", s.fast)
 
 
 def _edges(system):
-    if system.friction is not None:
+    edges = stick_regions(system).edges if system.friction else ()
+    if edges:
         about = f"the loads {system.friction.load} at which stick can end; none where a denominator is 0"
-        yield _function(system, "stick_edges", about, stick_regions(system).edges)
+        yield _function(system, "stick_edges", about, edges)
 
 
 def _function(system, name, meaning, values):
@@ -98,15 +102,9 @@ def _function(system, name, meaning, values):
 
 def _signature(system, values):
     """Return the arguments of ``values`` in a fixed order: states, small parameter, other parameters by name."""
-    used, states = sp.Tuple(*values).free_symbols, _states(system)
+    used, states = sp.Tuple(*values).free_symbols, system.states
     rest = sorted(used - {*states, system.small}, key=str)
     return (*(s for s in states if s in used), *({system.small} & used), *rest)
-
-
-def _states(system):
-    """Return the states in order: slow, fast, and last the velocity that friction acts on."""
-    mode, last = system.modes[0], [system.friction.velocity] if system.friction else []
-    return (*(s for s in (*mode.slow, *mode.fast) if s not in last), *last)
 
 
 def _heading(system, name):

@@ -5,19 +5,23 @@ the others round p/q once. Every target takes its text from one emitter, in whic
 same expressions give the same source in every run.
 """
 
+import math
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property, lru_cache
 from importlib import import_module
-from numbers import Rational
+from threading import local
 
 import sympy as sp
+from mpmath.libmp import dps_to_prec
 from sympy.printing.c import C99CodePrinter
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
 from asympk.errors import InputError, OutOfRange, UnknownName
+from asympk.multiprecision import as_mpf, context, in_context
+from asympk.numbers import number, numbers, short
+from asympk.symbolic.reading import expression
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling)
 STRICT = {"allow_unknown_functions": False, "strict": True}
@@ -46,6 +50,10 @@ class Lowered:
             return dict(zip(self.keys, found, strict=True))
         return found[0] if self.single else found
 
+    def to_digits(self, digits, *values):
+        """Return the tuple of the outputs on ``digits`` digits whatever mpmath's precision, for target ``"mpmath"``."""
+        return _mpmath(self, values, dps_to_prec(digits))
+
     def __reduce__(self):
         return Lowered, (self.args, self.outputs, self.target, self.keys, self.single, self.name)
 
@@ -72,13 +80,13 @@ def lower(args, expr, target="numpy", name="f", branching=False):
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
     and, unless ``branching``, for what branches, such as a Piecewise.
     """
-    if target not in _PRINTERS:
-        raise UnknownName(f"target {target!r} is unknown; choose one of {', '.join(_PRINTERS)}")
+    if not isinstance(target, str) or target not in _PRINTERS:
+        raise UnknownName(f"target {short(target)} is unknown; choose one of {', '.join(_PRINTERS)}")
     args, (outputs, keys, single) = _arguments(args), _outputs(expr)
     for output in outputs:
         _check(output, args, branching)
-    if not (name.isidentifier() and name.isascii()):
-        raise InputError(f"name {name!r} cannot name a function; give letters, digits and underscores")
+    if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
+        raise InputError(f"name {short(name)} cannot name a function; give letters, digits and underscores")
     lowered = Lowered(args, outputs, target, keys, single, name)
     _emission(lowered)
     return _c_source(lowered) if target == "c" else lowered
@@ -147,16 +155,33 @@ def _emission(lowered):
 
 @lru_cache(maxsize=512)
 def _compiled(lowered):
-    space = {lowered.target: import_module(lowered.target)}
+    space = {lowered.target: _OWN if lowered.target == "mpmath" else import_module(lowered.target)}
     exec(replace(lowered, single=False).source, space)
     return space[lowered.name]
+
+
+class _OwnContext(local):
+    """An mpmath context for each thread, which the sources know by the name mpmath."""
+
+    def __init__(self):
+        self.context = context(15)
+
+    def __getattr__(self, name):
+        return getattr(self.context, name)
+
+
+_OWN = _OwnContext()
 
 
 def _numpy(lowered, values):
     import numpy as np
 
-    arrays = [np.asarray(v, dtype=float) for v in values]
-    shape = np.broadcast_shapes(*(a.shape for a in arrays))
+    arrays = [numbers(str(a), v).astype(float) for a, v in zip(lowered.args, values, strict=True)]
+    try:
+        shape = np.broadcast_shapes(*(a.shape for a in arrays))
+    except ValueError:
+        shapes = ", ".join(f"{a} {v.shape}" for a, v in zip(lowered.args, arrays, strict=True))
+        raise InputError(f"the arguments do not broadcast; their shapes are {shapes}") from None
     with np.errstate(all="ignore"):
         found = [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in lowered.compiled(*arrays)]
     for output, v in zip(lowered.outputs, found, strict=True):
@@ -167,12 +192,13 @@ def _numpy(lowered, values):
 
 
 def _math(lowered, values):
-    return _finite(lowered, values, float, float, import_module("math").isfinite)
+    return _finite(lowered, values, float, float, math.isfinite)
 
 
-def _mpmath(lowered, values):
-    mpmath = import_module("mpmath")
-    return _finite(lowered, values, _exact, mpmath.mpf, mpmath.isfinite)
+def _mpmath(lowered, values, bits=None):
+    m = _OWN.context
+    m.prec = bits or import_module("mpmath").mp.prec
+    return tuple(map(as_mpf, _finite(lowered, values, lambda v: in_context(m, v), m.mpf, m.isfinite)))
 
 
 _RUN = {"numpy": _numpy, "math": _math, "mpmath": _mpmath}
@@ -180,9 +206,9 @@ _RUN = {"numpy": _numpy, "math": _math, "mpmath": _mpmath}
 
 def _finite(lowered, values, take, give, isfinite):
     """Call the compiled function on numbers of its kind; whatever is not a finite real number is an error."""
-    numbers = [take(v) for v in values]
+    given = [take(_read(a, v)) for a, v in zip(lowered.args, values, strict=True)]
     try:
-        found = tuple(map(give, lowered.compiled(*numbers)))
+        found = tuple(map(give, lowered.compiled(*given)))
     except (ArithmeticError, TypeError, ValueError):
         raise _out_of_range(lowered.outputs, lowered.args, values) from None
     if not all(map(isfinite, found)):
@@ -190,15 +216,9 @@ def _finite(lowered, values, take, give, isfinite):
     return found
 
 
-def _exact(value):
-    """Return ``value`` at the working precision; a string or a fraction means the rational number it spells."""
-    from mpmath import mpf
-
-    if isinstance(value, str):
-        value = Fraction(value)
-    if isinstance(value, Rational):
-        return mpf(value.numerator) / value.denominator
-    return mpf(value)
+def _read(arg, value):
+    """Return a number as it is; a string, or what is not a number, goes through the one reader."""
+    return value if isinstance(value, (float, int)) or hasattr(value, "_mpf_") else number(str(arg), value)
 
 
 def _out_of_range(outputs, args, values):
@@ -212,7 +232,7 @@ def _arguments(args):
     args = tuple(sorted(args, key=str) if isinstance(args, set | frozenset) else args)
     for a in args:
         if not isinstance(a, sp.Symbol) or not (a.name.isidentifier() and a.name.isascii()):
-            raise InputError(f"the argument {a} cannot name a variable; give a Symbol with a plain name")
+            raise InputError(f"the argument {short(a)} cannot name a variable; give a Symbol with a plain name")
     if len({a.name for a in args}) < len(args):
         raise InputError(f"the arguments ({', '.join(map(str, args))}) contain one name twice")
     return args
@@ -221,11 +241,11 @@ def _arguments(args):
 def _outputs(expr):
     """Return the expressions, the keys of a ``Dict``, and whether there is a single expression."""
     if isinstance(expr, dict | sp.Dict):
-        items = sorted((str(key), sp.sympify(value)) for key, value in expr.items())
+        items = sorted((str(key), expression(f"expr[{key}]", value)) for key, value in expr.items())
         return tuple(value for _, value in items), tuple(key for key, _ in items), False
     if isinstance(expr, list | tuple | sp.Tuple):
-        return tuple(map(sp.sympify, expr)), None, False
-    return (sp.sympify(expr),), None, True
+        return tuple(expression(f"expr[{k}]", value) for k, value in enumerate(expr)), None, False
+    return (expression("expr", expr),), None, True
 
 
 def _check(expr, args, branching):

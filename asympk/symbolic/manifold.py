@@ -16,6 +16,7 @@ import sympy as sp
 from sympy.integrals.rationaltools import ratint
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.numbers import short
 from asympk.symbolic.critical import (
     CriticalManifold,
     checked_branch,
@@ -25,7 +26,7 @@ from asympk.symbolic.critical import (
     names,
 )
 from asympk.symbolic.diffring import DifferentialRing
-from asympk.symbolic.expansion import expand, vanishes
+from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, over_fast, vanishes
 
 C = sp.Symbol("C", real=True)
 
@@ -34,7 +35,8 @@ C = sp.Symbol("C", real=True)
 class SlowManifold(CriticalManifold):
     """A critical manifold continued to ``order``: ``y = sum(coefficients[k] * mu**k)``, remainder O(mu**(order + 1)).
 
-    With one fast variable a coefficient is an expression, with several a ``Dict`` keyed by fast variable.
+    With one fast variable a coefficient is an expression, with several a ``Dict`` keyed by fast variable. On an
+    implicit branch, ``{y: y}``, the symbol y stands for the branch's value, a root of g(x, y, 0).
     """
 
     order: int = 0
@@ -88,9 +90,11 @@ class RestState:
     rate: sp.Expr | None
 
 
-def slow_manifold(system, branch, order=1, mode=None, name="Pi"):
+def slow_manifold(system, branch=None, order=1, mode=None, name="Pi"):
     r"""Expand ``y = h(x, mu)`` from ``mu h_x x' = g(x, h, mu)``; ``branch`` is {y: h_0}, a root of g(x, y, 0).
 
+    Without ``branch`` it stays implicit, {y: y}: the coefficients are rational in x and in the branch's value y, and so
+    are the conditions for stability and folds; where g = 0 is x = phi(y), all are functions of y.
     ``mode`` names the mode where there are several. Raises ``OrderError``, ``InputError``, ``BranchError`` when g
     does not vanish on the branch, and ``NotNormallyHyperbolic`` when det dg/dy does.
     """
@@ -98,7 +102,7 @@ def slow_manifold(system, branch, order=1, mode=None, name="Pi"):
     if mode is None and len(system.modes) > 1:
         raise InputError(f"this system has several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
     mode = system.mode(mode) if mode else system.modes[0]
-    branch = checked_branch(branch, mode, system.small)
+    branch = sp.Dict({y: y for y in mode.fast}) if branch is None else checked_branch(branch, mode, system.small)
     manifold = SlowManifold(name, mode, system.small, branch, system.assumptions, order)
     if vanishes(manifold.jacobian.det()):
         raise NotNormallyHyperbolic(
@@ -126,6 +130,8 @@ def slow_manifolds(system, order=1):
 def invariance_residual(manifold):
     """Return {y: mu h_x f - g} with the truncated series put in: expressions of order mu**(order + 1)."""
     mode, small = manifold.dynamics, manifold.small
+    if is_implicit(manifold.branch):
+        raise NotDerivable(f"{manifold.name} is implicit: its fast states are the branch's values; give a branch")
     h = manifold.expr if len(manifold.branch) > 1 else {next(iter(manifold.branch)): manifold.expr}
     flow = {x: f.subs(h, simultaneous=True) for x, f in mode.slow.items()}
     return sp.Dict(
@@ -168,8 +174,23 @@ def active_slow(mode):
 
 
 def reduced_flow(manifold):
-    """Return {x: x'} on the manifold, truncated to its order in mu."""
-    return sp.Dict({x: _polynomial(rates, manifold.small) for x, rates in _flow(manifold).items()})
+    """Return {x: x'} on the manifold, truncated to its order in mu; on an implicit branch also {y: y'} of its value."""
+    flow = {x: _polynomial(rates, manifold.small) for x, rates in _flow(manifold).items()}
+    if is_implicit(manifold.branch):
+        flow |= {y: sum(k * flow[x] for x, k in by.items()) for y, by in branch_slopes(manifold).items()}
+    return sp.Dict(flow)
+
+
+def branch_slopes(manifold):
+    """Return {y: {x: dy/dx}} of the branch, -g_y^-1 g_x at mu = 0, in terms of its value."""
+    mode, small, over = manifold.dynamics, manifold.small, over_fast(manifold.dynamics, manifold.small, manifold.branch)
+    g = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
+    slopes = -(fast_jacobian(mode, small).inv() * g.jacobian(list(mode.slow)))
+    at = {**manifold.branch, **over}
+    return {
+        y: {x: sp.cancel(slopes[i, j].subs(at, simultaneous=True)) for j, x in enumerate(mode.slow)}
+        for i, y in enumerate(mode.fast)
+    }
 
 
 def integral_curves(manifold):
@@ -179,6 +200,8 @@ def integral_curves(manifold):
     the flow, or where SymPy has no integral.
     """
     name, active = manifold.name, active_slow(manifold.dynamics)
+    if is_implicit(manifold.branch):
+        raise NotDerivable(f"{name} is implicit; curves are known over an explicit branch, give slow_manifold a branch")
     if len(active) != 1:
         raise NotDerivable(f"{name}: the flow is that of {names(active)}; curves are known for one variable")
     (x,) = active
@@ -198,6 +221,8 @@ def rest_state(manifold):
     Raises ``NotDerivable`` when there are several, or when SymPy cannot solve f = g = 0.
     """
     mode, active = manifold.dynamics, active_slow(manifold.dynamics)
+    if is_implicit(manifold.branch):
+        raise NotDerivable(f"{manifold.name} is implicit; rest states are found on an explicit branch, give one")
     unknowns = [*active, *mode.fast]
     try:
         found = sp.solve([*(mode.slow[x] for x in active), *mode.fast.values()], unknowns, dict=True)
@@ -257,5 +282,5 @@ def _polynomial(coefficients, small):
 
 def _whole(order):
     if isinstance(order, bool) or not isinstance(order, Integral) or order < 0:
-        raise OrderError(f"order = {order!r} is not a whole number >= 0")
+        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
     return int(order)

@@ -90,6 +90,8 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
             raise InputError(f"values: {given} is refused; the system assumes {assumption}")
     for friction in system.frictions:
         kinetic, static = (sp.sympify(b).subs(rational) for b in (friction.kinetic, friction.static))
+        if kinetic.is_negative:
+            raise InputError(f"values: kinetic friction {kinetic} is negative; friction opposes the velocity")
         if (static - kinetic).is_negative:
             raise InputError(
                 f"values: static friction {static} is below the kinetic one, {kinetic}; make it at least that"

@@ -11,10 +11,12 @@ from itertools import chain, pairwise, zip_longest
 
 import sympy as sp
 
+from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import assumed_range, between
 from asympk.symbolic.manifold import critical_manifolds
 from asympk.symbolic.regions import Span
 from asympk.symbolic.stick import drive_of_load, stick_regions
+from asympk.symbolic.values import names
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def _regime(part, system):
     regions = stick_regions(system)
     manifolds = _slip_manifolds(system)
     passages = tuple(_passage(manifold, system, regions, sample) for manifold in manifolds)
-    return Regime(_parameter(system), part, regions.stick.spans(sigma=sample), passages)
+    return Regime(_parameter(system), part, regions.stick.spans({_parameter(system): sample}), passages)
 
 
 def _passage(manifold, system, regions, sample):
@@ -90,7 +92,7 @@ def _passage(manifold, system, regions, sample):
     rate = manifold.dynamics.slow[system.friction.velocity].subs(manifold.branch).subs(at)
     drift = int(sp.sign(sp.cancel(rate)))
     named = ((name, getattr(regions, name)) for name in ("stick", "up", "down"))
-    reached = next(name for name, region in named if region.contains(level, sigma=sample))
+    reached = next(name for name, region in named if region.contains(level, at))
     stable = manifold.jacobian.det().subs(at) < 0
     return Passage(manifold.name, side, bool(stable), drift, reached if side * drift < 0 else None)
 
@@ -104,8 +106,10 @@ def _load_on(manifold, system):
 
 
 def _parameter(system):
-    (parameter,) = system.friction.kinetic.free_symbols
-    return parameter
+    found = system.friction.kinetic.free_symbols
+    if len(found) != 1:
+        raise NotDerivable(f"regimes are those of one friction parameter; the kinetic bound has {names(found)}")
+    return next(iter(found))
 
 
 def _sample(part):

@@ -1,14 +1,17 @@
-"""Regions of the switching plane: unions of intervals of the load, cell by cell of the friction parameters."""
+"""Regions of a switching plane: conditions on load or states and parameters, and the intervals of loads they mean."""
 
-from dataclasses import dataclass
-from fractions import Fraction
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.conditions import between
-from asympk.symbolic.lowering import lower
+from asympk.symbolic.conditions import assumed_range
+from asympk.symbolic.truth import arrays, holds, require, with_default
+from asympk.symbolic.values import by_symbol, exact, is_exact, names
 
 
 @dataclass(frozen=True)
@@ -20,7 +23,7 @@ class Span:
     closed_start: bool
     closed_end: bool
 
-    def as_set(self):
+    def as_set(self) -> sp.Set:
         """Return the interval as a SymPy set."""
         return sp.Interval(self.start, self.end, not self.closed_start, not self.closed_end)
 
@@ -29,143 +32,136 @@ class Span:
         """The interval as text, such as ``[1/4, oo)``."""
         return f"{'[' if self.closed_start else '('}{self.start}, {self.end}{']' if self.closed_end else ')'}"
 
-    def covers(self, load, start, end):
-        """Compare a load, or an array of loads, with the ends at given parameters."""
-        above = load >= start if self.closed_start else load > start
-        below = load <= end if self.closed_end else load < end
-        return above & below
-
 
 @dataclass(frozen=True)
 class Cell:
-    """What a region is on one cell of the parameters; ``box`` gives each parameter's interval, or its single value."""
+    """What a region is on one cell of the parameters: where ``condition`` holds, the union of ``spans``."""
 
-    box: sp.Dict
+    condition: sp.Basic
     spans: tuple[Span, ...]
 
-    @property
-    def condition(self):
-        """The cell as relations on the parameters."""
-        return sp.And(*(between(parameter, part) for parameter, part in self.box.items()))
+    @cached_property
+    def box(self) -> sp.Dict:
+        """The range of every parameter that the condition restricts alone."""
+        parts = sp.And.make_args(self.condition)
+        alone = {next(iter(p.free_symbols)) for p in parts if len(p.free_symbols) == 1}
+        return sp.Dict({parameter: assumed_range(parameter, self.condition) for parameter in sorted(alone, key=str)})
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane on which the velocity vanishes, and what its regions are given in.
+
+    ``symbol`` stands for the load where the regions depend on it alone, else None; ``load`` is the load in the states.
+    ``allowed`` is what the parameters must fulfil. ``default`` gives a parameter of the static bound the value at
+    which it equals the kinetic one.
+    """
+
+    states: tuple[sp.Symbol, ...]
+    parameters: tuple[sp.Symbol, ...]
+    load: sp.Expr
+    symbol: sp.Symbol | None
+    allowed: sp.Basic
+    default: sp.Dict
+
+    def values(self, at: Any, values: Mapping | None, named: dict) -> dict:
+        """Return place and parameters as {symbol: value as given}; raises ``InputError`` for an unknown name."""
+        given = by_symbol({**(values or {}), **named}, self.parameters, "this system")
+        if isinstance(at, Mapping | sp.Dict):
+            return given | by_symbol(at, self.states, "this system", "state")
+        if self.symbol is None:
+            states = ", ".join(f"{s.name!r}: .." for s in self.states)
+            raise InputError(f"{at!r:.60} is no place: the region depends on more than the load; give {{{states}}}")
+        return given | {self.symbol: at}
 
 
 @dataclass(frozen=True, repr=False)
 class Region(ShownAsFormulas):
-    """A part of the switching plane: one union of spans of the load for each cell of the parameters."""
+    """A part of the switching plane: where ``condition`` holds, a relation in load (or states) and parameters.
+
+    ``cells`` give the condition as spans of the load, for each cell of the parameters, where the drive is linear in
+    the load alone; elsewhere there are none.
+    """
 
     name: str
-    load: sp.Symbol
-    kinetic: sp.Symbol
-    static: sp.Symbol
-    cells: tuple[Cell, ...]
+    condition: sp.Basic
+    plane: Plane = field(repr=False)
+    cells: tuple[Cell, ...] = field(default=(), repr=False)
 
-    def contains(self, s, *, sigma, sigma0=None):
-        """Tell whether the load ``s`` is in the region; ``sigma0`` is ``sigma`` by default; arrays broadcast.
+    @property
+    def load(self) -> sp.Symbol | None:
+        """The symbol that stands for the load, or None where the region depends on the states otherwise."""
+        return self.plane.symbol
 
-        Integers, fractions and strings ("1/4") are compared exactly, floats as doubles. Raises ``InputError`` for
-        a value that is not a number, sigma <= -2 or sigma0 < sigma.
+    def contains(self, at: Any, values: Mapping | None = None, /, **named: Any) -> Any:
+        """Tell whether a place on the plane is in the region: a load, or a mapping of the states; arrays broadcast.
+
+        Parameters are given by name, or in a mapping by name or symbol; those that do not matter may be left out, and
+        without its static parameter static friction equals the kinetic one. Integers, fractions, decimals and strings
+        ("1/4") are compared exactly, floats as doubles. Raises ``InputError`` for a value that is missing, not a
+        number, or outside the assumptions.
 
         >>> import asympk as ap
         >>> stick = ap.stick_regions(ap.systems.painleve_klein.system()).stick
         >>> [stick.contains(s, sigma=1) for s in ("1/5", "1/4", 0, "-1/2")]
         [False, True, False, True]
+        >>> stick.contains({"x": "1/8", "y": "1/8"}, sigma=1)
+        True
         """
-        sigma0 = sigma if sigma0 is None else sigma0
-        if all(isinstance(value, (int, str, Fraction, sp.Rational)) for value in (s, sigma, sigma0)):
-            return self._contains_exactly(*map(_exact, (s, sigma, sigma0), ("s", "sigma", "sigma0")))
-        return self._contains_floats(s, sigma, sigma0)
+        given = self.plane.values(at, values, named)
+        put_in = self.load is not None and self.load not in given
+        condition = self.condition.subs(self.load, self.plane.load) if put_in else self.condition
+        wanted = condition.free_symbols | self.plane.allowed.free_symbols & given.keys()
+        if all(is_exact(value) for value in given.values()):
+            numbers = {s: exact(v, s) for s, v in given.items()}
+        else:
+            numbers = arrays(given)
+        told = with_default(numbers, wanted, self.plane.default)
+        require(self.plane.allowed, told)
+        if missing := condition.free_symbols - told.keys():
+            used = names(condition.free_symbols)
+            raise InputError(f"{names(missing)} is missing; the region {self.name!r} depends on {used}")
+        return holds(condition, told)
 
-    def spans(self, *, sigma, sigma0=None):
-        """Return the spans, with symbolic ends, of the cell that holds the parameters."""
-        sigma = _exact(sigma, "sigma")
-        return self._cell(sigma, sigma if sigma0 is None else _exact(sigma0, "sigma0")).spans
+    def spans(self, values: Mapping | None = None, /, **named: Any) -> tuple[Span, ...]:
+        """Return the spans, with symbolic ends, of the cell that holds the parameters, given as in ``contains``.
 
-    def latex(self):
-        """Return the region as LaTeX, one line for each cell of the parameters."""
+        Raises ``NotDerivable`` where the region is no union of spans, ``InputError`` for parameters outside its cells.
+        """
+        if not self.cells:
+            raise NotDerivable(f"{self.name}: {self.condition} is no union of intervals of the load; ask contains")
+        given = by_symbol({**(values or {}), **named}, self.plane.parameters, "this system")
+        wanted = set().union(*(cell.condition.free_symbols for cell in self.cells))
+        told = with_default({s: exact(v, s) for s, v in given.items()}, wanted, self.plane.default)
+        require(self.plane.allowed, told)
+        for cell in self.cells:
+            if cell.condition.subs(told) == sp.true:
+                return cell.spans
+        raise InputError(f"{self.name}: {names(wanted - told.keys())} is missing; the spans depend on it")
+
+    def latex(self) -> str:
+        """Return the region as LaTeX, one line for each cell of the parameters, or as its condition."""
+        if not self.cells:
+            return sp.latex(self.condition)
         lines = [rf"{_latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self.cells]
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def __str__(self) -> str:
-        told = (f"{_text_union(cell.spans)} for {cell.condition}" for cell in self.cells if cell.spans)
-        return "; ".join(told) or "nowhere"
+        told = (f"{_told(cell.spans)} for {cell.condition}" for cell in self.cells if cell.spans)
+        return "; ".join(told) or (str(self.condition) if not self.cells else "nowhere")
 
     def _card(self) -> Card:
-        rows = ((str(cell.condition), _text_union(cell.spans)) for cell in self.cells)
-        return Card(f"Region {self.name}, by the load {self.load}", tuple(rows))
+        rows = [(str(cell.condition), _told(cell.spans)) for cell in self.cells] or [("where", self.condition)]
+        return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
 
-    def _latex(self, printer, **options) -> str:
+    def _latex(self, printer: Any, **options: Any) -> str:
         return self.latex()
 
     def _repr_latex_(self) -> str:
         return rf"$\displaystyle {self.latex()}$"
 
-    def _cell(self, sigma, sigma0):
-        values = {self.kinetic: sigma, self.static: sigma0}
-        _check_parameters(sigma, sigma0, self.cells)
-        return next(c for c in self.cells if all(values[p] in part for p, part in c.box.items()))
 
-    def _contains_exactly(self, s, sigma, sigma0):
-        values = {self.kinetic: sigma, self.static: sigma0}
-        spans = self._cell(sigma, sigma0).spans
-        return any(bool(span.covers(s, span.start.subs(values), span.end.subs(values))) for span in spans)
-
-    def _contains_floats(self, s, sigma, sigma0):
-        import numpy as np
-
-        arrays = (_floats(s, "s"), _floats(sigma, "sigma"), _floats(sigma0, "sigma0"))
-        try:
-            load, kinetic, static = np.broadcast_arrays(*arrays)
-        except ValueError as error:
-            raise InputError(f"s, sigma and sigma0 do not broadcast: {error}") from None
-        _check_parameters(kinetic, static, self.cells)
-        inside = np.zeros(load.shape, dtype=bool)
-        for cell in self.cells:
-            given = {self.kinetic: kinetic, self.static: static}
-            here = np.all([_within(given[p], part) for p, part in cell.box.items()], axis=0)
-            for span in cell.spans:
-                start, end = (_ends(end, self, kinetic[here], static[here]) for end in (span.start, span.end))
-                inside[here] |= span.covers(load[here], start, end)
-        return inside if inside.ndim else bool(inside)
-
-
-def _exact(value, name):
-    try:
-        return sp.Rational(value)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r} is not a number") from None
-
-
-def _floats(value, name):
-    import numpy as np
-
-    try:
-        return np.asarray(float(_exact(value, name)) if isinstance(value, str) else value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r} is not a number or an array of numbers") from None
-
-
-def _check_parameters(sigma, sigma0, cells):
-    import numpy as np
-
-    least = min(part.inf for cell in cells for part in cell.box.values())
-    checks = (("sigma", sigma, sigma > float(least), f"> {least}"), ("sigma0", sigma0, sigma0 >= sigma, ">= sigma"))
-    for name, values, allowed, said in checks:
-        good = np.asarray(allowed, dtype=bool) & np.isfinite(np.asarray(values, dtype=float))
-        if not good.all():
-            raise InputError(f"{name} = {np.asarray(values)[~good].flat[0]} must be finite and {said}")
-
-
-def _within(values, part):
-    if part.is_FiniteSet:
-        return values == float(*part)
-    return (values > float(part.start)) & (values < float(part.end))
-
-
-def _ends(end, region, kinetic, static):
-    return float(end) if end.is_infinite else lower((region.kinetic, region.static), end)(kinetic, static)
-
-
-def _text_union(spans):
+def _told(spans: tuple[Span, ...]) -> str:
     return " u ".join(span.told for span in spans) or "nowhere"
 
 

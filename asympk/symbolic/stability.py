@@ -1,87 +1,156 @@
-r"""Fast and slow eigenvalues of every mode, normal hyperbolicity, and where node turns to focus.
+r"""Spectra: fast and slow eigenvalues of a mode, on a branch or at a rest state, and where they change their kind.
 
-For x' = f, mu y' = g the characteristic polynomial p(lambda, mu) = det(M - lambda diag(1, mu)), M the Jacobian of
-(f, g), stays polynomial in mu. Its roots at mu = 0 are the slow eigenvalues; those of p(nu / mu, mu) that do not
-vanish at mu = 0 give the fast ones, lambda = nu / mu.
+For x' = f, mu y' = g the characteristic polynomial p(lambda, mu) = det(M - lambda diag(1, .., mu, ..)), M the Jacobian
+of (f, g), stays polynomial in mu. Its roots at mu = 0 are the slow eigenvalues to leading order, those of the reduced
+flow; the fast ones are lambda = nu / mu with det(g_y - nu) = 0 to leading order.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
-from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
+from asympk.symbolic.expansion import vanishes
+from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
+from asympk.symbolic.manifold import RestState, SlowManifold
+from asympk.symbolic.signs import conjunction, known_sign, nonzero
+from asympk.symbolic.system import Mode, System
+from asympk.symbolic.values import by_symbol, exact, names
 
 LAMBDA = sp.Symbol("lambda")
+NU = sp.Symbol("nu")
 
 
 @dataclass(frozen=True)
-class Eigenvalues:
-    r"""The spectrum of one mode: exact slow and fast eigenvalues, and the number of neutral (zero) ones.
+class Spectrum:
+    r"""The spectrum of one mode, without its ``neutral`` zero eigenvalues.
 
-    ``polynomial`` is p(lambda, mu) without its neutral factor. ``coalescence`` is the mu at which slow and fast
-    eigenvalues meet, node turning to focus; the series in mu of both converge for |mu| < ``radius`` = |coalescence|.
-    ``kinds`` are pairs (name, condition on the parameters and mu): stable node, stable focus, saddle, ...;
-    ``hyperbolic`` is the condition under which fast and slow separate as mu -> 0.
+    ``polynomial`` is p(lambda, mu), its first coefficient positive. ``slow_polynomial`` is p(lambda, 0), and
+    ``fast_polynomial`` det(nu - g_y), nu = mu lambda; ``slow_rates`` and ``fast_rates`` are their roots, and ``roots``
+    those of p itself: each is empty where it has no closed form. ``kinds`` are stable node, stable focus, saddle, ...
+    with two eigenvalues; with more stable, unstable, saddle, and centre where a pair is imaginary.
     """
 
     mode: str
-    small: sp.Symbol
+    small: sp.Symbol | None
     polynomial: sp.Expr
-    slow: sp.Expr
-    fast: sp.Expr
     neutral: int
-    coalescence: sp.Expr
-    radius: sp.Expr
-    hyperbolic: sp.Basic
-    kinds: tuple[tuple[str, sp.Basic], ...]
+    slow_polynomial: sp.Expr
+    fast_polynomial: sp.Expr
+    parameters: tuple[sp.Symbol, ...] = field(repr=False)
+    assumptions: sp.Basic = field(repr=False)
 
-    def kind(self, **values):
+    @cached_property
+    def slow_rates(self) -> tuple[sp.Expr, ...]:
+        """The slow eigenvalues to leading order."""
+        return _roots(sp.Poly(self.slow_polynomial, LAMBDA))
+
+    @cached_property
+    def fast_rates(self) -> tuple[sp.Expr, ...]:
+        """The fast eigenvalues times mu, to leading order."""
+        return _roots(sp.Poly(self.fast_polynomial, NU))
+
+    @cached_property
+    def roots(self) -> tuple[sp.Expr, ...]:
+        """The exact eigenvalues, in closed form where there are at most two."""
+        poly = sp.Poly(self.polynomial, LAMBDA)
+        return _roots(poly) if poly.degree() <= 2 or not poly.free_symbols_in_domain else ()
+
+    @cached_property
+    def hyperbolic(self) -> sp.Basic:
+        """The condition under which no fast rate has the real part 0, so that fast and slow separate as mu -> 0."""
+        coefficients = sp.Poly(self.fast_polynomial, NU).all_coeffs()
+        return off_axis(tuple(map(sp.factor, coefficients)), self.assumptions) if len(coefficients) > 1 else sp.true
+
+    @cached_property
+    def kinds(self) -> tuple[tuple[str, sp.Basic], ...]:
+        """Pairs (name, condition on the parameters and mu); the conditions exclude one another."""
+        return _kinds(sp.Poly(self.polynomial, LAMBDA).all_coeffs(), self.small, self.assumptions)
+
+    def kind(self, values: Mapping | None = None, /, **named: Any) -> str:
         """Return the kind at given values of the parameters and mu, by name: ``kind(sigma=1, mu="1/100")``.
 
-        Raises ``InputError`` when a value is missing, or the equilibrium is on a boundary between kinds.
+        Values may also come in a mapping by name or symbol. Raises ``InputError`` when a value is missing or unknown,
+        or the spectrum is on a boundary between kinds.
         """
-        given = {
-            symbol: sp.Rational(str(values[symbol.name])) for symbol in self._parameters() if symbol.name in values
-        }
-        missing = sorted(symbol.name for symbol in self._parameters() - set(given))
-        if missing:
-            raise InputError(f"{self.mode}: {', '.join(missing)} not given; the kind depends on it")
-        for name, condition in self.kinds:
-            if condition.subs(given) == sp.true:
+        wanted = self.polynomial.free_symbols - {LAMBDA}
+        given = by_symbol({**(values or {}), **named}, {*self.parameters} | wanted, "this spectrum")
+        given = {s: exact(str(v) if isinstance(v, float) else v, s) for s, v in given.items()}
+        if missing := wanted - given.keys():
+            raise InputError(f"{self.mode}: {names(missing)} not given; the kind depends on it")
+        numbers = [c.subs(given) for c in sp.Poly(self.polynomial, LAMBDA).all_coeffs()]
+        for name, condition in _kinds(numbers, None, sp.true):
+            if condition == sp.true:
                 return name
-        raise InputError(f"{self.mode}: {given} lies on a boundary between kinds")
-
-    def _parameters(self):
-        return self.polynomial.free_symbols - {LAMBDA}
+        raise InputError(f"{self.mode}: {equations(given)} lies on a boundary between kinds")
 
 
-def eigenvalues(system):
-    """Return the ``Eigenvalues`` of every linear mode with one slow and one fast active state, in closed form.
+@dataclass(frozen=True)
+class Eigenvalues(Spectrum):
+    r"""A spectrum of one slow and one fast eigenvalue, both exact.
 
-    States that enter no field (the velocity) are neutral. Raises ``NotDerivable`` for a mode whose spectrum depends
-    on the state or whose polynomial is not quadratic in lambda.
+    ``coalescence`` is the mu at which they meet, node turning to focus; the series in mu of both converge for
+    |mu| < ``radius`` = |coalescence|.
     """
-    return tuple(_spectrum(mode, system) for mode in system.modes)
+
+    slow: sp.Expr
+    fast: sp.Expr
+    coalescence: sp.Expr
+    radius: sp.Expr
 
 
-def characteristic_polynomial(mode, small):
+def eigenvalues(
+    system: System,
+    *,
+    on: CriticalManifold | Mapping | None = None,
+    at: RestState | Mapping | None = None,
+    mode: str | None = None,
+) -> tuple[Spectrum, ...]:
+    """Return the ``Spectrum`` of every mode, as ``Eigenvalues`` where one slow and one fast eigenvalue are active.
+
+    ``on`` is a manifold, or a branch {fast state: expression}, on which the Jacobian is taken; ``at`` is a rest state,
+    or a mapping from states to values at which their rates vanish; ``mode`` names the one mode that is meant. States
+    that enter no field are neutral. Raises ``NotDerivable`` for a mode whose spectrum depends on the state unless
+    ``on`` or ``at`` is given, ``InputError`` for what is no branch or no rest state, and ``NotNormallyHyperbolic``
+    where det g_y vanishes identically.
+    """
+    if on is not None and at is not None:
+        raise InputError("on= and at= are both given; give a branch or a rest state")
+    if on is not None:
+        return (_on_branch(system, on, mode),)
+    modes = (system.mode(mode),) if mode else system.modes
+    if at is not None:
+        return _at_rest(system, modes, at)
+    for m in modes:
+        if sp.Matrix(_jacobian(m)).free_symbols & {*m.slow, *m.fast, system.time}:
+            raise NotDerivable(
+                f"{m.name}: the eigenvalues depend on the state; the mode is not linear: give on= a branch or "
+                "at= a rest state"
+            )
+    return tuple(_spectrum(system, m, _jacobian(m)) for m in modes)
+
+
+def characteristic_polynomial(mode: Mode, small: sp.Symbol | None, jacobian: sp.Matrix | None = None) -> sp.Expr:
     r"""Return p(lambda, mu) = det(M - lambda diag(1, .., mu, ..)), expanded, neutral factors of lambda included."""
-    states = [*mode.slow, *mode.fast]
-    rates = [*mode.slow.values(), *mode.fast.values()]
-    weights = [1] * len(mode.slow) + [small] * len(mode.fast)
-    jacobian = sp.Matrix(rates).jacobian(states)
-    return sp.expand((jacobian - LAMBDA * sp.diag(*weights)).det())
+    weights = sp.diag(*[1] * len(mode.slow), *[small] * len(mode.fast))
+    matrix = _jacobian(mode) if jacobian is None else jacobian
+    return sp.expand((matrix - LAMBDA * weights).det(method="berkowitz"))
 
 
-def series_in_mu(value, spectrum, order):
+def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr, ...]:
     r"""Expand the ``"slow"`` or ``"fast"`` eigenvalue in mu: coefficients c_0.. of lambda, or of mu lambda if fast.
 
     The coefficients follow from p = 0 one linear equation at a time. Raises ``OrderError`` for an order that is not
-    a whole number >= 0.
+    a whole number >= 0, ``InputError`` for another value.
     """
     if isinstance(order, bool) or not isinstance(order, int) or order < 0:
         raise OrderError(f"order = {order!r} is not a whole number >= 0")
+    if value not in ("slow", "fast") or not isinstance(spectrum, Eigenvalues):
+        raise InputError(f"{value!r}: give 'slow' or 'fast', and a spectrum of one slow and one fast eigenvalue")
     small = spectrum.small
     polynomial = {"slow": spectrum.polynomial, "fast": _rescaled(spectrum.polynomial, small)}[value]
     (start,) = (root for root in sp.roots(polynomial.subs(small, 0), LAMBDA) if root != 0 or value == "slow")
@@ -98,39 +167,142 @@ def _rescaled(polynomial, small):
     return sp.expand(sp.cancel(small * polynomial.subs(LAMBDA, LAMBDA / small)))
 
 
-def _spectrum(mode, system):
-    small = system.small
-    full = sp.Poly(characteristic_polynomial(mode, small), LAMBDA)
-    if full.free_symbols_in_domain & {*mode.slow, *mode.fast}:
-        raise NotDerivable(f"{mode.name}: the eigenvalues depend on the state; the mode is not linear")
-    neutral = min(power for (power,), _ in full.terms())
-    quadratic = sp.Poly(sp.cancel(full.as_expr() / LAMBDA**neutral), LAMBDA)
-    if quadratic.degree() != 2:
-        raise NotDerivable(f"{mode.name}: {quadratic.degree()} active eigenvalues; closed forms are given for two")
-    sign = sp.sign(quadratic.LC().subs(small, 1))
-    inertia, damping, stiffness = (sp.factor(sign * c) for c in quadratic.all_coeffs())
-    if damping.subs(small, 0) == 0:
-        raise NotNormallyHyperbolic(f"{mode.name}: dg/dy vanishes; fast and slow do not separate")
+def _jacobian(mode):
+    return sp.Matrix([*mode.slow.values(), *mode.fast.values()]).jacobian([*mode.slow, *mode.fast])
+
+
+def _on_branch(system, on, mode):
+    if isinstance(on, CriticalManifold):
+        m, branch = on.dynamics, on.branch
+        if isinstance(on, SlowManifold) and on.order:
+            branch = on.expr if len(on.branch) > 1 else dict.fromkeys(on.branch, on.expr)
+    else:
+        if mode is None and len(system.modes) > 1:
+            raise InputError(f"several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
+        m = system.mode(mode) if mode else system.modes[0]
+        branch = checked_branch(on, m, system.small)
+    return _spectrum(system, m, _jacobian(m).subs(branch, simultaneous=True))
+
+
+def _at_rest(system, modes, at):
+    place = by_symbol(at.state if isinstance(at, RestState) else at, system.states, "this system", "state")
+    place = {s: v if isinstance(v, sp.Expr) and not v.is_number else exact(v, s) for s, v in place.items()}
+    found, moving = [], ""
+    for m in modes:
+        rates = {**m.slow, **m.fast}
+        drift = {s: sp.factor(r) for s in place if not vanishes(r := rates[s].subs(place, simultaneous=True))}
+        if drift:
+            moving = moving or f"in {m.name} {', '.join(f'the rate of {s} is {r}' for s, r in drift.items())}"
+            continue
+        jacobian = _jacobian(m).subs(place, simultaneous=True)
+        if missing := jacobian.free_symbols & {*system.states}:
+            raise InputError(f"{m.name}: {names(missing)} not given; the spectrum depends on it")
+        found.append(_spectrum(system, m, jacobian))
+    if not found:
+        raise InputError(f"{equations(place)} is no rest state: {moving}; give on= a branch for the spectrum elsewhere")
+    return tuple(found)
+
+
+def _spectrum(system, mode, jacobian):
+    small, assumptions = system.small, system.assumptions
+    full = sp.Poly(characteristic_polynomial(mode, small, jacobian), LAMBDA)
+    neutral = min((power for (power,), _ in full.terms()), default=0)
+    sign = (-1) ** full.degree()
+    coefficients = [sign * c for c in full.all_coeffs()[: full.degree() - neutral + 1]]
+    polynomial = sp.expand(sp.Poly(coefficients, LAMBDA).as_expr())
+    n = len(mode.slow)
+    fast = jacobian[n:, n:].subs(small, 0).charpoly(NU) if mode.fast else sp.Poly(1, NU)
+    if vanishes(fast.eval(0)):
+        raise NotNormallyHyperbolic(f"{mode.name}: dg/dy is singular; fast and slow do not separate")
+    slow = polynomial.subs(small, 0) if mode.fast else polynomial
+    found = Spectrum(mode.name, small, polynomial, neutral, slow, fast.as_expr(), system.parameters, assumptions)
+    if len(coefficients) == 3 and len(mode.fast) == 1:
+        return _pair(found, *map(sp.factor, coefficients))
+    return found
+
+
+def _roots(poly):
+    """Return the roots of a polynomial in closed form, with multiplicity, or () where one of them has none."""
+    found = []
+    for factor, power in sp.factor_list(poly.as_expr(), *poly.gens)[1]:
+        part = sp.Poly(factor, *poly.gens)
+        if part.degree() > 2 and not (part.domain.is_ZZ or part.domain.is_QQ):
+            return ()
+        roots = part.all_roots() if part.degree() > 2 else [r for r, k in sp.roots(part).items() for _ in range(k)]
+        found += power * roots
+    return tuple(found) if len(found) == poly.degree() else ()
+
+
+def _pair(spectrum, inertia, damping, stiffness):
+    """Return both eigenvalues, the slow one without cancellation, and the mu at which they meet."""
     root = sp.sqrt(1 - sp.cancel(4 * inertia * stiffness / damping**2))
-    (coalescence,) = sp.solve(sp.cancel(damping**2 - 4 * inertia * stiffness) / damping, small)
+    meeting = _meeting(damping, sp.cancel(damping**2 - 4 * inertia * stiffness), spectrum.small)
+    if meeting is None:
+        return spectrum
     return Eigenvalues(
-        mode.name,
-        small,
-        sp.expand(sign * quadratic.as_expr()),
+        **{f.name: getattr(spectrum, f.name) for f in fields(spectrum)},
         slow=-2 * sp.cancel(stiffness / damping) / (1 + root),
         fast=-sp.cancel(damping / (2 * inertia)) * (1 + root),
-        neutral=neutral,
-        coalescence=coalescence,
-        radius=sp.Abs(coalescence),
-        hyperbolic=reduce_under(sp.Ne(damping, 0), system.assumptions),
-        kinds=_kinds(damping, stiffness, small < coalescence, system.assumptions),
+        coalescence=meeting,
+        radius=sp.Abs(meeting),
     )
 
 
-def _kinds(damping, stiffness, overdamped, assumptions):
-    cases = [("saddle", sp.And(stiffness < 0))]
-    for name, sign in (("stable", damping > 0), ("unstable", damping < 0)):
-        cases.append((f"{name} node", sp.And(stiffness > 0, sign, overdamped)))
-        cases.append((f"{name} focus", sp.And(stiffness > 0, sign, sp.Gt(*overdamped.args))))
-    reduced = ((name, reduce_under(condition, assumptions)) for name, condition in cases)
-    return tuple((name, condition) for name, condition in reduced if condition != sp.false)
+def _meeting(damping, discriminant, small):
+    """Return the root in mu of the discriminant that is nearest to 0, or None where it is of a higher degree."""
+    poly = sp.Poly(discriminant, small)
+    if poly.degree() == 1 and not damping.has(small):
+        return sp.solve(discriminant / damping, small)[0]
+    if poly.degree() == 1:
+        return sp.solve(discriminant, small)[0]
+    if poly.degree() != 2:
+        return None
+    a, b, c = poly.all_coeffs()
+    return -2 * c / (b + (known_sign(b, sp.true) or sp.sign(b)) * sp.sqrt(sp.factor(b**2 - 4 * a * c)))
+
+
+def _kinds(coefficients, small, assumptions):
+    """Return the kinds and their conditions; those of two eigenvalues tell nodes from foci."""
+    coefficients = [sp.factor(c) for c in coefficients]
+    if len(coefficients) == 3:
+        cases = _planar_cases(*coefficients)
+        found = [(name, conjunction(signs, assumptions)) for name, signs in cases]
+    elif len(coefficients) == 2:
+        cases = (("stable node", 1), ("unstable node", -1))
+        found = [(name, conjunction([(coefficients[1], sign)], assumptions)) for name, sign in cases]
+    else:
+        tests = (("stable", attracting), ("unstable", repelling), ("saddle", split), ("centre", _on_axis))
+        found = [(name, test(coefficients, assumptions)) for name, test in tests] if len(coefficients) > 1 else []
+    return tuple((name, _about(c, small, assumptions)) for name, c in found if c != sp.false)
+
+
+def _on_axis(coefficients, assumptions):
+    """Return the condition under which a pair of eigenvalues, not 0, is imaginary."""
+    return sp.And(nonzero(coefficients[-1], assumptions), sp.Not(off_axis(coefficients, assumptions)))
+
+
+def _planar_cases(inertia, damping, stiffness):
+    discriminant = sp.factor(damping**2 - 4 * inertia * stiffness)
+    yield "saddle", [(stiffness, -1)]
+    for name, sign in (("stable", 1), ("unstable", -1)):
+        for shape, real in (("node", 1), ("focus", -1)):
+            yield f"{name} {shape}", [(stiffness, 1), (damping, sign), (discriminant, real)]
+    yield "centre", [(stiffness, 1), (damping, 0)]
+
+
+def _about(condition, small, assumptions):
+    """Write the relations that are linear in mu as bounds on it, where the sign of its coefficient is known."""
+    parts = [_bound(part, small, assumptions) for part in sp.And.make_args(condition)]
+    return sp.And(*parts)
+
+
+def _bound(part, small, assumptions):
+    if not isinstance(part, sp.Gt | sp.Lt) or small is None or not part.has(small):
+        return part
+    excess = part.gts - part.lts
+    if not excess.is_polynomial(small) or sp.degree(excess, small) != 1:
+        return part
+    slope = sp.Poly(excess, small).coeff_monomial(small)
+    sign = known_sign(slope, assumptions)
+    end = sp.expand(-sp.cancel(excess.subs(small, 0) / slope))
+    return {1: small > end, -1: small < end, 0: part}[sign]

@@ -24,6 +24,7 @@ from asympk.errors import InputError
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
 from asympk.symbolic.placing import place
+from asympk.symbolic.reading import expression
 
 
 @dataclass(frozen=True, repr=False)
@@ -249,10 +250,7 @@ class System(ShownAsFormulas):
 
 def _put(record: Any, name: str, value: Any) -> None:
     if value is not None:
-        try:
-            value = sp.sympify(value, strict=True)
-        except sp.SympifyError:
-            raise InputError(f"friction: {name} = {value!r} is not an expression; build it from Symbols") from None
+        value = expression(f"friction: {name}", value)
     object.__setattr__(record, name, value)
 
 
@@ -263,10 +261,7 @@ def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
     for state, rate in rates.items():
         if not isinstance(state, sp.Symbol):
             raise InputError(f"{what}: the state {state!r} is not a Symbol")
-        try:
-            found[state] = sp.sympify(rate, strict=True)
-        except sp.SympifyError:
-            raise InputError(f"{what}: the rate {rate!r} of {state} is not an expression of Symbols") from None
+        found[state] = expression(f"{what}: the rate of {state}", rate)
     return found
 
 
@@ -281,6 +276,7 @@ def _check(system: System) -> None:
         raise InputError(f"the state {twice[0]} is given twice")
     if small in states:
         raise InputError(f"{small} is the small parameter and a state; give one of them another name")
+    _require_one_symbol_each(system)
     for s, rate in system.rates.items():
         if rate.has(sp.Float):
             raise InputError(f"the rate of {s} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
@@ -288,3 +284,15 @@ def _check(system: System) -> None:
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
     for number, friction in enumerate(system.frictions):
         branches.check(system, friction, number)
+
+
+def _require_one_symbol_each(system: System) -> None:
+    """Refuse a parameter that has the name of a state, a force or the time, and other assumptions."""
+    special = [*system.states, system.time, *(s for f in system.frictions for s in (f.force, f.normal))]
+    names = {s.name for s in special if s is not None}
+    for parameter in system.parameters:
+        if parameter.name in names:
+            raise InputError(
+                f"{parameter} is written with two Symbols of that name, which differ in their assumptions; make one, "
+                "such as sp.Symbol(..., real=True), and use it throughout"
+            )

@@ -10,6 +10,8 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.numbers import short
+from asympk.symbolic.reading import exact_value
 
 
 def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: str = "parameter") -> dict:
@@ -40,12 +42,10 @@ def exact(value: Any, name: Any) -> sp.Expr:
 
     Raises ``InputError`` for anything else; a float is refused since it is not the decimal that it shows.
     """
-    number = _number(value)
-    if number is None or number.has(sp.Float) or number.is_number is False or number.is_finite is False:
-        if isinstance(value, float | sp.Float):
-            raise InputError(f"{name} = {value} is a float; give it exactly, as a string or a Rational")
-        raise InputError(f"{name} = {value!r:.60} is not a number; give an int, a Fraction or a string such as '1/4'")
-    return number
+    found = exact_value(str(name), value)
+    if not found.is_number or not found.is_finite:
+        raise InputError(f"{name} = {short(value)} is not a number; give an int, a Fraction or a string such as '1/4'")
+    return found
 
 
 def is_exact(value: Any) -> bool:
@@ -70,17 +70,3 @@ def _unknown(key, symbols, owner, kind):
     known = {s.name for s in symbols}
     return f"{key!s:.60} is not a {kind} of {owner}; it has {names(known)}{nearest(key, known)}"
 
-
-def _number(value):
-    if isinstance(value, bool):
-        return None
-    if isinstance(value, Integral):
-        return sp.Integer(int(value))
-    if isinstance(value, sp.Expr):
-        return value
-    if isinstance(value, Fraction):
-        return sp.Rational(value.numerator, value.denominator)
-    try:
-        return sp.Rational(value) if isinstance(value, str | Decimal) else None
-    except (TypeError, ValueError):
-        return None

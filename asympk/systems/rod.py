@@ -11,6 +11,7 @@ from functools import cache
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.symbolic.reading import expression
 
 m, P, f, f0, l, k, h = sp.symbols("m P f f_0 l k h", positive=True)
 alpha, beta = sp.symbols("alpha beta", real=True)
@@ -173,7 +174,7 @@ def elastic_rod(law=None):
     cos(alpha + beta) = cos(alpha) (1 - dropped + ...). Raises ``InputError`` for a law in other symbols than R_1,
     R_1' and constants of known dimension, or one that is not a force.
     """
-    law = kelvin_voigt() if law is None else sp.sympify(law)
+    law = kelvin_voigt() if law is None else expression("law", law)
     if dimension(law) != _FORCE or law.has(ddR1, R, F):
         raise InputError(f"the rod's law {law} must be a force in terms of R_1, R_1' and constants")
     compression, turn = small_angle()

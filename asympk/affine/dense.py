@@ -1,0 +1,58 @@
+"""Dense output of a run in closed form: the state at any time, on arrays of times at once."""
+
+from bisect import bisect_right
+
+import numpy as np
+
+from asympk.affine.functions import Arrays, functions
+from asympk.errors import InputError
+from asympk.numbers import number
+
+
+class Dense:
+    """The state of a solved scene as a function of time; pickled as the scene, which ``again`` solves."""
+
+    __slots__ = ("again", "convert", "digits", "legs", "scene")
+
+    def __init__(self, scene, digits, legs, convert, again):
+        self.scene, self.digits, self.legs, self.convert, self.again = scene, digits, legs, convert, again
+
+    def __reduce__(self):
+        return self.again, (self.scene, self.digits)
+
+    def __call__(self, t):
+        """Return an array of shape ``(n,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
+        one = isinstance(t, str) or not hasattr(t, "__len__")
+        if self.digits is not None and one:
+            return self._state(t)
+        times = np.asarray(t, dtype=object)
+        if self.digits is None and self.convert is float:
+            return self._states(times.astype(float))
+        kind = float if self.digits is None else object
+        states = np.array([self._state(time) for time in times.ravel()], dtype=kind)
+        return states.reshape(-1, len(self.scene.names)).T.reshape(-1, *times.shape)
+
+    def _states(self, times):
+        self._require(times.min(initial=0.0), times.max(initial=0.0))
+        flat, size = times.ravel(), len(self.scene.names)
+        found = np.empty((size, flat.size))
+        which = np.searchsorted([leg.start for leg in self.legs], flat, side="right") - 1
+        for k in np.unique(which):
+            leg, mine = self.legs[k], which == k
+            _, gained, begun = functions(Arrays, leg.segment.flow.blocks, flat[mine] - leg.start)
+            sums, n = leg.segment.sums[:, :size], leg.segment.functions
+            gained = np.stack([np.broadcast_to(part, mine.sum()) for part in gained], axis=-1)
+            found[:, mine] = (gained @ sums[:n] + sums[n + begun]).T
+        return found.reshape(size, *times.shape)
+
+    def _state(self, t):
+        t = number("t", t)
+        self._require(t, t)
+        t = self.legs[0].segment.m.number(t)
+        leg = self.legs[bisect_right([leg.start for leg in self.legs], t) - 1]
+        return tuple(map(self.convert, leg.segment.state(t - leg.start)[: len(self.scene.names)]))
+
+    def _require(self, first, last):
+        until = self.scene.until
+        if not (first >= 0 and last <= until):
+            raise InputError(f"t = {last if first >= 0 else first}: it must be from 0 to until = {until}")

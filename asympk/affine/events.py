@@ -1,0 +1,278 @@
+r"""The first root of any guard, isolated by bounds.
+
+On [lo, hi] of length h let ``|g''| <= B``. Then g stays above ``min(g(lo), g(hi)) - B h^2/8``, and ``(g'(lo) + g'(hi)
+-+ B h)/2`` bound its slope from below and above. So an interval is free of roots, or the guard falls through zero on
+it just once while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per
+mode bounds a hundred intervals at once; only those in which something may happen are looked at one by one.
+
+A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
+"""
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.affine.functions import MOST_EXPONENT, functions, initial, sizes, tremors
+from asympk.errors import TooLarge, Undecided
+from asympk.flow.arithmetic import Doubles
+
+_CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
+_MOST_STEPS = 200
+_FURTHER = 1.375
+_NOTHING = 1e-8
+
+
+class Point(NamedTuple):
+    """All guards at one time: values, slopes, and how far each may be wrong."""
+
+    t: Any
+    values: list
+    slopes: list
+    doubts: list
+    slope_doubts: list
+
+
+def first_root(guards, until, mesh):
+    """Return (time, indices of the guards) of the first root in (0, until], or None.
+
+    ``guards`` is a ``Guards``. Raises ``Undecided``.
+    """
+    done = None
+    for lo, hi in guards.suspects(mesh, until):
+        if done is None or hi > done.t:
+            found, done = _isolated(guards, lo if done is None or lo > done.t else done, hi, until)
+            if found:
+                return found
+    return None
+
+
+class Guards:
+    """The guards of one segment as functions of time, with slopes and bounds of bends; ``every`` are their indices."""
+
+    def __init__(self, segment):
+        self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
+        self.every = range(segment.slopes.shape[1])
+        self._reaches = {}
+
+    @cached_property
+    def lists(self):
+        """The weights and sizes as lists, one per guard: of sums, slopes and bends; and the bases, one per number."""
+        s, functions = self.segment, self.segment.functions
+        columns = [table[:functions].T.tolist() for table in (s.guards, s.off_guards, s.slopes, s.off_slopes)]
+        return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off_guards[functions:].tolist()
+
+    def at(self, t):
+        """Return the ``Point`` at t."""
+        margin = self.m.margin
+        found, gained, begun = functions(self.m, self.blocks, t)
+        off_gained, off_found = tremors(self.m, self.blocks, t)
+        weights, off_weights, slopes, off_slopes, _, bases, off_bases = self.lists
+        return Point(
+            t,
+            [_dot(w, gained) + g for w, g in zip(weights, bases[begun], strict=True)],
+            [_dot(w, found) for w in slopes],
+            [(_dot(w, off_gained) + g) * margin for w, g in zip(off_weights, off_bases[begun], strict=True)],
+            [_dot(w, off_found) * margin for w in off_slopes],
+        )
+
+    def bounds(self, lo, hi):
+        """Return a bound of every ``|g''|`` on [lo, hi]."""
+        found = sizes(self.m, self.blocks, lo, hi)
+        return [_dot(w, found) for w in self.lists[4]]
+
+    def value(self, guard, t):
+        """Return the value and the slope of one guard."""
+        found, gained, begun = functions(self.m, self.blocks, t)
+        weights, _, slopes, _, _, bases, _ = self.lists
+        return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
+
+    def suspects(self, mesh, until):
+        """Yield intervals (lo, hi) of (0, until) in order, outside which no guard has a root.
+
+        Raises ``TooLarge`` where a part of a guard grows beyond the numbers in use, ``OverflowError`` where only its
+        exponential does.
+        """
+        last = self._last()
+        for window in mesh.windows():
+            suspect = self._suspects(window) if self.m is Doubles else range(len(window.h))
+            for k in suspect:
+                if window.t[k] >= until or window.t[k + 1] > last:
+                    break
+                yield self.m.number(window.t[k]), min(self.m.number(window.t[k + 1]), until)
+            if window.t[-1] >= min(until, last):
+                break
+        if until > last:
+            self._refuse(last)
+
+    def _last(self):
+        """Return the time at which a part of a guard leaves the range of the numbers in use."""
+        times = [float("inf")]
+        for rate, size in self._growing():
+            times.append(MOST_EXPONENT / rate if self.m is Doubles else self.m.log(self.m.largest / size) / rate)
+        return min(times)
+
+    def _growing(self):
+        """Return (rate, size at the start) of the parts of guards that grow."""
+        rates, sizes = self.segment.flow.rate.diagonal(), abs(self.segment.guards[: self.segment.functions])
+        return [(rate, max(row)) for rate, row in zip(rates, sizes.tolist(), strict=True) if rate > 0 and any(row)]
+
+    def _refuse(self, last):
+        rate, size = max(self._growing())
+        if self.m is Doubles and size < _NOTHING:
+            raise OverflowError
+        raise TooLarge(f"the state grows like exp({float(rate):.6g} t) for a time of {float(last):.6g}, beyond the "
+                       "numbers in use: take a smaller until")  # fmt: skip
+
+    @np.errstate(all="ignore")
+    def _suspects(self, window):
+        """Return which intervals of a window may have a root, by the verdicts of ``_verdict`` on arrays."""
+        s, margin = self.segment, self.m.margin
+        g, off = window.sums @ s.guards, window.off_sums @ s.off_guards * margin
+        low, spare = g - off, window.bounds @ abs(s.bends) * window.h
+        above = np.minimum(low[:-1], low[1:]) > spare * window.h / 8
+        left = np.flatnonzero(~above.all(axis=1))
+        if not left.size:
+            return left
+        rise, off_rise = window.values @ s.slopes, window.off_values @ s.off_slopes * margin
+        both, off_both = rise[left] + rise[left + 1], spare[left] + off_rise[left] + off_rise[left + 1]
+        rising, falling = both > off_both, (both < -off_both) & (low[left + 1] > 0)
+        clear = low[left] > 0
+        if s.zero and window.t[0] == 0:
+            clear[left == 0, s.zero] = True
+            for guard in s.zero:
+                if not (rising | above[left])[left == 0, guard].all():
+                    above[:, guard] |= window.t[1:] <= self.reach(guard)
+        return left[~(above[left] | (rising & clear) | falling).all(axis=1)].tolist()
+
+    def reach(self, guard):
+        """Return a time up to which a guard that vanishes at the start is positive."""
+        if guard not in self._reaches:
+            self._reaches[guard] = _reach(self.segment, guard)
+        return self._reaches[guard]
+
+
+def _reach(segment, guard):
+    """Return a time up to which a guard that vanishes at the start is positive.
+
+    Let ``g^(p)(0) = v > 0`` be its first derivative that does not vanish and ``|g^(p+1)| <= B`` up to a time h; then
+    g is positive up to the smaller of h and v/B. Raises ``Undecided`` where v is negative or none is found.
+    """
+    m, flow = segment.m, segment.flow
+    weights, off = segment.slopes[:, guard], segment.off_slopes[:, guard]
+    if not weights.any():
+        return float("inf")
+    margin, start, rate_sizes = max(m.margin, 16 * m.eps), np.array(initial(flow.blocks)), abs(flow.rate)
+    for _ in weights:
+        value, doubt = start @ weights, margin * (start @ off)
+        if abs(value) > doubt:
+            break
+        weights, off = flow.rate @ weights, rate_sizes @ off
+    if value <= doubt:
+        raise Undecided
+    bends, fastest = abs(flow.rate @ weights).tolist(), max(rate_sizes.sum(axis=0).tolist())
+    h = 1 / fastest if fastest else m.number(1)
+    for _ in range(_MOST_STEPS):
+        if _dot(bends, sizes(m, flow.blocks, 0 * h, h)) * h < value - doubt:
+            return h
+        h = h / 4
+    raise Undecided
+
+
+def _dot(first, second):
+    return sum(map(_times, first, second))
+
+
+def _times(a, b):
+    return a * b
+
+
+def _isolated(guards, lo, hi, until):
+    """Return (found, point up to which there is no other root) for an interval that a root may be in.
+
+    ``lo`` is a time or a ``Point``.
+    """
+    left = lo if isinstance(lo, Point) else guards.at(lo)
+    right = _certain(guards, left.t, hi, until)
+    done, pieces = right, [right]
+    for _ in range(_MOST_STEPS):
+        right = pieces[-1]
+        verdicts = [_verdict(guards, q, left, right, bend)
+                    for q, bend in zip(guards.every, guards.bounds(left.t, right.t), strict=True)]  # fmt: skip
+        fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]
+        if all(verdict == "positive" for verdict in verdicts):
+            left = pieces.pop()
+            if not pieces:
+                return None, done
+        elif len(fall) == 1 and "unknown" not in verdicts:
+            return (root(guards, fall[0], left, right), tuple(fall)), done
+        else:
+            pieces.append(_cut(guards, left, right))
+    raise Undecided
+
+
+def _certain(guards, lo, hi, until):
+    """Return the point at hi, or at a later time where every guard has a sign; or at ``until``."""
+    for _ in range(_MOST_STEPS):
+        point = guards.at(hi)
+        if _signs(point):
+            return point
+        if hi >= until:
+            raise Undecided
+        hi = min(lo + (hi - lo) * _FURTHER, until)
+    raise Undecided
+
+
+def _signs(point):
+    return all(abs(g) > off for g, off in zip(point.values, point.doubts, strict=True))
+
+
+def _cut(guards, left, right):
+    """Return a point between where every guard has a sign."""
+    times = [left.t + (right.t - left.t) * part for part in _CUTS]
+    if not left.t:
+        times = [reach for q in guards.segment.zero if (reach := guards.reach(q)) < right.t] + times
+    for t in times:
+        if left.t < t < right.t:
+            point = guards.at(t)
+            if _signs(point):
+                return point
+    raise Undecided
+
+
+def _verdict(guards, q, left, right, bend):
+    h = right.t - left.t
+    (a, off_a), (b, off_b) = ((p.values[q], p.doubts[q]) for p in (left, right))
+    if min(a - off_a, b - off_b) > bend * h * h / 8:
+        return "positive"
+    both = left.slopes[q] + right.slopes[q]
+    spare = bend * h + left.slope_doubts[q] + right.slope_doubts[q]
+    touching = not left.t and q in guards.segment.zero
+    if (both > spare and (touching or a > off_a)) or (touching and h <= guards.reach(q)):
+        return "positive"
+    if both < -spare and not touching:
+        return "positive" if b > off_b else "falls" if a > off_a else "unknown"
+    return "unknown"
+
+
+def root(guards, q, left, right):
+    """Return the root of a guard that falls from plus at ``left`` to minus at ``right``, by Newton's method."""
+    lo, hi, m = left.t, right.t, guards.m
+    close = (hi - lo) * m.root_tol
+    t = lo + (hi - lo) * left.values[q] / (left.values[q] - right.values[q])
+    for _ in range(_MOST_STEPS):
+        value, slope = guards.value(q, t)
+        if value > 0:
+            lo = t
+        else:
+            hi = t
+        new = t - value / slope if slope < 0 else lo
+        if abs(new - t) <= close:
+            value, slope = guards.value(q, new)
+            return new - value / slope if slope else new
+        if not lo < new < hi:
+            new = lo + (hi - lo) / 2
+            if not lo < new < hi:
+                return t
+        t = new
+    raise Undecided

@@ -1,0 +1,135 @@
+r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in doubles or in mpmath numbers of any precision.
+
+The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t)`` and ``.. sin(w t)`` for a pair
+``a +- i w``, k below the multiplicity. With ``adj(z - M) = sum A_i (z - l)^i`` and ``(z - l)^m / p(z) = sum s_j
+(z - l)^j`` the residue of ``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m gives the coefficient of
+``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k. For a simple one adj(l - M) has rank one: a column, a
+row and the diagonal suffice.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.affine.polynomial import resolvent, roots
+from asympk.errors import InputError
+from asympk.flow.arithmetic import context, set_digits
+
+MOST_STATES = 48
+DIGITS_FOR_DOUBLES = 24
+_SPARE_BITS = 24
+
+
+class Block(NamedTuple):
+    """The functions of one eigenvalue ``decay + i turn``: ``count`` of them, or ``count`` pairs (cos, sin)."""
+
+    decay: Any
+    turn: Any
+    count: int
+
+
+@dataclass(frozen=True)
+class Exponential:
+    """``e^{M t}``: ``blocks`` in the order of the functions, the fastest first, and ``matrices`` (functions, n, n)."""
+
+    m: Any
+    blocks: tuple[Block, ...]
+    matrices: np.ndarray
+
+
+@lru_cache(maxsize=256)
+def exponential(entries, digits):
+    """Return the ``Exponential`` of rows of Fractions, right to ``digits`` digits of what the rows' size asks for.
+
+    Raises ``InputError`` for more than 48 states.
+    """
+    if len(entries) > MOST_STATES:
+        raise InputError(f"a mode has {len(entries)} states, forcing included: the exact flow takes {MOST_STATES}; "
+                         "ask for an integrator, such as method='lsoda'")
+    found = _resolvent(entries)
+    m = context(10**6)
+    set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
+    pieces = [_piece(m, found, root) for root in roots(found, m)]
+    kept = [piece for piece in pieces if piece[0].count]
+    kept.sort(key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
+    return Exponential(m, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
+
+
+@lru_cache(maxsize=256)
+def _resolvent(entries):
+    return resolvent(np.array(entries, dtype=object))
+
+
+def _piece(m, found, root):
+    """Return the block of a root and the matrices of its functions, those left out at the end that all vanish."""
+    residues = _simple(m, found, root.value) if root.multiplicity == 1 else _multiple(m, found, root)
+    while residues and not any(map(bool, residues[-1].flat)):
+        residues.pop()
+    value = root.value / found.denominator
+    if root.real:
+        return Block(m.re(value), m.zero, len(residues)), np.array(residues)
+    matrices = [part for d in residues for part in (_parts(d, lambda v: 2 * v.real), _parts(d, lambda v: -2 * v.imag))]
+    return Block(m.re(value), m.im(value), len(residues)), np.array(matrices)
+
+
+def _parts(matrix, part):
+    return np.array([[part(value) for value in row] for row in matrix], dtype=object)
+
+
+def _simple(m, found, z):
+    """Return [D] for a simple root: ``adj(z - M)/p'(z)``, of rank one."""
+    slope = sum(k * c * z ** (k - 1) for k, c in enumerate(found.polynomial) if k)
+    powers = [z**k for k in range(len(found.adjugate))]
+
+    def part(index):
+        terms = found.adjugate[index]
+        return _cleaned(m, terms, z, sum(term * power for term, power in zip(terms, powers, strict=True)))
+
+    every = slice(None)
+    size = found.adjugate.shape[1]
+    diagonal = part((every, range(size), range(size)))
+    pivot = max(range(size), key=lambda i: abs(diagonal[i]))
+    column, row = part((every, every, pivot)), part((every, pivot, every))
+    return [np.outer(column, row / (diagonal[pivot] * slope))]
+
+
+def _multiple(m, found, root):
+    """Return [D_0, .., D_{m-1}], the coefficients of ``t^k/k! e^{z t}`` for a root of multiplicity m."""
+    z, many = root.value, root.multiplicity
+    p = _taylor(m, found.polynomial, z, 2 * many)[many:]
+    series = [1 / p[0]]
+    for j in range(1, many):
+        series.append(-sum(p[i] * series[j - i] for i in range(1, j + 1)) / p[0])
+    adjugate = _taylor(m, found.adjugate, z, many)
+    unit = [m.mpf(found.denominator) ** -k for k in range(many)]
+    return [
+        sum(adjugate[i] * series[many - 1 - k - i] for i in range(many - k)) * unit[k] for k in range(many)
+    ]
+
+
+def _taylor(m, coefficients, z, order):
+    """Return the first Taylor coefficients at z of a polynomial with integer coefficients, numbers or matrices."""
+    found, rest = [], list(coefficients)
+    for _ in range(order):
+        if not rest:
+            found.append(0 * coefficients[0])
+            continue
+        for k in range(len(rest) - 2, -1, -1):
+            rest[k] = rest[k] + rest[k + 1] * z
+        value = rest.pop(0)
+        found.append(_cleaned(m, coefficients, z, value) if hasattr(value, "shape") else value)
+    return found
+
+
+def _cleaned(m, coefficients, z, values):
+    """Set to zero what in ``sum coefficients[k] z^k`` is below the rounding of its terms."""
+    size = m.mag(z) if z else 0
+    most = np.max([_bits(c) + max(0, k) * size for k, c in enumerate(coefficients)], axis=0)
+    counts = np.vectorize(lambda v, bits: bool(v) and m.mag(v) > bits - m.prec + _SPARE_BITS, otypes=[bool])
+    return np.where(counts(values, most), values, 0 * values)
+
+
+def _bits(integers):
+    return np.vectorize(lambda c: c.bit_length() if c else -(10**9), otypes=[np.int64])(integers)

@@ -1,0 +1,96 @@
+r"""Forcing in time as further states: a sum of ``c t^k e^{a t} cos(w t)`` or ``.. sin(w t)`` is affine in them.
+
+With ``c_k = t^k e^{a t} cos(w t)`` and ``s_k = t^k e^{a t} sin(w t)``
+
+    c_k' = k c_{k-1} + a c_k - w s_k,      s_k' = k s_{k-1} + a s_k + w c_k,
+
+so a mode whose rates contain such terms is affine in its own states and these.
+"""
+
+from typing import NamedTuple
+
+import sympy as sp
+from sympy.simplify.fu import TR8
+
+
+class Wave(NamedTuple):
+    """``t^power e^{decay t} cos(turn t)``, or with sin; ``decay`` and ``turn`` are expressions in the parameters."""
+
+    power: int
+    decay: sp.Expr
+    turn: sp.Expr
+    sine: bool
+
+
+CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
+
+
+def waves_of(expr, time):
+    """Return {Wave: coefficient} of an expression in the time, or None where it is no such sum."""
+    if time is None or not expr.has(time):
+        return {CONSTANT: expr}
+    found = {}
+    expr = sp.expand(expr)
+    for term in sp.Add.make_args(sp.expand(TR8(expr)) if expr.has(sp.cos, sp.sin) else expr):
+        parts = _waves_of_term(term, time)
+        if parts is None:
+            return None
+        for wave, coefficient in parts:
+            found[wave] = found.get(wave, sp.S.Zero) + coefficient
+    return found
+
+
+def _waves_of_term(term, time):
+    coefficient, moving = term.as_independent(time, as_Add=False)
+    power, decay, angle, sine = 0, sp.S.Zero, None, False
+    for factor in sp.Mul.make_args(moving):
+        base, exponent = factor.as_base_exp()
+        if base == time and exponent.is_Integer and exponent > 0:
+            power += int(exponent)
+        elif isinstance(factor, sp.exp) and (line := _line(factor.args[0], time)):
+            decay, coefficient = decay + line[0], coefficient * sp.exp(line[1])
+        elif isinstance(factor, sp.cos | sp.sin) and angle is None and (angle := _line(factor.args[0], time)):
+            sine = isinstance(factor, sp.sin)
+        elif factor != 1:
+            return None
+    if angle is None:
+        return [(Wave(power, decay, sp.S.Zero, False), coefficient)]
+    turn, phase = angle
+    cosine, sine_of = (Wave(power, decay, turn, which) for which in (False, True))
+    if sine:  # sin(wt + p) = sin(wt) cos(p) + cos(wt) sin(p)
+        return [(sine_of, coefficient * sp.cos(phase)), (cosine, coefficient * sp.sin(phase))]
+    return [(cosine, coefficient * sp.cos(phase)), (sine_of, -coefficient * sp.sin(phase))]
+
+
+def _line(expr, time):
+    """Return (slope, value at 0) of an expression linear in the time, or None."""
+    slope = expr.diff(time)
+    return None if slope.has(time) else (slope, expr.subs(time, 0))
+
+
+def closed(waves):
+    """Return the waves that a set of them needs to be closed under the derivative, the constant left out, in order."""
+    needed = set()
+    for wave in waves:
+        for power in range(wave.power + 1):
+            for sine in (False, True) if wave.turn != 0 else (False,):
+                needed.add(wave._replace(power=power, sine=sine))
+    return sorted(needed - {CONSTANT}, key=lambda w: (str(w.decay), str(w.turn), w.power, w.sine))
+
+
+def rate(wave):
+    """Return {Wave: coefficient} of the derivative of a wave."""
+    found = {}
+    if wave.power:
+        found[wave._replace(power=wave.power - 1)] = sp.Integer(wave.power)
+    if wave.decay != 0:
+        found[wave] = wave.decay
+    if wave.turn != 0:
+        found[wave._replace(sine=not wave.sine)] = wave.turn if wave.sine else -wave.turn
+    return found
+
+
+def value(m, power, decay, turn, sine, t):
+    """Return a wave at a time, in the numbers of ``m``."""
+    found = t**power * m.exp(decay * t)
+    return found * (m.sin(turn * t) if sine else m.cos(turn * t)) if turn or sine else found

@@ -1,0 +1,139 @@
+r"""The affine form of a mode: ``W' = M W`` over its states, its forcing and 1, entries in the parameters.
+
+The form is found once per mode, in symbols; numbers are put in exactly, as Fractions. Where a parameter enters through
+a root or another function its value is taken to so many digits that its rounding does not show.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+import sympy as sp
+
+from asympk.affine.forcing import CONSTANT, Wave, closed, rate, waves_of
+from asympk.affine.mode import AffineMode
+from asympk.automaton.modes import Mode, library, source
+from asympk.errors import InputError, OutOfRange
+from asympk.flow.arithmetic import context, set_digits
+from asympk.symbolic.branches import heavy
+from asympk.symbolic.system import System
+
+
+@dataclass(frozen=True)
+class Form:
+    """``matrix`` rows over (states, waves, 1), and ``guards`` likewise; ``waves`` are the forcing in order."""
+
+    system: System
+    waves: tuple[Wave, ...]
+    matrix: tuple[tuple[sp.Expr, ...], ...]
+    guards: tuple[tuple[sp.Expr, ...], ...]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A form with numbers for its parameters.
+
+    ``waves`` are (power, decay, turn, sine); ``kept`` are the guards that move, the others are positive constants.
+    """
+
+    mode: AffineMode
+    waves: tuple[tuple[int, Any, Any, bool], ...]
+    kept: tuple[int, ...]
+
+
+@lru_cache(maxsize=512)
+def form_of(mode: Mode) -> Form | None:
+    """Return the affine form of a mode, or None where it has none."""
+    linear = []
+    for expr in (*mode.rates, *mode.guard_values):
+        linear.append(_linear(mode, expr))
+        if linear[-1] is None:
+            return None
+    rates, guards = linear[: len(mode.rates)], linear[len(mode.rates) :]
+    needed = closed({wave for _, forced in (*rates, *guards) for wave in forced})
+    width = len(mode.system.states)
+    rows = [_row(row, forced, needed) for row, forced in rates]
+    rows += [_row((sp.S.Zero,) * width, rate(wave), needed) for wave in needed]
+    return Form(mode.system, tuple(needed), tuple(rows), tuple(_row(row, forced, needed) for row, forced in guards))
+
+
+def _linear(mode, expr):
+    """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
+    states, time = mode.system.states, mode.system.time
+    if any(_varies(expr.diff(s), (*states, time)) for s in states):
+        return None
+    slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in map(expr.diff, states))
+    if any(slope.free_symbols & {*states, time} for slope in slopes):
+        return None
+    forced = waves_of(expr.subs(dict.fromkeys(states, 0)), time)
+    return None if forced is None else (slopes, forced)
+
+
+def _varies(slope, moving):
+    """Tell whether a slope that is too long to simplify differs between two points."""
+    if not heavy(slope):
+        return False
+    first = {s: sp.Rational(2 * k + 3, 5 * k + 7) for k, s in enumerate(sorted(slope.free_symbols, key=str))}
+    second = {s: value * sp.Rational(8, 7) if s in moving else value for s, value in first.items()}
+    difference = (slope.subs(first) - slope.subs(second)).evalf(20)
+    return bool(difference.is_number and abs(difference) > 1e-9)
+
+
+def _row(slopes, forced, needed):
+    return (*slopes, *(forced.get(wave, sp.S.Zero) for wave in needed), forced.get(CONSTANT, sp.S.Zero))
+
+
+@lru_cache(maxsize=1024)
+def placed(form: Form, values: tuple, digits: int) -> Placed:
+    """Return a form with exact numbers for its parameters, right to ``digits`` digits where they enter by functions.
+
+    Raises ``InputError`` for a guard that is never positive, ``OutOfRange`` where an entry is not finite.
+    """
+    outputs = [e for row in (*form.matrix, *form.guards) for e in row]
+    outputs += [e for wave in form.waves for e in (wave.decay, wave.turn)]
+    numbers = iter(_numbers(form.system, tuple(outputs), values, digits))
+    width = len(form.system.states) + len(form.waves) + 1
+    rows = [[next(numbers) for _ in range(width)] for _ in form.matrix]
+    guards = [[next(numbers) for _ in range(width)] for _ in form.guards]
+    waves = tuple((wave.power, next(numbers), next(numbers), wave.sine) for wave in form.waves)
+    kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
+    if never := [k for k, row in enumerate(guards) if k not in kept and row[-1] <= 0]:
+        raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "
+                         "time: its mode is never entered; give other parameters")  # fmt: skip
+    moving = [(guards[k][:-1], guards[k][-1]) for k in kept]
+    return Placed(AffineMode.of([row[:-1] for row in rows], [row[-1] for row in rows], moving), waves, kept)
+
+
+def _numbers(system, outputs, values, digits):
+    """Return the values of the outputs as Fractions: exact for rational functions of the parameters."""
+    arguments = [Fraction(0)] * (1 + len(system.states)) + [Fraction(value) for value in values]
+    exact = tuple(e for e in outputs if _rational(e))
+    found = dict(zip(exact, _evaluated(system, exact, library(mpf=Fraction), arguments), strict=True))
+    if others := tuple(e for e in outputs if e not in found):
+        m = context(10**6)
+        set_digits(m, 2 * digits + 20)
+        found |= zip(others, map(_fraction, _evaluated(system, others, m, map(m.number, arguments))), strict=True)
+    return [Fraction(found[e]) for e in outputs]
+
+
+def _rational(expr):
+    whole = all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
+    return whole and not expr.atoms(sp.Function, sp.NumberSymbol)
+
+
+def _evaluated(system, outputs, numbers, arguments):
+    space = {"mpmath": numbers}
+    try:
+        exec(source(system, outputs, "mpmath"), space)
+        return space["f"](*arguments)
+    except (ZeroDivisionError, OverflowError):
+        raise OutOfRange("a coefficient of the system is not a finite number at these parameters") from None
+
+
+def _fraction(value):
+    if isinstance(value, int):
+        return Fraction(value)
+    sign, mantissa, exponent, _ = value._mpf_
+    whole = -int(mantissa) if sign else int(mantissa)
+    return Fraction(whole << exponent) if exponent >= 0 else Fraction(whole, 1 << -exponent)

@@ -1,0 +1,103 @@
+r"""The functions F_r of an exponential, at one time or on arrays of times, and the weights of a derivative.
+
+With z = u - i v the function ``u e^{a t} cos(w t) + v e^{a t} sin(w t)`` is ``Re z e^{(a + i w) t}``, and its
+derivative has ``(a + i w) z`` instead; a power ``t^k/k!`` hands its weight down to k - 1.
+"""
+
+import numpy as np
+
+MOST_EXPONENT = 600.0
+
+
+class Arrays:
+    """NumPy's functions under the names of ``flow.arithmetic``; growth beyond the doubles stays at their end."""
+
+    cos, sin = np.cos, np.sin
+
+    @staticmethod
+    def exp(p):
+        return np.exp(np.minimum(p, MOST_EXPONENT))
+
+    @staticmethod
+    def expm1(p):
+        return np.expm1(np.minimum(p, MOST_EXPONENT))
+
+
+def functions(m, blocks, t):
+    """Return ([F_r(t)], what each adds to a sum at t, how many blocks have started).
+
+    A block has started where its exponent exceeds 1. Until then it adds ``F_r(t) - F_r(0)``, which is exact to rounding
+    however short t is, to a sum that contains ``F_r(0)``; from then on ``F_r(t)`` to a sum that does not, so that what
+    has decayed leaves no rounding behind. The blocks are sorted, the fastest first.
+    """
+    found, gained, begun = [], [], 0
+    for decay, turn, count in blocks:
+        p = decay * t
+        size, more = m.exp(p), m.expm1(p)
+        started = (abs(decay) + turn) * t > 1
+        begun = begun + started
+        if turn:
+            half = m.sin(turn * t / 2)
+            waves = (size * m.cos(turn * t), size * m.sin(turn * t))
+            gained += (started * waves[0] + (1 - started) * (more - 2 * size * half * half), waves[1])
+        else:
+            waves = (size,)
+            gained.append(started * size + (1 - started) * more)
+        found += waves
+        for k in range(1, count):
+            waves = [wave * t / k for wave in waves]
+            found += waves
+            gained += waves
+    return found, gained, begun
+
+
+def initial(blocks):
+    """Return [F_r(0)]."""
+    return [int(place == 0) for _, turn, count in blocks for place in range(count * (2 if turn else 1))]
+
+
+def sizes(m, blocks, lo, hi):
+    """Return bounds of |F_r| on [lo, hi]."""
+    found = []
+    for decay, turn, count in blocks:
+        size = m.exp(decay * (hi if decay > 0 else lo))
+        for k in range(count):
+            found += (size, size) if turn else (size,)
+            size = size * hi / (k + 1)
+    return found
+
+
+def tremors(m, blocks, t):
+    """Return the sizes in whose proportion rounding is wrong: of what F_r adds to a sum at t, and of F_r(t).
+
+    An exponent ``l t`` is wrong in proportion, so the function is by ``|l t|`` times its size.
+    """
+    gained, found = [], []
+    for decay, turn, count in blocks:
+        size, p = m.exp(decay * t), (abs(decay) + turn) * t
+        off = size * (1 + p)
+        short = p <= 1
+        more = short * p * 3 + (1 - short) * off
+        for k in range(count):
+            gained += (more, more) if turn else (more,)
+            found += (off, off) if turn else (off,)
+            off = off * t / (k + 1)
+            more = off
+    return gained, found
+
+
+def rate_of(blocks, kind):
+    """Return the matrix that turns the weights of F_r in a function of time into those in its derivative."""
+    widths = [(2 if turn else 1) * count for _, turn, count in blocks]
+    rate = np.zeros((sum(widths), sum(widths)), dtype=kind)
+    at = 0
+    for (decay, turn, count), width in zip(blocks, widths, strict=True):
+        for r in range(at, at + width):
+            rate[r, r] = decay
+            if r + width // count < at + width:
+                rate[r, r + width // count] = 1
+        if turn:
+            for r in range(at, at + width, 2):
+                rate[r, r + 1], rate[r + 1, r] = turn, -turn
+        at += width
+    return rate

@@ -1,0 +1,340 @@
+r"""``solve_many`` of affine systems: one decomposition per set of parameters, rows of starts followed mode by mode.
+
+Rows in the same mode go through ``rows`` together. Which mode begins and which follows is decided as ``automaton``
+decides it, by the guards of every mode that may follow and by the derivatives of those that vanish, on arrays; rows in
+which that stays open, or that rounding may spoil, are followed one by one by the scalar flow.
+"""
+
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.affine.forcing import value
+from asympk.affine.functions import Arrays
+from asympk.affine.rows import advance, rows_of
+from asympk.affine.run import affine, flows, run
+from asympk.automaton.automaton import Automaton
+from asympk.automaton.modes import function
+from asympk.errors import InputError
+from asympk.flow.arithmetic import Doubles
+from asympk.many import Many
+from asympk.scene import Scene
+from asympk.symbolic.branches import OPEN, Phase
+
+CHUNK = 1024
+MOST_EVENTS = 1000
+TRUSTED = 1e-12
+_CLEAR = 1e-13
+
+
+class Events(NamedTuple):
+    """Events of many trajectories, one after the other, in order of time per trajectory.
+
+    ``trajectory`` counts the trajectories in the order of ``final.reshape(n, -1)``; ``kind``, ``friction`` and
+    ``state`` (n, events) are as in ``Path``.
+    """
+
+    trajectory: np.ndarray
+    kind: np.ndarray
+    t: np.ndarray
+    state: np.ndarray
+    friction: np.ndarray
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Ensemble(Many):
+    """What became of many trajectories: ``final`` (n, ...) in the order of ``names``, ``n_events`` (...)."""
+
+    names: tuple[str, ...]
+    final: np.ndarray
+    n_events: np.ndarray
+    alone: int
+    _events: Events = field(repr=False)
+
+    def events(self) -> Events:
+        """Return the ``Events``."""
+        return self._events
+
+
+def solve_many(*, system: Any, values: Any, start: Any, until: Any, progress: Any = None) -> Ensemble:
+    """Follow trajectories of an affine system; ``values``, ``start`` and ``until`` hold arrays that broadcast.
+
+    Keys are symbols or names. ``progress(done, total)`` is called after each chunk. Raises ``InputError`` where the
+    system is not affine, and what the flow of one scene raises, with the index of the trajectory.
+    """
+    if not hasattr(system, "placed"):
+        raise InputError(f"system = {system!r:.60}: it must be a System; build it with ap.System")
+    if until is None:
+        raise InputError("solve_many needs until=, the time at which the trajectories end")
+    if not affine(system):
+        raise InputError("solve_many follows the rod and systems whose modes are all affine; solve scene by scene")
+    names = tuple(s.name for s in system.states)
+    parameters, states, horizon, shape = _broadcast(system, values, start, until)
+    total = horizon.size
+    result = _Result(np.empty((len(names), total)), np.zeros(total, dtype=np.int32), [], [])
+    done = 0
+    for chosen, rows in _groups(parameters, total):
+        exact, _ = system.placed(dict(zip(values, chosen, strict=True)), _first(start, states, rows[0]))
+        case = _Case(system, exact, start)
+        for at in range(0, rows.size, CHUNK):
+            mine = rows[at : at + CHUNK]
+            _follow(case, states[mine], horizon[mine], mine, result)
+            done += mine.size
+            if progress:
+                progress(done, total)
+    final, count = result.final.reshape(-1, *shape), result.count.reshape(shape)
+    return Ensemble(names, final, count, len(result.alone), _in_order(result.notes, len(names)))
+
+
+class _Case(NamedTuple):
+    system: Any
+    values: tuple
+    keys: Any
+
+
+class _Result(NamedTuple):
+    """Where results go by the index of the trajectory; ``notes`` are blocks of events, ``alone`` the rows left over."""
+
+    final: np.ndarray
+    count: np.ndarray
+    notes: list
+    alone: list
+
+
+def _broadcast(system, values, start, until):
+    """Return parameters {key: (rows,)}, states (rows, n), horizon (rows,) and the common shape."""
+    for what, given in (("values", values), ("start", start)):
+        if not hasattr(given, "items"):
+            raise InputError(f"{what} = {given!r:.60}: it must be a mapping from symbols or names to numbers or arrays")
+    arrays = [np.asarray(v) for v in (*values.values(), *start.values(), until)]
+    try:
+        shape = np.broadcast_shapes(*(a.shape for a in arrays))
+    except ValueError:
+        raise InputError(f"arrays of the shapes {', '.join(str(a.shape) for a in arrays)} do not broadcast") from None
+    flat = [np.broadcast_to(a, shape).ravel() for a in arrays]
+    parameters = dict(zip(values, flat, strict=False))
+    order = {str(key): k + len(values) for k, key in enumerate(start)}
+    given = [flat[order[s.name]] for s in system.states if s.name in order]
+    states = np.array([_floats("start", a) for a in given]).T.reshape(flat[-1].size, -1)
+    horizon = _floats("until", flat[-1])
+    if horizon.size and horizon.min() < 0:
+        raise InputError(f"until = {horizon.min():g}: it must be zero or positive")
+    return parameters, states, horizon, shape
+
+
+def _floats(what, array):
+    try:
+        found = array.astype(float)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} = {array!r:.60}: it must be numbers") from None
+    if not np.isfinite(found).all():
+        raise InputError(f"{what} contains {found[~np.isfinite(found)][0]}; it must be finite numbers")
+    return found
+
+
+def _groups(parameters, total):
+    """Yield (values, rows) for every set of parameters."""
+    if not parameters:
+        yield (), np.arange(total)
+        return
+    keys: dict = {}
+    columns = list(parameters.values())
+    if all((column[1:] == column[:-1]).all() for column in columns):
+        yield tuple(column[0].item() for column in columns), np.arange(total)
+        return
+    for row, chosen in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
+        keys.setdefault(chosen, []).append(row)
+    for chosen, rows in keys.items():
+        yield chosen, np.array(rows)
+
+
+def _first(start, states, row):
+    return {key: np.broadcast_to(np.asarray(v), ()).item() if np.ndim(v) == 0 else float(np.ravel(v)[0])
+            for key, v in start.items()}  # fmt: skip
+
+
+class _Modes:
+    """The modes of a system in doubles, and which of them begin and follow, on arrays of rows."""
+
+    def __init__(self, automaton):
+        self.automaton, self.system = automaton, automaton.system
+        self.flows, self.p = flows(automaton), tuple(map(float, automaton.values))
+        self.branches: list = []
+        self._known: dict = {}
+
+    def index(self, branch):
+        """Return the number of a branch."""
+        if branch not in self.branches:
+            self.branches.append(branch)
+        return self.branches.index(branch)
+
+    def flow(self, branch):
+        """Return (flow, waves, kept guards, kinds) of a branch, or None where it is never entered."""
+        if branch not in self._known:
+            try:
+                found = *self.flows.of(Doubles, branch), self.automaton.mode(branch).kinds
+            except InputError:
+                found = None
+            self._known[branch] = found
+        return self._known[branch]
+
+    def whole(self, branch, t, w):
+        """Return ``(w, waves, 1)`` of rows at their times."""
+        waves = [np.broadcast_to(value(Arrays, *wave, t), t.shape) for wave in self.flow(branch)[1]]
+        return np.column_stack([w, *waves, np.ones(len(t))])
+
+    def contacts(self, t, w):
+        """Return (velocities, loads), arrays (frictions, rows)."""
+        frictions = self.system.frictions
+        outputs = (*(f.velocity for f in frictions), *(f.load for f in frictions))
+        found = function(self.system, outputs, "numpy", np)(t, *w.T, *self.p)
+        found = np.array([np.broadcast_to(v, t.shape) for v in found], dtype=float).reshape(-1, len(t))
+        return found[: len(frictions)], found[len(frictions) :]
+
+    def consistent(self, branch, t, w):
+        """Return (consistent, known) of a branch on rows: all guards are positive, or vanish and rise."""
+        if self.flow(branch) is None:
+            return np.zeros(len(t), dtype=bool), np.ones(len(t), dtype=bool)
+        rows = rows_of(self.flow(branch)[0], self.whole(branch, t, w))
+        n = len(rows.flow.rate)
+        first, off = rows.guards[:, n], rows.off_guards[:, n] * _CLEAR
+        positive = np.where(rows.zero, rows.reach > 0, first > off)
+        negative = np.where(rows.zero, rows.reach < 0, first < -off)
+        return positive.all(axis=1), (positive.all(axis=1) | negative.any(axis=1))
+
+
+def _follow(case, w, until, rows, result):
+    """Follow rows of one set of parameters from the start to their ends."""
+    modes = _Modes(Automaton(case.system, case.values))
+    t, error, size = np.zeros(len(w)), np.zeros_like(w), abs(w)
+    branch, lost = _beginning(modes, t, w)
+    count, notes = np.zeros(len(w), dtype=np.int32), []
+    start, alive = w.copy(), ~lost
+    while alive.any():
+        for k in np.unique(branch[alive]):
+            mine = np.flatnonzero(alive & (branch == k))
+            name, w_mine, e_mine = modes.branches[k], w[mine], error[mine]
+            flow, _, kept, kinds = modes.flow(name)
+            whole = modes.whole(name, t[mine], w_mine)
+            wide = np.zeros((len(mine), whole.shape[1] - 1))
+            wide[:, : w.shape[1]] = e_mine
+            ends = advance(flow, flow.mode.mesh, whole, until[mine] - t[mine], wide)
+            w[mine], error[mine] = ends.state[:, : w.shape[1]], ends.error[:, : w.shape[1]]
+            size[mine] = np.maximum(size[mine], abs(w[mine]))
+            lost[mine] |= ends.open
+            t[mine] = np.where(ends.hit < 0, until[mine], t[mine] + ends.span)
+            alive[mine] = (ends.hit >= 0) & ~lost[mine]
+            for hit in np.unique(ends.hit[alive[mine]]):
+                struck = mine[alive[mine] & (ends.hit == hit)]
+                _after(modes, name, kinds[kept[hit]], flow.rows[hit], t, w, struck, branch, lost)
+                kind, friction = kinds[kept[hit]]
+                kind = np.where(_sticks(modes, branch[struck], friction) & (kind == "slip_onset"), "force_zero", kind)
+                count[struck] += 1
+                notes.append((rows[struck], kind, t[struck], w[struck].T.copy(), np.full(len(struck), friction)))
+        lost |= count > MOST_EVENTS
+        alive &= ~lost
+    lost |= (error > TRUSTED * np.where(size > 0, size, 1.0)).any(axis=1)
+    result.final[:, rows], result.count[rows] = w.T, count
+    keep = ~lost
+    kept_rows = set(rows[keep].tolist()) if lost.any() else None
+    for note in notes:
+        pick = slice(None) if kept_rows is None else np.array([row in kept_rows for row in note[0]], dtype=bool)
+        result.notes.append((note[0][pick], note[1][pick], note[2][pick], note[3][:, pick], note[4][pick]))
+    for i in np.flatnonzero(lost):
+        _alone(case, start[i], until[i], rows[i], result)
+
+
+def _sticks(modes, indices, friction):
+    return np.array([modes.branches[k][friction].mode == "stick" for k in indices.tolist()], dtype=bool)
+
+
+def _beginning(modes, t, w):
+    """Return (index of the first branch, rows that are left over)."""
+    velocities, loads = modes.contacts(t, w)
+    scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
+    tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
+    lost = tiny.any(axis=0)
+    choices = [_phases(f) for f in modes.system.frictions]
+    candidates = list(product(*choices))
+    branch, doubtful = _chosen(modes, candidates, t, w, velocities, loads)
+    return branch, doubtful | lost
+
+
+def _phases(friction):
+    signs = [Phase(load, velocity) for load in (1, -1) for velocity in (0, 1, -1)]
+    return signs + ([OPEN] if friction.gap is not None else [])
+
+
+def _after(modes, before, event, row, t, w, struck, branch, lost):
+    """Put the states of struck rows onto the guard that they lost, and find the branch that follows."""
+    kind, k = event
+    if row[: w.shape[1]].any():
+        w[struck] = _snapped(modes.whole(before, t[struck], w[struck]), row, w.shape[1])
+    phases = [(phase,) for phase in before]
+    phases[k] = _phases(modes.system.frictions[k])
+    velocities, loads = modes.contacts(t[struck], w[struck])
+    if kind == "velocity_zero" or before[k].mode == "stick":
+        velocities[k] = 0.0
+    if kind in ("force_zero", "lift_off", "touch_down"):
+        loads[k] = 0.0
+    candidates = list(product(*phases))
+    branch[struck], left = _chosen(modes, candidates, t[struck], w[struck], velocities, loads)
+    lost[struck] |= left
+
+
+def _snapped(whole, row, states):
+    """Return states moved onto the zero of a guard, along the state that moves it most."""
+    weight = abs(row[:states]) * (1 + abs(whole[:, :states]))
+    place, every = weight.argmax(axis=1), np.arange(len(whole))
+    for _ in range(2):
+        whole[every, place] -= (whole @ row) / row[place]
+    return whole[:, :states]
+
+
+def _chosen(modes, candidates, t, w, velocities, loads):
+    """Return (index of the one consistent branch of each row, rows in which that is open); at rest stays at rest."""
+    found, rank, doubtful = np.full(len(t), -1), np.full(len(t), -1), np.zeros(len(t), dtype=bool)
+    for candidate in candidates:
+        possible = np.ones(len(t), dtype=bool)
+        for k, phase in enumerate(candidate):
+            if phase == OPEN:
+                continue
+            possible &= (loads[k] == 0) | (np.sign(loads[k]) == phase.load)
+            possible &= (velocities[k] == 0) if phase.velocity == 0 else (velocities[k] * phase.velocity >= 0)
+        rows = np.flatnonzero(possible)
+        if not rows.size:
+            continue
+        holds, known = modes.consistent(candidate, t[rows], w[rows])
+        doubtful[rows] |= ~known
+        rest = sum(phase.mode == "stick" for phase in candidate)
+        better, same = holds & (rest > rank[rows]), holds & (rest == rank[rows])
+        doubtful[rows] |= same
+        found[rows[better]], rank[rows[better]] = modes.index(candidate), rest
+    return found, doubtful | (found < 0)
+
+
+def _alone(case, start, until, row, result):
+    """Follow one trajectory by the scalar flow."""
+    states = dict(zip((s.name for s in case.system.states), map(float, start), strict=True))
+    values = dict(zip(case.system.parameters, case.values, strict=True))
+    try:
+        path = run(Scene(system=case.system, values=values, start=states, until=float(until)))
+    except Exception as error:
+        error.args = (f"trajectory {row}: {error}", *error.args[1:])
+        raise
+    result.final[:, row], result.count[row] = path.final, len(path.events)
+    result.alone.append(row)
+    if path.events:
+        kinds, times, states, frictions = zip(*path.events, strict=True)
+        rows = np.full(len(kinds), row)
+        result.notes.append((rows, np.array(kinds), np.array(times), np.array(states).T, np.array(frictions)))
+
+
+def _in_order(notes, size):
+    """Join blocks of events, in which and from each to the next the time of a trajectory grows."""
+    empty = np.zeros(0, np.intp), np.zeros(0, "U16"), np.zeros(0), np.zeros((size, 0)), np.zeros(0, np.intp)
+    parts = [np.concatenate(column, axis=-1) for column in zip(empty, *notes, strict=True)]
+    order = np.argsort(parts[0], kind="stable")
+    return Events(*(part[..., order] for part in parts))

@@ -1,0 +1,81 @@
+r"""Times that suit a spectrum, and the functions F_r there, kept per mode: where a search for a root begins.
+
+A part ``e^{l t}`` with Re l < 0 bends a guard by ``|l|^2 e^{Re l t}``, so an interval may be as long as
+``1/|l| e^{-Re l t/4}``: intervals grow as fast parts vanish, and their number is O(log(1/mu)). What is on an interval
+is then decided by bounds, in ``events``; the mesh decides nothing.
+"""
+
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+
+from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, sizes, tremors
+
+POINTS = 96
+_PART = 0.4
+_KEPT = 64
+_LARGEST = 1e300
+
+
+class Window(NamedTuple):
+    """Times t_0 < .. < t_K and what is known there.
+
+    ``sums`` (K + 1, functions + blocks + 1) are what the functions add and, 1 in the column of the base that it is
+    added to, so that a product with a segment's weights is the guard; ``off_sums`` are the sizes that its rounding goes
+    with. ``values`` (K + 1, functions) are the functions, ``off_values`` their sizes. ``bounds`` (K, functions) bound
+    them on the intervals, whose lengths are ``h``.
+    """
+
+    t: np.ndarray
+    sums: np.ndarray
+    off_sums: np.ndarray
+    values: np.ndarray
+    off_values: np.ndarray
+    bounds: np.ndarray
+    h: np.ndarray
+
+
+class Mesh:
+    """The windows of a mode's spectrum, from 0 on, made as they are asked for."""
+
+    def __init__(self, blocks):
+        self.blocks, self._windows = blocks, []
+
+    def windows(self):
+        """Yield the windows in order of time, without end."""
+        for k in count():
+            if k < len(self._windows):
+                window = self._windows[k]
+            else:
+                window = self._window(window.t[-1] if k else 0.0)
+                if k < _KEPT:
+                    self._windows.append(window)
+            yield window
+
+    def _window(self, t):
+        times = [t]
+        for _ in range(POINTS):
+            times.append(times[-1] + self._step(times[-1]))
+        t, blocks = np.array(times), self.blocks
+        with np.errstate(over="ignore", invalid="ignore"):
+            values, gained, begun = functions(Arrays, blocks, t)
+            off_gained, off_values = tremors(Arrays, blocks, t)
+            bounds = sizes(Arrays, blocks, t[:-1], t[1:])
+        base = [begun == k for k in range(len(blocks) + 1)]
+        sums, off_sums = _columns([*gained, *base], t), _columns([*off_gained, *base], t)
+        values, off_values, bounds = _columns(values, t), _columns(off_values, t), _columns(bounds, t[:-1])
+        return Window(t, sums, off_sums, values, off_values, bounds, np.diff(t)[:, None])
+
+    def _step(self, t):
+        speeds = [(decay, abs(complex(decay, turn))) for decay, turn, _ in self.blocks]
+        first = max((speed for _, speed in speeds), default=0.0)
+        speeds = [(decay, speed) for decay, speed in speeds if decay * t < MOST_EXPONENT]
+        fastest = max((speed * np.exp(min(decay * t / 4, 0.0)) for decay, speed in speeds), default=0.0)
+        grown = t + (_PART / first if first else 1.0)
+        return _PART / fastest if fastest * grown > _PART else grown
+
+
+def _columns(found, t):
+    columns = np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1).astype(float)
+    return np.clip(columns, -_LARGEST, _LARGEST)  # so that a part of no weight is 0 however far it has grown

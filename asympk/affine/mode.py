@@ -1,0 +1,193 @@
+r"""An affine mode in numbers: ``W' = M W`` with W = (w, 1), its exponential and its guards, and a segment from a start.
+
+A guard is a function ``g = c.w + d`` that is positive inside the mode. Its weights ``(c, d) D_r`` are multiplied in
+many digits before they are rounded, so a guard that does not feel a fast part says so.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from asympk.affine.events import Guards, first_root
+from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
+from asympk.affine.functions import functions, initial, rate_of
+from asympk.affine.mesh import Mesh
+from asympk.errors import InputError
+from asympk.flow.arithmetic import Doubles
+
+_LEAST_DIGITS = 40
+_ULPS = 64
+
+
+@dataclass(frozen=True)
+class AffineMode:
+    """``w' = A w + b`` while all guards ``c.w + d`` are positive; rows of exact numbers (int, float, Fraction)."""
+
+    matrix: tuple[tuple[Fraction, ...], ...]
+    vector: tuple[Fraction, ...]
+    guards: tuple[tuple[Fraction, ...], ...] = ()
+
+    @classmethod
+    def of(cls, matrix, vector, guards=()):
+        """Build a mode from ``A`` (n, n), ``b`` (n,) and guards ``(c, d)``; floats are taken for what they are exactly.
+
+        Raises ``InputError`` for shapes that do not fit and for a guard that depends on no state.
+        """
+        size = len(vector)
+        if any(len(row) != size for row in matrix) or len(matrix) != size:
+            raise InputError(f"matrix: {len(matrix)} rows for a vector of {size}; A must be square and as long as b")
+        rows = tuple(_exact(c, (d,)) for c, d in guards)
+        for k, row in enumerate(rows):
+            if len(row) != size + 1:
+                raise InputError(f"guard {k}: {len(row) - 1} coefficients for {size} states")
+            if not any(row[:-1]):
+                raise InputError(f"guard {k} = {row[-1]} depends on no state: it never ends the mode; leave it out")
+        return cls(tuple(_exact(row) for row in matrix), _exact(vector), rows)
+
+    @cached_property
+    def homogeneous(self):
+        """The rows of M, ``(w, 1)' = M (w, 1)``."""
+        rows = tuple((*row, b) for row, b in zip(self.matrix, self.vector, strict=True))
+        return (*rows, (Fraction(0),) * (len(rows) + 1))
+
+    @cached_property
+    def in_doubles(self):
+        """The ``Flow`` in doubles."""
+        return _flow(Doubles, self, exponential(self.homogeneous, DIGITS_FOR_DOUBLES), float)
+
+    @cached_property
+    def mesh(self):
+        """The ``Mesh`` of the spectrum."""
+        return Mesh(self.in_doubles.blocks)
+
+
+def _exact(*rows):
+    return tuple(Fraction(value) for row in rows for value in row)
+
+
+@dataclass(frozen=True)
+class Flow:
+    """A mode in the numbers of ``m``: ``tables`` turn a start (w, 1) into all that a segment needs, in one product.
+
+    ``matrices`` is (functions, n, n + 1). ``rows`` are the guards' coefficients; ``rate`` turns the weights of a
+    function of time into those of its derivative.
+    """
+
+    m: Any
+    mode: AffineMode
+    blocks: tuple
+    matrices: np.ndarray
+    tables: np.ndarray
+    rows: np.ndarray
+    rate: np.ndarray
+
+    @cached_property
+    def table_sizes(self):
+        """The sizes of the entries of ``tables``, on which rounding depends."""
+        return abs(self.tables)
+
+    @cached_property
+    def flat(self):
+        """The matrices, one function a row."""
+        return self.matrices[:, :, :-1].reshape(len(self.matrices), -1)
+
+    @cached_property
+    def shapes(self):
+        """The shapes of the parts of a product with ``tables``: sums for states and guards, slopes, bends."""
+        functions, states, guards = len(self.rate), self.matrices.shape[1], len(self.rows)
+        wide = functions + len(self.blocks) + 1
+        return (wide, states), (wide, guards), (functions, guards), (functions, guards)
+
+    def parts(self, product):
+        """Return the parts of a product of ``tables``."""
+        found, at = [], 0
+        for rows, columns in self.shapes:
+            found.append(product[at : at + rows * columns].reshape(rows, columns))
+            at += rows * columns
+        return found
+
+
+def in_digits(m, mode):
+    """Return the ``Flow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
+    doublings = ((m.dps - 1) // _LEAST_DIGITS).bit_length()  # runs of nearly the same precision share one exponential
+    return _flow(m, mode, exponential(mode.homogeneous, _LEAST_DIGITS << doublings), m.mpf)
+
+
+def _flow(m, mode, exact, number):
+    blocks = tuple(block._replace(decay=number(block.decay), turn=number(block.turn)) for block in exact.blocks)
+    rows = np.array([[exact.m.number(v) for v in row] for row in mode.guards], dtype=object)
+    rows = rows.reshape(len(mode.guards), len(mode.vector) + 1)
+    states = exact.matrices[:, :-1]
+    guards = np.stack([rows @ matrix for matrix in exact.matrices])
+    rate = rate_of(exact.blocks, object)
+    slopes = _product(rate, guards)
+    unit = np.array(np.eye(len(mode.vector), len(mode.vector) + 1, dtype=int), dtype=object)
+    sums = *_summed(exact.blocks, states, unit), *_summed(exact.blocks, guards, rows)
+    tables = *sums, slopes, _product(rate, slopes)
+    kind = float if m is Doubles else object
+
+    def rounded(array):
+        return np.array([number(v) for v in array.flat], dtype=kind).reshape(array.shape)
+
+    tables = np.concatenate([rounded(table).reshape(-1, len(unit) + 1) for table in tables])
+    return Flow(m, mode, blocks, rounded(states), tables, rounded(rows), rounded(rate))
+
+
+def _product(rate, weights):
+    return (rate @ weights.reshape(len(rate), -1)).reshape(weights.shape)
+
+
+def _summed(blocks, weights, whole):
+    """Return weights and ``sum F_r(0) weights[r]`` over the blocks that have not started, by the number that have."""
+    sums = np.cumsum((np.array(initial(blocks)) * weights.T).T[::-1], axis=0)[::-1]
+    later = [sums[place] for place in np.cumsum([block.count * (2 if block.turn else 1) for block in blocks])[:-1]]
+    return weights, np.stack([whole, *later, 0 * whole])
+
+
+class Segment:
+    """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
+
+    ``sums`` are the weights of the functions in the states and, below them, the bases: what the blocks that have not
+    started add up to, by the number of those that have. ``guards`` likewise; ``slopes`` and ``bends`` are the weights
+    in the guards' derivatives. The names with ``off_`` are the sizes of the terms that made them, on which rounding
+    depends. A guard whose value at the start is within rounding vanishes there, and is set to zero.
+    """
+
+    def __init__(self, flow, start):
+        m = self.m = flow.m
+        self.flow, self.functions = flow, len(flow.rate)
+        whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)
+        self.start = whole[:-1]
+        self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.tables @ whole)
+        self.off_sums, self.off_guards, self.off_slopes, self.off_bends = flow.parts(flow.table_sizes @ abs(whole))
+        first, off = self.guards[self.functions], self.off_guards[self.functions]
+        self.zero = np.flatnonzero(abs(first) <= max(m.margin, _ULPS * m.eps) * off).tolist()
+        for guard in self.zero:
+            first[guard] = off[guard] = 0 * off[guard]
+
+    def state(self, t):
+        """Return the state (n,) at the time t."""
+        _, gained, begun = functions(self.m, self.flow.blocks, t)
+        return self._sum(self.sums, gained, begun)
+
+    def _sum(self, weights, gained, begun):
+        return np.array(gained) @ weights[: self.functions] + weights[self.functions + begun]
+
+    def rates(self, t):
+        """Return ``w'(t)``."""
+        found, _, _ = functions(self.m, self.flow.blocks, t)
+        return np.array(found) @ self.flow.rate @ self.sums[: self.functions]
+
+    def first_event(self, until):
+        """Return (time, guards) of the first root of any guard in (0, until], or None; raises ``Undecided``."""
+        return first_root(Guards(self), until, self.flow.mode.mesh)
+
+    def at_event(self, t, guard):
+        """Return the state at the root of a guard, moved by the step that t is too coarse for."""
+        found, gained, begun = functions(self.m, self.flow.blocks, t)
+        found, state = np.array(found), self._sum(self.sums, gained, begun)
+        value, slope = self._sum(self.guards[:, guard], gained, begun), found @ self.slopes[:, guard]
+        return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions]) if slope else state

@@ -1,0 +1,130 @@
+r"""The resolvent of an exact matrix, ``(z - M)^{-1} = adj(z - M) / p(z)``, and the roots of p to any number of digits.
+
+``p`` and the coefficients of ``adj(z - M)`` come from one recursion in integers (Faddeev and Le Verrier); the
+multiplicities of the roots from the square-free factors of p, so they are exact; the simple roots of a factor from
+Aberth's iteration, started at the eigenvalues in doubles.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import lcm
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.errors import Undecided
+
+_MOST_ITERATIONS = 100
+
+
+@dataclass(frozen=True)
+class Resolvent:
+    """``p(z)`` and ``adj(z - denominator M)``: ``polynomial[k]``, ``adjugate[k]`` are the coefficients of ``z^k``."""
+
+    denominator: int
+    polynomial: tuple[int, ...]
+    adjugate: np.ndarray
+    estimates: np.ndarray
+
+
+class Root(NamedTuple):
+    """A real root, or the upper one of a complex pair, and its multiplicity."""
+
+    value: Any
+    multiplicity: int
+    real: bool
+
+
+def resolvent(matrix):
+    """Return the ``Resolvent`` of a square array of Fractions."""
+    denominator = lcm(*(entry.denominator for entry in matrix.flat))
+    whole = np.array([[int(entry * denominator) for entry in row] for row in matrix], dtype=object)
+    size = len(whole)
+    unit = np.array(np.eye(size, dtype=int), dtype=object)
+    adjugate, polynomial = [unit], [1]
+    for k in range(1, size + 1):
+        moved = whole @ adjugate[0]
+        polynomial.insert(0, -int(np.trace(moved)) // k)
+        adjugate.insert(0, moved + polynomial[0] * unit)
+    scale = float(max(abs(entry) for row in matrix for entry in row) or 1)
+    rounded = np.array([[float(entry / Fraction(scale)) for entry in row] for row in matrix])
+    estimates = np.linalg.eigvals(rounded) * scale
+    return Resolvent(denominator, tuple(polynomial), np.array(adjugate[1:]), estimates)
+
+
+def roots(found, m):
+    """Return the roots of ``p`` (times the denominator), right to about ``m.prec`` bits less what p loses of them."""
+    simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
+    for factor, multiplicity in _square_free(found.polynomial[zeros:]):
+        values = _simple_roots(m, factor, found.estimates, found.denominator)
+        simple += [Root(value, multiplicity, real) for value, real in _paired(m, values)]
+    return simple
+
+
+def _order(polynomial):
+    return next(k for k, coefficient in enumerate(polynomial) if coefficient)
+
+
+def _square_free(polynomial):
+    """Return the square-free factors (coefficients from the lowest) and their multiplicities."""
+    import sympy as sp
+
+    if len(polynomial) == 1:
+        return []
+    whole = sp.Poly(list(reversed(polynomial)), sp.Symbol("z"), domain=sp.ZZ)
+    return [(tuple(map(int, reversed(factor.all_coeffs()))), k) for factor, k in whole.sqf_list()[1]]
+
+
+def _simple_roots(m, factor, estimates, denominator):
+    """Return the roots of a square-free polynomial by Aberth's iteration."""
+    if len(factor) == 2:
+        return [-m.mpf(factor[0]) / factor[1]]
+    values = _starts(m, factor, estimates, denominator)
+    close = m.ldexp(1, -m.prec * 2 // 5)  # beyond it one more step is exact to rounding, convergence being cubic
+    settled = False
+    for _ in range(_MOST_ITERATIONS):
+        moved = m.zero
+        for i, z in enumerate(values):
+            value, slope = horner(factor, z)
+            if not value:
+                continue
+            newton = value / slope
+            step = newton / (1 - newton * sum(1 / (z - other) for j, other in enumerate(values) if j != i))
+            values[i] = z - step
+            moved = max(moved, abs(step) / abs(z))
+        if settled:
+            return values
+        settled = moved < close
+    raise Undecided("the eigenvalues of a mode do not converge")
+
+
+def _starts(m, factor, estimates, denominator):
+    """Return as many distinct starts as the factor has roots: those estimates that Newton's step moves the least."""
+    spread = [m.mpc(z) * denominator * (1 + m.mpc(1e-9, 1e-9) * k) for k, z in enumerate(estimates)]
+    spread = [z if z else m.mpc(denominator, denominator) * 1e-12 for z in spread]
+
+    def moved(z):
+        value, slope = horner(factor, z)
+        return abs(value / slope / z) if slope else m.inf
+
+    return sorted(spread, key=moved)[: len(factor) - 1]
+
+
+def horner(coefficients, z):
+    """Return the value and the slope of a polynomial given from its lowest coefficient."""
+    value = slope = 0
+    for coefficient in reversed(coefficients):
+        slope = slope * z + value
+        value = value * z + coefficient
+    return value, slope
+
+
+def _paired(m, values):
+    """Yield (root, True) for the real roots and (root, False) for the upper ones of the complex pairs."""
+    for z in values:
+        mirror = m.conj(z)
+        nearest = min(values, key=lambda other: abs(other - mirror))
+        if nearest is z:
+            yield m.re(z), True
+        elif m.im(z) > 0:
+            yield z, False

@@ -1,0 +1,45 @@
+r"""How far rounding carries a run in doubles: a first-order account, carried backward from the end.
+
+A segment is wrong by the rounding of its terms, and its clock in proportion. The derivative of the final state with
+respect to a state before is the product of the segments' exponentials and, at each event, of
+
+    1 + (w'_after - w'_before) c / (c.w'_before),
+
+c the gradient of the guard; so every error is weighed by what becomes of it.
+"""
+
+import numpy as np
+
+from asympk.affine.functions import functions, initial, tremors
+from asympk.flow.arithmetic import Doubles
+
+UNIT = 2.0**-53
+
+
+def estimate(legs, states):
+    """Estimate the error of the first ``states`` of the final state, each relative to its largest value on the path."""
+    rows = np.eye(states, legs[-1].segment.start.size)
+    error, size, after = np.zeros(states), np.zeros(states), None
+    for leg in reversed(legs):
+        segment, flow, span = leg.segment, leg.segment.flow, leg.span
+        values, gained, begun = functions(Doubles, flow.blocks, span)
+        off, _ = tremors(Doubles, flow.blocks, span)
+        n, values = segment.functions, np.array(values)
+        end = np.array(gained) @ segment.sums[:n] + segment.sums[n + begun]
+        lost = np.array(off) @ segment.off_sums[:n] + segment.off_sums[n + begun] + abs(end)
+        size = np.maximum(size, np.maximum(abs(segment.start), abs(end))[:states])
+        if after is not None:
+            rates = values @ flow.rate @ segment.sums[:n]
+            guard = flow.rows[leg.guard, :-1]
+            error += abs(rows @ after) * (UNIT * (leg.start + span))
+            rows = rows + np.multiply.outer(rows @ (after - rates), guard / (guard @ rates))
+        error += abs(rows) @ (UNIT * lost)
+        rows = rows @ (values @ flow.flat).reshape(len(end), -1)
+        after = initial_rates(segment)
+    error += abs(rows) @ (UNIT * abs(segment.start))
+    return float((error / np.where(size > 0, size, 1.0)).max())
+
+
+def initial_rates(segment):
+    """Return ``w'(0)``."""
+    return np.array(initial(segment.flow.blocks)) @ segment.flow.rate @ segment.sums[: segment.functions]

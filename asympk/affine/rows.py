@@ -1,0 +1,269 @@
+r"""One affine mode followed for many starts at once: the verdicts of ``events`` on arrays of rows.
+
+The mesh of the mode bounds every guard of every row on a hundred intervals in a few matrix products. An interval that
+is not clear is cut into eight, for the rows that it belongs to, and again; then Newton's method runs on the brackets.
+Rows in which a sign stays open are left to the scalar flow.
+"""
+
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, sizes, tremors
+from asympk.affine.mesh import Window
+from asympk.flow.arithmetic import Doubles
+
+_MARGIN = Doubles.margin
+_ULPS = 64
+_WINDOWS = 64
+_ROUNDS = 12
+_PARTS = 8
+_PIECE = 24
+_STEPS = 40
+_CLOSE = 1e-9
+UNIT = 2.0**-53
+
+
+class Rows(NamedTuple):
+    """What segments of one mode need from their starts: the parts of ``mode.Segment``, one row each.
+
+    ``reach`` (rows, guards) is a time up to which a guard that vanishes at the start is positive; it is 0 for the
+    others, -1 where the guard falls at once, and NaN where that is not known.
+    """
+
+    flow: Any
+    sums: np.ndarray
+    off_sums: np.ndarray
+    guards: np.ndarray
+    off_guards: np.ndarray
+    slopes: np.ndarray
+    off_slopes: np.ndarray
+    bends: np.ndarray
+    zero: np.ndarray
+    reach: np.ndarray
+
+    def of(self, rows):
+        """Return some of the rows."""
+        return Rows(self.flow, *(part[rows] for part in self[1:]))
+
+
+class Ends(NamedTuple):
+    """How segments end: duration, guard (-1 where none is lost), state, error of the state; ``open`` rows did not."""
+
+    span: np.ndarray
+    hit: np.ndarray
+    state: np.ndarray
+    error: np.ndarray
+    open: np.ndarray
+
+
+def rows_of(flow, whole):
+    """Return the ``Rows`` of starts ``(w, 1)``, an array (rows, n + 1)."""
+    sums, guards, slopes, bends = _parts(flow, whole @ flow.tables.T)
+    off_sums, off_guards, off_slopes, off_bends = _parts(flow, abs(whole) @ flow.table_sizes.T)
+    n = len(flow.rate)
+    zero = abs(guards[:, n]) <= _ULPS * Doubles.eps * off_guards[:, n]
+    guards[:, n][zero] = off_guards[:, n][zero] = 0.0
+    reach = np.where(zero, _reach(flow, slopes, off_slopes, bends, off_bends), 0.0)
+    return Rows(flow, sums, off_sums, guards, off_guards, slopes, off_slopes, abs(bends), zero, reach)
+
+
+def _parts(flow, product):
+    found, at = [], 0
+    for rows, columns in flow.shapes:
+        found.append(product[:, at : at + rows * columns].reshape(-1, rows, columns).copy())
+        at += rows * columns
+    return found
+
+
+def _reach(flow, slopes, off_slopes, bends, off_bends):
+    """Return v/(3 B) for the first of g' and g'' that does not vanish at the start, B a bound of the next derivative.
+
+    -1 stands for v < 0, NaN for v that is not known.
+    """
+    start, size = np.array(initial(flow.blocks), dtype=float), abs(flow.rate)
+    most = min(1.0, 1.0 / max(size.sum(axis=0).max(), 1e-300))
+    third = np.matmul(size, abs(bends)).sum(axis=1)
+    found = np.full(slopes[:, 0].shape, np.nan)
+    for weights, off, bound in ((bends, off_bends, third), (slopes, off_slopes, abs(bends).sum(axis=1))):
+        value, doubt = start @ weights, _MARGIN * (start @ off)
+        reach = np.minimum(most, value / np.maximum(3 * bound, 1e-300))
+        clear = abs(value) > doubt
+        found = np.where(clear, np.where(value > 0, reach, -1.0), found)
+    still = ~slopes.any(axis=1)
+    return np.where(still, np.inf, found)
+
+
+class Table(NamedTuple):
+    """The functions at times (.., P): what enters sums, values, their sizes, bounds on the intervals, lengths."""
+
+    sums: np.ndarray
+    off_sums: np.ndarray
+    values: np.ndarray
+    off_values: np.ndarray
+    bounds: np.ndarray
+    h: np.ndarray
+
+
+def table(blocks, t):
+    """Return the ``Table`` at an array of times, the last axis in order."""
+    with np.errstate(all="ignore"):
+        values, gained, begun = functions(Arrays, blocks, t)
+        off_gained, off_values = tremors(Arrays, blocks, t)
+        bounds = sizes(Arrays, blocks, t[..., :-1], t[..., 1:])
+    base = [begun == k for k in range(len(blocks) + 1)]
+    parts = [*gained, *base], [*off_gained, *base], values, off_values
+    found = (np.stack(np.broadcast_arrays(*part), axis=-1).astype(float) for part in parts)
+    return Table(*found, np.stack(np.broadcast_arrays(*bounds), axis=-1), np.diff(t)[..., None])
+
+
+class Verdicts(NamedTuple):
+    """Of every row, interval and guard: whether it is positive there, and whether it falls through zero just once."""
+
+    positive: np.ndarray
+    falls: np.ndarray
+
+
+def judge(rows, known, first):
+    """Return the ``Verdicts`` on the intervals of a table; ``first`` tells which intervals begin at the start."""
+    g, off = known.sums @ rows.guards, known.off_sums @ rows.off_guards * _MARGIN
+    rise, off_rise = known.values @ rows.slopes, known.off_values @ rows.off_slopes * _MARGIN
+    spare = known.bounds @ rows.bends * known.h
+    low, high = g - off, g + off
+    above = np.minimum(low[:, :-1], low[:, 1:]) > spare * known.h / 8
+    both, doubt = rise[:, :-1] + rise[:, 1:], spare + off_rise[:, :-1] + off_rise[:, 1:]
+    touching = first[..., None] & rows.zero[:, None, :]
+    rising = (both > doubt) & ((low[:, :-1] > 0) | touching)
+    falling = (both < -doubt) & ~touching
+    within = touching & (known.h <= rows.reach[:, None, :])
+    positive = above | rising | within | (falling & (low[:, 1:] > 0))
+    return Verdicts(positive, falling & (low[:, :-1] > 0) & (high[:, 1:] < 0))
+
+
+def advance(flow, mesh, whole, left, error):
+    """Follow rows from starts ``whole`` (rows, n + 1), with errors (rows, n), for the times ``left``: the ``Ends``."""
+    rows = rows_of(flow, whole)
+    with np.errstate(all="ignore"):
+        span, hit, undone = _first_roots(rows, mesh, left)
+        state, error = _end(rows, span, hit, whole, error)
+    return Ends(span, hit, state, error, undone | ~np.isfinite(state).all(axis=1))
+
+
+def _first_roots(rows, mesh, left):
+    """Return (span, guard, rows that are undecided)."""
+    span, hit = left.copy(), np.full(left.shape, -1)
+    undone = ~(rows.reach >= 0).all(axis=1)
+    pending = np.flatnonzero(~undone) if rows.zero.shape[1] else np.zeros(0, dtype=int)
+    growing = rows.flow.rate.diagonal().max(initial=0.0)
+    for window in _pieces(mesh):
+        if not pending.size:
+            return span, hit, undone
+        if growing * window.t[-1] > MOST_EXPONENT:
+            break
+        at, found, doubtful = _in_window(rows.of(pending), window, left[pending])
+        span[pending], hit[pending] = np.where(found >= 0, at, span[pending]), found
+        undone[pending] |= doubtful
+        pending = pending[(found < 0) & ~doubtful & (left[pending] > window.t[-1])]
+    undone[pending] = True
+    return span, hit, undone
+
+
+def _pieces(mesh):
+    """Yield the windows of a mesh in pieces: most rows end in the first ones."""
+    for window in islice(mesh.windows(), _WINDOWS):
+        for k in range(0, len(window.h), _PIECE):
+            points, intervals = slice(k, k + _PIECE + 1), slice(k, k + _PIECE)
+            yield Window(*(part[points] for part in window[:5]), *(part[intervals] for part in window[5:]))
+
+
+def _in_window(rows, window, left):
+    """Return (time, guard or -1, doubtful) of the first root of each row within a window."""
+    known = Table(window.sums, window.off_sums, window.values, window.off_values, window.bounds, window.h)
+    first = np.zeros((1, len(window.h)), dtype=bool)
+    first[0, 0] = window.t[0] == 0
+    suspect = ~judge(rows, known, first).positive.all(axis=2) & (window.t[:-1] < left[:, None])
+    at, found, doubtful = np.zeros(left.shape), np.full(left.shape, -1), np.zeros(left.shape, dtype=bool)
+    todo = np.flatnonzero(suspect.any(axis=1))
+    while todo.size:
+        k = suspect[todo].argmax(axis=1)
+        lo, hi = window.t[k], np.minimum(window.t[k + 1], left[todo])
+        at[todo], found[todo], doubtful[todo] = _within(rows.of(todo), lo, hi)
+        suspect[todo, k] = False
+        todo = todo[(found[todo] < 0) & ~doubtful[todo] & suspect[todo].any(axis=1)]
+    return at, found, doubtful
+
+
+def _within(rows, lo, hi):
+    """Return (time, guard or -1, doubtful) of the first root of each row in its interval, by cutting it into eight."""
+    at, found, doubtful = np.zeros(lo.shape), np.full(lo.shape, -1), np.zeros(lo.shape, dtype=bool)
+    todo, end = np.arange(len(lo)), hi
+    for _ in range(_ROUNDS):
+        mine = rows.of(todo)
+        grid = _grid(mine, lo, hi)
+        verdicts = judge(mine, table(rows.flow.blocks, grid), grid[:, :-1] == 0)
+        clear, every = verdicts.positive.all(axis=2), np.arange(len(todo))
+        k, clean = clear.argmin(axis=1), clear.all(axis=1)
+        falls = verdicts.falls[every, k]
+        one = ~clean & (falls.sum(axis=1) == 1) & (verdicts.positive[every, k] | falls).all(axis=1)
+        if one.any():
+            found[todo[one]] = guard = falls[one].argmax(axis=1)
+            at[todo[one]] = _newton(mine.of(one), guard, grid[every, k][one], grid[every, k + 1][one])
+        lo, hi = np.where(clean, hi, grid[every, k]), np.where(clean, end[todo], grid[every, k + 1])
+        again = ~one & (lo < hi)
+        todo, lo, hi = todo[again], lo[again], hi[again]
+        if not todo.size:
+            break
+    doubtful[todo] = True
+    return at, found, doubtful
+
+
+def _grid(rows, lo, hi):
+    """Return nine times from lo to hi; the second is, from 0, where guards that vanish there are known positive."""
+    parts = np.linspace(0, 1, _PARTS + 1)
+    reach = np.where(rows.zero, rows.reach, np.inf).min(axis=1, initial=np.inf)
+    inner = np.where((lo == 0) & (reach < hi), reach, lo + (hi - lo) / _PARTS)[:, None]
+    return np.concatenate([lo[:, None], inner + (hi[:, None] - inner) * parts[:-1] * 8 / 7], axis=1)
+
+
+def _newton(rows, guard, lo, hi):
+    """Return the root of a guard of each row that falls from plus at lo to minus at hi."""
+    every, n = np.arange(len(lo)), len(rows.flow.rate)
+    weights, slopes = rows.guards[every, :, guard], rows.slopes[every, :, guard]
+    close, t = (hi - lo) * _CLOSE, (lo + hi) / 2
+    for _ in range(_STEPS):
+        values, gained, begun = functions(Arrays, rows.flow.blocks, t)
+        value = sum(g * w for g, w in zip(gained, weights.T, strict=False)) + weights[every, n + begun]
+        slope = sum(f * w for f, w in zip(values, slopes.T, strict=True))
+        lo, hi = np.where(value > 0, t, lo), np.where(value > 0, hi, t)
+        new = t - value / slope
+        inside = (new >= lo) & (new <= hi)
+        new = np.where(inside, new, (lo + hi) / 2)
+        done = (abs(new - t) <= close).all()
+        t = new
+        if done:
+            break
+    return t
+
+
+def _end(rows, span, hit, whole, error):
+    """Return the states at the ends of the segments, moved onto the guards lost, and bounds of their errors."""
+    flow, every, n = rows.flow, np.arange(len(span)), len(rows.flow.rate)
+    values, gained, begun = (np.array(part) for part in functions(Arrays, flow.blocks, span))
+    off = np.array(np.broadcast_arrays(*tremors(Arrays, flow.blocks, span)[0])).T
+    values, gained = (np.array(np.broadcast_arrays(*part), dtype=float).T for part in (values, gained))
+    state = np.einsum("mr,mrn->mn", gained, rows.sums[:, :n]) + rows.sums[every, n + begun]
+    lost = np.einsum("mr,mrn->mn", off, rows.off_sums[:, :n]) + rows.off_sums[every, n + begun]
+    spread = abs((values @ flow.flat).reshape(len(span), state.shape[1], -1))
+    error = np.einsum("mij,mj->mi", spread, error + UNIT * abs(whole[:, :-1])) + UNIT * (lost + abs(state))
+    struck = np.flatnonzero(hit >= 0)
+    if struck.size:
+        rates = np.einsum("mr,mrn->mn", values[struck] @ flow.rate, rows.sums[struck, :n])
+        gradient = flow.rows[hit[struck], :-1]
+        slope = np.einsum("mn,mn->m", gradient, rates)
+        values = np.einsum("mr,mr->m", gained[struck], rows.guards[struck, :n, hit[struck]])
+        value = values + rows.guards[struck, n + begun[struck], hit[struck]]
+        state[struck] -= (value / slope)[:, None] * rates
+        late = np.einsum("mn,mn->m", abs(gradient), error[struck]) / abs(slope)
+        error[struck] += abs(rates) * late[:, None]
+    return state, error

@@ -1,0 +1,243 @@
+r"""The fast fibre of a smooth slow-fast system, in numbers: its layer, and the slow motion from its base point.
+
+In the fast time tau = t/mu the motion from (x_0, y_0) is X_0 + mu X_1 + ..., Y_0 + mu Y_1 + ... with X_0 = x_0 and
+
+    Y_0' = g(x_0, Y_0, 0),    X_k' = [mu^(k-1)] f(X, Y, mu),    Y_k' = [mu^k] g(X, Y, mu).
+
+Where Y_0 tends to an attracting branch b = h_0(x_0), X_k and Y_k tend to polynomials S_k and H_k in tau. They are the
+slow motion x' = F(x, mu), y = h(x, mu) in powers of mu at fixed tau; S(0) is the base point of the fibre.
+The slow motion is the Taylor series in mu and t that solves x' = f, mu y' = g, coefficient by coefficient,
+
+    (j + 1) x_(k,j+1) = f_kj,    (j + 1) y_(k-1,j+1) = g_kj,    S_m = sum_(k+j=m) x_kj tau^j,
+
+the second of which gives y_kj, so that no derivative of h is needed. All is straight-line code, derived once.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from importlib import import_module
+
+import sympy as sp
+
+from asympk.asymptotics.tape import Tape
+from asympk.asymptotics.taylor import FUNCTIONS, Taylor, along, as_taylor
+from asympk.symbolic.expansion import fast_jacobian
+from asympk.symbolic.system import Mode
+
+NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """One smooth mode as compiled functions, to one order; x are slow states, y fast ones, b the branch's value.
+
+    All take numbers one by one, p the parameters. A series is X_0, Y_0, X_1, Y_1, ..., X_n, Y_n, state by state.
+
+    1. ``layer(series, p)`` returns the rates of the series in tau, those of X_0 left out.
+    2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each by state and power of tau.
+    3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m]`` of the same returns y.
+    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, and f_y h_x by rows.
+    5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
+
+    ``arrays`` is the same for arrays that broadcast. Raises ``InputError`` for a function that has no series here.
+    """
+
+    mode: Mode
+    small: sp.Symbol
+    parameters: tuple[sp.Symbol, ...]
+    order: int
+    library: str = "math"
+
+    @cached_property
+    def arrays(self):
+        return formulas(self.mode, self.small, self.parameters, self.order, "numpy")
+
+    @cached_property
+    def layer(self):
+        return self.field.layer(self.order)
+
+    @cached_property
+    def slow(self):
+        return self.field.slow(self.order)
+
+    @cached_property
+    def flow(self):
+        return tuple(map(self.field.flow, range(self.order + 1)))
+
+    @cached_property
+    def height(self):
+        return tuple(map(self.field.height, range(self.order + 1)))
+
+    @cached_property
+    def force(self):
+        return self.field.at_point(self.field.force)
+
+    @cached_property
+    def jacobian(self):
+        return self.field.at_point(list(self.field.jacobian))
+
+    @cached_property
+    def slow_rates(self):
+        return self.field.slow_rates()
+
+    @cached_property
+    def field(self):
+        return _Field(self)
+
+
+formulas = lru_cache(maxsize=64)(Formulas)
+
+
+def _library(name):
+    """Return {name: function or constant} of ``"math"`` or ``"numpy"``."""
+    module, known = import_module(name), NUMPY_NAMES if name == "numpy" else {}
+    return {f: getattr(module, known.get(f, f)) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
+
+
+class _Field:
+    """A mode, its states and parameters under names that can stand in a program."""
+
+    def __init__(self, given):
+        mode, self.small = given.mode, given.small
+        self.slow_states, self.fast_states = tuple(mode.slow), tuple(mode.fast)
+        self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
+        self.force = [g.subs(given.small, 0) for g in self.full_force]
+        self.jacobian = fast_jacobian(mode, given.small)
+        self.across = sp.Matrix(self.force).jacobian(self.slow_states)
+        self.names = {p: f"p{i}" for i, p in enumerate(given.parameters)}
+        self.library = _library(given.library)
+
+    def tape(self, *inputs):
+        """Return a tape with ``inputs`` and the parameters, and the nodes of these."""
+        tape = Tape(*inputs, *self.names.values())
+        return tape, {p: tape.node(name) for p, name in self.names.items()}
+
+    def layer(self, order):
+        """Compile the rates of the layer's series."""
+        states = (*self.slow_states, *self.fast_states)
+        names = [[f"v{i}_{k}" for i in range(len(states))] for k in range(order + 1)]
+        tape, values = self.tape(*(name for level in names for name in level))
+        for i, s in enumerate(states):
+            values[s] = Taylor({(k, 0): tape.node(level[i]) for k, level in enumerate(names)}, order)
+        values[self.small] = _small(order)
+        drift, force = (self._along(rates, values, tape, order) for rates in (self.drift, self.full_force))
+        rates = [g[0, 0] for g in force]
+        for k in range(1, order + 1):
+            rates += [*(f[k - 1, 0] for f in drift), *(g[k, 0] for g in force)]
+        return tape.function(tuple(rates), self.library)
+
+    def slow(self, order):
+        """Compile the slow motion in powers of mu at fixed tau, from the series of its start."""
+        n = len(self.slow_states)
+        inputs = [f"v{i}_0" for i in range(n + len(self.fast_states))]
+        inputs += [f"v{i}_{k}" for k in range(1, order + 1) for i in range(n)]
+        tape, values = self.tape(*inputs)
+        start = [{(k, 0): tape.node(f"v{i}_{k}") for k in range(order + 1)} for i in range(n)]
+        *motion, _ = self.motion(tape, values, start, order)
+        levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
+        return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.library)
+
+    def flow(self, order):
+        """Compile the rates of x and of the branch's value on the manifold to ``order``."""
+        tape, values, drift, _ = self._at_rest(order)
+        rates = [_polynomial(f, order, tape) for f in drift]
+        point = _first(values)
+        across = [sum((along(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
+                  for row in self.across.tolist()]  # fmt: skip
+        branch = [-1 * c for c in _product(self._inverse(values, tape), across)]
+        return tape.function((*rates, *branch), self.library)
+
+    def height(self, order):
+        """Compile the fast states on the manifold to ``order``."""
+        tape, _, _, y = self._at_rest(order)
+        return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.library)
+
+    def slow_rates(self):
+        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and f_y h_x."""
+        tape, values, _, _ = self._at_rest(1)
+        (found,) = self._along([self.jacobian.det()], values, tape, 1)
+        point = _first(values)
+        across = [[along(c, point, tape) for c in row] for row in self.across.T.tolist()]
+        inverse = self._inverse(values, tape)
+        slopes = [[-1 * c for c in _product(inverse, column)] for column in across]
+        drift = sp.Matrix(self.drift).subs(self.small, 0).jacobian(self.fast_states)
+        coupling = [[along(c, point, tape) for c in row] for row in drift.tolist()]
+        entries = [c for row in coupling for c in _product(slopes, row)]
+        return tape.function((found[0, 1] / found[0, 0], *entries), self.library)
+
+    def at_point(self, exprs):
+        """Compile expressions at (x, y)."""
+        states = (*self.slow_states, *self.fast_states)
+        tape, values = self.tape(*(f"v{i}_0" for i in range(len(states))))
+        values |= {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
+        return tape.function(tuple(along(sp.sympify(e), values, tape) for e in exprs), self.library)
+
+    def _at_rest(self, order):
+        """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
+        n = len(self.slow_states)
+        tape, values = self.tape(*(f"v{i}_0" for i in range(n + len(self.fast_states))), "mu")
+        _, y, drift = self.motion(tape, values, [{(0, 0): tape.node(f"v{i}_0")} for i in range(n)], order)
+        return tape, values, drift, y
+
+    def motion(self, tape, values, start, order):
+        """Return x, y and x' of the slow motion as series; ``start`` gives the terms of x at t = 0, v_0 the branch."""
+        n = len(start)
+        x = [{index: c for index, c in terms.items() if sum(index) <= order} for terms in start]
+        y = [{(0, 0): tape.node(f"v{n + i}_0")} for i in range(len(self.fast_states))]
+        self._put(values, x, y, order)
+        inverse = self._inverse(values, tape)
+        for degree in range(1, order + 1):
+            for terms, f in zip(x, self._along(self.drift, values, tape, degree - 1), strict=True):
+                terms |= {(degree - j, j): f[degree - j, j - 1] * Fraction(1, j) for j in range(1, degree + 1)}
+            self._put(values, x, y, order)
+            force = self._along(self.full_force, values, tape, degree)  # the unknown y of this degree left out
+            for k in range(degree + 1):
+                rates = [c.get((k - 1, degree - k + 1), 0) * (degree - k + 1) for c in y]
+                rest = [rate - g[k, degree - k] for rate, g in zip(rates, force, strict=True)]
+                for terms, c in zip(y, _product(inverse, rest), strict=True):
+                    terms[k, degree - k] = c
+            self._put(values, x, y, order)
+        drift = self._along(self.drift, values, tape, order)
+        return [Taylor(c, order) for c in x], [Taylor(c, order) for c in y], drift
+
+    def _put(self, values, x, y, order):
+        states = (*self.slow_states, *self.fast_states)
+        values |= {s: Taylor(dict(c), order) for s, c in zip(states, [*x, *y], strict=True)}
+        values[self.small] = _small(order)
+
+    def _along(self, exprs, values, tape, degree):
+        cut = {s: v.cut(degree) if isinstance(v, Taylor) else v for s, v in values.items()}
+        return [as_taylor(along(sp.sympify(e), cut, tape), degree) for e in exprs]
+
+    def _inverse(self, values, tape):
+        """Return g_y^-1 at the start, by cofactors: nothing is compared."""
+        point = _first(values)
+        entries = [[along(e, point, tape) for e in row] for row in self.jacobian.tolist()]
+        symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
+        known = {symbols[i, j]: e for i, row in enumerate(entries) for j, e in enumerate(row)}
+        determinant = along(symbols.det(method="berkowitz"), known, tape)
+        adjugate = symbols.adjugate(method="berkowitz")
+        return [[along(e, known, tape) * (Fraction(1) / determinant) for e in row] for row in adjugate.tolist()]
+
+
+def _first(values):
+    """Return the values at mu = 0, t = 0."""
+    return {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
+
+
+def _small(order):
+    return Taylor({(1, 0): 1} if order else {}, order)
+
+
+def _polynomial(series, order, tape):
+    """Return the sum of the coefficients of mu**k times mu**k, by Horner's scheme."""
+    total = series[order, 0]
+    for k in reversed(range(order)):
+        total = total * tape.node("mu") + series[k, 0]
+    return total
+
+
+def _product(matrix, vector):
+    return [sum((a * b for a, b in zip(row, vector, strict=True)), 0) for row in matrix]

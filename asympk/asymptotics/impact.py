@@ -1,0 +1,141 @@
+r"""The layers of a system with friction to order 0: which modes they pass, and the impulses where the load grows.
+
+In a layer the slow states stand still and the fast state y of one mode obeys mu y' = g_0 + g_1 y. It settles on the
+branch y = -g_0/g_1, or meets a guard of its mode, or, where g_1 > 0, grows beyond all bounds. Then the impulse
+J = int |y| dt carries the slow states, dx/dJ = +-dx'/dy, and mu y, until sliding stops; in stick mu y returns to 0. So
+
+    velocity -> 0,    mu y -> 0,    x -> x + (impulses),    errors O(mu log(1/mu)),
+
+which is the jump law of a mechanism with a stiff damped contact. Afterwards y falls in stick from infinity on.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from asympk.automaton.automaton import Automaton
+from asympk.errors import OutOfRange
+from asympk.path import Event
+from asympk.symbolic.branches import Branch, Phase, name
+
+PASSAGES = 20  # modes that one layer may pass
+REACH = 1e6  # of an impulse, in units of the state
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """Where a layer lands: the branch of its last mode, the state with y on its critical manifold, and its events."""
+
+    branch: Branch
+    state: tuple
+    events: tuple[Event, ...]
+    modes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Layers:
+    """The layers of an automaton with one friction and one fast state, at index ``fast``, for one ``mu``."""
+
+    automaton: Automaton
+    fast: int
+    mu: float
+
+    def arrive(self, t: float, state: tuple, branch: Branch) -> Arrival:
+        """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle."""
+        events: list[Event] = []
+        modes = [name(branch)]
+        for _ in range(PASSAGES):
+            target, guard = self._ahead(branch, t, state)
+            if guard is None and not math.isinf(target):
+                return Arrival(branch, self._with(state, target), tuple(events), tuple(modes))
+            if guard is None:
+                branch, state, passed = self._stop(branch, t, state, math.copysign(1, target))
+                events += passed
+            else:
+                mode = self.automaton.mode(branch)
+                state = self._with(state, target)
+                kind, friction = mode.kinds[guard]
+                events.append(Event(kind, t, state, friction))
+                branch = self.automaton.next(branch, (guard,), t, state)
+            modes.append(name(branch))
+        raise OutOfRange(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
+
+    def _ahead(self, branch: Branch, t: float, state: tuple) -> tuple[float, int | None]:
+        """Return where y goes, and the guard that it meets before, if any: then y is that of the guard."""
+        mode, y = self.automaton.mode(branch), state[self.fast]
+        slope = self.mu * mode.jac(t, state)[self.fast][self.fast]
+        force = self.mu * mode.rhs(t, state)[self.fast]
+        if slope == 0:
+            raise OutOfRange(f"dg/dy vanishes in mode {mode.name} at t = {t:.6g}: no layer settles or grows there")
+        rest = y - force / slope
+        if slope > 0 and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
+            raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
+                             "motions; move the start off it")  # fmt: skip
+        target = rest if slope < 0 else math.copysign(math.inf, y - rest)
+        return self._first_guard(mode, t, state, target)
+
+    def _first_guard(self, mode: Any, t: float, state: tuple, target: float) -> tuple[float, int | None]:
+        y = state[self.fast]
+        values = np.array(mode.guard_values(t, state))
+        slopes = np.array(mode.guard_values(t, self._with(state, y + 1))) - values
+        direction = math.copysign(1, target - y)
+        met = [(abs(v / s), k) for k, (v, s) in enumerate(zip(values, slopes, strict=True))
+               if s * direction < 0 and v > 0 and abs(v / s) < abs(target - y)]  # fmt: skip
+        if not met:
+            return target, None
+        distance, guard = min(met)
+        return y + direction * distance, guard
+
+    def _stop(self, branch: Branch, t: float, state: tuple, side: float) -> tuple[Branch, tuple, list[Event]]:
+        """Carry the state by the impulse of a load that grows on one ``side``, through the stop, and into stick."""
+        (phase,) = branch
+        stick = (Phase(phase.load, 0),)
+        if not phase.velocity:
+            raise OutOfRange(f"the load grows without bounds in stick at t = {t:.6g}; the contact law does not hold it")
+        slip = self.automaton.mode(branch)
+        sliding = next(k for k, (kind, _) in enumerate(slip.kinds) if kind == "velocity_zero")
+        stopped, large = self._carried(slip, t, state, 0.0, side, lambda w: slip.guard_values(t, (*w[:-1],))[sliding])
+        stopped = slip.snapped(sliding, t, stopped)
+        event = Event("velocity_zero", t, self._with(stopped, large / self.mu), 0)
+        after, _ = self._carried(self.automaton.mode(stick), t, stopped, large, side, lambda w: side * w[-1])
+        self._require_held(stick, t, after, side)
+        return stick, self._with(after, self._from_infinity(stick, t, after, side)), [event]
+
+    def _carried(self, mode: Any, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
+        """Return the state and mu y where ``level`` of both falls to 0, along dJ = |y| dt."""
+
+        def rates(_, w):
+            column = [side * row[self.fast] for row in mode.jac(t, tuple(w[:-1]))]
+            return [*(0.0 if i == self.fast else c for i, c in enumerate(column)), self.mu * column[self.fast]]
+
+        def met(_, w):
+            return level(w)
+
+        met.terminal, met.direction = True, -1
+        first = np.array([*state, large])
+        found = solve_ivp(rates, (0, REACH * np.abs(first).max()), first, "DOP853", rtol=1e-11, atol=1e-12, events=met)
+        if not found.t_events[0].size:
+            raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
+        end = found.y_events[0][0]
+        return tuple(end[:-1].tolist()), float(end[-1])
+
+    def _require_held(self, stick: Branch, t: float, state: tuple, side: float) -> None:
+        mode = self.automaton.mode(stick)
+        far = 1e9 * max(1.0, *map(abs, state))
+        if min(mode.guard_values(t, self._with(state, side * far))) <= 0:
+            raise OutOfRange(f"static friction does not hold the impulse at t = {t:.6g}: the contact slips on")
+
+    def _from_infinity(self, stick: Branch, t: float, state: tuple, side: float) -> float:
+        """Return a y beyond every guard of stick."""
+        mode = self.automaton.mode(stick)
+        at = self._with(state, 0.0)
+        values = np.array(mode.guard_values(t, at))
+        slopes = np.array(mode.guard_values(t, self._with(state, 1.0))) - values
+        roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
+        return side * 2 * (1 + max([*roots, *map(abs, state)]))
+
+    def _with(self, state: tuple, y: float) -> tuple:
+        return (*state[: self.fast], y, *state[self.fast + 1 :])

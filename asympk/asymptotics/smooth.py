@@ -1,0 +1,135 @@
+r"""The asymptotic models of a smooth slow-fast system: slow motion from the base point, and its layer composed with it.
+
+``"slow"`` of order n is the motion on the slow manifold to order n from the base point to order n; it holds after the
+layer. ``"jump"`` is the uniform composite: layer + slow - common part,
+
+    x = S(t) + sum mu^k (X_k - S_k)(t/mu),    y = h(S(t)) + sum mu^k (Y_k - H_k)(t/mu),    error O(mu^(n+1)).
+
+The error that a path carries is what the next order changes at ``until``, and what the one after that may still add.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+
+from asympk.asymptotics import reduced
+from asympk.asymptotics.fibre import formulas
+from asympk.asymptotics.landing import Landing, land, root
+from asympk.asymptotics.reduced import Reduced
+from asympk.errors import InputError, NotDerivable, OrderError, OutOfRange
+from asympk.path import Path
+
+HIGHEST_ORDER = 4
+EXTRA = 2  # the orders beyond the one asked for, which tell its error
+STALLED = 0.5  # the ratio of omitted terms beyond which the series is not taken to converge
+FINEST, COARSEST = 1e-13, 1e-7
+FINER = 1e-5  # how much finer than mu^(n + 1) the integrations are
+ROUNDING = 50  # what the integrations lose, in units of their tolerance
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The slow motion and its layer to the orders n, n + 1, n + 2, of the states ``kept``."""
+
+    landing: Landing
+    reduced: Reduced
+    rtol: float
+    kept: tuple[int, ...]
+
+    def states(self, t):
+        """Return the states on the slow manifold at the array ``t``, for every order: (orders, states) + t.shape."""
+        return self.reduced.states(t)[:, self.kept]
+
+    def layer(self, t):
+        """Return what the layer adds at ``t``, for every order."""
+        mu, count = self.reduced.mu, self.landing.order + 1
+        terms = self.landing.corrections(np.asarray(t, dtype=float) / mu)
+        sums = np.cumsum(terms * mu ** np.arange(count).reshape(-1, *[1] * (terms.ndim - 1)), axis=0)
+        return sums[list(self.reduced.orders)][:, self.kept]
+
+
+def run(scene, method="jump", *, order=1):
+    """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
+
+    Raises ``OrderError``; ``NotDerivable`` for a system without fast states, ``OutOfRange`` where the layer settles on
+    no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the slow manifold is lost
+    before ``until``.
+    """
+    order, system = checked_order(method, order), scene.system
+    if system.small is None:
+        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
+    given = dict(zip(system.parameters, map(float, scene.values), strict=True))
+    mu, until = given.pop(system.small), float(scene.until)
+    mode = _autonomous(system)
+    begin = (*map(float, scene.start[: len(system.slow)]), *[0.0] * (len(mode.slow) - len(system.slow)),
+             *map(float, scene.start[len(system.slow) :]))  # fmt: skip
+    known = formulas(mode, system.small, tuple(given), order + EXTRA)
+    kept = tuple(i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time)
+    motion = follow(known, order, begin, mu, tuple(given.values()), until, kept)
+    path = Dense(motion, method == "jump", until)
+    error = predicted_error(motion, method == "jump", until)
+    if not error < 1:
+        raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
+                         f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
+    return Path(scene, method, tuple(path(until).tolist()), (), (mode.name,), path, error)
+
+
+def _autonomous(system):
+    """Return the mode of a smooth system; an explicit time is one slow state more."""
+    mode = system.modes[0]
+    return mode if system.time is None else replace(mode, slow=sp.Dict({**mode.slow, system.time: 1}))
+
+
+def follow(known, order, begin, mu, values, until, kept):
+    """Return the ``Motion`` to ``order`` and the ``EXTRA`` orders beyond it."""
+    slow = len(known.mode.slow)
+    rtol = min(max(FINER * mu ** (order + 1), FINEST), COARSEST)
+    landing = land(known, order + EXTRA, begin[:slow], begin[slow:], values, rtol, mu)
+    orders = tuple(range(order, order + EXTRA + 1))
+    powers = mu ** np.arange(order + EXTRA + 1)
+    starts = [_on_branch(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
+    return Motion(landing, reduced.follow(known, orders, starts, slow, mu, values, until, rtol), rtol, kept)
+
+
+def _on_branch(known, x, near, values):
+    b = root(known, x, near, values)
+    if b is None:
+        raise OutOfRange(f"the base point x = {', '.join(f'{v:.6g}' for v in x)} is off the branch that the layer "
+                         "settles on; the small parameter is not small here")  # fmt: skip
+    return np.array([*x, *b])
+
+
+def predicted_error(motion, layered, t):
+    """Return the error to expect of the lowest order at ``t``, relative to the largest of 1 and the states."""
+    layer = motion.layer(t)
+    now, next_, last = motion.states(t) + layer
+    first, second = np.abs(next_ - now).max(), np.abs(last - next_).max()
+    ratio = min(STALLED, second / first) if first > 0 else STALLED
+    left = 0.0 if layered else np.abs(layer[0]).max()
+    error = first + 2 * second / (1 - ratio) + left
+    scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
+    return float(error / scale + ROUNDING * motion.rtol)
+
+
+def checked_order(method, order):
+    """Return the order; raises ``OrderError``."""
+    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
+        raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {HIGHEST_ORDER}")
+    return order
+
+
+@dataclass(frozen=True)
+class Dense:
+    """The motion to the order asked for at any times in [0, until]: an array of shape ``(states,) + t.shape``."""
+
+    motion: Motion
+    layered: bool
+    until: float
+
+    def __call__(self, t):
+        times = np.asarray(t, dtype=float)
+        if not ((times >= 0) & (times <= self.until)).all():
+            raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
+        slow = self.motion.states(times)[0]
+        return slow + self.motion.layer(times)[0] if self.layered else slow

@@ -1,0 +1,164 @@
+r"""Taylor arithmetic in two variables, mu and t, on a tape: expressions along series that are not known yet.
+
+A ``Taylor`` is sum c_kj mu^k t^j, k + j <= degree. Coefficients are nodes of a ``Tape``, whole numbers or fractions,
+so that whatever is computed becomes straight-line code. A function phi goes through its derivatives,
+phi(u_0 + w) = sum phi^(i)(u_0) w^i / i!  (Griewank and Walther, Evaluating Derivatives, chapter 13).
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from math import factorial
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+
+FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "sqrt")
+U = sp.Symbol("u", positive=True)
+
+
+@dataclass(frozen=True)
+class Taylor:
+    """A truncated series: ``terms[k, j]`` multiplies mu**k t**j; what is not there is zero."""
+
+    terms: dict[tuple[int, int], Any]
+    degree: int
+
+    def __getitem__(self, index):
+        return self.terms.get(index, 0)
+
+    def __add__(self, other):
+        found = dict(self.terms)
+        for index, c in as_taylor(other, self.degree).terms.items():
+            found[index] = found[index] + c if index in found else c
+        return Taylor(found, self.degree)
+
+    def __mul__(self, other):
+        found = {}
+        for (k, j), a in self.terms.items():
+            for (m, i), b in as_taylor(other, self.degree).terms.items():
+                if k + j + m + i <= self.degree:
+                    index, product = (k + m, j + i), a * b
+                    found[index] = found[index] + product if index in found else product
+        return Taylor({index: c for index, c in found.items() if not _is_zero(c)}, self.degree)
+
+    def cut(self, degree):
+        """Return the series to ``degree``."""
+        return Taylor({index: c for index, c in self.terms.items() if sum(index) <= degree}, degree)
+
+    def inverse(self):
+        """Return 1/self."""
+        first = Fraction(1) / self[0, 0]
+        rest = Taylor({i: c for i, c in self.terms.items() if i != (0, 0)}, self.degree) * (-1 * first)
+        return _geometric(rest, [1] * (self.degree + 1)) * first
+
+
+def along(expr, values, tape):
+    """Return ``expr`` along ``values``, a dict {symbol: Taylor, node or number}; ``tape`` takes its functions.
+
+    Raises ``InputError`` for a function without a derivative or an elementary value.
+    """
+    if expr in values:
+        return values[expr]
+    if expr.is_Rational:
+        return expr.p if expr.q == 1 else Fraction(int(expr.p), int(expr.q))
+    if expr.is_NumberSymbol:
+        return tape.node(str(expr))
+    if expr.is_Add or expr.is_Mul:
+        first, *rest = (along(a, values, tape) for a in expr.args)
+        for value in rest:
+            first = _combined(expr, first, value)
+        return first
+    base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
+    if exponent.is_Integer and expr.is_Pow:
+        return _power(along(base, values, tape), int(exponent))
+    if expr.is_Pow and not exponent.is_Rational:
+        return along(sp.exp(exponent * sp.log(base), evaluate=False), values, tape)
+    return _function(expr, values, tape)
+
+
+def scalar(expr, value, tape):
+    """Return a function of ``U`` at a node or number, written on the tape."""
+    if expr.is_Function and expr.args == (U,) and type(expr).__name__ in FUNCTIONS:
+        return tape.call(type(expr).__name__, value)
+    if expr.is_Pow and expr.base == U and expr.exp.is_Rational and not expr.exp.is_Integer:
+        if expr.exp.q == 2:
+            return _power(tape.call("sqrt", value), int(expr.exp.p))
+        return tape.call("exp", tape.call("log", value) * Fraction(int(expr.exp.p), int(expr.exp.q)))
+    if expr.is_Function:
+        raise InputError(f"{expr.func} has no value here; use {', '.join(FUNCTIONS)}")
+    if not expr.args or expr == U:
+        return along(expr, {U: value}, tape)
+    return along(expr, _Scalars({U: value}, tape), tape)
+
+
+class _Scalars(dict):
+    """The values of functions of ``U``, found when they are asked for."""
+
+    def __init__(self, values, tape):
+        super().__init__(values)
+        self.tape = tape
+
+    def __contains__(self, expr):
+        return super().__contains__(expr) or expr.is_Function or (
+            expr.is_Pow and expr.base == U and not expr.exp.is_Integer
+        )  # fmt: skip
+
+    def __missing__(self, expr):
+        return scalar(expr, self[U], self.tape)
+
+
+def _function(expr, values, tape):
+    outer, inner = (U**expr.exp, expr.base) if expr.is_Pow else (expr.func(U), expr.args[0])
+    if not expr.is_Pow and len(expr.args) > 1:
+        raise InputError(f"{expr}: functions of one variable have series here")
+    at = along(inner, values, tape)
+    if not isinstance(at, Taylor):
+        return scalar(outer, at, tape)
+    rest = Taylor({i: c for i, c in at.terms.items() if i != (0, 0)}, at.degree)
+    count = at.degree + 1 if rest.terms else 1
+    return _geometric(rest, [scalar(d, at[0, 0], tape) * Fraction(1, factorial(i))
+                             for i, d in enumerate(_derivatives(outer, count))])  # fmt: skip
+
+
+@lru_cache(maxsize=256)
+def _derivatives(outer, count):
+    found = [outer]
+    while len(found) < count:
+        found.append(found[-1].diff(U))
+    return found
+
+
+def _geometric(rest, coefficients):
+    """Return sum c_i rest**i by Horner's scheme."""
+    *lower, total = coefficients
+    total = as_taylor(total, rest.degree)
+    for c in reversed(lower):
+        total = total * rest + c
+    return total
+
+
+def _combined(expr, a, b):
+    if not isinstance(a, Taylor) and isinstance(b, Taylor):
+        a, b = b, a
+    return a + b if expr.is_Add else a * b
+
+
+def _power(value, exponent):
+    if exponent < 0:
+        value, exponent = value.inverse() if isinstance(value, Taylor) else Fraction(1) / value, -exponent
+    if exponent == 1:
+        return value
+    half = _power(value, exponent // 2)
+    return half * half * value if exponent % 2 else half * half
+
+
+def as_taylor(value, degree):
+    """Return a node or number as a series."""
+    return value if isinstance(value, Taylor) else Taylor({(0, 0): value}, degree)
+
+
+def _is_zero(c):
+    return isinstance(c, int | Fraction) and c == 0

@@ -1,0 +1,187 @@
+"""Formulas read from text, safely: through the syntax tree, by a white list of names, functions and sizes.
+
+Nothing is ever evaluated as code. A formula is what Python calls an expression, made of the names that the caller
+allows, numbers that mean what they spell (``0.2`` is 1/5), ``+ - * / **`` and the functions below; ``^`` is a power,
+too. What it may cost is bounded before anything is computed.
+"""
+
+import ast
+import re
+from collections.abc import Mapping
+from difflib import get_close_matches
+from fractions import Fraction
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.numbers import short
+
+FUNCTIONS = {
+    name: getattr(sp, name)
+    for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
+} | {"abs": sp.Abs, "Abs": sp.Abs, "sign": sp.sign, "cbrt": sp.cbrt}
+CONSTANTS = {"pi": sp.pi}
+LONGEST = 4000  # characters
+DEEPEST = 60  # levels of the tree
+LARGEST_DEGREE = 64
+_LARGEST_NUMBER = 1000  # digits
+_OPERATORS = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+}
+_RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
+_NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?(?![\w.])", re.ASCII)
+
+
+def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "formula") -> sp.Expr:
+    """Return the SymPy expression that ``text`` spells in the names of ``symbols``, its decimals exact.
+
+    A number is taken, too. Raises ``InputError`` for other names and functions, what is no formula, and what is too
+    large.
+
+    >>> x = sp.Symbol("x")
+    >>> read_formula("0.2*x^2 - sin(x)/3", {"x": x})
+    x**2/5 - sin(x)/3
+    """
+    found = _read(text, symbols, what)
+    if not isinstance(found, sp.Expr):
+        raise InputError(f"{what} = {short(text)}: it is a relation; give an expression")
+    if found.has(sp.zoo, sp.nan, sp.oo, -sp.oo, sp.I):
+        raise InputError(f"{what} = {short(text)}: it is not a finite real expression")
+    return found
+
+
+def read_relation(text: object, symbols: Mapping[str, sp.Expr], what: str = "assumption") -> sp.Basic:
+    """Return the relation that ``text`` spells, such as ``kappa > 0`` or ``0 < r <= 1``; raises ``InputError``."""
+    found = _read(text, symbols, what)
+    if isinstance(found, sp.Expr):
+        raise InputError(f"{what} = {short(text)}: it must be a relation, such as 'kappa > 0'")
+    return found
+
+
+def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
+    if isinstance(text, int | Fraction) and not isinstance(text, bool):
+        return sp.Rational(Fraction(text).numerator, Fraction(text).denominator)
+    if not isinstance(text, str):
+        raise InputError(f"{what} = {short(text)}: it must be a formula in text, such as 'x + 2*y'")
+    if len(text) > LONGEST:
+        raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
+    plain = {_plain(name): symbol for name, symbol in symbols.items()}
+    try:
+        tree = ast.parse(_plain(text.replace("^", "**")).strip(), mode="eval")
+    except (SyntaxError, ValueError, MemoryError, RecursionError):
+        raise InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'") from None
+    return _Reader(plain, what, text).read(tree.body, 0)
+
+
+def _degree(expr: sp.Expr) -> int:
+    """Return a bound on the degree of ``expr`` once it is expanded; a number counts as 1, as a function does."""
+    if expr.is_Add:
+        return max(map(_degree, expr.args))
+    if expr.is_Mul:
+        return sum(map(_degree, expr.args))
+    if expr.is_Pow and expr.exp.is_Integer:
+        return int(abs(expr.exp)) * _degree(expr.base)
+    return 1
+
+
+def _plain(text: str) -> str:
+    """Spell primes and the word lambda as Python's grammar has names."""
+    text = re.sub(r"(\w)'", r"\1_prime", text)
+    return re.sub(r"\blambda\b", "lambda_", text)
+
+
+class _Reader:
+    """One formula: its names, and what a message calls it."""
+
+    def __init__(self, symbols: Mapping[str, sp.Expr], what: str, text: str):
+        self.symbols, self.what, self.text = symbols, what, text
+
+    def read(self, node: ast.AST, depth: int) -> sp.Basic:
+        if depth > DEEPEST:
+            raise self._refuse(f"it is nested deeper than {DEEPEST}")
+        match node:
+            case ast.Constant():
+                return self._number(node)
+            case ast.Name():
+                return self._name(node.id)
+            case ast.UnaryOp(op=ast.USub()):
+                return -self.read(node.operand, depth + 1)
+            case ast.UnaryOp(op=ast.UAdd()):
+                return self.read(node.operand, depth + 1)
+            case ast.BinOp():
+                return self._operation(node, depth)
+            case ast.Call():
+                return self._call(node, depth)
+            case ast.Compare():
+                return self._relation(node, depth)
+        raise self._refuse("it may hold numbers, names, + - * / ** and functions")
+
+    def _number(self, node: ast.Constant) -> sp.Rational:
+        spelled = ast.get_source_segment(self._source(), node) or ""
+        if isinstance(node.value, bool) or not _NUMBER.fullmatch(spelled):
+            raise self._refuse(f"{short(spelled or node.value)} is not a number")
+        value = Fraction(spelled)
+        if value and not 1e-300 < value < 1e300:
+            raise self._refuse(f"{short(spelled)} is beyond the range of doubles")
+        return sp.Rational(value.numerator, value.denominator)
+
+    def _name(self, name: str) -> sp.Expr:
+        if name in self.symbols:
+            return self.symbols[name]
+        if name in CONSTANTS:
+            return CONSTANTS[name]
+        near = get_close_matches(name, [*self.symbols, *CONSTANTS], 1)
+        hint = f"; did you mean {near[0]}?" if near else f"; it has {', '.join(self.symbols) or 'none'}"
+        raise self._refuse(f"the name {name} is unknown{hint}")
+
+    def _operation(self, node: ast.BinOp, depth: int) -> sp.Expr:
+        left, right = self._expression(node.left, depth + 1), self._expression(node.right, depth + 1)
+        if type(node.op) in _OPERATORS:
+            return _OPERATORS[type(node.op)](left, right)
+        if isinstance(node.op, ast.Div):
+            if right == 0:
+                raise self._refuse("it divides by zero")
+            return left / right
+        if isinstance(node.op, ast.Pow):
+            return self._power(left, right)
+        raise self._refuse("the operators are + - * / **")
+
+    def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+        if exponent.is_number and not _degree(base) * abs(exponent) <= LARGEST_DEGREE:
+            raise self._refuse(f"a degree beyond {LARGEST_DEGREE}")
+        if base.is_Rational and exponent.is_number and abs(exponent) * len(str(base)) > _LARGEST_NUMBER:
+            raise self._refuse(f"a number of more than {_LARGEST_NUMBER} digits")
+        if base == 0 and not exponent.is_positive:
+            raise self._refuse("a power of zero that is no number")
+        return base**exponent
+
+    def _call(self, node: ast.Call, depth: int) -> sp.Expr:
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if name not in FUNCTIONS:
+            near = get_close_matches(name, FUNCTIONS, 1)
+            hint = f"did you mean {near[0]}? " if near else ""
+            raise self._refuse(f"the function {name or '?'} is unknown; {hint}there are {', '.join(FUNCTIONS)}")
+        if len(node.args) != 1 or node.keywords:
+            raise self._refuse(f"{name} takes one argument")
+        return FUNCTIONS[name](self._expression(node.args[0], depth + 1))
+
+    def _relation(self, node: ast.Compare, depth: int) -> sp.Basic:
+        sides = [self._expression(side, depth + 1) for side in (node.left, *node.comparators)]
+        if any(type(op) not in _RELATIONS for op in node.ops):
+            raise self._refuse("the relations are < <= > >=")
+        pairs = zip(node.ops, sides, sides[1:], strict=False)
+        return sp.And(*(_RELATIONS[type(op)](a, b) for op, a, b in pairs))
+
+    def _expression(self, node: ast.AST, depth: int) -> sp.Expr:
+        found = self.read(node, depth)
+        if not isinstance(found, sp.Expr):
+            raise self._refuse("a relation stands inside an expression")
+        return found
+
+    def _source(self) -> str:
+        return _plain(self.text.replace("^", "**")).strip()
+
+    def _refuse(self, reason: str) -> InputError:
+        return InputError(f"{self.what} = {short(self.text)}: {reason}")

@@ -1,0 +1,58 @@
+"""What makes a mechanism one: a regular, symmetric mass matrix, a gap in the coordinates, a slip of its own."""
+
+from asympk.errors import InputError
+from asympk.mechanics.tidy import vanishes
+
+
+def check(kinetics, contact):
+    """Raise ``InputError`` for the first thing that keeps ``kinetics`` from being a mechanism with a contact."""
+    _check_sizes(kinetics)
+    _check_mass(kinetics.mass)
+    _check_gap(kinetics, contact.gap)
+    _check_slip(kinetics, contact)
+
+
+def _check_sizes(kinetics):
+    symbols = (*kinetics.coordinates, *kinetics.velocities)
+    if len(set(symbols)) < len(symbols) or len({*map(str, symbols)}) < len(symbols):
+        raise InputError(f"coordinates and velocities ({', '.join(map(str, symbols))}): a name is given twice")
+    n = len(kinetics.coordinates)
+    sizes = {"velocities": len(kinetics.velocities), "forces": len(kinetics.forces), "rows of mass": kinetics.mass.rows,
+             "columns of mass": kinetics.mass.cols}  # fmt: skip
+    for name, size in sizes.items():
+        if size != n:
+            raise InputError(f"{size} {name} for {n} coordinates; give {n}")
+    if n < 2:
+        raise InputError("one coordinate: a contact needs two or more, to slide and to open; keep the gap among them")
+
+
+def _check_mass(mass):
+    for i in range(mass.rows):
+        for j in range(i):
+            if not vanishes(mass[i, j] - mass[j, i]):
+                raise InputError(
+                    f"mass is not symmetric: entry ({i + 1}, {j + 1}) is {mass[i, j]!s:.40}, "
+                    f"entry ({j + 1}, {i + 1}) is {mass[j, i]!s:.40}"
+                )
+    if vanishes(mass.det(method="berkowitz")):
+        raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
+
+
+def _check_gap(kinetics, gap):
+    if kinetics.gap.free_symbols & {*kinetics.velocities}:
+        raise InputError(f"gap = {gap!s:.60} contains a velocity; give it as a position expression")
+    if all(vanishes(part) for part in kinetics.directions[0, :]):
+        names = ", ".join(map(str, kinetics.coordinates))
+        raise InputError(f"gap = {gap!s:.60} does not depend on the coordinates {names}")
+
+
+def _check_slip(kinetics, contact):
+    given = f"slip = {contact.slip!s:.60}"
+    row = kinetics.directions[1, :]
+    if row.free_symbols & {*kinetics.velocities}:
+        raise InputError(f"{given} is not linear in the velocities; give a sliding velocity, or a position")
+    if all(vanishes(part) for part in row):
+        raise InputError(f"{given} does not depend on the coordinates; its rate is no sliding velocity")
+    minors = [kinetics.directions[:, [i, j]].det() for j in range(row.cols) for i in range(j)]
+    if all(map(vanishes, minors)):
+        raise InputError(f"{given} is parallel to gap = {contact.gap!s:.60}; slip must move along the contact")

@@ -1,0 +1,132 @@
+r"""The elastic, damped contact: a slow-fast system in the compliance for any number of degrees of freedom.
+
+A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the penetration d = -g. With x = d/c,
+
+    x' = y,    c y' = -(a_N + G_NN R + G_NT F),    z' = a_T + G_NT R + G_TT F,    R = x + h y,
+
+z is the sliding velocity. The velocities are (g', gamma, w) = (-c y, z, w) with the rates w of the last coordinates
+that complete a basis; as all coordinates are kept as states, g(q) + c x is an invariant. With c = eps^2 and
+h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are fast, R = x + b y, g' = -eps y.
+A contact that only pushes has R = max(0, x + h y).
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import sympy as sp
+
+from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.tidy import tidy, vanishes
+from asympk.symbolic.system import System
+
+NORMAL, FORCE = sp.symbols("N F", real=True)
+
+
+def elastic(kinetics, compliance, damping):
+    """Return the ``System`` with the states: coordinates, x, z, the rates that complete a basis, and fast y.
+
+    ``compliance`` is a Symbol c, with ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0
+    included. States that would have the name of a coordinate or parameter end in an underscore. Raises ``InputError``
+    for other scalings, ``NotDerivable`` where no rates complete a basis.
+    """
+    scaling = _scaling(compliance, damping)
+    return System.with_friction(**fields(kinetics, scaling))
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """How the contact depends on the small parameter: R = x + ``ratio`` y, g' = -``closing`` y, x' = y / ``clock``."""
+
+    small: sp.Symbol
+    ratio: sp.Expr
+    closing: sp.Expr
+    clock: sp.Expr
+
+    @property
+    def fast_reaction(self):
+        """Whether x is fast, as for a fixed damping ratio."""
+        return self.clock == self.small
+
+
+def _scaling(compliance, damping):
+    compliance, damping = sp.sympify(compliance), sp.sympify(damping)
+    if isinstance(compliance, sp.Symbol):
+        if vanishes(damping) or damping.has(compliance):
+            raise InputError(
+                f"damping = {damping} with compliance = {compliance}: give a time that does not depend on it, or "
+                "compliance=eps**2 with damping=0 or a multiple of eps"
+            )
+        return Scaling(compliance, damping, compliance, sp.S.One)
+    small = compliance.base if compliance.is_Pow and compliance.exp == 2 else None
+    if not isinstance(small, sp.Symbol):
+        raise InputError(f"compliance = {compliance}: it must be a Symbol or the square of one; put numbers in a Scene")
+    ratio = sp.cancel(damping / small)
+    if ratio.has(small):
+        raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a multiple of {small}")
+    return Scaling(small, ratio, small, small)
+
+
+def fields(kinetics, scaling):
+    """Return the arguments of ``System.with_friction`` for the elastic contact."""
+    x, y, z = state_names(kinetics, scaling.small)
+    rest = completing(kinetics)
+    reaction = x + scaling.ratio * y
+    rates = _velocities(kinetics, rest, -scaling.closing * y, z)
+    put = lambda expr: tidy(expr.xreplace(rates))  # noqa: E731
+    normal = NORMAL if kinetics.unilateral else reaction
+    gap, slip, others = _accelerations(kinetics, rest, normal, put)
+    slow = {q: put(u) for q, u in zip(kinetics.coordinates, kinetics.velocities, strict=True)}
+    fast = {x: y, y: -gap} if scaling.fast_reaction else {y: -gap}
+    slow = slow if scaling.fast_reaction else {**slow, x: y}
+    bound, limit = (tidy(part * kinetics.load) for part in (kinetics.friction, kinetics.static))
+    found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": FORCE, "load": reaction,
+             "kinetic": put(bound), "static": put(limit), "small": scaling.small}  # fmt: skip
+    return {**found, **_one_sided(kinetics, reaction), **_timed(kinetics, found)}
+
+
+def state_names(kinetics, small):
+    """Return the symbols x, y, z of the elastic contact; a name that is taken gets an underscore."""
+    taken = {str(s) for s in (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time, small)}
+    return tuple(sp.Symbol(name + "_" if name in taken else name, real=True) for name in "xyz")
+
+
+def completing(kinetics):
+    """Return the places of the last coordinates whose rates complete (g', gamma) to coordinates on velocities."""
+    n = len(kinetics.coordinates)
+    for chosen in reversed([*combinations(range(n), n - 2)]):
+        if not vanishes(_basis(kinetics, chosen).det()):
+            return chosen
+    raise NotDerivable("gap rate and sliding velocity depend on each other; no rates complete them to a basis")
+
+
+def _basis(kinetics, chosen):
+    n = len(kinetics.coordinates)
+    return sp.Matrix.vstack(sp.Matrix(kinetics.directions), *(sp.eye(n)[j, :] for j in chosen))
+
+
+def _velocities(kinetics, rest, closing, z):
+    """Return every velocity in terms of g' = ``closing``, z and the kept rates, guides in motion included."""
+    still = dict.fromkeys(kinetics.velocities, 0)
+    gap_drift, slip_drift = (expr.subs(still) for expr in (kinetics.gap_rate, kinetics.slip))
+    given = sp.Matrix([closing - gap_drift, z - slip_drift, *(kinetics.velocities[k] for k in rest)])
+    basis = _basis(kinetics, rest)
+    found = basis.adjugate() * given / tidy(basis.det())
+    return dict(zip(kinetics.velocities, map(tidy, found), strict=True))
+
+
+def _accelerations(kinetics, rest, normal, put):
+    """Return g'', z' and the rates of the kept velocities with the reaction ``normal`` and the friction force."""
+    G, response = kinetics.delassus, kinetics.response
+    rows = [(kinetics.free[i], G[i, 0], G[i, 1]) for i in (0, 1)] + [(response[k, 2], *response[k, :2]) for k in rest]
+    gap, slip, *others = (put(free) + put(by_N) * normal + put(by_T) * FORCE for free, by_N, by_T in rows)
+    return gap, slip, {kinetics.velocities[k]: rate for k, rate in zip(rest, others, strict=True)}
+
+
+def _one_sided(kinetics, reaction):
+    return {"gap": -reaction, "normal": NORMAL} if kinetics.unilateral else {}
+
+
+def _timed(kinetics, found):
+    rates = (rate for part in ("slow", "fast", "velocity") for rate in found[part].values())
+    used = sp.Tuple(*rates, found["kinetic"], found["static"]).free_symbols
+    return {"time": kinetics.time} if kinetics.time in used else {}

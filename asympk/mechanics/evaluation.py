@@ -1,0 +1,74 @@
+"""Expressions and conditions of a mechanism at numbers or arrays of numbers."""
+
+from functools import lru_cache
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.scene import number
+from asympk.symbolic.lowering import lower
+
+
+def evaluate(expressions, values):
+    """Return ``expressions`` at ``values``, numbers or arrays by symbol; a condition is True or False.
+
+    Raises ``InputError`` naming the symbols that have no value, the values that are no numbers, and the arrays that
+    do not broadcast.
+    """
+    needed = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
+    missing = [str(symbol) for symbol in needed if symbol not in values]
+    if missing:
+        raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")
+    numbers = _broadcast({symbol: as_floats(str(symbol), values[symbol]) for symbol in needed})
+    return tuple(_at(e, tuple(needed), numbers) for e in expressions)
+
+
+def _broadcast(arrays):
+    import numpy as np
+
+    try:
+        return np.broadcast_arrays(*arrays.values())
+    except ValueError:
+        raise InputError(f"the arrays given for {', '.join(map(str, arrays))} do not broadcast") from None
+
+
+def _at(expr, symbols, numbers):
+    """Return one expression, condition, or expression in pieces at arrays of one shape."""
+    import numpy as np
+
+    if isinstance(expr, sp.And):
+        return np.logical_and.reduce([_at(part, symbols, numbers) for part in expr.args])
+    if expr in (sp.true, sp.false):
+        return np.full(np.shape(numbers[0]) if numbers else (), expr == sp.true)
+    if isinstance(expr, sp.StrictGreaterThan | sp.StrictLessThan):
+        return _at(expr.gts - expr.lts, symbols, numbers) > 0
+    if expr.has(sp.Piecewise):
+        return np.vectorize(lambda *at: _piece(expr, dict(zip(symbols, at, strict=True))), otypes=[float])(*numbers)
+    return _function(expr, symbols)(*numbers)
+
+
+def _piece(expr, values):
+    return float(expr.subs({symbol: sp.Rational(float(value)) for symbol, value in values.items()}))
+
+
+@lru_cache(maxsize=256)
+def _function(expr, symbols):
+    plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
+    return lower(tuple(plain.values()), expr.xreplace(plain), "numpy")
+
+
+def as_floats(name, value):
+    """Return a number or an array of numbers in floating point; raises ``InputError`` for anything else."""
+    import numpy as np
+
+    if isinstance(value, sp.Expr) and value.is_real and not value.is_Rational:
+        value = float(value)
+    if not np.ndim(value):
+        return float(number(name, value))
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} = {value!r:.60}: it must be a number or an array of numbers") from None
+    if not np.isfinite(found).all():
+        raise InputError(f"{name}: every number of the array must be finite")
+    return found

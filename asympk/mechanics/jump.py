@@ -1,0 +1,113 @@
+r"""The jump through the paradox: impulses and velocities after it, as an elastic contact gives them in the limit.
+
+With a fixed damping time h and friction load |G_NT| > G_NN, the fast layer of the elastic contact takes a time
+O(c log(1/c)) in the compliance c, leaves the coordinates where they are, and brings gamma to 0 while g' = O(c) before
+and after. These two conditions fix the two impulses,
+
+    P_N = gamma G_NT / D,    P_T = -gamma G_NN / D,    D = G_NN G_TT - G_NT^2,
+    q' -> q' + M^-1 (W_N P_N + W_T P_T),    x -> x + P_N / h,
+
+as R = x + h x' integrates to h (x+ - x) = P_N. |P_T| < friction load |P_N| holds exactly where there is a paradox.
+
+A contact that only pushes, with a fixed ratio b of damping (R = [k d + b sqrt(k) d']_+, section 4 of the theory),
+rebounds: in the time sqrt(k) t slip with p = G_NN - friction load |G_NT| < 0 grows along the positive root l of
+l^2 + p b l + p = 0 until gamma = 0, then the contact sticks and swings back until R = 0, and opens with
+
+    g' = |gamma| r / q  exp(-(2 beta / w) atan(w l / (r + beta l + p))),    r = sqrt(p (p - p_s)),
+
+p_s = D / G_TT, q = friction load G_TT - |G_NT|, beta = b p_s / 2, w^2 = p_s - beta^2 (for w^2 < 0 the function is that
+of the inverse hyperbolic tangent). With u = sqrt(k) d the scaled reaction is u + b u', and the exponential is the
+decay of stick, u'' = -p_s (u + b u'), on the way from gamma = 0, where u' = l u, to u + b u' = 0.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.mechanics import paradox
+
+DAMPING = sp.Symbol("h", positive=True)
+
+
+@dataclass(frozen=True)
+class JumpLaw:
+    """What the jump does: impulses (P_N, P_T), the velocities after it, what the elastic reaction x gains.
+
+    ``condition`` is where the law holds; ``bound`` is friction load, the slope of the kinetic cone; ``gap_rate`` is g'
+    after the jump, 0 where the contact stays closed.
+    """
+
+    impulses: tuple[sp.Expr, sp.Expr]
+    velocities: sp.Dict
+    reaction: sp.Expr
+    condition: sp.Basic
+    bound: sp.Expr
+    gap_rate: sp.Expr = sp.S.Zero
+
+    @property
+    def cone(self):
+        """The condition that the impulses lie in the kinetic cone, |P_T| < friction load |P_N|."""
+        normal, tangential = map(sp.Abs, self.impulses)
+        return tangential < self.bound * normal
+
+
+def jump_law(kinetics, own=lambda expr: expr, ratio=None, damping=None):
+    """Return the ``JumpLaw``; ``damping`` is the damping time h (by default the symbol h), ``ratio`` the ratio b.
+
+    Errors are O(c log(1/c)), for a gap rate O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens,
+    in the limit of large stiffness. Raises ``InputError`` for a ratio of a two-sided constraint, and for both.
+    """
+    if ratio is not None and damping is not None:
+        raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
+    if ratio is not None and not kinetics.unilateral:
+        raise InputError("ratio: a two-sided constraint never opens; the rebound needs Contact(unilateral=True)")
+    condition = paradox.condition(kinetics)
+    if kinetics.unilateral:
+        condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
+    if ratio is None:
+        return _law(kinetics, own, sp.S.Zero, condition, DAMPING if damping is None else sp.sympify(damping))
+    ratio = _ratio(ratio)
+    return _law(kinetics, own, rebound(kinetics, ratio), sp.And(condition, kinetics.free[0] < 0), None)
+
+
+def rebound(kinetics, ratio):
+    """Return the gap rate with which a one-sided contact opens after the jump, for the damping ratio ``ratio``."""
+    G, bound = kinetics.delassus, kinetics.friction * kinetics.load
+    p = G[0, 0] - bound * sp.Abs(G[0, 1])
+    p_stick = kinetics.determinant / G[1, 1]
+    q = bound * G[1, 1] - sp.Abs(G[0, 1])
+    undamped = sp.Abs(kinetics.slip) * sp.sqrt(p * (p - p_stick)) / q
+    return undamped if ratio == 0 else undamped * sp.exp(-_decay(p, p_stick, ratio))
+
+
+def _decay(p, p_stick, ratio):
+    r"""Return the damping of the swing from gamma = 0 to R = 0."""
+    beta = ratio * p_stick / 2
+    growth = (-p * ratio + sp.sqrt(p**2 * ratio**2 - 4 * p)) / 2
+    slope, swing = growth / (sp.sqrt(p * (p - p_stick)) + beta * growth + p), p_stick - beta**2
+    ringing = sp.atan(sp.sqrt(swing) * slope) / sp.sqrt(swing)
+    root = sp.sqrt(-swing)
+    creeping = sp.log((1 + root * slope) / (1 - root * slope)) / (2 * root)
+    if swing.is_number:
+        cases = ((ringing, swing > 0), (creeping, swing < 0), (slope, True))
+        return 2 * beta * next(value for value, holds in cases if holds)
+    return 2 * beta * sp.Piecewise((ringing, swing > 0), (creeping, swing < 0), (slope, True))
+
+
+def _ratio(ratio):
+    ratio = sp.sympify(ratio)
+    if not isinstance(ratio, sp.Expr) or ratio.is_negative or ratio.has(sp.Float, sp.oo, sp.nan):
+        raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
+    return ratio
+
+
+def _law(kinetics, own, gap_rate, condition, damping):
+    G, D, gamma = kinetics.delassus, kinetics.determinant, kinetics.slip
+    normal = (G[1, 1] * gap_rate + G[0, 1] * gamma) / D
+    tangential = -(G[0, 1] * gap_rate + G[0, 0] * gamma) / D
+    gains = kinetics.response[:, :2] * sp.Matrix([normal, tangential])
+    velocities = {own(u): own(u + gain) for u, gain in zip(kinetics.velocities, gains, strict=True)}
+    reaction = sp.S.Zero if damping is None else normal / damping
+    return JumpLaw((own(normal), own(tangential)), sp.Dict(velocities), own(reaction), own(condition),
+                   own(kinetics.friction * kinetics.load), own(gap_rate))  # fmt: skip

@@ -1,0 +1,81 @@
+r"""The equations of a mechanism in the two directions of its contact.
+
+    g''     = a_N + G_NN R + G_NT F
+    gamma'  = a_T + G_NT R + G_TT F,        G = W' M^-1 W,   W = (W_N, W_T)
+
+g is the gap, gamma the sliding velocity, R the reaction that opens the gap, F the friction force along gamma. The
+free accelerations a_N, a_T hold every term without R and F: applied forces, centrifugal terms, the guide's motion.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import sympy as sp
+
+from asympk.mechanics.tidy import tidy
+
+
+@dataclass(frozen=True)
+class Kinetics:
+    """A mechanism with one contact in plain symbols; ``slip`` is the sliding velocity gamma itself."""
+
+    coordinates: tuple[sp.Symbol, ...]
+    velocities: tuple[sp.Symbol, ...]
+    mass: sp.ImmutableMatrix = field(repr=False)
+    forces: sp.ImmutableMatrix = field(repr=False)
+    gap: sp.Expr
+    slip: sp.Expr
+    friction: sp.Expr
+    static: sp.Expr
+    load: sp.Expr
+    unilateral: bool
+    time: sp.Symbol
+
+    @cached_property
+    def directions(self):
+        """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
+        gap = [sp.diff(self.gap, q) for q in self.coordinates]
+        slip = [sp.diff(self.slip, u) for u in self.velocities]
+        return sp.ImmutableMatrix([gap, slip])
+
+    @cached_property
+    def response(self):
+        """M^-1 (W_N, W_T, Q) as an n x 3 matrix: what a unit reaction, a unit friction force and the forces do."""
+        right = sp.Matrix.hstack(self.directions.T, self.forces)
+        inertia = tidy(self.mass.det(method="berkowitz"))
+        return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / inertia)).as_immutable()
+
+    @cached_property
+    def delassus(self):
+        """The Delassus matrix G = W' M^-1 W."""
+        return (self.directions * self.response[:, :2]).applyfunc(tidy).as_immutable()
+
+    @cached_property
+    def gap_rate(self):
+        """g' as an expression in coordinates and velocities."""
+        return self.rate(self.gap)
+
+    @cached_property
+    def free(self):
+        """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
+        accelerations = dict(zip(self.velocities, self.response[:, 2], strict=True))
+        return tuple(tidy(self.rate(expr, accelerations)) for expr in (self.gap_rate, self.slip))
+
+    @cached_property
+    def determinant(self):
+        """D = G_NN G_TT - G_NT^2, positive where slip and gap are independent."""
+        return tidy(self.delassus.det())
+
+    def rate(self, expr, accelerations=None):
+        """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""
+        moved = zip(self.coordinates, self.velocities, strict=True)
+        terms = [sp.diff(expr, q) * u for q, u in moved]
+        terms += [sp.diff(expr, u) * rate for u, rate in (accelerations or {}).items()]
+        return sp.Add(*terms, sp.diff(expr, self.time))
+
+    @property
+    def parameters(self):
+        """Every symbol that is neither a coordinate, nor a velocity, nor the time, sorted by name."""
+        parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
+        used = set().union(*(part.free_symbols for part in parts))
+        return tuple(sorted(used - {*self.coordinates, *self.velocities, self.time}, key=str))

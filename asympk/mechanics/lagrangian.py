@@ -1,0 +1,72 @@
+"""Mass matrix and forces from a Lagrangian, a ``LagrangesMethod`` or a ``KanesMethod`` of sympy.physics.mechanics."""
+
+import sympy as sp
+from sympy.core.function import AppliedUndef
+
+from asympk.errors import InputError
+
+
+def equations_of(source, coordinates=None, forces=None):
+    """Return coordinates, M and Q of M q'' = Q from a Lagrangian or a method object."""
+    from sympy.physics.mechanics import KanesMethod, LagrangesMethod
+
+    if isinstance(source, LagrangesMethod | KanesMethod):
+        if coordinates is not None or forces is not None:
+            raise InputError(f"a {type(source).__name__} has its own coordinates and forces; give the contact alone")
+        return (_from_lagrange if isinstance(source, LagrangesMethod) else _from_kane)(source)
+    if not isinstance(source, sp.Expr):
+        raise InputError(f"lagrangian = {source!r:.60}: give an expression, a LagrangesMethod or a KanesMethod")
+    coordinates = _functions(coordinates)
+    method = LagrangesMethod(source, coordinates)
+    method.form_lagranges_equations()
+    return coordinates, method.mass_matrix, method.forcing + sp.Matrix(_forces(forces, coordinates))
+
+
+def _functions(coordinates):
+    found = tuple(coordinates or ())
+    for q in found:
+        if not isinstance(q, AppliedUndef) or len(q.args) != 1:
+            raise InputError(f"coordinate {q} is not a dynamicsymbol; for plain symbols there is ap.Mechanism")
+    if not found:
+        raise InputError("coordinates are missing; give the dynamicsymbols of the Lagrangian")
+    return found
+
+
+def _forces(forces, coordinates):
+    if forces is None:
+        return [sp.S.Zero] * len(coordinates)
+    if isinstance(forces, dict):
+        if unknown := forces.keys() - {*coordinates}:
+            raise InputError(f"forces: {', '.join(sorted(map(str, unknown)))} is no coordinate")
+        return [sp.sympify(forces.get(q, 0)) for q in coordinates]
+    forces = [*forces]
+    if len(forces) != len(coordinates):
+        raise InputError(f"{len(forces)} forces for {len(coordinates)} coordinates; give one for each, or a dict")
+    return forces
+
+
+def _from_lagrange(method):
+    if method.coneqs:
+        raise InputError("the LagrangesMethod has constraints; give independent coordinates and leave the contact out")
+    method.form_lagranges_equations()
+    return tuple(method.q), method.mass_matrix, method.forcing
+
+
+def _from_kane(method):
+    r"""Turn M u' = f of the speeds u = K q' + k into K' M K q'' = K' (f - M (dK/dt q' + dk/dt))."""
+    if len(method.q) != len(method.u) or method._qdot_u_map is None:
+        raise InputError("the KanesMethod has dependent coordinates or speeds; give independent ones, contact left out")
+    if method._fr is None:
+        raise InputError("the KanesMethod has no equations yet; call its kanes_equations first")
+    q, u = sp.Matrix(method.q), sp.Matrix(method.u)
+    time = method.q[0].args[0]
+    rates = q.diff(time)
+    kinematics = method.kindiffdict()
+    flow = rates.applyfunc(lambda rate: sp.sympify(kinematics[rate]))
+    inverse = flow.jacobian(u).inv().applyfunc(sp.simplify)
+    drift = flow.subs(dict.fromkeys(u, 0))
+    speeds = inverse * (rates - drift)
+    turned = {name: value for name, value in zip(u, speeds, strict=True) if name not in rates}
+    mass, forcing = (part.subs(turned) for part in (method.mass_matrix, method.forcing))
+    extra = inverse.diff(time) * (rates - drift) - inverse * drift.diff(time)
+    return tuple(q), (inverse.T * mass * inverse).applyfunc(sp.simplify), inverse.T * (forcing - mass * extra)

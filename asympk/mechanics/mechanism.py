@@ -1,0 +1,205 @@
+r"""Mechanism and Contact: what a mechanician writes down of a mechanism with one frictional contact or constraint.
+
+    M(q) q'' = Q(q, q', t) + W_N R + W_T F
+
+Whatever a ``Mechanism`` returns is in the coordinates and velocities it was given: plain symbols, or dynamicsymbols
+and their Derivatives.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.mechanics import elastic, jump, motion, paradox, rigid
+from asympk.mechanics.checks import check
+from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.kinetics import Kinetics
+from asympk.mechanics.lagrangian import equations_of
+from asympk.mechanics.names import keyed, plain_names, plainly
+
+
+@dataclass(frozen=True)
+class Contact:
+    r"""One contact with dry friction: where it is, which way it slides, how rough it is.
+
+    ``gap`` g(q, t) is a position expression, positive where the contact is open. ``slip`` is a position expression
+    whose rate is the sliding velocity gamma, or that velocity. Friction obeys |F| = friction load |R| in slip and
+    |F| <= static load |R| in stick; ``static`` is ``friction`` by default, ``load`` is what the reaction is
+    multiplied by to give the load of friction. ``unilateral`` contacts only push, R >= 0; others hold both ways.
+    """
+
+    gap: Any
+    slip: Any
+    friction: Any
+    static: Any = None
+    load: Any = 1
+    unilateral: bool = False
+
+    def __post_init__(self):
+        static = self.friction if self.static is None else self.static
+        for name, value in (("gap", self.gap), ("slip", self.slip), ("friction", self.friction), ("static", static),
+                            ("load", self.load)):
+            object.__setattr__(self, name, _expression(f"contact: {name}", value))
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism with the mass matrix ``mass``, the applied forces ``forces`` and one ``contact``.
+
+    ``velocities`` are the rates of ``coordinates``, symbol by symbol; ``forces`` holds every term of M q'' = Q, with
+    centrifugal and gyroscopic ones. ``time`` is the symbol of time in forces and contact, where there is one. Raises
+    ``InputError`` for a mass matrix that is singular or not symmetric, a gap that does not depend on the coordinates,
+    and a slip that is parallel to the gap.
+
+    >>> import sympy as sp
+    >>> X, Y, U, V, m, P, f = sp.symbols("X Y U V m P f")
+    >>> block = Mechanism((X, Y), (U, V), sp.diag(m, m), (P, -m), Contact(Y, X, f, unilateral=True))
+    >>> block.delassus
+    Matrix([
+    [1/m,   0],
+    [  0, 1/m]])
+    """
+
+    coordinates: tuple
+    velocities: tuple
+    mass: sp.ImmutableMatrix = field(repr=False)
+    forces: tuple = field(repr=False)
+    contact: Contact
+    time: Any = None
+
+    def __post_init__(self):
+        put = object.__setattr__
+        for name in ("coordinates", "velocities", "forces"):
+            put(self, name, tuple(_expression(name, value) for value in _listed(getattr(self, name), name)))
+        put(self, "mass", _matrix(self.mass))
+        if not isinstance(self.contact, Contact):
+            raise InputError(f"contact = {self.contact!r:.60}: it must be an ap.Contact")
+        put(self, "time", _time(self.coordinates) if self.time is None else sp.sympify(self.time))
+        check(self.plain, self.contact)
+
+    @classmethod
+    def from_lagrangian(cls, lagrangian, coordinates=None, *, contact, forces=None):
+        """Build the mechanism of a Lagrangian in dynamicsymbols, or of a ``LagrangesMethod`` or ``KanesMethod``.
+
+        ``forces`` gives the generalised forces that the Lagrangian does not hold, ``{coordinate: force}`` or one for
+        each coordinate. A ``LagrangesMethod`` or ``KanesMethod`` brings its own coordinates and forces. Raises
+        ``InputError`` for what is not one of these, and for methods with constraints of their own.
+        """
+        coordinates, mass, right = equations_of(lagrangian, coordinates, forces)
+        time = _time(coordinates)
+        return cls(coordinates, tuple(q.diff(time) for q in coordinates), mass, tuple(right), contact, time)
+
+    @cached_property
+    def plain(self):
+        """The same mechanism in plain symbols, as the package computes with it: a ``Kinetics``."""
+        names = self._names
+        coordinates, velocities = (tuple(names[own] for own in part) for part in (self.coordinates, self.velocities))
+        translate = lambda expr: plainly(expr, names, self.time)  # noqa: E731
+        contact, mass = self.contact, self.mass.applyfunc(translate)
+        slip = translate(contact.slip)
+        found = Kinetics(
+            coordinates, velocities, mass, sp.ImmutableMatrix([*map(translate, self.forces)]), translate(contact.gap),
+            slip, *map(translate, (contact.friction, contact.static, contact.load)), contact.unilateral, self.time,
+        )  # fmt: skip
+        return found if slip.free_symbols & {*velocities} else replace(found, slip=found.rate(slip))
+
+    @property
+    def delassus(self):
+        """The Delassus matrix [[G_NN, G_NT], [G_NT, G_TT]] = W' M^-1 W of the directions (W_N, W_T)."""
+        return self._own(self.plain.delassus)
+
+    @property
+    def free(self):
+        """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
+        return tuple(map(self._own, self.plain.free))
+
+    @property
+    def sliding_velocity(self):
+        """The sliding velocity gamma in coordinates and velocities."""
+        return self._own(self.plain.slip)
+
+    @property
+    def critical_friction(self):
+        """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox; oo where there is none."""
+        return self._own(paradox.critical_friction(self.plain))
+
+    @property
+    def paradox(self):
+        """The condition friction load |G_NT| > G_NN, under which sliding has no motion or more than one."""
+        return self._own(paradox.condition(self.plain))
+
+    def evaluate(self, expr, values):
+        """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers."""
+        (found,) = evaluate((plainly(sp.sympify(expr), self._names, self.time),), self._keys(values))
+        return found
+
+    def motions(self, values):
+        """Return the rigid motions at numbers, with the contact closed; see ``rigid.motions``."""
+        return rigid.motions(self.plain, self._keys(values))
+
+    def motion_map(self, values):
+        """Count the rigid motions on arrays of states and parameters that broadcast; see ``rigid.motion_map``."""
+        return rigid.motion_map(self.plain, self._keys(values))
+
+    def jump_law(self, ratio=None, damping=None):
+        """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump.jump_law``."""
+        return jump.jump_law(self.plain, self._own, ratio, damping)
+
+    def rigid(self):
+        """Return the rigid mechanism as a ``System`` that runs; see ``motion.rigid_system``."""
+        return motion.rigid_system(self.plain)
+
+    def elastic(self, compliance, damping):
+        """Return the mechanism with an elastic, damped contact as a slow-fast ``System``; see ``elastic.elastic``."""
+        return elastic.elastic(self.plain, compliance, damping)
+
+    @cached_property
+    def _names(self):
+        return plain_names(self.coordinates, self.velocities)
+
+    def _own(self, thing):
+        back = {plain: own for own, plain in self._names.items()}
+        if isinstance(thing, sp.MatrixBase):
+            return thing.applyfunc(lambda part: part.xreplace(back))
+        return thing.xreplace(back)
+
+    def _keys(self, values):
+        """Return ``values`` with the plain symbols as keys, from names, symbols and dynamicsymbols."""
+        return keyed(values, self.plain, self._names)
+
+
+def _time(coordinates):
+    """Return the time of the first coordinate that is a function, or the symbol t."""
+    functions = [q for q in coordinates if isinstance(q, sp.core.function.AppliedUndef)]
+    return functions[0].args[0] if functions else sp.Symbol("t")
+
+
+def _listed(values, name):
+    if isinstance(values, str) or not hasattr(values, "__iter__"):
+        raise InputError(f"{name} = {values!r:.60}: give a sequence, one entry for each coordinate")
+    return values
+
+
+def _expression(name, value):
+    try:
+        found = sp.sympify(value)
+    except (sp.SympifyError, TypeError, SyntaxError):
+        found = None
+    if not isinstance(found, sp.Expr) or isinstance(value, str):
+        raise InputError(f"{name} = {value!r:.60}: it must be an expression in symbols")
+    return _exact(found)
+
+
+def _exact(expr):
+    """Replace every float by the rational number that it is."""
+    return expr.xreplace({number: sp.Rational(number) for number in expr.atoms(sp.Float)})
+
+
+def _matrix(mass):
+    try:
+        return sp.ImmutableMatrix(mass).applyfunc(_exact)
+    except (TypeError, ValueError):
+        raise InputError(f"mass = {mass!r:.60}: it must be a square matrix") from None

@@ -1,0 +1,30 @@
+r"""The rigid mechanism as a system that runs: states are all coordinates and all velocities.
+
+    q' = u,    u' = M^-1 (Q + W_N N + W_T F),    0 = g'' = a_N + G_NN N + G_NT F  while the contact is closed
+
+N is the reaction that the constraint determines, mode by mode, F the friction force with the load nu |N|. Where no
+mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMotions``; where the reaction grows beyond
+all bounds, with ``UnboundedReaction``.
+"""
+
+from asympk.mechanics.elastic import FORCE, NORMAL
+from asympk.symbolic.system import Friction, System
+
+
+def rigid_system(kinetics):
+    """Return the ``System`` of the rigid mechanism; its flow keeps the constraint g'' = 0, so start at g = g' = 0."""
+    rates = dict(zip(kinetics.coordinates, kinetics.velocities, strict=True))
+    for row, u in enumerate(kinetics.velocities):
+        by_normal, by_friction, free = kinetics.response[row, :]
+        rates[u] = free + by_normal * NORMAL + by_friction * FORCE
+    G = kinetics.delassus
+    friction = Friction(
+        velocity=kinetics.slip, force=FORCE, normal=NORMAL, load=kinetics.load * NORMAL, kinetic=kinetics.friction,
+        static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * NORMAL + G[0, 1] * FORCE,
+        gap=kinetics.gap if kinetics.unilateral else None,
+    )  # fmt: skip
+    return System.with_frictions(rates, {}, (friction,), time=_time(kinetics, (*rates.values(), friction.constraint)))
+
+
+def _time(kinetics, expressions):
+    return kinetics.time if any(kinetics.time in e.free_symbols for e in expressions) else None

@@ -1,0 +1,59 @@
+"""Plain symbols for coordinates and rates, and the keys under which a user gives their values."""
+
+import sympy as sp
+from sympy.core.function import AppliedUndef
+
+from asympk.errors import InputError, UnknownName
+from asympk.storage.tomlfile import nearest
+
+
+def plain_names(coordinates, velocities):
+    """Return ``{given: plain symbol}``: theta(t) is called theta, its Derivative theta'; a Symbol stays as it is."""
+    return {given: _plain(given) for given in (*coordinates, *velocities)}
+
+
+def _plain(given):
+    if isinstance(given, sp.Symbol):
+        return given
+    if isinstance(given, AppliedUndef):
+        return sp.Symbol(given.func.__name__, real=True)
+    if isinstance(given, sp.Derivative) and isinstance(given.expr, AppliedUndef) and given.derivative_count == 1:
+        return sp.Symbol(given.expr.func.__name__ + "'", real=True)
+    raise InputError(f"{given} is neither a Symbol, a dynamicsymbol nor its first Derivative; name it by one")
+
+
+def plainly(expr, names, time):
+    """Write ``expr`` in plain symbols; raises ``InputError`` for functions of time that are no coordinates."""
+    found = expr.doit().xreplace(names)
+    for rest in (*found.atoms(sp.Derivative), *found.atoms(AppliedUndef)):
+        raise InputError(f"{rest} in {expr!s:.60} is no coordinate or velocity; list it, or write it out in {time}")
+    return found
+
+
+def keyed(values, kinetics, names):
+    """Return ``values`` by plain symbol; a key is a symbol, a dynamicsymbol, a Derivative, or a name.
+
+    The rate of theta has the name ``theta'``. Raises ``UnknownName`` for other keys, ``InputError`` for one thing
+    given twice or for ``values`` that are no dict.
+    """
+    if not isinstance(values, dict):
+        raise InputError(f"values = {values!r:.60}: give a dict such as {{'theta': 1.1, \"theta'\": 0}}")
+    known = _known(kinetics, names)
+    found = {}
+    for key, value in values.items():
+        plain = known.get(str(key))
+        if plain is None:
+            near = nearest(str(key), known)
+            raise UnknownName(f"{key} is no coordinate, rate or parameter; the nearest name is {near}")
+        if plain in found:
+            raise InputError(f"{plain} is given twice; give it once")
+        found[plain] = value
+    return found
+
+
+def _known(kinetics, names):
+    symbols = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
+    rates = zip(kinetics.coordinates, kinetics.velocities, strict=True)
+    return {
+        **{f"{q}'": u for q, u in rates}, **{str(s): s for s in symbols}, **{str(own): s for own, s in names.items()},
+    }  # fmt: skip

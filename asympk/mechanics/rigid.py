@@ -1,0 +1,152 @@
+r"""The rigid motions of a closed contact, counted at numbers and on arrays.
+
+In slip of the direction s = sgn(gamma) with a reaction of the sign r,
+
+    F = -s r friction load R,    R = -a_N / p,    p = G_NN - s r friction load G_NT,
+
+and the motion exists where R has the sign r. At rest, gamma = 0, slip starts in the direction s where gamma' has that
+sign, with the static bound as well as with the kinetic one; stick holds g'' = gamma' = 0 by
+(R, F) = -G^-1 (a_N, a_T) with |F| <= static load |R|. Contacts that only push ask for R >= 0 and lift off where
+a_N > 0.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import sympy as sp
+
+from asympk.errors import InputError, Undecided
+from asympk.mechanics.evaluation import evaluate
+
+
+class Motion(NamedTuple):
+    """A rigid motion: ``"slip"``, ``"stick"`` or ``"lift_off"``, and its reaction R."""
+
+    name: str
+    reaction: float
+
+
+@dataclass(frozen=True)
+class Branch:
+    """One candidate of a motion on arrays: where it exists, and its reaction there (0 elsewhere)."""
+
+    name: str
+    exists: Any
+    reaction: Any
+
+
+@dataclass(frozen=True)
+class MotionMap:
+    """The rigid motions on arrays of one shape."""
+
+    branches: tuple[Branch, ...]
+
+    @property
+    def count(self):
+        """How many motions there are, an array of integers."""
+        return sum(branch.exists.astype(int) for branch in self.branches)
+
+    def count_of(self, name):
+        """Return how many motions called ``name`` there are, an array of integers."""
+        return sum((branch.exists.astype(int) for branch in self.branches if branch.name == name), 0 * self.count)
+
+
+def motions(kinetics, values):
+    """Return every rigid motion at numbers as pairs (name, reaction): none or two where there is a paradox.
+
+    The contact is taken as closed, g = g' = 0. ``values`` gives each state and parameter that the contact's equations
+    contain; strings and fractions are decimals and ratios. A sliding velocity that is a rounding error is 0. Raises
+    ``InputError`` for missing values, ``Undecided`` where p = a_N = 0, so that any reaction would do.
+    """
+    if shaped := [key for key, value in values.items() if getattr(value, "shape", ()) or isinstance(value, list)]:
+        raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
+    found = motion_map(kinetics, values)
+    return tuple(Motion(b.name, float(b.reaction)) for b in found.branches if b.exists)
+
+
+def motion_map(kinetics, values):
+    """Return the ``MotionMap`` on arrays that broadcast; ``values`` as for ``motions``."""
+    terms = _terms(kinetics, values)
+    signs = (1,) if kinetics.unilateral else (1, -1)
+    slips = [_slip(terms, direction, sign) for direction in (1, -1) for sign in signs]
+    rest = [_stick(terms, kinetics.unilateral)]
+    if kinetics.unilateral:
+        rest.append(Branch("lift_off", terms.a_N > 0, 0 * terms.a_N))
+    return MotionMap((*slips, *rest))
+
+
+@dataclass(frozen=True)
+class _Terms:
+    """The terms of the contact's equations as arrays of one shape; ``kinetic`` and ``static`` contain the load."""
+
+    G_NN: Any
+    G_NT: Any
+    G_TT: Any
+    a_N: Any
+    a_T: Any
+    slip: Any
+    kinetic: Any
+    static: Any
+
+
+def contact_terms(kinetics):
+    """Return G_NN, G_NT, G_TT, a_N, a_T, gamma, friction load and static load as expressions."""
+    G, bounds = kinetics.delassus, (kinetics.friction * kinetics.load, kinetics.static * kinetics.load)
+    return (G[0, 0], G[0, 1], G[1, 1], *kinetics.free, kinetics.slip, *bounds)
+
+
+def _terms(kinetics, values):
+    import numpy as np
+
+    parts = (kinetics.directions[1, k] * u for k, u in enumerate(kinetics.velocities))
+    size = sp.Add(*map(sp.Abs, parts))
+    arrays = np.broadcast_arrays(*evaluate((*contact_terms(kinetics), size), values))
+    *terms, size = (np.array(a, dtype=float) for a in arrays)
+    slip = terms[_SLIP]
+    slip[np.abs(slip) <= _ROUNDING * size] = 0.0
+    return _Terms(*terms)
+
+
+_SLIP = 5  # the place of gamma among the terms
+_ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
+
+
+def _slip(terms, direction, sign):
+    """Return the branch of slip in one direction with a reaction of one sign; R = 0 counts for the positive sign."""
+    import numpy as np
+
+    reaction, exists = _reaction(terms, terms.kinetic, direction, sign)
+    _, held = _reaction(terms, terms.static, direction, sign)
+    for bound in (terms.kinetic, terms.static):
+        held = held & _starts(terms, bound, direction, sign)
+    onset = exists & held
+    exists = np.where(terms.slip == 0, onset, exists & (np.sign(terms.slip) == direction))
+    return Branch("slip", exists, np.where(exists, reaction, 0.0))
+
+
+def _reaction(terms, bound, direction, sign):
+    import numpy as np
+
+    p = terms.G_NN - direction * sign * bound * terms.G_NT
+    if np.any((p == 0) & (terms.a_N == 0)):
+        raise Undecided("a_N = 0 where G_NN = friction load |G_NT|: any reaction would do; move off this point")
+    reaction = -terms.a_N / np.where(p == 0, 1.0, p) + 0.0
+    positive = (reaction > 0) | (reaction == 0) if sign > 0 else reaction < 0
+    return reaction, positive & (p != 0)
+
+
+def _starts(terms, bound, direction, sign):
+    reaction, _ = _reaction(terms, bound, direction, sign)
+    return direction * (terms.a_T + (terms.G_NT - direction * sign * bound * terms.G_TT) * reaction) > 0
+
+
+def _stick(terms, unilateral):
+    import numpy as np
+
+    determinant = terms.G_NN * terms.G_TT - terms.G_NT**2
+    reaction = (terms.G_NT * terms.a_T - terms.G_TT * terms.a_N) / determinant
+    friction = (terms.G_NT * terms.a_N - terms.G_NN * terms.a_T) / determinant
+    exists = (terms.slip == 0) & (np.abs(friction) <= terms.static * np.abs(reaction))
+    if unilateral:
+        exists &= reaction >= 0
+    return Branch("stick", exists, np.where(exists, reaction, 0.0))

@@ -1,0 +1,60 @@
+"""Short forms of fractions in sines and cosines, with a normal form that decides whether one vanishes.
+
+In a polynomial in cos(a_i) and sin(a_i) every sin^2 is replaced by 1 - cos^2, or the other way round; sums of angles
+are expanded first, so either form is unique and vanishes only with the expression.
+"""
+
+from functools import lru_cache, reduce
+
+import sympy as sp
+
+LONG = 300  # operations: beyond, a shorter form costs seconds and is not readable either
+
+
+@lru_cache(maxsize=4096)
+def tidy(expr):
+    """Return the shortest of a few forms of ``expr``: as it stands, factored, or with the squares of one function.
+
+    An expression of more than ``LONG`` operations is returned as it stands.
+    """
+    if expr.count_ops() > LONG:
+        return expr
+    plain = sp.cancel(sp.together(expr))
+    if not plain.has(sp.sin, sp.cos):
+        return shortest(expr, sp.factor(plain))
+    return shortest(expr, plain, *(sp.factor(form) for form in _normal_forms(plain)))
+
+
+def vanishes(expr):
+    """Tell whether ``expr`` is 0 for all values of its symbols."""
+    return tidy(expr) == 0 or sp.simplify(expr) == 0
+
+
+def shortest(*forms):
+    """Return the form of fewest operations."""
+    return min(forms, key=_length)
+
+
+def _length(form):
+    """Order by operations, then by negative numbers: 1 + 3 cos^2 rather than 4 - 3 sin^2."""
+    negative = sum(number.is_negative for number in form.atoms(sp.Number))
+    return form.count_ops(), negative, sp.default_sort_key(form)
+
+
+def _normal_forms(expr):
+    """Yield ``expr`` as a fraction without squares of sines, and without squares of cosines."""
+    expanded = sp.expand_trig(expr)
+    angles = sorted({part.args[0] for part in expanded.atoms(sp.sin, sp.cos)}, key=sp.default_sort_key)
+    names = {angle: (sp.Dummy("s"), sp.Dummy("c")) for angle in angles}
+    renamed = {f(angle): names[angle][k] for angle in angles for k, f in enumerate((sp.sin, sp.cos))}
+    parts = sp.fraction(sp.cancel(expanded.subs(renamed)))
+    back = {name: function for function, name in renamed.items()}
+    for square in (0, 1):
+        relations = [(pair[square], pair[0] ** 2 + pair[1] ** 2 - 1) for pair in names.values()]
+        numerator, denominator = (reduce(_remainder, relations, part) for part in parts)
+        yield sp.cancel(numerator / denominator).subs(back)
+
+
+def _remainder(expr, relation):
+    name, circle = relation
+    return sp.rem(expr, circle, name)

@@ -1,0 +1,110 @@
+r"""A system described in TOML: rates, frictions and assumptions as formulas in text.
+
+    until = 10                              [[system.frictions]]
+                                            velocity = "v - 1"      # a block on a belt
+    [system.slow]                           force = "F"
+    x = "v"                                 load = 1
+    v = "-x + F"                            kinetic = "k / (1 + abs(v - 1))"
+                                            static = "k0"
+    [values]
+    k = 0.8                                 [start]
+    k0 = 1                                  x = 0
+                                            v = 1
+
+``[system.fast]`` holds fast states with the name of the small parameter as ``small``, ``time`` the name of an explicit
+time, ``assumptions`` a list of relations. A friction may have a ``gap`` and a ``normal``. A ``system`` that is a word
+is one of the catalogue, ``asympk.systems``.
+"""
+
+from importlib import import_module
+from typing import Any
+
+import sympy as sp
+
+from asympk import systems
+from asympk.errors import InputError
+from asympk.formulas import read_formula, read_relation
+from asympk.scene import Scene
+from asympk.storage.tomlfile import nearest, plain, refuse_unknown
+from asympk.symbolic.system import Friction, System
+
+KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
+FRICTION = ("velocity", "force", "load", "kinetic", "static", "gap", "normal")
+_NEEDED = ("velocity", "force", "load", "kinetic")
+
+
+def read_system_scene(told: dict[str, Any]) -> Scene:
+    """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``; raises ``InputError``."""
+    missing = [key for key in ("start", "until") if key not in told]
+    if missing:
+        raise InputError(f"{', '.join(missing)} missing")
+    values = {name: plain(value) for name, value in _table(told.get("values", {}), "values").items()}
+    start = told["start"]
+    start = {k: plain(v) for k, v in start.items()} if isinstance(start, dict) else start
+    system = _catalogued(told["system"]) if isinstance(told["system"], str) else read_system(told["system"], values)
+    return Scene(system=system, values=values, start=start, until=plain(told["until"]), name=told.get("name", ""))
+
+
+def read_system(table: Any, parameters: Any) -> System:
+    """Return the ``System`` that a table describes, its formulas in its states, forces and the names of ``parameters``.
+
+    Raises ``InputError``.
+    """
+    table = _table(table, "system")
+    refuse_unknown(table, KEYS, "system")
+    slow, fast = (_table(table.get(key, {}), f"system.{key}") for key in ("slow", "fast"))
+    frictions = table.get("frictions", [])
+    if not isinstance(frictions, list) or not all(isinstance(f, dict) for f in frictions):
+        raise InputError("system.frictions must be tables, each under [[system.frictions]]")
+    symbols = _symbols(table, [*slow, *fast], frictions, parameters)
+    rates = [
+        {symbols[s]: read_formula(plain(rate), symbols, f"the rate of {s}") for s, rate in part.items()}
+        for part in (slow, fast)
+    ]
+    small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
+    assumed = [read_relation(a, symbols) for a in _list(table.get("assumptions", []), "system.assumptions")]
+    found = [_friction(f, symbols, k) for k, f in enumerate(frictions)]
+    return System.with_frictions(*rates, found, small, time, sp.And(*assumed))
+
+
+def _symbols(table: dict, states: list[str], frictions: list[dict], parameters: Any) -> dict[str, sp.Symbol]:
+    forces = [f[key] for f in frictions for key in ("force", "normal") if key in f]
+    others = [table[key] for key in ("small", "time") if key in table]
+    named = [*states, *forces, *others]
+    for name in [*named, *parameters]:
+        if not isinstance(name, str) or not name.rstrip("'").isidentifier():
+            raise InputError(f"{name!r:.60} cannot name a quantity; give letters, digits and underscores")
+    if twice := sorted({name for name in named if named.count(name) > 1}):
+        raise InputError(f"{twice[0]} names two quantities; give one of them another name")
+    symbols = {name: sp.Symbol(name, real=True) for name in [*named, *parameters]}
+    if isinstance(table.get("small"), str):
+        symbols[table["small"]] = sp.Symbol(table["small"], positive=True)
+    return symbols
+
+
+def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
+    where = f"system.frictions {k}"
+    refuse_unknown(table, FRICTION, where)
+    if missing := [key for key in _NEEDED if key not in table]:
+        raise InputError(f"{where}: {', '.join(missing)} missing")
+    formulas = {key: read_formula(plain(table[key]), symbols, f"{where}: {key}")
+                for key in FRICTION if key in table and key not in ("force", "normal")}  # fmt: skip
+    return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
+
+
+def _catalogued(name: str) -> System:
+    if name not in systems.__all__:
+        raise InputError(f"system {name!r:.60} is unknown; the nearest is {nearest(name, systems.__all__)!r}")
+    return import_module(f"asympk.systems.{name}").system()
+
+
+def _table(value: Any, what: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError(f"{what} must be a table")
+    return value
+
+
+def _list(value: Any, what: str) -> list:
+    if not isinstance(value, list):
+        raise InputError(f"{what} must be a list of texts")
+    return value

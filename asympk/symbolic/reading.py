@@ -1,0 +1,33 @@
+"""What a caller gives to a symbolic function: exact numbers and expressions; a string is never read as a formula."""
+
+from fractions import Fraction
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.numbers import number, short
+
+
+def rational(name: str, value: Any) -> sp.Rational:
+    """Return a number as the rational that it is exactly; raises ``InputError`` as ``numbers.number`` does."""
+    exact = Fraction(number(name, value))
+    return sp.Rational(exact.numerator, exact.denominator)
+
+
+def exact_value(name: str, value: Any) -> sp.Expr:
+    """Return a number or an exact SymPy constant; raises ``InputError`` for a float, which is not exact."""
+    found = value if isinstance(value, sp.Expr) and not value.is_Number else rational(name, value)
+    if isinstance(value, float) or found.has(sp.Float):
+        raise InputError(f"{name} = {short(value)} is a float; give it exactly, as a string or a Rational")
+    return found
+
+
+def expression(name: str, value: Any) -> sp.Basic:
+    """Return a SymPy object or a plain number as SymPy has it; raises ``InputError`` for a string or a container."""
+    try:
+        if isinstance(value, (str, tuple, list, dict, set, frozenset)):
+            raise sp.SympifyError(value)
+        return sp.sympify(value, strict=True)
+    except sp.SympifyError:
+        raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None

@@ -1,0 +1,114 @@
+"""Whether a condition holds: exactly at exact numbers, element by element at arrays of floats."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.symbolic.lowering import lower
+from asympk.symbolic.values import exact, is_exact, names
+
+_COMPARE = {
+    sp.Ge: lambda a, b: a >= b,
+    sp.Gt: lambda a, b: a > b,
+    sp.Le: lambda a, b: a <= b,
+    sp.Lt: lambda a, b: a < b,
+    sp.Ne: lambda a, b: a != b,
+    sp.Eq: lambda a, b: a == b,
+}
+
+
+def holds(condition: sp.Basic, numbers: Mapping) -> Any:
+    """Tell whether ``condition`` holds at ``numbers``, all exact or all arrays; arrays give an array of booleans.
+
+    Raises ``InputError`` where the condition has no value.
+    """
+    found = _evaluated(condition, numbers)
+    return found if getattr(found, "ndim", 0) else bool(found)
+
+
+def arrays(given: Mapping[sp.Symbol, Any]) -> dict:
+    """Return the values as arrays of floats that broadcast; raises ``InputError``."""
+    import numpy as np
+
+    found = {symbol: _floats(value, symbol) for symbol, value in given.items()}
+    try:
+        np.broadcast_shapes(*(value.shape for value in found.values()))
+    except ValueError as error:
+        raise InputError(f"{names(given)} do not broadcast: {error}") from None
+    return found
+
+
+def with_default(numbers: Mapping, wanted: set, default: Mapping) -> dict:
+    """Add the default, an expression in the others, of each symbol that is wanted and not given."""
+    found = dict(numbers)
+    for symbol, expr in default.items():
+        if symbol in wanted and symbol not in numbers and expr.free_symbols <= numbers.keys():
+            found[symbol] = _value(expr, numbers)
+    return found
+
+
+def require(allowed: sp.Basic, numbers: Mapping) -> None:
+    """Raise ``InputError`` for the first relation of ``allowed`` between given symbols that does not hold."""
+    import numpy as np
+
+    for relation in sp.And.make_args(allowed):
+        used = sorted(relation.free_symbols, key=str)
+        if not used or not {*used} <= numbers.keys():
+            continue
+        good = np.asarray(holds(relation, numbers))
+        if not good.all():
+            shown = {s: _first(numbers[s], good) for s in used}
+            raise InputError(f"{_equations(shown)} is outside the range of this system, {relation}")
+
+
+def _evaluated(condition, numbers):
+    if isinstance(condition, sp.And | sp.Or):
+        found, *rest = (_evaluated(part, numbers) for part in condition.args)
+        for part in rest:
+            found = found & part if isinstance(condition, sp.And) else found | part
+        return found
+    if not isinstance(condition, sp.Rel):
+        return condition == sp.true
+    left, right = (_value(side, numbers) for side in condition.args)
+    found = _COMPARE[type(condition)](left, right)
+    if isinstance(found, sp.Basic) and found not in (sp.true, sp.false):
+        raise InputError(f"{condition} has no value at {_equations(numbers)}")
+    return found
+
+
+def _value(expr, numbers):
+    """Evaluate an expression at exact numbers or at arrays."""
+    used = tuple(sorted(expr.free_symbols, key=str))
+    if all(isinstance(numbers[s], sp.Basic) for s in used):
+        found = expr.subs({s: numbers[s] for s in used})
+        if found.is_extended_real is False or found is sp.nan:
+            raise InputError(f"{expr} has no value at {_equations({s: numbers[s] for s in used})}")
+        return found
+    return lower(used, expr)(*(numbers[s] for s in used))
+
+
+def _floats(value, symbol):
+    import numpy as np
+
+    if is_exact(value):
+        return np.asarray(float(exact(value, symbol)))
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{symbol} = {value!r:.60} is not a number or an array of numbers") from None
+    if not np.isfinite(found).all():
+        raise InputError(f"{symbol} = {found[~np.isfinite(found)].flat[0]} must be finite")
+    return found
+
+
+def _first(value, good):
+    """Return the number, or the first of an array, that is not good."""
+    import numpy as np
+
+    return value if isinstance(value, sp.Basic) else np.broadcast_to(value, good.shape)[~good].flat[0]
+
+
+def _equations(numbers):
+    return ", ".join(f"{symbol} = {value}" for symbol, value in sorted(numbers.items(), key=str))

@@ -1,0 +1,30 @@
+"""Mechanisms that several tests share, each in the form that a mechanician would write down."""
+
+from functools import cache
+
+import sympy as sp
+from sympy.physics.mechanics import dynamicsymbols
+
+import asympk as ap
+
+T = dynamicsymbols._t
+X, Y, THETA = dynamicsymbols("X Y theta")
+m, l, g, J, f = sp.symbols("m l g J f", positive=True)
+
+
+@cache
+def slender_rod(unilateral=True, **contact):
+    """A uniform rod of the length 2 l whose lower end slides on rough ground, by its centre (X, Y) and its angle."""
+    kinetic = m * (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + m * l**2 / 6 * THETA.diff(T) ** 2
+    end = {"gap": Y - l * sp.sin(THETA), "slip": X - l * sp.cos(THETA), "friction": f, "unilateral": unilateral}
+    return ap.Mechanism.from_lagrangian(kinetic - m * g * Y, (X, Y, THETA), contact=ap.Contact(**{**end, **contact}))
+
+
+@cache
+def masses_between_guides():
+    """Painlevé and Klein: two masses on parallel guides, pushed by P; friction on the guide of the first."""
+    x1, x2 = dynamicsymbols("x1 x2")
+    P, alpha = sp.symbols("P alpha", positive=True)
+    kinetic = m * (x1.diff(T) ** 2 + x2.diff(T) ** 2) / 2
+    contact = ap.Contact(gap=(x2 - x1) * sp.cos(alpha), slip=x1, friction=f, load=sp.sin(alpha))
+    return ap.Mechanism.from_lagrangian(kinetic, (x1, x2), contact=contact, forces={x1: P})

@@ -1,0 +1,105 @@
+"""Arrays of affine trajectories: the scalar flow's results, for one decomposition per set of parameters."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.errors import InputError
+
+F, G, t = sp.symbols("F G t", real=True)
+x, v, y, u, w = sp.symbols("x v y u w", real=True)
+mu, k = sp.symbols("mu k", positive=True)
+
+# two masses on springs, one of them on a rough, moving ground, and a fast actuator
+CHAIN = ap.System.with_frictions(
+    {x: v, v: y - 2 * x + F + sp.cos(2 * t) / 2, w: x - w / 4}, {y: w - y},
+    [ap.Friction(velocity=v, force=F, load=2 + x / 4, kinetic=k, static=k + sp.Rational(1, 4))], small=mu, time=t,
+)  # fmt: skip
+
+
+def alone(values, start, until, i):
+    def at(entries):
+        return {name: float(np.broadcast_to(a, (40,))[i]) for name, a in entries.items()}
+
+    end = float(np.broadcast_to(until, 40)[i])
+    return ap.solve(ap.Scene(system=CHAIN, values=at(values), start=at(start), until=end))
+
+
+@pytest.fixture(scope="module")
+def starts():
+    random = np.random.default_rng(4)
+    return {name: random.uniform(-2, 2, 40) for name in ("x", "v", "w", "y")}
+
+
+def test_arrays_end_where_the_scalar_flow_ends(starts):
+    values, until = {"mu": 1e-4, "k": 0.5}, np.linspace(0.5, 12, 40)
+    many = ap.solve_many(system=CHAIN, values=values, start=starts, until=until)
+    events = many.events()
+    for i in range(40):
+        path = alone(values, starts, until, i)
+        mine = events.trajectory == i
+        assert many.n_events[i] == len(path.events) == mine.sum()
+        assert events.kind[mine].tolist() == [e.kind for e in path.events]
+        assert events.t[mine] == pytest.approx([e.t for e in path.events], rel=1e-12)
+        assert many.final[:, i] == pytest.approx(path.final, rel=1e-11, abs=1e-12)
+    assert many.alone < 4
+    assert many.names == path.names
+
+
+def test_parameters_may_be_arrays(starts):
+    values = {"mu": np.repeat([1e-2, 1e-6], 20), "k": np.tile([0.25, 1.0], 20)}
+    many = ap.solve_many(system=CHAIN, values=values, start=starts, until=3)
+    for i in (0, 7, 21, 38):
+        assert many.final[:, i] == pytest.approx(alone(values, starts, 3, i).final, rel=1e-11, abs=1e-12)
+
+
+def test_shapes_broadcast_and_progress_is_told(starts):
+    seen = []
+    many = ap.solve_many(
+        system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start={**starts, "x": np.ones((3, 1))}, until=1.0,
+        progress=lambda done, total: seen.append((done, total)),
+    )  # fmt: skip
+    assert many.final.shape == (4, 3, 40)
+    assert many.n_events.shape == (3, 40)
+    assert seen[-1] == (120, 120)
+
+
+def test_starts_at_rest_on_a_guard_begin_as_the_scalar_flow_does():
+    start = {"x": np.array([0.0, 0.1, 3.0, -3.0]), "v": 0, "w": 0, "y": 0}
+    many = ap.solve_many(system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start=start, until=5)
+    for i in range(4):
+        here = {name: float(np.broadcast_to(a, 4)[i]) for name, a in start.items()}
+        path = ap.solve(ap.Scene(system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start=here, until=5))
+        assert many.n_events[i] == len(path.events)
+        assert many.final[:, i] == pytest.approx(path.final, rel=1e-11, abs=1e-12)
+
+
+def test_two_frictions_are_followed_too():
+    a, b = sp.symbols("a b", real=True)
+    frictions = ap.Friction(a - b, F, load=1, kinetic=k), ap.Friction(b, G, load=1, kinetic=k / 2)
+    clutches = ap.System.with_frictions({a: F + sp.sin(t), b: G - F}, {}, frictions, time=t)
+    starts = {"a": np.linspace(-3, 3, 17), "b": np.linspace(2, -1, 17)}
+    many = ap.solve_many(system=clutches, values={"k": 0.75}, start=starts, until=9)
+    for i in range(17):
+        here = {name: float(values[i]) for name, values in starts.items()}
+        path = ap.solve(ap.Scene(system=clutches, values={"k": 0.75}, start=here, until=9))
+        assert many.n_events[i] == len(path.events)
+        assert many.final[:, i] == pytest.approx(path.final, rel=1e-11, abs=1e-12)
+
+
+def test_bad_arrays_are_refused_in_one_line(starts):
+    good = {"mu": 1e-3, "k": 0.5}
+    with pytest.raises(InputError, match="belong to the rod"):
+        ap.solve_many(1, 1e-3, 0, 0, 1, 5, system=CHAIN, values=good, start=starts)
+    with pytest.raises(InputError, match="do not broadcast"):
+        ap.solve_many(system=CHAIN, values=good, start={**starts, "x": np.ones(3)}, until=1)
+    with pytest.raises(InputError, match="finite"):
+        ap.solve_many(system=CHAIN, values=good, start={**starts, "x": np.nan}, until=1)
+    with pytest.raises(InputError, match="until"):
+        ap.solve_many(system=CHAIN, values=good, start=starts, until=-1)
+    with pytest.raises(InputError):
+        ap.solve_many(system=CHAIN, values=good, start={"x": 1}, until=1)
+    van_der_pol = ap.System.smooth({x: v, v: (1 - x**2) * v - x}, {}, None)
+    with pytest.raises(InputError, match="affine"):
+        ap.solve_many(system=van_der_pol, values={}, start={"x": 1, "v": 0}, until=1)

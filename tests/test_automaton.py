@@ -1,0 +1,244 @@
+"""The automaton of any system: which mode begins, which follows, and where no motion goes on."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.automaton.automaton import Automaton
+from asympk.errors import Accumulation, InputError, NoMotion, TwoMotions, UnboundedReaction
+
+x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
+F, G, H, N = sp.symbols("F G H N", real=True)
+a, c = sp.symbols("a c", positive=True)
+eps = sp.Symbol("eps", positive=True)
+
+
+def follow(system, start, until, values=(), **options):
+    return ap.solve(ap.Scene(system=system, values=dict(values), start=start, until=until), **options)
+
+
+def users_rod():
+    """Return the rod as a user would write it: other names, and the rough mass a times heavier in its own units."""
+    load = x + v
+    return ap.System.with_friction(
+        slow={x: v}, fast={v: 1 - 2 * load + F}, velocity={q: (1 - load + F) / a}, force=F, load=load,
+        kinetic=c, static=sp.Symbol("c0", positive=True), small=eps, assumptions=c > 0,
+    )  # fmt: skip
+
+
+def test_a_users_rod_under_other_names_has_the_events_and_the_ends_of_the_kernel():
+    rng, system = random.Random(5), users_rod()
+    for _ in range(60):
+        sigma = rng.choice([1.0, rng.uniform(-1.9, 4)])
+        sigma0 = sigma + rng.choice([0.0, rng.uniform(0, 2)])
+        start = (rng.uniform(-2, 2), rng.uniform(-2, 2), rng.choice([0.0, rng.uniform(-2, 2)]))
+        mu, mass = 10 ** rng.uniform(-4, 0), rng.uniform(0.5, 3)
+        exact = ap.solve(ap.Scene(sigma, mu, start, 3, sigma0=sigma0))
+        values = {"eps": mu, "a": mass, "c": sigma + 2, "c0": sigma0 + 2}
+        path = follow(system, (*start[:2], start[2] / mass), 3, values, method="lsoda", rtol=1e-9)
+        assert path.modes == exact.modes
+        assert [e.kind for e in path.events] == [e.kind for e in exact.events]
+        assert np.allclose([e.t for e in path.events], [e.t for e in exact.events], rtol=1e-6, atol=1e-6)
+        scale = 1 + max(map(abs, exact.final))
+        assert np.allclose((path.final[0], mass * path.final[2]), exact.final[::2], atol=1e-5 * scale)
+
+
+def test_the_rods_own_system_goes_to_the_rods_kernel():
+    pk = ap.systems.painleve_klein.system()
+    path = follow(pk, {"x": 0, "y": "0.2", "z": -1}, 5, {"sigma": 1, "sigma0": 1, "mu": "1e-6"})
+    plain = ap.solve(ap.Scene(sigma=1, mu="1e-6", start=(0, "0.2", -1), until=5))
+    assert (path.final, path.modes, path.names) == (plain.final, plain.modes, ("x", "y", "z"))
+    assert path.scene.system is pk
+
+
+# exact stories
+
+
+def block(kinetic=1, static=1, stiffness=1):
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=kinetic, static=static)
+    return ap.System.with_frictions({x: v, v: -stiffness * x + F}, {}, [friction])
+
+
+def test_a_block_on_a_spring_loses_twice_the_friction_in_every_half_period_and_then_rests():
+    path = follow(block(), {"x": "7.5", "v": 0}, 20)
+    assert [e.kind for e in path.events] == ["velocity_zero"] * 4
+    assert np.allclose([float(e.t) for e in path.events], [math.pi * k for k in (1, 2, 3, 4)], atol=1e-8)
+    assert np.allclose([float(e.state[0]) for e in path.events], [-5.5, 3.5, -1.5, -0.5], atol=1e-8)
+    assert path.modes == ("slip_opposite", "slip_same", "slip_opposite", "slip_same", "stick")
+
+
+def clutches():
+    """Return three discs of unit inertia in a row, the last against the ground."""
+    half, quarter, tenth = sp.Rational(1, 2), sp.Rational(1, 4), sp.Rational(1, 10)
+    frictions = [
+        ap.Friction(velocity=u - v, force=F, load=1, kinetic=half, static=sp.Rational(3, 4)),
+        ap.Friction(velocity=v - w, force=G, load=1, kinetic=quarter),
+        ap.Friction(velocity=w, force=H, load=1, kinetic=tenth, static=2 * tenth),
+    ]
+    return ap.System.with_frictions({u: F, v: -F + G, w: -G + H}, {}, frictions)
+
+
+def test_clutches_in_a_row_lock_one_after_the_other_at_the_times_of_their_momentum():
+    path = follow(clutches(), {"u": 3, "v": 0, "w": 0}, 60)
+    assert [(e.kind, e.friction) for e in path.events] == [("velocity_zero", k) for k in (0, 1, 2)]
+    # u' = -1/2, v' = 1/4, w' = 3/20; then (u, v) at -1/8; then all at -1/30
+    assert np.allclose([float(e.t) for e in path.events], [4, 60 / 11, 30], rtol=1e-10)
+    assert path.modes == ("+".join(["slip_same"] * 3), "stick+slip_same+slip_same", "stick+stick+slip_same",
+                          "stick+stick+stick")  # fmt: skip
+    assert np.allclose(np.array(path.final, float), 0, atol=1e-12)
+
+
+def test_discs_at_rest_stay_at_rest():
+    assert follow(clutches(), {"u": 0, "v": 0, "w": 0}, 5).modes == ("stick+stick+stick",)
+
+
+def test_a_locked_clutch_slips_again_where_the_torque_exceeds_its_static_bound_and_not_before():
+    drive = ap.Friction(velocity=u - v, force=F, load=1, kinetic=1, static=2)
+    system = ap.System.with_frictions({u: t + F, v: -F}, {}, [drive], time=t)
+    path = follow(system, {"u": 0, "v": 0}, 6)
+    (onset,) = path.events  # while locked both gain t/2, held by F = -t/2
+    assert (onset.kind, path.modes) == ("slip_onset", ("stick", "slip_same"))
+    assert float(onset.t) == pytest.approx(4, rel=1e-10)
+    assert np.allclose(np.array(path.final, float), (4 + 10 - 2, 4 + 2), rtol=1e-8)
+
+
+def test_a_belt_carries_a_block_to_the_edge_of_stick_and_takes_it_up_again():
+    """Constant kinetic friction: from v = 1 at the edge x = s the block swings about x = k until v = 1 again."""
+    s, k = sp.Rational(3, 2), 1
+    belt = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=k, static=s)
+    system = ap.System.with_frictions({x: v, v: -x + F}, {}, [belt])
+    path = follow(system, {"x": 0, "v": 1}, 7.5)
+    slipped = 2 * math.pi - 2 * math.atan2(0.5, 1)
+    assert path.modes == ("stick", "slip_opposite", "stick")
+    assert np.allclose([float(e.t) for e in path.events], [1.5, 1.5 + slipped], rtol=1e-9)
+    assert float(path.events[1].state[0]) == pytest.approx(0.5, abs=1e-8)
+
+
+def test_friction_that_falls_with_the_velocity_is_that_of_the_relative_one():
+    belt = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=1 / (1 + sp.Abs(v - 1)), static=1)
+    system = ap.System.with_frictions({v: -sp.Rational(2) + F}, {}, [belt])
+    path = follow(system, {"v": 1}, 2)
+    assert path.modes == ("slip_opposite",)  # v' = -2 + 1/(2 - v): with d = 1 - v, d - log(...) is linear in t
+    d = 1 - float(path.final[0])
+    assert d / 2 + math.log(1 + 2 * d) / 4 == pytest.approx(2, rel=1e-8)
+
+
+def test_a_contact_opens_where_its_load_vanishes_and_closes_where_its_gap_does():
+    """A mass on an elastic ground: it leaves at x = 0 and comes back after the time of its flight."""
+    contact = ap.Friction(velocity=v, force=F, load=-x, kinetic=1, gap=x, normal=N)
+    system = ap.System.with_frictions({x: w, w: -1 + N, v: F}, {}, [contact])
+    path = follow(system, {"x": 0, "w": -2, "v": 50}, 14)
+    assert [e.kind for e in path.events[:3]] == ["lift_off", "touch_down", "lift_off"]
+    first, second = (float(e.t) for e in path.events[:2])
+    assert first == pytest.approx(2 * math.pi - 2 * math.atan(2), rel=1e-8)
+    assert second - first == pytest.approx(4, rel=1e-8)
+    assert path.modes[:3] == ("slip_same", "open", "slip_same")
+    lost = 50 - float(path.events[0].state[2])
+    assert lost == pytest.approx(first + 4, rel=1e-8)  # the impulse of the ground: w returns from -2 to 2 under gravity
+
+
+# no motion, several, and events that accumulate
+
+
+def rigid_rod():
+    """Return the rigid Painlevé-Klein rod: the reaction N makes the accelerations of both masses equal."""
+    friction = ap.Friction(velocity=v, force=F, load=N, kinetic=c, normal=N, constraint=1 - 2 * N + F)
+    return ap.System.with_frictions({v: 1 - N + F}, {}, [friction])
+
+
+def test_the_rigid_rod_runs_where_it_is_shallow_and_stops_by_name_where_it_is_steep():
+    assert follow(rigid_rod(), {"v": 1}, 3, {"c": 1}).final == pytest.approx((2,))
+    shallow = follow(rigid_rod(), {"v": -1}, 3, {"c": 1})
+    assert shallow.modes == ("slip_opposite", "slip_same")
+    assert shallow.final == pytest.approx((2 / 3,))
+    with pytest.raises(TwoMotions, match=r"at t = 0, v = 1: slip_opposite .* and slip_same"):
+        follow(rigid_rod(), {"v": 1}, 3, {"c": 3})
+    with pytest.raises(NoMotion, match="at t = 0, v = -1"):
+        follow(rigid_rod(), {"v": -1}, 3, {"c": 3})
+
+
+def test_a_reaction_that_grows_beyond_all_bounds_ends_the_run_by_name():
+    friction = ap.Friction(velocity=v, force=F, load=N, kinetic=t, normal=N, constraint=1 - 2 * N + F)
+    system = ap.System.with_frictions({v: 1 - N + F}, {}, [friction], time=t)
+    with pytest.raises(UnboundedReaction, match=r"t = 2|t = 1\.99999"):
+        follow(system, {"v": -90}, 3)
+
+
+def test_a_twisting_relay_accumulates_where_its_events_shrink_geometrically_to():
+    frictions = [ap.Friction(velocity=s, force=f, load=1, kinetic=k) for s, f, k in ((x, F, 3), (v, G, 1))]
+    twisting = ap.System.with_frictions({x: v, v: F + G}, {}, frictions)
+    # from rest at |x| = 1 it falls at 3 - 1 for a time 1 and is braked at 3 + 1 for 1/2: the next swing is half as high
+    total = 1.5 / (1 - math.sqrt(0.5))
+    with pytest.raises(Accumulation, match=r"events accumulate at t = 5\.1213203") as caught:
+        follow(twisting, {"x": 1, "v": 0}, 60)
+    assert float(str(caught.value).split("t = ")[1].split(",")[0]) == pytest.approx(total, rel=1e-9)
+
+
+def test_a_relay_whose_force_pushes_on_has_two_motions_from_rest():
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=1)
+    pushed = ap.System.with_frictions({v: -F + 0 * x, x: v}, {}, [friction])
+    assert follow(pushed, {"v": 0, "x": 0}, 1).modes == ("stick",)  # at rest stays at rest
+    relay = ap.System.with_frictions({x: v, v: -F}, {}, [ap.Friction(velocity=x, force=F, load=1, kinetic=1)])
+    with pytest.raises(TwoMotions):
+        follow(relay, {"x": 0, "v": 0}, 1)
+
+
+# events that a step could miss
+
+
+def test_a_guard_that_leaves_and_comes_back_within_a_step_is_an_event():
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=0, static=0)
+    bump = sp.Rational(1001, 1000) * sp.exp(-((t - 5) ** 2) * 4)
+    system = ap.System.with_frictions({v: -bump.diff(t) + F}, {}, [friction], time=t)
+    path = follow(system, {"v": 1}, 10, method="dop853", rtol=1e-3)
+    assert [e.kind for e in path.events] == ["velocity_zero"] * 2
+
+
+def test_a_load_that_swings_while_the_state_rests_ends_stick_at_every_swing():
+    friction = ap.Friction(velocity=v, force=F, load=sp.cos(t), kinetic=1)
+    system = ap.System.with_frictions({v: sp.Rational(1, 2) + F}, {}, [friction], time=t)
+    path = follow(system, {"v": 0}, 4.5, method="lsoda")
+    assert path.modes == ("stick", "slip_same", "slip_opposite", "stick", "slip_opposite")
+    onset, vanished = path.events[0], path.events[1]
+    assert [float(e.t) for e in (onset, vanished)] == pytest.approx([math.pi / 3, math.pi / 2], abs=1e-6)
+
+
+def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
+    system = block()
+    assert Automaton(system, ()) == Automaton(block(), ())
+    assert hash(Automaton(system, ())) == hash(Automaton(block(), ()))
+
+
+# wrong input
+
+
+@pytest.mark.parametrize(("make", "match"), [
+    (lambda: ap.Scene(system=block(), values={}, start={"x": 1}, until=1), "the state v is missing"),
+    (lambda: ap.Scene(system=block(), values={}, start={"x": 1, "vv": 1}, until=1), "did you mean v"),
+    (lambda: ap.Scene(system=block(), values={"k": 1}, start={"x": 1, "v": 1}, until=1), "k is not a parameter"),
+    (lambda: ap.Scene(system=block(), values={}, start={"x": "y", "v": 1}, until=1), "start: x = 'y'"),
+    (lambda: ap.Scene(system=block(), values={}, start={x: 1, "x": 2, v: 1}, until=1), "given twice"),
+    (lambda: ap.Scene(system=block(), values={}, start={sp.Symbol("x"): 1, v: 1}, until=1), "by name, 'x'"),
+    (lambda: ap.Scene(system=block(), values={}, start=(1, 2, 3), until=1), "3 numbers for 2"),
+    (lambda: ap.Scene(system=block(static=sp.Rational(1, 2)), values={}, start=(1, 0), until=1), "below the kinetic"),
+    (lambda: ap.Scene(system=users_rod(), values={"a": -1, "c": 1, "c0": 1, "eps": 1}, start=(0, 0, 0), until=1),
+     "declared positive"),
+    (lambda: ap.Scene(system="rod", values={}, start=(0, 0, 0), until=1), "must be a System"),
+    (lambda: ap.Scene(system=block(), sigma=1, values={}, start=(1, 0), until=1), "belong to the rod"),
+    (lambda: ap.solve("backward"), "takes a Scene, not the name 'backward'"),
+    (lambda: ap.solve(None), "takes a Scene, not NoneType"),
+    (lambda: ap.solve(block()), "takes a Scene, not System"),
+    (lambda: block(kinetic=sp.Float(0.3)), "contains a float"),
+    (lambda: ap.Friction(velocity=v, force="F", load=1, kinetic=1), "must be a Symbol"),
+    (lambda: ap.System.with_frictions({v: 1}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)]), "no rate"),
+    (lambda: ap.System.with_frictions({v: F}, {}, [ap.Friction(velocity=c, force=F, load=1, kinetic=1)]), "depend on"),
+    (lambda: ap.System.with_frictions({v: F}, {}, [F]), "sequence of ap.Friction"),
+])  # fmt: skip
+def test_what_is_no_scene_is_refused_in_one_line(make, match):
+    with pytest.raises(InputError, match=match) as caught:
+        make()
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,182 @@
+"""Classical oscillators, relays and clutches: numbers that their books give in closed form, from the affine flow."""
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.errors import Accumulation
+
+x, v, u, w, F, G, t = sp.symbols("x v u w F G t", real=True)
+f, fs, omega, zeta, V = sp.symbols("f f_s omega zeta V", positive=True)
+
+COULOMB = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f)])
+
+
+def followed(system, values, start, until, **options):
+    path = ap.solve(ap.Scene(system=system, values=values, start=start, until=until), **options)
+    assert path.model == "exact"
+    return path
+
+
+@pytest.mark.parametrize("x0", ["5.3", "-7.05", "0.2", "20.3"])
+def test_coulomb_oscillator_loses_two_f_in_every_half_period_and_rests_in_the_dead_zone(x0):
+    """Coulomb friction: turning points x0 - 2 f n at the times n pi, rest where |x| <= f (Den Hartog 1956, 7.3)."""
+    path = followed(COULOMB, {f: "0.35"}, {"x": x0, "v": 0}, 100)
+    start, turns = abs(float(x0)), 0
+    while start - 0.7 * turns > 0.35:
+        turns += 1
+    rest = np.sign(float(x0)) * (-1) ** turns * (start - 0.7 * turns)
+    assert path.modes[-1] == "stick"
+    assert [e.t for e in path.events] == pytest.approx([np.pi * n for n in range(1, turns + 1)], rel=1e-14)
+    assert path.final == (pytest.approx(rest, abs=2e-14), 0.0)
+
+
+def test_damped_coulomb_oscillator_overshoots_by_the_logarithmic_decrement():
+    """x'' + 2 z x' + x = -+ f: |x| + f shrinks by exp(-z pi/sqrt(1 - z^2)) to the next turning point less f."""
+    block = ap.System.with_frictions(
+        {x: v, v: -x - 2 * zeta * v + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f)]
+    )
+    z, friction, turning = 0.125, 0.25, 4.0
+    first = followed(block, {zeta: z, f: friction}, {"x": turning, "v": 0}, 10).events[0]
+    decay = np.exp(-z * np.pi / np.sqrt(1 - z * z))
+    assert first.t == pytest.approx(np.pi / np.sqrt(1 - z * z), rel=1e-15)
+    assert first.state[0] == pytest.approx(friction - (turning - friction) * decay, rel=1e-14)
+
+
+FORCED = ap.System.with_frictions(
+    {x: v, v: -x + u + F, u: -omega * w, w: omega * u}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f)]
+)
+
+
+@pytest.mark.parametrize(("ratio", "friction"), [("0.6", "0.2"), ("1.5", "0.3"), ("2.5", "0.1")])
+def test_den_hartogs_forced_oscillator_repeats_its_non_stop_motion(ratio, friction):
+    """Den Hartog (1931): amplitude^2 = V^2 - f^2 U^2, V = 1/(1 - b^2), U = sin(pi/b)/(b (1 + cos(pi/b)))."""
+    b, r = float(ratio), float(friction)
+    gain, drag = 1 / (1 - b * b), np.sin(np.pi / b) / (b * (1 + np.cos(np.pi / b)))
+    amplitude = np.sqrt(gain**2 - (r * drag) ** 2)
+    # with x = f + V cos(b t + p) + A cos t + B sin t after a turning point: V cos(p) = amplitude, V sin(p) = -f U
+    phase = np.arctan2(-r * drag / gain, amplitude / gain)
+    begin = {"x": amplitude, "v": 0, "u": np.cos(phase), "w": np.sin(phase)}
+    path = followed(FORCED, {omega: ratio, f: friction}, begin, 2 * np.pi / b)
+    assert path.final[0] == pytest.approx(amplitude, rel=1e-12)
+    assert path(np.pi / b)[0] == pytest.approx(-amplitude, rel=1e-12)
+
+
+def test_forced_at_resonance_without_friction_grows_like_t():
+    smooth = ap.System.smooth({x: v, v: -x + sp.cos(t)}, {}, None, time=t)
+    times = np.array([1.0, 10.0, 77.5, 300.0])
+    path = followed(smooth, {}, {"x": 0, "v": 0}, 300)
+    assert np.abs(path(times)[0] - times * np.sin(times) / 2).max() < 1e-12
+
+
+def test_a_block_on_a_rough_belt_sticks_and_slips_with_the_known_period():
+    """Slip lasts 2 pi - 2 atan((f_s - f)/V), stick 2 (f_s - f)/V: the saw-tooth of the belt (Galvanetto, Bishop)."""
+    belt = ap.System.with_frictions(
+        {x: v, v: -x + F}, {}, [ap.Friction(velocity=v - V, force=F, load=1, kinetic=f, static=fs)]
+    )
+    slow, static, kinetic = 0.25, 1.5, 1.0
+    path = followed(belt, {V: slow, fs: static, f: kinetic}, {"x": 0, "v": slow}, 80)
+    onsets = [e.t for e in path.events if e.kind == "slip_onset"]
+    lands = [e.t for e in path.events if e.kind == "velocity_zero"]
+    slip = 2 * np.pi - 2 * np.arctan((static - kinetic) / slow)
+    stick = 2 * (static - kinetic) / slow
+    assert onsets[0] == pytest.approx(static / slow, rel=1e-14)
+    assert np.diff(onsets) == pytest.approx(slip + stick, rel=1e-12)
+    assert np.array(lands[:3]) - np.array(onsets[:3]) == pytest.approx(slip, rel=1e-12)
+
+
+def test_clutches_in_a_row_lock_when_the_torques_say():
+    """Rigid disks, constant torques: the relative speeds fall linearly, each clutch locks at its own time."""
+    a, b, c = sp.symbols("a b c", real=True)
+    frictions = ap.Friction(velocity=a - b, force=F, load=1, kinetic=f), ap.Friction(b - c, G, load=1, kinetic=fs)
+    disks = ap.System.with_frictions({a: F, b: (G - F) / 2, c: -G / 4}, {}, frictions)
+    path = followed(disks, {f: 1, fs: "0.5"}, {"a": 10, "b": 4, "c": 0}, 30)
+    # before the first lock a' = -1, b' = 1/4, c' = 1/8; a - b = 6 locks at 6/(5/4); then 3 (a, b)' = -1/2
+    first = 6 / 1.25
+    speeds = 10 - first, 0 + first / 8
+    second = first + (speeds[0] - speeds[1]) / (0.5 / 3 + 0.125)
+    assert [e.t for e in path.events] == pytest.approx([first, second], rel=1e-14)
+    assert path.final == pytest.approx([18 / 7] * 3, rel=1e-14)  # angular momentum
+
+
+def half_period(matrix, column, row, guess):
+    """Return h with ``row (1 + e^{A h})^-1 integral_0^h e^{A s} ds column = 0`` (Aastrom and Haegglund 1984)."""
+    mp = mpmath.mp
+    with mp.workdps(30):
+        a, b, c, unit = mp.matrix(matrix), mp.matrix(column), mp.matrix(row), mp.eye(len(matrix))
+
+        def miss(h):
+            e = mp.expm(a * h)
+            return (c.T * mp.inverse(unit + e) * mp.inverse(a) * (e - unit) * b)[0]
+
+        return mp.findroot(miss, guess)
+
+
+RELAYS = {
+    "third order lag": ([[-1, 0, 0], [1, -1, 0], [0, 1, -1]], 2.0),
+    "unequal lags": ([[-3, 0, 0], [1, -1, 0], [0, 2, -2]], 1.5),
+}
+
+
+@pytest.mark.parametrize("name", RELAYS)
+def test_relay_cycles_have_the_period_of_their_fixed_point_equation(name):
+    matrix, guess = RELAYS[name]
+    states = sp.symbols("y1:4", real=True)
+    rates = [sum(a * s for a, s in zip(row, states, strict=True)) for row in matrix]
+    rates[0] += F
+    relay = ap.System.with_frictions(
+        dict(zip(states, rates, strict=True)), {}, [ap.Friction(velocity=states[2], force=F, load=1, kinetic=1)]
+    )
+    h = half_period(matrix, [1, 0, 0], [0, 0, 1], guess)
+    path = followed(relay, {}, dict(zip(states, (1, 0, -1), strict=True)), 80)
+    gaps = np.diff([e.t for e in path.events])
+    assert np.abs(gaps[-4:] - float(h)).max() < 1e-11
+
+
+def test_the_twisting_algorithm_reaches_the_origin_in_the_known_time():
+    """x'' = -r sgn x - s sgn x': |x'| at x = 0 shrinks by sqrt((r - s)/(r + s)) each half turn (Levant 1993)."""
+    twisting = ap.System.with_frictions(
+        {x: v, v: F + G}, {},
+        [ap.Friction(velocity=x, force=F, load=1, kinetic=f), ap.Friction(velocity=v, force=G, load=1, kinetic=fs)],
+    )  # fmt: skip
+    r, s = 3.0, 1.0
+    ratio = np.sqrt((r - s) / (r + s))
+    half = 1 / (r + s) + 1 / np.sqrt((r + s) * (r - s))  # from x = 0 with |x'| = 1 to the next x = 0
+    scene = ap.Scene(system=twisting, values={f: r, fs: s}, start={"x": 0, "v": 1}, until=50)
+    with pytest.raises(Accumulation, match=f"accumulate at t = {half / (1 - ratio):.6g}"):
+        ap.solve(scene)
+
+
+def test_a_first_order_relay_slides_until_the_disturbance_wins():
+    """x' = -sgn x + a sin(w t) reaches 0, slides while |a sin(w t)| < 1 and leaves at asin(1/a)/w."""
+    amplitude = sp.Symbol("a", positive=True)
+    relay = ap.System.with_frictions(
+        {x: F + amplitude * sp.sin(omega * t)}, {}, [ap.Friction(velocity=x, force=F, load=1, kinetic=1)], time=t
+    )
+    path = followed(relay, {amplitude: 2, omega: "0.125"}, {"x": 0}, 10)
+    assert path.modes == ("stick", "slip_same")
+    assert path.events[0].t == pytest.approx(8 * np.pi / 6, rel=1e-14)
+    with mpmath.mp.workdps(30):
+        begin, end = 8 * mpmath.pi / 6, mpmath.mpf(10)
+        true = 16 * (mpmath.cos(begin / 8) - mpmath.cos(end / 8)) - (end - begin)
+    assert path.final[0] == pytest.approx(float(true), rel=1e-12)
+
+
+def test_a_block_that_a_moving_spring_pulls_waits_for_the_static_bound():
+    """x'' = V t - x - f: stick until V t = f_s, forcing polynomial in time."""
+    pulled = ap.System.with_frictions(
+        {x: v, v: V * t - x + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f, static=fs)], time=t
+    )
+    path = followed(pulled, {V: "0.5", f: "0.75", fs: 1}, {"x": 0, "v": 0}, 3)
+    # slip from tau = t - 2: x = 1/4 (1 - cos tau) + (tau - sin tau)/2
+    assert path.events[0].t == pytest.approx(2.0, rel=1e-15)
+    assert path.final[0] == pytest.approx((1 - np.cos(1)) / 4 + (1 - np.sin(1)) / 2, rel=1e-13)
+
+
+def test_a_sliding_block_stops_after_the_time_and_the_distance_of_the_textbook():
+    slide = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f)])
+    path = followed(slide, {f: "0.3"}, {"x": 0, "v": 2}, 100)
+    assert path.events[0].t == pytest.approx(2 / 0.3, rel=1e-15)
+    assert path.final[0] == pytest.approx(4 / 0.6, rel=1e-15)

@@ -1,0 +1,152 @@
+"""The elastic contact as a system: its invariant, its rigid limit, its three dampings, contacts that open and close."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from contactmodel import Model, follow
+from mechanisms import masses_between_guides, slender_rod
+from test_jump_law import MECHANISMS, bead_rod
+
+import asympk as ap
+from asympk.errors import InputError
+
+c, eps, h = sp.symbols("c eps h", positive=True)
+SCALINGS = [(c, h), (eps**2, sp.Rational(1, 2) * eps), (eps**2, sp.S.Zero)]
+
+
+def _in_states(rod, expr, system):
+    """Return an expression in the mechanism's own symbols in those of its plain states."""
+    back = {rod.plain.coordinates[k]: q for k, q in enumerate(rod.coordinates)}
+    return expr.xreplace({own: plain for plain, own in back.items()})
+
+
+@pytest.mark.parametrize(("compliance", "damping"), SCALINGS)
+@pytest.mark.parametrize("make", MECHANISMS)
+def test_gap_plus_compliance_times_reaction_is_an_invariant(make, compliance, damping):
+    """d/dt (g(q) + c x) = 0 identically, in every state: no coordinate was eliminated, and none need be."""
+    rod = make()[0]
+    system = rod.elastic(compliance=compliance, damping=damping)
+    x = next(s for s in system.states if s.name == "x")
+    invariant = rod.plain.gap + compliance * x
+    rate = sum(invariant.diff(s) * system.rates[s] for s in system.states)
+    rng = np.random.default_rng(2)
+    for _ in range(3):
+        at = {s: sp.Rational(int(rng.integers(1, 50)), 60) for s in sorted(rate.free_symbols, key=str)}
+        assert abs(rate.subs(at).evalf(30)) < 1e-25
+
+
+@pytest.mark.parametrize("make", MECHANISMS)
+def test_the_sliding_velocity_is_a_state_with_the_rate_of_its_own_definition(make):
+    rod = make()[0]
+    system = rod.elastic(compliance=c, damping=h)
+    names = {s.name: s for s in system.states}
+    rebuilt = rod.plain.slip
+    rates = {u: system.slow[q] for q, u in zip(rod.plain.coordinates, rod.plain.velocities, strict=True)}
+    rng = np.random.default_rng(2)
+    at = {s: sp.Rational(int(rng.integers(1, 50)), 60) for s in sorted(sp.Tuple(*rates.values()).free_symbols, key=str)}
+    at |= {s: at.get(s, sp.Rational(1, 7)) for s in rebuilt.free_symbols}
+    found = rebuilt.subs({u: rate.subs(at) for u, rate in rates.items()}, simultaneous=True).subs(at)
+    assert abs((found - at.get(names["z"], 0)).evalf(30)) < 1e-25
+
+
+def test_states_are_named_and_ordered():
+    system = slender_rod().elastic(compliance=c, damping=h)
+    assert {str(s) for s in system.states} == {"X", "Y", "theta", "x", "z", "theta'", "y"}
+    assert [str(s) for s in system.fast] == ["y"]
+    assert [str(s) for s in slender_rod().elastic(compliance=eps**2, damping=0).fast] == ["x", "y"]
+    assert system.small == c
+
+
+def test_a_coordinate_called_x_keeps_its_name():
+    q, u = sp.symbols("x y"), sp.symbols("u v")
+    block = ap.Mechanism(q, u, sp.eye(2), (0, -1), ap.Contact(q[1], q[0], 1, unilateral=True))
+    assert {str(s) for s in block.elastic(compliance=c, damping=h).states} == {"x", "y", "x_", "y_", "z"}
+
+
+@pytest.mark.parametrize("make", MECHANISMS)
+def test_the_system_follows_the_contact_as_newtons_law_in_numbers_does(make):
+    rod, parameters, terms, friction, (q, u) = make()
+    stiffness, until = 1e3, 0.02
+    model = Model(terms, friction, stiffness, 0.5)
+    _, at, _ = follow(model, np.array([*q.values()]), np.array([*u.values()]), until)
+    system = rod.elastic(compliance=c, damping=sp.Rational(1, 2))
+    sliding = rod.evaluate(rod.sliding_velocity, {**parameters, **q, **u})
+    start = {**q, **{s.name: u[s.name] for s in system.states if s.name in u}, "x": 0, "y": 0, "z": sliding}
+    path = ap.solve(ap.Scene(system=system, values={**parameters, "c": "1e-3"}, start=start, until=until))
+    found = dict(zip(map(str, path.names), path.final, strict=True))
+    assert path.modes[:2] == ("slip_opposite", "stick")
+    assert [found[name] for name in q] == pytest.approx(at, abs=1e-7)
+
+
+def test_painleve_and_klein_come_out_in_fufaevs_scales():
+    """tau = t / h, x = rho: mu = c m / (2 h^2 cos(alpha)^2) .. and both masses' equations become (2.7)-(2.9)."""
+    rod = masses_between_guides()
+    system = rod.elastic(compliance=c, damping=h)
+    m, P, alpha, f = (next(s for s in system.parameters if s.name == name) for name in ("m", "P", "alpha", "f"))
+    x, y, z = (next(s for s in system.states if s.name == name) for name in "xyz")
+    pk = ap.systems.painleve_klein
+    reaction = P / sp.cos(alpha)
+    scaled = {x: reaction * pk.x, y: reaction * pk.y / h, z: P * h / m * pk.z}
+    for name in ("slip_same", "slip_opposite", "stick"):
+        fast = system.mode(name).fast[y].subs(scaled, simultaneous=True) * m / (P * sp.cos(alpha))
+        drift = system.mode(name).slow[z].subs(scaled, simultaneous=True) * m / P
+        turned = {pk.sigma: f * sp.tan(alpha) - 2, pk.sigma0: f * sp.tan(alpha) - 2}
+        expected = ap.systems.painleve_klein.system().mode(name)
+        assert sp.simplify(fast - expected.fast[pk.y].subs(turned)) == 0
+        assert sp.simplify(drift - expected.slow[pk.z].subs(turned)) == 0
+
+
+def test_a_ball_of_one_contact_opens_and_closes():
+    """A block that bounces on a damped support without friction in its way: lift_off, touch_down, less each time."""
+    q, u = sp.symbols("X Y"), sp.symbols("U V")
+    block = ap.Mechanism(q, u, sp.eye(2), (0, -1), ap.Contact(q[1], q[0], 1, unilateral=True))
+    system = block.elastic(compliance=eps**2, damping=eps / 5)
+    start = {"X": 0, "Y": 0, "x": 0, "y": 100, "z": 1}
+    path = ap.solve(ap.Scene(system=system, values={"eps": "1/100"}, start=start, until=4))
+    kinds = [event.kind for event in path.events if event.kind in ("lift_off", "touch_down")]
+    assert kinds[:3] == ["lift_off", "touch_down", "lift_off"]
+    rates = [-event.state[path.names.index("y")] / 100 for event in path.events if event.kind == "lift_off"]
+    decay = np.exp(-0.1 / np.sqrt(0.99) * np.arctan2(np.sqrt(0.99) * 0.2, -1 + 0.02 + 1e-300))
+    assert 0 < rates[1] < rates[0] < 1
+    assert rates[0] == pytest.approx(_rebound(0.2), abs=2e-3)
+    assert decay < 1
+
+
+def _rebound(b):
+    """Return u' where u + b u' = 0 again, of u'' = -(u + b u') from u = 0, u' = -1 in penetration."""
+    w = np.sqrt(1 - b * b / 4)
+    tau = np.linspace(0, np.pi / w, 200001)
+    value = np.exp(-b * tau / 2) * np.sin(w * tau) / w
+    rate = np.exp(-b * tau / 2) * (np.cos(w * tau) - b / 2 * np.sin(w * tau) / w)
+    end = np.nonzero((value + b * rate) < 0)[0][0]
+    return -rate[end]
+
+
+@pytest.mark.parametrize(
+    ("compliance", "damping", "match"),
+    [
+        (c, 0, "give a time that does not depend on it"),
+        (c, c * h, "give a time that does not depend on it"),
+        (eps**2, 1, "give 0 or a multiple of eps"),
+        (sp.Rational(1, 1000), h, "must be a Symbol or the square of one"),
+        (eps**3, h, "must be a Symbol or the square of one"),
+    ],
+)
+def test_scalings_without_a_limit_are_refused(compliance, damping, match):
+    with pytest.raises(InputError, match=match):
+        slender_rod().elastic(compliance=compliance, damping=damping)
+
+
+def test_impact_without_collision_comes_out_of_the_system():
+    """The bead's rod on the ground: slip, stick and lift_off, with the gap rate of the law as eps -> 0."""
+    _, _, _, _, (q, u) = bead_rod()
+    rod, values = slender_rod(), {"m": 1, "l": 1, "g": 1, "f": 2}
+    expected = rod.evaluate(rod.jump_law(ratio=1).gap_rate, {**values, **q, **u})
+    system, errors = rod.elastic(compliance=eps**2, damping=eps), []
+    for small in (1e-3, 1e-4):
+        start = {**q, "theta'": u["theta'"], "x": 0, "y": 0, "z": -1}
+        path = ap.solve(ap.Scene(system=system, values={**values, "eps": small}, start=start, until=40 * small))
+        assert path.modes[0] == "slip_opposite"
+        (lift,) = (event for event in path.events if event.kind == "lift_off")
+        errors.append(abs(-small * lift.state[path.names.index("y")] - expected))
+    assert errors[1] < 0.2 * errors[0]

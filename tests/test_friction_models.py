@@ -1,0 +1,125 @@
+"""Systems with friction in the limit: the itinerary of the layer, the jump law, the slow motion after it, its edges."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+from mechanisms import THETA, T, X, Y, f, g, l, m, slender_rod
+
+import asympk as ap
+from asympk.errors import NoManifold, NotDerivable, OrderError, OutOfRange
+from asympk.systems import nonlinear_rod, painleve_klein
+
+a, b, w, F = sp.symbols("a b w F", real=True)
+c = sp.Symbol("c", positive=True)
+s = sp.Symbol("s", real=True)
+STARTS = [(0, "1/5", -1), (0, 0, 1), (-1, -1, 1), ("3/10", -2, "-1/2"), (0, -3, 1)]
+
+# the rod as a user may write it
+ROD = ap.System.with_friction(
+    slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F}, force=F, load=a + b, kinetic=s + 2,
+    small=c,
+)  # fmt: skip
+
+
+def _order(path, truth, small):
+    """Return the error over mu log(1/mu)."""
+    h = float(sp.Rational(small))
+    return np.abs(np.array(path.final, dtype=float) - np.array(truth.final, dtype=float)).max() / (h * math.log(1 / h))
+
+
+def _rod(small, start, method="jump", sigma=1, until=3):
+    return ap.solve(ap.Scene(system=ROD, values={s: sigma, c: small}, start=start, until=until), method)
+
+
+@pytest.mark.parametrize("start", STARTS)
+def test_the_limit_of_a_users_rod_is_that_of_the_rods_own_kernel(start):
+    constants = []
+    for small in ("1/1000", "1/1000000"):
+        path = _rod(small, start)
+        truth = ap.solve(ap.Scene(sigma=1, mu=small, start=start, until=3))
+        assert path.modes == truth.modes
+        assert [e.kind for e in path.events] == [e.kind for e in truth.events]
+        constants.append(_order(path, truth, small))
+    assert max(constants) < 0.7
+    assert constants[1] < 1.3 * constants[0]
+
+
+def test_the_jump_brings_the_velocity_to_zero_and_the_reaction_to_x_minus_z():
+    path = _rod("1/1000000", STARTS[0])
+    landed = path(0)
+    assert (landed[0], landed[2]) == pytest.approx((1, 0), abs=1e-9)
+    assert path.names == ("a", "b", "w")
+
+
+def test_an_edge_met_by_the_slow_motion_begins_another_layer():
+    truth = ap.solve(ap.Scene(sigma=-1, mu="1e-6", start=(0, "1/5", -1), until=3))
+    path = _rod("1e-6", (0, "1/5", -1), sigma=-1)
+    assert path.modes == truth.modes
+    assert [e.t for e in path.events] == pytest.approx([e.t for e in truth.events], abs=1e-4)
+    assert path.final == pytest.approx([float(v) for v in truth.final], abs=1e-4)
+    times = np.linspace(0.1, 2.9, 6)
+    assert path(times) == pytest.approx(truth(times), abs=1e-3)
+
+
+def test_slow_refuses_a_start_that_jumps():
+    assert _rod("1/1000", STARTS[1], "slow").modes == ("slip_same",)
+    with pytest.raises(NoManifold, match="slip_opposite -> stick"):
+        _rod("1/1000", STARTS[0], "slow")
+
+
+def test_the_limit_of_the_nonlinear_rod_is_wrong_by_mu_log_mu():
+    system, constants = nonlinear_rod.system(), []
+    for small in ("1e-3", "1e-4", "1e-5"):
+        values = {"mu": small, "sigma": 1, "sigma0": 1, "kappa": 1, "c2": "1/2"}
+        scene = ap.Scene(system=system, values=values, start=(0, "1/5", -1), until=2)
+        path, truth = ap.solve(scene, "jump"), ap.solve(scene)
+        assert path.modes == truth.modes
+        constants.append(_order(path, truth, small))
+    assert max(constants) < 0.6
+    assert constants[0] > constants[1] > constants[2]
+
+
+def test_the_impulses_followed_in_numbers_are_those_of_the_jump_law():
+    rod, h, turned, spin = slender_rod(unilateral=False), sp.Rational(1, 5), sp.Rational(11, 10), sp.Rational(3, 10)
+    law, system = rod.jump_law(), rod.elastic(compliance=c, damping=h)
+    values = {"m": 1, "l": 1, "g": 1, "f": 2}
+    start = {"X": 0, "Y": "0.891207", "theta": turned, "x": 1, "theta'": spin, "y": 0, "z": -1}
+    before = {THETA.diff(T): spin, X.diff(T): -1 - spin * sp.sin(turned), Y.diff(T): spin * sp.cos(turned)}
+    numbers = {**{n: values[n.name] for n in (f, g, l, m)}, sp.Symbol("h", positive=True): h}
+
+    def at_start(expr):
+        return float(expr.subs(before).subs(THETA, turned).subs(numbers))
+
+    scene = ap.Scene(system=system, values={**values, "c": "1e-6"}, start=start, until="1/5")
+    path, truth = ap.solve(scene, "jump"), ap.solve(scene)
+    landed = dict(zip(path.names, path(0), strict=True))
+    assert landed["z"] == pytest.approx(0, abs=1e-12)
+    assert landed["theta'"] == pytest.approx(at_start(law.velocities[THETA.diff(T)]))
+    assert landed["x"] == pytest.approx(1 + at_start(law.reaction))
+    assert [e.kind for e in path.events] == [e.kind for e in truth.events]
+    assert path.final == pytest.approx([float(v) for v in truth.final], abs=2e-3)
+
+
+def test_a_start_on_the_divide_is_refused():
+    with pytest.raises(OutOfRange, match="divide"):
+        _rod("1/1000", (0, -1, 1))
+
+
+def test_what_is_not_derived_is_refused_by_name():
+    scene = ap.Scene(system=ROD, values={s: 1, c: "1/1000"}, start=STARTS[0], until=1)
+    with pytest.raises(OrderError, match="order 0"):
+        ap.solve(scene, "jump", order=1)
+    curved = ap.System.with_friction(
+        slow={a: b}, fast={b: 1 - b**3 + F}, velocity={w: 1 + F}, force=F, load=a + b, kinetic=s, small=c
+    )
+    with pytest.raises(NotDerivable, match="not affine in b"):
+        ap.solve(ap.Scene(system=curved, values={s: 1, c: "1/1000"}, start=STARTS[0], until=1), "jump")
+
+
+def test_the_rods_own_system_still_has_its_own_kernel():
+    own = painleve_klein.system()
+    scene = ap.Scene(system=own, values={"mu": "1e-4", "sigma": 1, "sigma0": 1}, start=STARTS[0], until=2)
+    kernel = ap.Scene(sigma=1, mu="1e-4", start=STARTS[0], until=2)
+    assert ap.solve(scene, "jump", order=1).final == ap.solve(kernel, "jump").final

@@ -1,0 +1,213 @@
+"""The jump through the paradox: its law against the elastic contact, followed from Newton's law in numbers."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from contactmodel import Model, follow
+from mechanisms import slender_rod
+from sympy.physics.mechanics import dynamicsymbols
+
+import asympk as ap
+from asympk.errors import InputError
+
+T = dynamicsymbols._t
+
+
+def bead_rod():
+    """A slender rod of the half length 1 and mass 1, its end a bead on a rough straight wire; two-sided."""
+    rod = slender_rod(unilateral=False)
+
+    def terms(q, u):
+        s, c = np.sin(q[2]), np.cos(q[2])
+        W = np.array([[0.0, 1.0, -c], [1.0, 0.0, s]])
+        turning = np.array([s, c]) * u[2] ** 2
+        return np.diag([1.0, 1.0, 1 / 3]), np.array([0.0, -1.0, 0.0]), W, turning, q[1] - s, 1.0
+
+    rates = {"X'": -1.0 - 0.3 * np.sin(1.1), "Y'": 0.3 * np.cos(1.1), "theta'": 0.3}
+    state = {"X": 0.0, "Y": np.sin(1.1), "theta": 1.1}, rates
+    return rod, {"m": 1, "l": 1, "g": 1, "f": 2}, terms, 2.0, state
+
+
+def masses_on_a_parabola():
+    """A mass on a rough straight guide joined by a damped rod to one on a smooth parabola; the rod is the contact."""
+    a, b = dynamicsymbols("a b")
+    f, P = sp.symbols("f P", positive=True)
+    height = 1 + b**2 / 4
+    length = sp.sqrt((b - a) ** 2 + height**2)
+    kinetic = (a.diff(T) ** 2 + b.diff(T) ** 2 + height.diff(T) ** 2) / 2
+    contact = ap.Contact(gap=length - sp.sqrt(2), slip=a, friction=f, load=height / length)
+    rod = ap.Mechanism.from_lagrangian(kinetic, (a, b), contact=contact, forces={a: P})
+
+    def terms(q, u):
+        h, rise = 1 + q[1] ** 2 / 4, q[1] / 2
+        along = np.array([q[0] - q[1], q[1] - q[0] + h * rise])
+        r = np.hypot(q[1] - q[0], h)
+        second = np.array([[1.0, -1.0], [-1.0, 1.0 + rise**2 + h / 2]])
+        bend = u @ second @ u / r - (along @ u) ** 2 / r**3
+        W = np.array([along / r, [1.0, 0.0]])
+        M = np.diag([1.0, 1.0 + rise**2])
+        return M, np.array([1.0, -rise * u[1] ** 2 / 2]), W, np.array([bend, 0.0]), r - np.sqrt(2), h / r
+
+    rate = terms(np.array([-1.0, 0.0]), np.zeros(2))[2][0]
+    state = {"a": -1.0, "b": 0.0}, {"a'": -1.0, "b'": rate[0] / rate[1]}
+    return rod, {"f": 5, "P": 1}, terms, 5.0, state
+
+
+def arm_along_a_wall():
+    """A two-link arm, its tip in a rough slot along a wall: no cyclic coordinate, a mass matrix that turns."""
+    a, b = dynamicsymbols("a b")
+    f, P = sp.symbols("f P", positive=True)
+    kinetic = sp.Rational(2, 3) * a.diff(T) ** 2 + b.diff(T) ** 2 / 6 + a.diff(T) * b.diff(T) * sp.cos(a - b) / 2
+    contact = ap.Contact(gap=sp.cos(a) + sp.cos(b) - 1, slip=sp.sin(a) + sp.sin(b), friction=f)
+    arm = ap.Mechanism.from_lagrangian(kinetic, (a, b), contact=contact, forces={a: P})
+
+    def terms(q, u):
+        s, c, turn = np.sin(q), np.cos(q), np.sin(q[0] - q[1]) / 2
+        M = np.array([[4 / 3, np.cos(q[0] - q[1]) / 2], [np.cos(q[0] - q[1]) / 2, 1 / 3]])
+        Q = np.array([1.0 - turn * u[1] ** 2, turn * u[0] ** 2])
+        return M, Q, np.array([-s, c]), np.array([-c, -s]) @ u**2, c.sum() - 1, 1.0
+
+    tilt = np.arccos(1 - np.cos(1.25))
+    state = {"a": 1.25, "b": tilt}, {"a'": 1.0, "b'": -np.sin(1.25) / np.sin(tilt)}
+    return arm, {"f": 2, "P": 1}, terms, 2.0, state
+
+
+MECHANISMS = (bead_rod, masses_on_a_parabola, arm_along_a_wall)
+h = 0.5
+
+
+def _end(terms, friction, state, c):
+    """Return q and u of the elastic contact a few layers after the start, and the elastic reaction x there."""
+    q, u = (np.array([*part.values()]) for part in state)
+    model = Model(terms, friction, 1 / c, h)
+    until = 8 * c * np.log(1 / c)
+    _, q, u = follow(model, q, u, until)
+    return q, u, -terms(q, u)[4] / c
+
+
+def _errors(make, c):
+    """Return the errors of the jump law, coordinates, velocities and x, divided by c log(1/c)."""
+    rod, parameters, terms, friction, state = make()
+    values = {**parameters, **state[0], **state[1]}
+    law = rod.jump_law(damping=sp.Rational(1, 2))
+    after = [rod.evaluate(law.velocities[rate], values) for rate in rod.velocities]
+    q, u, x = _end(terms, friction, state, c)
+    start = np.array([*state[0].values()])
+    return np.array([*(q - start), *(u - after), x - rod.evaluate(law.reaction, values)]) / (c * np.log(1 / c))
+
+
+@pytest.mark.parametrize("make", MECHANISMS)
+def test_errors_of_the_jump_law_over_c_log_c_tend_to_constants(make):
+    """Coordinates, every velocity and x: error = c (A log(1/c) + B + ..), so error / (c log(1/c)) settles as 1/log."""
+    rod, parameters, _, _, (q, u) = make()
+    assert rod.motions({**parameters, **q, **u}) == ()
+    first, second, third = (_errors(make, c) for c in (1e-5, 1e-6, 1e-7))
+    assert np.abs(third).max() < 40
+    for early, late, last in zip(first, second, third, strict=True):
+        assert abs(last - late) < 0.8 * abs(late - early) + 1e-4
+        assert abs(last - late) < 0.2 * abs(last)
+
+
+@pytest.mark.parametrize("make", MECHANISMS)
+def test_impulses_lie_in_the_cone_exactly_where_there_is_a_paradox(make):
+    rod, parameters, _, _, (q, u) = make()
+    law, rng = rod.jump_law(), np.random.default_rng(3)
+    for friction in rng.uniform(0.1, 4, 30):
+        values = {**parameters, **q, **u, "f": friction}
+        paradox = friction > rod.evaluate(rod.critical_friction, values)
+        for condition in (law.cone, law.condition, rod.paradox):
+            assert rod.evaluate(condition, values) == paradox
+
+
+def test_after_the_jump_the_contact_neither_slides_nor_opens():
+    """W' q' = 0 for the velocities after, identically in every symbol: the two conditions that fix the impulses."""
+    rod = slender_rod(unilateral=False)
+    law = rod.jump_law()
+    for rate, expected in ((rod.contact.gap.diff(T), 0), (rod.contact.slip.diff(T), 0)):
+        gained = rate.subs(law.velocities, simultaneous=True) - expected
+        before = rate if rate == rod.contact.gap.diff(T) else 0
+        assert sp.simplify(gained - before) == 0
+
+
+def test_painleve_and_kleins_jump_is_z_to_0_and_x_to_x_minus_z():
+    """In the scales of section 2, time h, reaction P / cos(alpha), velocity P h / m: x -> x - z."""
+    from mechanisms import masses_between_guides
+
+    rod = masses_between_guides()
+    m, P, alpha, h_ = (sp.Symbol(name, positive=True) for name in ("m", "P", "alpha", "h"))
+    law, z = rod.jump_law(), sp.Symbol("z")
+    x1 = rod.coordinates[0]
+    gain = law.reaction.subs(x1.diff(T), z * P * h_ / m) / (P / sp.cos(alpha))
+    assert sp.simplify(gain + z) == 0
+    assert sp.simplify(law.velocities[x1.diff(T)]) == 0
+
+
+def test_no_jump_where_slip_and_gap_do_not_couple():
+    a, b = dynamicsymbols("a b")
+    contact = ap.Contact(gap=b, slip=a, friction=2)
+    block = ap.Mechanism.from_lagrangian((a.diff(T) ** 2 + b.diff(T) ** 2) / 2, (a, b), contact=contact)
+    assert block.critical_friction == sp.oo
+    assert block.paradox == sp.false
+    assert block.jump_law().condition == sp.false
+
+
+def _rod_on_the_ground(theta, friction, rate=0.2):
+    """The slender rod, its end sliding backwards with unit speed on ground that only pushes."""
+    _, _, terms, _, _ = bead_rod()
+    q = {"X": 0.0, "Y": np.sin(theta), "theta": theta}
+    u = {"X'": -1.0 - rate * np.sin(theta), "Y'": rate * np.cos(theta), "theta'": rate}
+    return terms, q, u, {"m": 1, "l": 1, "g": 1, "f": friction, **q, **u}
+
+
+@pytest.mark.parametrize(("theta", "friction", "ratio"), [(1.1, 2.0, 1), (0.9, 3.0, 0), (1.2, 1.8, 4)])
+def test_impact_without_collision_rebounds_as_the_law_says(theta, friction, ratio):
+    """The gap rate and the change of theta' of the stiff contact tend to the law's like 1/kappa."""
+    terms, q, u, values = _rod_on_the_ground(theta, friction)
+    rod = slender_rod()
+    law = rod.jump_law(ratio=ratio)
+    expected = [rod.evaluate(law.gap_rate, values), rod.evaluate(law.velocities[rod.velocities[2]], values)]
+    errors = []
+    for kappa in (1e3, 1e4, 1e5):
+        model = Model(terms, friction, kappa**2, ratio / kappa, unilateral=True)
+        opened = lambda q, u, k=kappa: -terms(q, u)[4] * k - ratio * terms(q, u)[2][0] @ u  # noqa: E731
+        at, rates = np.array([*q.values()]), np.array([*u.values()])
+        _, at, rates = follow(model, at, rates, 200 / kappa * np.log(kappa), opened)
+        errors.append(np.abs([terms(at, rates)[2][0] @ rates - expected[0], rates[2] - expected[1]]))
+    assert np.all(errors[1] < 0.3 * errors[0])
+    assert np.all(errors[2] < 0.3 * errors[1])
+
+
+def test_rebound_tends_to_the_undamped_and_to_the_overdamped_limit():
+    """b -> 0: sqrt(p (p - p_s)) / |q|; b -> oo: |G_NT| / (D b^2), whatever the friction."""
+    values = _rod_on_the_ground(1.1, 2.0)[3]
+    rod = slender_rod()
+    G = [[rod.evaluate(rod.delassus[i, j], values) for j in (0, 1)] for i in (0, 1)]
+    D = G[0][0] * G[1][1] - G[0][1] ** 2
+    p, stick, mixed = G[0][0] - 2 * abs(G[0][1]), D / G[1][1], G[0][1] + 2 * G[1][1]
+    rate = lambda ratio: rod.evaluate(rod.jump_law(ratio=ratio).gap_rate, values)  # noqa: E731
+    assert rate(0) == pytest.approx(np.sqrt(p * (p - stick)) / abs(mixed), rel=1e-13)
+    assert rate(sp.Rational(1, 10**6)) == pytest.approx(rate(0), rel=1e-5)
+    assert rate(10**4) * 1e8 == pytest.approx(abs(G[0][1]) / D, rel=1e-6)
+
+
+def test_rebound_is_continuous_where_stick_is_critically_damped():
+    values = _rod_on_the_ground(1.1, 2.0)[3]
+    rod = slender_rod()
+    critical = 2 / np.sqrt(4 / rod.evaluate(rod.delassus[1, 1], values))
+    near = [sp.Rational(round(critical * 10**9) + k, 10**9) for k in (-1000, 1000)]
+    low, high = (rod.evaluate(rod.jump_law(ratio=b).gap_rate, values) for b in near)
+    assert low > high > 0
+    assert low == pytest.approx(high, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda: slender_rod(unilateral=False).jump_law(ratio=1), "a two-sided constraint never opens"),
+        (lambda: slender_rod().jump_law(ratio=-1), "zero or positive"),
+        (lambda: slender_rod().jump_law(ratio=1, damping=1), "both given"),
+    ],
+)
+def test_a_law_that_is_none_is_refused(make, match):
+    with pytest.raises(InputError, match=match):
+        make()

@@ -1,0 +1,174 @@
+"""Mechanism and Contact: the same contact from every way to write it down, and one line for what is none."""
+
+import pytest
+import sympy as sp
+from mechanisms import THETA, T, X, Y, f, g, l, m, masses_between_guides, slender_rod
+from sympy.physics.mechanics import KanesMethod, LagrangesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+
+import asympk as ap
+from asympk.errors import InputError, UnknownName
+
+
+def _same(left, right):
+    return all(sp.simplify(a - b) == 0 for a, b in zip(left, right, strict=True))
+
+
+def test_slender_rod_has_the_published_contact():
+    """m p = 1 + 3 cos(theta)(cos(theta) -+ f sin(theta)), a_N = -g + l theta'^2 sin(theta) (Génot, Brogliato 1999)."""
+    rod = slender_rod()
+    s, c = sp.sin(THETA), sp.cos(THETA)
+    assert _same(rod.delassus, sp.Matrix([[1 + 3 * c**2, -3 * s * c], [-3 * s * c, 1 + 3 * s**2]]) / m)
+    assert _same(rod.free, (-g + l * s * THETA.diff(T) ** 2, l * c * THETA.diff(T) ** 2))
+    assert sp.simplify(rod.critical_friction - (1 + 3 * c**2) / (3 * sp.Abs(s * c))) == 0
+
+
+def test_painleve_klein_has_its_paradox_for_f_tan_alpha_above_2():
+    rod = masses_between_guides()
+    alpha = sp.Symbol("alpha", positive=True)
+    assert sp.simplify(rod.critical_friction.subs(alpha, sp.pi / 3) - 2 / sp.tan(sp.pi / 3)) == 0
+    assert sp.simplify(rod.delassus[0, 0] - 2 * sp.cos(alpha) ** 2 / m) == 0
+
+
+def test_plain_symbols_give_what_the_lagrangian_gives():
+    q = sp.symbols("X Y theta", real=True)
+    u = sp.symbols("X' Y' theta'", real=True)
+    contact = ap.Contact(gap=q[1] - l * sp.sin(q[2]), slip=u[0] + l * sp.sin(q[2]) * u[2], friction=f, unilateral=True)
+    plain = ap.Mechanism(q, u, sp.diag(m, m, m * l**2 / 3), (0, -m * g, 0), contact)
+    own = dict(zip((*q, *u), (X, Y, THETA, X.diff(T), Y.diff(T), THETA.diff(T)), strict=True))
+    rod = slender_rod()
+    assert _same(plain.delassus.xreplace(own), rod.delassus)
+    assert _same([part.xreplace(own) for part in plain.free], rod.free)
+    assert plain.sliding_velocity == contact.slip
+
+
+def test_a_method_of_lagrange_and_one_of_kane_give_the_same_mechanism():
+    """A particle on a pendulum of variable length, with a speed that is no rate: u = r theta'."""
+    r, a, v, w = dynamicsymbols("r a v w")
+    contact = ap.Contact(gap=r * sp.cos(a) + 1, slip=r * sp.sin(a), friction=f)
+    lagrangian = m * (r.diff(T) ** 2 + r**2 * a.diff(T) ** 2) / 2 + m * g * r * sp.cos(a)
+    direct = ap.Mechanism.from_lagrangian(lagrangian, (r, a), contact=contact)
+    lagrange = ap.Mechanism.from_lagrangian(LagrangesMethod(lagrangian, [r, a]), contact=contact)
+    kane = ap.Mechanism.from_lagrangian(_pendulum_of_kane(r, a, v, w), contact=contact)
+    for other in (lagrange, kane):
+        assert _same(direct.delassus, other.delassus)
+        assert _same(direct.free, other.free)
+
+
+def _pendulum_of_kane(r, a, v, w):
+    N = ReferenceFrame("N")
+    B = N.orientnew("B", "Axis", (a, N.z))
+    B.set_ang_vel(N, w / r * N.z)
+    origin = Point("O")
+    origin.set_vel(N, 0)
+    mass = origin.locatenew("P", -r * B.y)
+    mass.set_vel(N, -v * B.y + w * B.x)
+    method = KanesMethod(N, q_ind=[r, a], u_ind=[v, w], kd_eqs=[r.diff(T) - v, r * a.diff(T) - w])
+    method.kanes_equations([Particle("p", mass, m)], [(mass, -m * g * N.y)])
+    return method
+
+
+def test_delassus_matrix_is_that_of_unit_forces_in_newtons_law():
+    """Solve M a = W_N and M a = W_T for numbers and project: no symbolic inverse, no simplification."""
+    a, b = dynamicsymbols("a b")
+    L = (3 * a.diff(T) ** 2 + 2 * a.diff(T) * b.diff(T) * sp.cos(a - b) + b.diff(T) ** 2) / 2
+    reach = ap.Contact(gap=2 * sp.sin(a) + sp.sin(b), slip=2 * sp.cos(a) + sp.cos(b), friction=f)
+    arm = ap.Mechanism.from_lagrangian(L, (a, b), contact=reach)
+    at = {a: 0.7, b: -0.4}
+    mass = sp.Matrix([[3, sp.cos(1.1)], [sp.cos(1.1), 1]])
+    W = sp.Matrix([[2 * sp.cos(0.7), sp.cos(-0.4)], [-2 * sp.sin(0.7), -sp.sin(-0.4)]])
+    expected = W * mass.inv() * W.T
+    assert all(abs(part) < 1e-13 for part in arm.delassus.subs(at).evalf() - expected)
+
+
+def test_free_accelerations_hold_the_second_derivative_of_gap_and_slip_along_a_free_motion():
+    """Differentiate g(q(t), t) and gamma along q(t) twice as functions of time, with q'' from Newton's law."""
+    a, b = dynamicsymbols("a b")
+    guide = sp.sin(2 * T)
+    contact = ap.Contact(gap=b**2 + a - guide, slip=a * b + T**2, friction=f)
+    push = sp.cos(T)
+    L = a.diff(T) ** 2 / 2 + b.diff(T) ** 2 - b**2
+    moving = ap.Mechanism.from_lagrangian(L, (a, b), contact=contact, forces=(push, 0))
+    free = {a.diff(T, 2): push, b.diff(T, 2): -b}
+    for found, position in zip(moving.free, (contact.gap, contact.slip), strict=True):
+        assert sp.simplify(found - position.diff(T, 2).subs(free)) == 0
+
+
+def test_a_slip_given_as_a_velocity_is_the_rate_of_the_slip_given_as_a_position():
+    by_position, by_velocity = slender_rod(), slender_rod(slip=X.diff(T) + l * sp.sin(THETA) * THETA.diff(T))
+    assert by_position.sliding_velocity == by_velocity.sliding_velocity
+    assert by_position.delassus == by_velocity.delassus
+
+
+def _broken(**changes):
+    q, u = sp.symbols("q1:3"), sp.symbols("u1:3")
+    parts = {"coordinates": q, "velocities": u, "mass": sp.eye(2), "forces": (0, -1)}
+    contact = {"gap": q[1], "slip": q[0], "friction": f}
+    contact.update({key: value for key, value in changes.items() if key in ("gap", "slip", "friction")})
+    parts.update({key: value for key, value in changes.items() if key in parts})
+    return ap.Mechanism(**parts, contact=ap.Contact(**contact))
+
+
+q1, q2, u1, u2 = sp.symbols("q1 q2 u1 u2")
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"mass": [[1, 2], [2, 4]]}, "mass is singular"),
+        ({"mass": [[sp.cos(q1) ** 2, sp.cos(q1)], [sp.cos(q1), 1]]}, "mass is singular"),
+        ({"mass": [[1, 2], [3, 4]]}, r"mass is not symmetric: entry \(2, 1\) is 3, entry \(1, 2\) is 2"),
+        ({"mass": [[1, 0, 0], [0, 1, 0]]}, "3 columns of mass for 2 coordinates"),
+        ({"mass": "heavy"}, "must be a square matrix"),
+        ({"gap": sp.Symbol("a")}, "gap = a does not depend on the coordinates q1, q2"),
+        ({"gap": q2 + u1}, "contains a velocity"),
+        ({"slip": 2 * q2}, r"slip = 2\*q2 is parallel to gap = q2"),
+        ({"slip": sp.Symbol("a")}, "slip = a does not depend on the coordinates"),
+        ({"slip": u1**2}, "not linear in the velocities"),
+        ({"slip": "q1"}, "must be an expression"),
+        ({"friction": None}, "must be an expression"),
+        ({"forces": (0,)}, "1 forces for 2 coordinates"),
+        ({"coordinates": (q1, q1)}, "a name is given twice"),
+        ({"gap": q2 + dynamicsymbols("w")}, "is no coordinate or velocity"),
+        ({"coordinates": (q1,), "velocities": (u1,), "mass": [[1]], "forces": (0,), "gap": q1}, "one coordinate"),
+    ],
+)
+def test_what_is_no_mechanism_is_refused_in_one_line(changes, match):
+    with pytest.raises(InputError, match=match) as caught:
+        _broken(**changes)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, contact=c), "coordinates are missing"),
+        (lambda c: ap.Mechanism.from_lagrangian("T - V", (X, Y), contact=c), "give an expression"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, sp.symbols("X Y"), contact=c), "not a dynamicsymbol"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c), "mass is singular"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces=(1,)), "1 forces for 2"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces={THETA: 1}), "no coordinate"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact="ground"), "must be an ap.Contact"),
+    ],
+)
+def test_what_is_no_lagrangian_is_refused_in_one_line(make, match):
+    with pytest.raises(InputError, match=match) as caught:
+        make(ap.Contact(gap=Y, slip=X, friction=f))
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "match"),
+    [
+        ({"theta": 1}, InputError, "no value for X', f, g, l, m, theta'"),
+        ({"thta": 1}, UnknownName, "thta is no coordinate, rate or parameter; the nearest name is theta"),
+        ({"theta": 1, THETA: 1}, InputError, "theta is given twice"),
+        ((1, 2), InputError, "give a dict"),
+        ({"theta": "steep", "theta'": 0, "X'": 1, "f": 1, "g": 1, "l": 1, "m": 1}, InputError, "theta = 'steep'"),
+        ({"theta": [1, 2], "theta'": 0, "X'": 1, "f": 1, "g": 1, "l": 1, "m": 1}, InputError, "theta is an array"),
+        ({"theta": 1, "theta'": 0, "X'": float("nan"), "f": 1, "g": 1, "l": 1, "m": 1}, InputError, "X' = nan"),
+    ],
+)
+def test_values_that_are_missing_or_wrong_are_named(values, error, match):
+    with pytest.raises(error, match=match) as caught:
+        slender_rod().motions(values)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,146 @@
+"""The rigid motions of a contact: counted against published examples and against a search through all cases."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from mechanisms import masses_between_guides, slender_rod
+
+from asympk.errors import InputError, Undecided
+
+GROUND = {"m": 1, "l": 1, "g": "9.81"}
+
+
+def _rod(rod, theta, rate, sliding, friction):
+    """Return the motions of a rod of the half length 1 whose end slides with the given velocity."""
+    state = {"theta": theta, "theta'": rate, "X'": sliding - np.sin(theta) * rate, "f": friction}
+    return rod.motions({**GROUND, **state})
+
+
+@pytest.mark.parametrize(
+    ("rate", "friction", "names"),
+    [
+        (0.0, 1.0, ["slip"]),  # p > 0, a_N < 0
+        (4.0, 1.0, ["lift_off"]),  # p > 0, a_N > 0
+        (0.0, 2.0, []),  # p < 0, a_N < 0: inconsistent
+        (4.0, 2.0, ["slip", "lift_off"]),  # p < 0, a_N > 0: indeterminate
+    ],
+)
+def test_the_four_cases_of_the_sliding_rod(rate, friction, names):
+    """Génot and Brogliato (1999): at tan(theta) = 2 the rod's end, sliding backwards, has its paradox from f = 4/3."""
+    found = _rod(slender_rod(), np.arctan(2), rate, -1, friction)
+    assert [name for name, _ in found] == names
+    assert [name for name, _ in _rod(slender_rod(), np.arctan(2), rate, 1, friction)] == [names[-1] if rate else "slip"]
+
+
+def test_the_reaction_of_the_sliding_rod_is_minus_a_n_over_p():
+    s, c = np.sin(1.1), np.cos(1.1)
+    for sliding in (1, -1):
+        ((name, reaction),) = _rod(slender_rod(), 1.1, 0.5, sliding, 1.2)
+        p = 1 + 3 * c * (c + sliding * 1.2 * s)
+        assert name == "slip"
+        assert reaction == pytest.approx((9.81 - 0.25 * s) / p, rel=1e-14)
+
+
+@pytest.mark.parametrize(("tangent", "velocity", "count"), [(1, 1, 1), (1, -1, 1), (5, 1, 2), (5, -1, 0)])
+def test_painleve_and_kleins_masses_have_two_motions_forward_and_none_backward(tangent, velocity, count):
+    """The paradox for f tan(alpha) > 2, with the reactions R = P / (2 cos(alpha) -+ f sin(alpha)) of (1.3)."""
+    alpha = np.arctan(tangent)
+    found = masses_between_guides().motions({"x1'": velocity, "alpha": alpha, "f": 1, "m": 1, "P": 3})
+    assert len(found) == count
+    reactions = {3 / (2 * np.cos(alpha) - sign * np.sin(alpha)) for sign in (1, -1)}
+    for _, reaction in found:
+        assert min(abs(abs(reaction) - abs(other)) for other in reactions) < 1e-13
+
+
+def test_painleve_and_kleins_masses_start_from_rest_in_one_way():
+    """P drives the rough mass: from rest there is slip forward, with the reaction of (1.3), and no stick."""
+    for tangent in (1, 5):
+        found = masses_between_guides().motions({"x1'": 0, "alpha": np.arctan(tangent), "f": 1, "m": 1, "P": 3})
+        assert [name for name, _ in found] == ["slip"]
+
+
+def _search(G, a, gamma, friction, static, unilateral):
+    """Count the motions case by case from g'' = 0, Coulomb's law and the signs, each 2 x 2 system solved anew."""
+    found = []
+    for s, r in product((1, -1), (1,) if unilateral else (1, -1)):
+        system = np.array([[G[0, 0], G[0, 1]], [s * r * friction, 1.0]])
+        R, F = np.linalg.solve(system, [-a[0], 0.0])
+        rate = a[1] + G[0, 1] * R + G[1, 1] * F
+        if R * r > 0 and (gamma * s > 0 or (gamma == 0 and rate * s > 0)):
+            found.append(("slip", R))
+    R, F = np.linalg.solve(G, -a)
+    if gamma == 0 and abs(F) <= static * abs(R) and (R >= 0 or not unilateral):
+        found.append(("stick", R))
+    if unilateral and a[0] > 0:
+        found.append(("lift_off", 0.0))
+    return found
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_counts_agree_with_a_search_through_all_cases(unilateral):
+    rod, rng, counts = slender_rod(unilateral), np.random.default_rng(7), set()
+    for _ in range(120):
+        theta, rate, friction = rng.uniform(0.1, 1.5), rng.uniform(-5, 5), rng.uniform(0.2, 4)
+        gamma = rng.choice([-1.0, 0.0, 1.0])
+        state = {"theta": theta, "theta'": rate, "X'": gamma - rate * np.sin(theta), "f": friction}
+        s, c = np.sin(theta), np.cos(theta)
+        G = np.array([[1 + 3 * c * c, -3 * s * c], [-3 * s * c, 1 + 3 * s * s]])
+        expected = _search(G, np.array([rate**2 * s - 9.81, rate**2 * c]), gamma, friction, friction, unilateral)
+        found = rod.motions({**GROUND, **state})
+        assert [name for name, _ in found] == [name for name, _ in expected]
+        assert [r for _, r in found] == pytest.approx([r for _, r in expected], rel=1e-12)
+        counts.add((gamma != 0, len(found)))
+    assert {(True, 0), (True, 1), (True, 2)} <= counts
+
+
+def test_at_rest_the_rod_may_stick_though_sliding_has_a_paradox():
+    ((name, reaction),) = _rod(slender_rod(), np.arctan(0.5), 0.0, 0.0, 2)
+    assert name == "stick"
+    assert reaction > 0
+
+
+def test_static_friction_holds_what_kinetic_friction_would_let_go():
+    import sympy as sp
+
+    from asympk import Contact, Mechanism
+
+    q, u = sp.symbols("X Y"), sp.symbols("U V")
+    block = Mechanism(q, u, sp.eye(2), (1, -1), Contact(q[1], q[0], sp.Rational(1, 2), sp.Integer(2), unilateral=True))
+    assert block.motions({"U": 0}) == (("stick", 1.0),)
+    weak = Mechanism(q, u, sp.eye(2), (1, -1), Contact(q[1], q[0], sp.Rational(1, 2), unilateral=True))
+    assert weak.motions({"X'": 0}) == (("slip", 1.0),)
+
+
+def test_a_map_counts_on_arrays_what_numbers_count_one_by_one():
+    rod = slender_rod()
+    theta, rate = np.linspace(0.1, 1.5, 8)[:, None], np.linspace(-5, 5, 7)
+    values = {**GROUND, "theta": theta, "theta'": rate, "X'": -10, "f": 2}
+    found = rod.motion_map(values)
+    assert found.count.shape == (8, 7)
+    assert {0, 1, 2} == set(found.count.flat)
+    for i, j in product(range(8), range(7)):
+        one = rod.motions({**values, "theta": theta[i, 0], "theta'": rate[j]})
+        assert len(one) == found.count[i, j]
+        for name in ("slip", "stick", "lift_off"):
+            assert sum(motion.name == name for motion in one) == found.count_of(name)[i, j]
+    for branch in found.branches:
+        assert np.isfinite(branch.reaction).all()
+        assert (branch.reaction[~branch.exists] == 0).all()
+
+
+def test_a_map_refuses_arrays_that_do_not_fit():
+    values = {**GROUND, "theta": [1.0, 1.1], "theta'": [0.0, 0.1, 0.2], "X'": -1, "f": 2}
+    with pytest.raises(InputError, match="do not broadcast"):
+        slender_rod().motion_map(values)
+
+
+def test_where_any_reaction_would_do_the_count_is_undecided():
+    import sympy as sp
+
+    from asympk import Contact, Mechanism
+
+    q, u = sp.symbols("X Y"), sp.symbols("U V")
+    tie = Mechanism(q, u, [[2, 1], [1, 1]], (0, 0), Contact(q[1], q[0], 2))
+    with pytest.raises(Undecided, match="any reaction would do"):
+        tie.motions({"U": -1})

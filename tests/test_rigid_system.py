@@ -1,0 +1,139 @@
+"""The rigid mechanism as a system: it runs, keeps its constraint, and stops by name where the rigid model ends."""
+
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+from mechanisms import masses_between_guides, slender_rod
+from scipy.integrate import solve_ivp
+
+import asympk as ap
+from asympk.errors import InputError, NoMotion, TwoMotions, UnboundedReaction
+
+GROUND = {"m": 1, "l": 1, "g": 1}
+
+
+def _start(theta, rate, sliding):
+    """Return a rod of the half length 1 that touches the ground, its end sliding with the given velocity."""
+    s, c = np.sin(theta), np.cos(theta)
+    return {"X": 0, "Y": s, "theta": theta, "X'": sliding - s * rate, "Y'": c * rate, "theta'": rate}
+
+
+def _run(theta, rate, sliding, friction, until=1.0, **options):
+    start, values = _start(theta, rate, sliding), {**GROUND, "f": friction}
+    return ap.solve(ap.Scene(system=slender_rod().rigid(), values=values, start=start, until=until), **options)
+
+
+def test_states_are_all_coordinates_and_all_velocities():
+    rigid = slender_rod().rigid()
+    assert [str(s) for s in rigid.states] == ["X", "Y", "theta", "X'", "Y'", "theta'"]
+    assert [mode.name for mode in rigid.modes] == ["slip_same", "slip_opposite", "stick", "open"]
+    assert [str(p) for p in rigid.parameters] == ["f", "g", "l", "m"]
+
+
+def test_the_sliding_rod_moves_as_its_own_equation_in_theta_says():
+    """theta'' = -3 R (cos(theta) + f sin(theta)) / (m l), R = -a_N / p, for a rod that slides forward."""
+
+    def field(_, w):
+        s, c = np.sin(w[0]), np.cos(w[0])
+        R = (1 - w[1] ** 2 * s) / (1 + 3 * c * (c + 0.5 * s))
+        return [w[1], -3 * R * (c + 0.5 * s)]
+
+    path = _run(1.1, 0.1, 2, 0.5)
+    expected = solve_ivp(field, (0, 1), [1.1, 0.1], rtol=1e-11, atol=1e-12).y[:, -1]
+    assert path.modes == ("slip_same",)
+    assert [path.final[2], path.final[5]] == pytest.approx(expected, abs=1e-8)
+    assert path.final[1] == pytest.approx(np.sin(path.final[2]), abs=1e-8)
+
+
+def test_inconsistent_and_indeterminate_starts_are_named_with_time_and_state():
+    with pytest.raises(NoMotion, match=r"at t = 0, .*theta = 1\.1") as none:
+        _run(1.1, 0.1, -1, 2)
+    with pytest.raises(TwoMotions, match="open and slip_opposite") as two:
+        _run(1.1, 4, -1, 2)
+    for stop in (none.value, two.value):
+        assert stop.t == 0
+        assert float(stop.state[2]) == pytest.approx(1.1)
+
+
+def test_counts_of_motions_agree_with_what_the_system_does():
+    rod, rng = slender_rod(), np.random.default_rng(5)
+    for _ in range(12):
+        theta, rate, friction = rng.uniform([0.2, -3, 0.2], [1.4, 3, 3])
+        sliding = rng.choice([-1, 1])
+        count = len(rod.motions({**GROUND, "f": friction, **_start(theta, rate, sliding)}))
+        with pytest.raises({0: NoMotion, 2: TwoMotions}[count]) if count != 1 else nullcontext():
+            _run(theta, rate, sliding, friction, until=0)
+
+
+def _singular(theta, rate, friction):
+    """Return t, theta and theta' where p = a_N = 0: the time is stretched by p, so that the point is an equilibrium."""
+
+    def field(_, w):
+        s, c = np.sin(w[0]), np.cos(w[0])
+        p, a = 1 + 3 * c * (c - friction * s), w[1] ** 2 * s - 1
+        return [p * w[1], 3 * (c - friction * s) * a, p]
+
+    found = solve_ivp(field, (0, 400), [theta, rate, 0.0], method="LSODA", rtol=1e-13, atol=1e-15)
+    return found.y[2, -1], found.y[0, -1], found.y[1, -1]
+
+
+@pytest.mark.parametrize(("theta", "rate", "friction"), [(0.6, 0.1, 1.6), (0.8, 0.6, 1.6), (0.7, 0.3, 1.7)])
+def test_the_rod_slides_into_its_singular_point_to_six_digits(theta, rate, friction):
+    """Génot and Brogliato (1999): p and a_N vanish together, whatever the start; t, theta, theta' there."""
+    with pytest.raises(UnboundedReaction, match="grows beyond all bounds, or is not determined") as stop:
+        _run(theta, rate, -5, friction, until=3)
+    expected = _singular(theta, rate, friction)
+    found = stop.value.t, stop.value.state[2], stop.value.state[5]
+    assert found == pytest.approx(expected, rel=1e-6)
+    s, c = np.sin(expected[1]), np.cos(expected[1])
+    assert 1 + 3 * c * (c - friction * s) == pytest.approx(0, abs=1e-9)
+    assert expected[2] ** 2 * s == pytest.approx(1, abs=1e-6)
+
+
+def test_a_rod_that_falls_on_the_ground_hits_it():
+    start = {**_start(1.1, 0, 0), "Y": 1.2}
+    scene = ap.Scene(system=slender_rod().rigid(), values={**GROUND, "f": 1}, start=start, until=5)
+    with pytest.raises(NoMotion, match="no law of impact") as stop:
+        ap.solve(scene)
+    assert stop.value.t == pytest.approx(np.sqrt(2 * (1.2 - np.sin(1.1))), rel=1e-8)
+
+
+def test_a_rod_that_rises_lifts_off_where_its_reaction_vanishes():
+    path = _run(0.3, 1.3, -9, 1.6)
+    assert path.modes == ("slip_opposite", "open")
+    (lift,) = path.events
+    assert lift.kind == "lift_off"
+    assert lift.state[5] ** 2 * np.sin(lift.state[2]) == pytest.approx(1, abs=1e-8)
+    assert path.final[1] > np.sin(path.final[2])
+
+
+def test_a_rod_below_the_ground_is_refused():
+    start = {**_start(1.1, 0, 0), "Y": 0.5}
+    with pytest.raises(InputError, match="gap of friction 0 is negative"):
+        ap.solve(ap.Scene(system=slender_rod().rigid(), values={**GROUND, "f": 1}, start=start, until=1))
+
+
+@pytest.mark.parametrize(("tangent", "velocity"), [(1, 1), (1, -1), (5, 1), (5, -1)])
+def test_painleve_and_kleins_rigid_rod_stops_where_it_has_a_paradox(tangent, velocity):
+    """Steep: two motions forward, none backward; shallow: x1'' = R cos(alpha) / m with R of (1.3)."""
+    alpha = np.arctan(tangent)
+    values = {"m": 1, "P": 3, "f": 1, "alpha": alpha}
+    start = {"x1": 0, "x2": 0, "x1'": velocity, "x2'": velocity}
+    scene = ap.Scene(system=masses_between_guides().rigid(), values=values, start=start, until=0.1)
+    if tangent == 5:
+        with pytest.raises(TwoMotions if velocity > 0 else NoMotion):
+            ap.solve(scene)
+        return
+    R = 3 / (2 * np.cos(alpha) + velocity * np.sin(alpha))
+    assert ap.solve(scene).final[2] == pytest.approx(velocity + 0.1 * R * np.cos(alpha), rel=1e-9)
+
+
+def test_a_slide_into_the_paradox_of_a_guide_stops_where_the_second_motion_comes_up():
+    """The slender rod's end on a wire that holds both ways: sliding on is possible, but no longer the only way."""
+    rod = slender_rod(unilateral=False)
+    scene = ap.Scene(system=rod.rigid(), values={**GROUND, "f": 1.6}, start=_start(1.45, -0.1, 5), until=3)
+    with pytest.raises(TwoMotions, match="a second motion of the rigid contact comes up") as stop:
+        ap.solve(scene)
+    s, c = np.sin(float(stop.value.state[2])), np.cos(float(stop.value.state[2]))
+    assert 1 + 3 * c**2 == pytest.approx(4.8 * s * c, abs=1e-8)

@@ -1,0 +1,225 @@
+"""Smooth slow-fast systems: base points, reduced flows and composites against exact solutions and stiff integrators."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+import asympk as ap
+from asympk.asymptotics import reduced
+from asympk.asymptotics.fibre import formulas
+from asympk.asymptotics.landing import land, root
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
+
+x, y, u, v, w = sp.symbols("x y u v w", real=True)
+mu = sp.Symbol("mu", positive=True)
+kappa, lambda_, a, b = sp.symbols("kappa lambda a b", positive=True)
+
+LINEAR = ap.System.smooth(slow={x: -x + y}, fast={y: x - 2 * y}, small=mu)
+ENZYME = ap.System.smooth(slow={x: -x + (x + kappa - lambda_) * y}, fast={y: x - (x + kappa) * y}, small=mu)
+CUBIC = ap.System.smooth(slow={x: -x * y}, fast={y: x - y - y**3 + mu * sp.sin(y)}, small=mu)
+FOUR = ap.System.smooth(
+    slow={x: -x + u * v, w: x - w * u},
+    fast={u: -2 * u + v + x + u * v / 4, v: -u - 3 * v + w**2},
+    small=mu,
+)
+VAN_DER_POL = ap.System.smooth(slow={x: -y}, fast={y: x + y - y**3 / 3}, small=mu)
+SCENES = {
+    "enzyme": (ENZYME, {kappa: 1, lambda_: "1/2"}, {x: 1, y: 0}),
+    "cubic": (CUBIC, {}, {x: 1, y: 2}),
+    "four": (FOUR, {}, {x: 1, w: "1/2", u: -1, v: 1}),
+    "van der Pol": (VAN_DER_POL, {}, {x: 1, y: "1/2"}),
+}
+
+
+def _states(system):
+    mode = system.modes[0]
+    return (*mode.slow, *mode.fast)
+
+
+@cache
+def _truth(name, small, until):
+    """Return the states as functions of time by Radau at a tight tolerance."""
+    system, values, start = SCENES[name]
+    given = {s: sp.Rational(c) for s, c in {**values, mu: small}.items()}
+    mode, states = system.modes[0], _states(system)
+    rates = [r.subs(given) for r in mode.slow.values()] + [r.subs(given) / given[mu] for r in mode.fast.values()]
+    rhs = sp.lambdify(states, rates)
+    jac = sp.lambdify(states, sp.Matrix(rates).jacobian(states))
+    begin = [float(sp.Rational(start[s])) for s in states]
+    return solve_ivp(lambda _, q: rhs(*q), (0, until), begin, "Radau", rtol=1e-12, atol=1e-13,
+                     jac=lambda _, q: np.array(jac(*q), dtype=float), dense_output=True).sol  # fmt: skip
+
+
+def _path(name, small, until, method="jump", order=1):
+    system, values, start = SCENES[name]
+    return _solved(system, {**values, mu: small}, start, until, method, order)
+
+
+def _solved(system, values, start, until, method="jump", order=1):
+    return ap.solve(ap.Scene(system=system, values=values, start=start, until=until), method, order=order)
+
+
+def test_the_base_point_of_a_linear_system_is_that_of_its_eigenvectors():
+    m = sp.Symbol("m", positive=True)
+    total, product = -1 - 2 / m, 1 / m
+    slow, fast = ((total + s * sp.sqrt(total**2 - 4 * product)) / 2 for s in (1, -1))
+    exact = sp.series(sp.simplify((3 - (fast + 1)) / (slow - fast)), m, 0, 5).removeO()
+    found = land(formulas(LINEAR.modes[0], mu, (), 4), 4, (1.0,), (3.0,), ()).base
+    assert found.ravel() == pytest.approx([float(exact.coeff(m, k)) for k in range(5)], abs=1e-11)
+
+
+def test_the_slow_motion_in_numbers_is_that_of_the_symbolic_expansion():
+    known = formulas(FOUR.modes[0], mu, (), 2)
+    branch = root(known, (1.0, 0.5), (0.0, 0.0), ())
+    at = {x: 1.0, w: 0.5, mu: 0.01, **dict(zip((u, v), branch, strict=True))}
+    manifold = ap.slow_manifold(FOUR, order=2)
+    flow = ap.reduced_flow(manifold)
+    assert known.height[2](1.0, 0.5, *branch, 0.01) == pytest.approx([float(manifold.expr[s].subs(at)) for s in (u, v)])
+    assert known.flow[2](1.0, 0.5, *branch, 0.01) == pytest.approx([float(flow[s].subs(at)) for s in (x, w, u, v)])
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_the_composite_is_wrong_by_mu_to_the_next_power_uniformly(name, order):
+    system, _, start = SCENES[name]
+    constants = []
+    for small in ("1/50", "1/200"):
+        path, truth = _path(name, small, 0.5, order=order), _truth(name, small, 0.5)
+        h = float(sp.Rational(small))
+        t = np.concatenate([np.linspace(0, 8 * h, 40), np.linspace(8 * h, 0.5, 20)])
+        constants.append(np.abs(path(t) - truth(t)).max() / h ** (order + 1))
+    assert constants[1] == pytest.approx(constants[0], rel=0.5)
+    assert path(0) == pytest.approx([float(sp.Rational(start[s])) for s in _states(system)], abs=10 * h ** (order + 1))
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_the_predicted_error_bounds_the_error_and_tends_to_it(name, order):
+    path, truth = _path(name, "1/200", 0.5, order=order), _truth(name, "1/200", 0.5)(0.5)
+    error = np.abs(np.array(path.final) - truth).max() / max(1, np.abs(truth).max())
+    assert error < path.error < 1.2 * error + 1e-11
+
+
+def test_a_manifold_of_order_two_from_the_start_itself_is_wrong_by_order_mu():
+    known = formulas(ENZYME.modes[0], mu, (kappa, lambda_), 2)
+    errors = []
+    for small in ("1/50", "1/200"):
+        h = float(sp.Rational(small))
+        found = reduced.follow(known, (2,), [np.array([1.0, 0.5])], 1, h, (1.0, 0.5), 0.5).states(0.5)[0]
+        errors.append(abs(found[0] - _truth("enzyme", small, 0.5)(0.5)[0]) / h)
+    assert errors[1] == pytest.approx(errors[0], rel=0.05)
+    assert errors[1] > 0.1
+
+
+def test_slow_is_the_composite_without_its_layer():
+    jump, slow = (_path("cubic", "1/100", 0.5, method) for method in ("jump", "slow"))
+    assert slow.final == pytest.approx(jump.final, abs=1e-12)
+    assert abs(slow(0)[1] - 2) > 1
+    inside, outside = (_path("cubic", "1/100", t, "slow") for t in (0.01, 0.5))
+    assert inside.error > 0.01 > outside.error
+
+
+def test_a_fold_stops_the_reduced_flow_by_name_with_the_state_reached():
+    with pytest.raises(NotNormallyHyperbolic, match=r"lost at t = .*, x = -0\.6.*, y = 1\..* fold"):
+        _path("van der Pol", "1/10000", 3)
+
+
+def test_a_start_on_a_repelling_branch_is_refused():
+    with pytest.raises(OutOfRange, match="does not attract"):
+        _solved(VAN_DER_POL, {mu: 0.01}, {x: 0, y: 0}, 1)
+
+
+def test_a_start_that_the_layer_carries_to_infinity_is_refused():
+    system = ap.System.smooth(slow={x: -x}, fast={y: y**2 - x}, small=mu)
+    with pytest.raises(OutOfRange, match="does not settle"):
+        _solved(system, {mu: 0.01}, {x: 1, y: 2}, 1)
+    assert _solved(system, {mu: 0.01}, {x: 1, y: "1/2"}, 0.1).final[1] == pytest.approx(-1, abs=0.1)
+
+
+def test_a_layer_on_a_limit_cycle_is_refused():
+    radius = 1 - u**2 - v**2
+    system = ap.System.smooth(slow={x: u}, fast={u: radius * u - v, v: radius * v + u}, small=mu)
+    with pytest.raises(OutOfRange, match="does not settle"):
+        _solved(system, {mu: 0.01}, {x: 1, u: 2, v: 0}, 1)
+
+
+def test_orders_and_numbers_that_are_not_known_are_refused():
+    with pytest.raises(OrderError):
+        _path("cubic", "1/100", 1, order=5)
+    with pytest.raises(InputError, match="within"):
+        _path("cubic", "1/100", 1)(2)
+
+
+def test_an_explicit_time_is_a_slow_state_more():
+    t = sp.Symbol("t", real=True)
+    system = ap.System.smooth(slow={x: sp.cos(t)}, fast={y: sp.sin(t) + x - y}, small=mu, time=t)
+    path = _solved(system, {mu: "1/100"}, {x: 0, y: 1}, 2)
+    # y' + y/mu = 2 sin(t)/mu has an elementary solution
+    h = 0.01
+    forced = 2 * (np.sin(2) - h * np.cos(2)) / (1 + h**2)
+    assert path.final == pytest.approx((np.sin(2), forced), abs=3e-4)
+    assert path.final[1] == pytest.approx(2 * (np.sin(2) - h * np.cos(2)), abs=1e-9)
+    assert path(np.linspace(0, 2, 5)).shape == (2, 5)
+    assert path(0)[1] == pytest.approx(1, abs=1e-3)
+
+
+def test_the_closed_base_point_is_that_of_the_layer_followed_in_numbers():
+    closed = ap.jump_map(ENZYME, order=2)
+    at = {kappa: 1, lambda_: sp.Rational(1, 2), x: 1, y: sp.Rational(1, 5)}
+    numbers = closed.at({"kappa": 1, "lambda": "1/2"}, {x: 1, y: "1/5"})["x"]
+    assert numbers == pytest.approx([float(sp.sympify(closed[x].coefficient(k)).subs(at)) for k in range(3)], abs=1e-9)
+
+
+def test_the_first_correction_of_the_base_point_is_the_quadrature_along_the_layer():
+    closed = ap.jump_map(ENZYME, order=1)["x"].coefficient(1)
+    at = {x: sp.Rational(3, 2), y: sp.Rational(1, 7), kappa: 2, lambda_: sp.Rational(1, 3)}
+    s, branch = sp.Symbol("s", positive=True), x / (x + kappa)
+    fast = branch + (y - branch) * sp.exp(-(x + kappa) * s)
+    drift = (ENZYME.slow[x].subs(y, fast) - ENZYME.slow[x].subs(y, branch)).subs(at)
+    assert sp.integrate(sp.expand(drift), (s, 0, sp.oo)) == closed.subs(at)
+
+
+def test_the_base_point_of_two_fast_states_is_closed_to_order_one_and_in_numbers_beyond():
+    values, start = {a: 2, b: 3}, {x: 1, w: "1/2", u: "3/10", v: "1/5"}
+    system = ap.System.smooth(
+        slow={x: -x + u * v, w: x - w * u}, fast={u: -a * u + x * v + w**2, v: -b * v - u + x}, small=mu
+    )
+    closed, numbers = ap.jump_map(system, order=1), ap.jump_map(system, order=2).at(values, start)
+    at = {s: sp.Rational(c) for s, c in {**values, **start}.items()}
+    for s in (x, w):
+        assert numbers[s.name][1] == pytest.approx(float(closed[s].coefficient(1).subs(at)), abs=1e-9)
+    with pytest.raises(NotDerivable, match=r"use \.at"):
+        ap.jump_map(system, order=2)[x]
+
+
+def test_a_nonlinear_layer_has_its_first_correction_as_an_integral_over_the_fast_state():
+    from scipy.integrate import quad
+    from scipy.optimize import brentq
+
+    (_, found), branch = ap.jump_map(CUBIC, order=1).at({}, {x: 1, y: 2})["x"], brentq(lambda q: 1 - q - q**3, 0, 1)
+    integral, _ = quad(lambda q: -(q - branch) / (1 - q - q**3), 2, branch, epsabs=1e-12)
+    assert found == pytest.approx(integral, abs=1e-9)
+
+
+def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to():
+    import mpmath
+
+    with mpmath.workdps(20):
+        kept = ap.jump_map(ENZYME, order=2)
+        start = {kappa: 1, lambda_: sp.Rational(1, 2), x: 1, y: 0}
+        closed = [mpmath.mpf(sp.sympify(kept[x].coefficient(k)).subs(start).evalf(20)._mpf_) for k in range(3)]
+        manifold = ap.slow_manifold(ENZYME, {y: x / (x + kappa)}, order=8)
+        flow = sp.lambdify((x, mu), ap.reduced_flow(manifold)[x].subs({kappa: 1, lambda_: sp.Rational(1, 2)}), "mpmath")
+        errors = []
+        for small in (mpmath.mpf(1) / 100, mpmath.mpf(1) / 200):
+            until = 20 * small
+            exact = mpmath.odefun(
+                lambda _, q, h=small: [-q[0] + (q[0] + 0.5) * q[1], (q[0] - (q[0] + 1) * q[1]) / h], 0, [1, 0]
+            )(until)
+            back = mpmath.odefun(lambda _, q, h=small: [-flow(q[0], h)], 0, [exact[0]])(until)
+            errors.append((back[0] - sum(c * small**k for k, c in enumerate(closed))) / small**3)
+        assert abs(errors[1] / errors[0] - 1) < 0.02
+        assert abs(errors[1]) < 0.01
