@@ -1,8 +1,8 @@
 r"""The modes of the Painlevé-Klein rod in numbers of any kind, floats, mpf and arrays alike.
 
-With s = x + y every mode is ``mu y' = a - b s``, ``z' = a - (b - 1) s`` (2.7)-(2.9); stick holds on z = 0 where s lies
-in the static cone, which ends at the edges 1/(sigma0 + 3) and -1/(sigma0 + 1). The proofs in ``asympk.certify`` have their
-own text; a test compares both with the ``System`` that is derived from the rod.
+With s = x + y every mode is ``mu y' = a - b s``, ``z' = a - (b - 1) s`` (2.7)-(2.9). Stick holds on z = 0 where s
+lies in the static cone, which ends at the edges 1/(sigma0 + 3) and -1/(sigma0 + 1). The proofs in ``asympk.certify``
+have their own text; a test compares both with the ``System`` that is derived from the rod.
 """
 
 from typing import Any

@@ -7,11 +7,12 @@ slip_opposite, stick) or none: for h (1 + h) > mu / sigma the determinant of sli
 sigma, has changed its sign, and the paradox of the rigid rod is back.
 """
 
+from functools import partial
 from time import monotonic
 
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
-from asympk.integrators.integrate import Work, bounds, dense, endpoints, finished, report
+from asympk.integrators.integrate import Dense, Work, bounds, endpoints, finished, report
 from asympk.numbers import number
 from asympk.path import Event, Path
 from asympk.rodmodes import coefficients
@@ -45,7 +46,7 @@ def run(
     work = Work(0, len(times) - 1, 0)
     options = {"step": h, "prefer": prefer, "steps": steps, "seconds": seconds}
     info = report(Segment(times[-1], states[-1], None, work, short), work, options) | counts
-    at = dense(start, times[-1], lambda ts: _between(times, states, ts))
+    at = Dense(start, times[-1], partial(_between, times, states))
     return finished(Path(scene, method, states[-1], marks, modes, at, None, info))
 
 
