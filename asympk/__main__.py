@@ -196,7 +196,7 @@ def _scene_file(options):
     numbers = {name: value for name, value in numbers.items() if value is not None}
     if options.scene is not None:
         found = load(options.scene)
-        return SceneFile(changed(found, numbers), found.about, found.units)
+        return SceneFile(changed(found, numbers), found.about)
     missing = [f"--{name}" for name in ("sigma", "mu", "start", "until") if name not in numbers]
     if missing:
         raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that ship")
@@ -279,31 +279,16 @@ def _export(options):
 def _solve(options):
     from asympk.methods import solve
     from asympk.output.terminal import path_as_json, path_as_text
-    from asympk.pictures.trace import frame_of, plot, write_csv
 
-    found = _scene_file(options)
-    units = _units(found) if options.physical else None
     given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
-    path = solve(found.scene, options.method, **{name: value for name, value in given.items() if value is not None})
-    if units:
-        from asympk.scenes.units import physical
-
-        path = physical(path, units)
-    frame = frame_of(units)
+    path = solve(_scene_file(options).scene, options.method, **{k: v for k, v in given.items() if v is not None})
+    if options.physical:
+        path = path.physical()
     if options.csv:
-        write_csv(options.csv, path, frame)
+        path.to_csv(options.csv)
     if options.plot:
-        plot(options.plot, path, frame)
-    columns = frame.columns[:4] if units else None
-    print(path_as_json(path, options.digits) if options.json else path_as_text(path, columns, options.digits))
-
-
-def _units(found):
-    from asympk.errors import InputError
-
-    if not found.units:
-        raise InputError("--physical: the scene has no physical quantities; give a file with m, P, f, alpha, l, k, h")
-    return found.units
+        path.plot(options.plot)
+    print(path_as_json(path, options.digits) if options.json else path_as_text(path, options.digits))
 
 
 def _least(options):
@@ -356,7 +341,7 @@ def _prove_scene(options):
     from asympk.output.terminal import certificates_as_json, certificates_as_text
 
     box = {name: ends for name, *ends in options.box or ()}
-    scene = _scene_file(options)
+    scene = _scene_file(options).scene
     found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
     return 0 if all(one.proven for one in found) else 1
@@ -370,10 +355,14 @@ def _mechanism(options):
         return
     described = load(options.name).changed(changes(options.set))
     if options.plot:
+        from asympk.pictures import sheets
         from asympk.pictures.motions import motion_plot
-        from asympk.pictures.trace import save
 
-        print(f"wrote {save(options.plot, lambda: motion_plot(described))}")
+        sheet = sheets()
+        sheet.suffix_of(options.plot)
+        with sheet.in_style():
+            sheet.kept(motion_plot(described), options.plot)
+        print(f"wrote {options.plot}")
         return
     print(mechanism_as_text(described))
 
