@@ -169,8 +169,8 @@ def _settled(solver, formulas, x, y, values, order):
         if solver.status != "running":
             break
         solver.step()
-    raise OutOfRange(f"the layer from y = {text(y)} at x = {text(x)} does not settle on an attracting branch in "
-                     f"{STEPS} steps: at the fast time {solver.t:.6g} it is at y = {text(solver.y[: len(y)])}")  # fmt: skip
+    raise OutOfRange(f"the layer from y = {text(y)} at x = {text(x)} does not settle on an attracting branch: after at "
+                     f"most {STEPS} steps, at tau = {solver.t:.6g}, y = {text(solver.y[: len(y)])}")  # fmt: skip
 
 
 def text(numbers: Iterable[float]) -> str:
