@@ -109,7 +109,7 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
 def _numbers(system, outputs, values, digits):
     """Return the values of the outputs as Fractions: exact for rational functions of the parameters."""
     arguments = [Fraction(0)] * (1 + len(system.states)) + [Fraction(value) for value in values]
-    exact = tuple(e for e in outputs if _rational(e))
+    exact = tuple(e for e in outputs if rational(e))
     found = dict(zip(exact, _evaluated(system, exact, library(mpf=Fraction), arguments), strict=True))
     if others := tuple(e for e in outputs if e not in found):
         m = context(LARGEST)
@@ -118,7 +118,8 @@ def _numbers(system, outputs, values, digits):
     return [Fraction(found[e]) for e in outputs]
 
 
-def _rational(expr):
+def rational(expr: sp.Expr) -> bool:
+    """Tell whether an expression is a rational function of the parameters with rational coefficients."""
     whole = all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
     return whole and not expr.atoms(sp.Function, sp.NumberSymbol)
 

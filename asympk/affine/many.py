@@ -5,7 +5,6 @@ decides it, by the guards of every mode that may follow and by the derivatives o
 which that stays open, or that rounding may spoil, are followed one by one by the scalar flow.
 """
 
-import math
 from dataclasses import dataclass, field
 from itertools import product
 from typing import Any, NamedTuple
@@ -19,9 +18,9 @@ from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError
-from asympk.flow.arithmetic import Doubles
+from asympk.many import Many
 from asympk.scene import Scene
-from asympk.symbolic.branches import OPEN, Phase, conditions
+from asympk.symbolic.branches import OPEN, Phase
 
 CHUNK = 1024
 MOST_EVENTS = 1000
@@ -43,8 +42,8 @@ class Events(NamedTuple):
     friction: np.ndarray
 
 
-@dataclass(frozen=True)
-class Ensemble:
+@dataclass(frozen=True, repr=False, eq=False)
+class Ensemble(Many):
     """What became of many trajectories: ``final`` (n, ...) in the order of ``names``, ``n_events`` (...)."""
 
     names: tuple[str, ...]
@@ -173,16 +172,9 @@ class _Modes:
     def flow(self, branch):
         """Return (flow, waves, kept guards, kinds) of a branch, or None where it is never entered."""
         if branch not in self._known:
-            fixed = function(self.system, conditions(self.system, branch), "math", math)
-            start = (0.0,) * (1 + len(self.system.states))
-            self._known[branch] = self._flow(branch) if all(v > 0 for v in fixed(*start, *self.p)) else None
+            found = self.flows.swift.entered(branch)
+            self._known[branch] = found and (*found, self.automaton.mode(branch).kinds)
         return self._known[branch]
-
-    def _flow(self, branch):
-        try:
-            return *self.flows.of(Doubles, branch), self.automaton.mode(branch).kinds
-        except InputError:  # a guard is never positive at these parameters, or nothing determines the forces
-            return None
 
     def whole(self, branch, t, w):
         """Return ``(w, waves, 1)`` of rows at their times."""

@@ -4,7 +4,7 @@ A run in doubles keeps account of its own rounding. Where that may show, or a si
 refined, or the flow followed anew, on mpmath numbers, and the result is rounded from there.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from numbers import Integral
 from typing import Any, NamedTuple
 
@@ -13,9 +13,11 @@ from asympk.affine.forcing import value
 from asympk.affine.form import form_of, placed
 from asympk.affine.mode import Segment, in_digits
 from asympk.affine.rounding import estimate
+from asympk.affine.swift import Swift
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
+from asympk.digits import carried
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.path import Path
@@ -28,6 +30,7 @@ SPARE_DIGITS = 30
 MOST_SPARE = 300
 DIGITS_OF_DOUBLES = 17
 LARGEST_DOUBLE = 308
+SHOWN_OF_ERRORS = 3
 TRUSTED = 5e-14
 TOLD = 1e-8  # an estimated error up to which the order of events in doubles stands
 ROUNDED = 2.0**-53
@@ -63,8 +66,9 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
         return _in_doubles(case)
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    course, error = _certified(case._replace(known=_known(case)), int(digits))
-    return _path(case, int(digits), course, _mpf, _mpf(error))
+    digits = int(digits)
+    course, error = _certified(case._replace(known=_known(case)), digits)
+    return _path(case, digits, course, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
 
 
 class Case(NamedTuple):
@@ -116,6 +120,7 @@ class Flows:
 
     def __init__(self, automaton: Automaton) -> None:
         self.automaton = automaton
+        self.swift = Swift(self)
         self._found: dict = {}
 
     def of(self, m: Any, branch: Branch) -> tuple[Any, tuple, tuple[int, ...]]:
@@ -132,7 +137,7 @@ class Flows:
 
 def _course(m, case):
     """Follow a scene in the numbers of ``m``."""
-    scene, automaton = case.scene, case.flows.automaton
+    scene, automaton = case.scene, case.flows.swift
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
     slack = 2.0**-48 if m is Doubles else max(m.margin, m.eps * 2**10)
 
@@ -149,7 +154,8 @@ def _course(m, case):
         return loop.Segment(reached, tuple(end[: len(state)]), lost, Leg(t, segment, span, hit))
 
     start = tuple(map(m.number, scene.start))
-    course = loop.follow(automaton, automaton.first(scene.start), start, until, advance, case.events, digits, slack)
+    first = automaton.first(scene.start)
+    course = loop.follow(automaton, first, start, until, advance, case.events, digits, slack)
     if course.last.short:
         raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip
@@ -226,9 +232,3 @@ def _double(value):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
                        "ask for digits=, or a smaller until")  # fmt: skip
     return rounded
-
-
-def _mpf(value):
-    import mpmath
-
-    return mpmath.mp.make_mpf(value._mpf_)

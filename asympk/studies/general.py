@@ -39,6 +39,15 @@ class Rung:
     cost: float | None = None
     reason: str = ""
 
+    @property
+    def told(self) -> str:
+        """The rung in words: its errors and its cost, or why it does not apply."""
+        if self.predicted is None:
+            return self.reason
+        numbers = {"predicted": self.predicted, "measured": self.measured}
+        words = [f"{name} {value:.1e}" for name, value in numbers.items() if value is not None]
+        return ", ".join([*words, f"cost {self.cost:.2g}"] if self.cost else words)
+
 
 def rungs(scene: Scene) -> tuple[Rung, ...]:
     """Return the rungs of a scene's ladder, lowest first, with predictions, measured errors and costs.
