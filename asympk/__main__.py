@@ -1,8 +1,10 @@
 """The command line of asympk; every sub-command imports what it needs, so that --help stays instant."""
 
 import argparse
+import os
 import re
 import sys
+from contextlib import suppress
 
 from asympk import __version__
 
@@ -13,6 +15,7 @@ def main(arguments=None):
     """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input."""
     from asympk.errors import AsympkError
 
+    _open_streams()
     options = _parser().parse_args(arguments)
     try:
         return options.run(options) or 0
@@ -22,11 +25,27 @@ def main(arguments=None):
     except (AsympkError, OSError) as error:
         if options.debug:
             raise
-        print(f"asympk: {_one_line(error)}", file=sys.stderr)
+        _complain(f"asympk: {_one_line(error)}")
         return 2
     except KeyboardInterrupt:
-        print("asympk: interrupted", file=sys.stderr)
+        _complain("asympk: interrupted")
         return 130
+
+
+def _open_streams():
+    """Let output go nowhere where it is closed, so that no file takes its place, and print in any character set."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - it stays open
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _complain(line):
+    """Print a line on stderr; where that is full or gone the exit status has to do."""
+    with suppress(OSError, ValueError):
+        print(line, file=sys.stderr, flush=True)
 
 
 def _one_line(error):
@@ -42,6 +61,16 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message):
         self.exit(2, f"{self.prog}: {_one_line(message)}; see {self.prog} --help\n")
+
+
+def _whole(text):
+    """Read a whole number; argparse tells what it was."""
+    from asympk.numbers import short
+
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"invalid int value {short(text)}: it must be a whole number") from None
 
 
 def _parser():
@@ -101,10 +130,10 @@ def _parser():
     solve.add_argument("--csv", metavar="FILE", help="write the path as CSV")
     solve.add_argument("--plot", metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     solve.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
-    solve.add_argument("--digits", type=int, help="run on that many digits")
-    solve.add_argument("--order", type=int, help="order in mu, of the asymptotic models")
-    solve.add_argument("--rtol", type=float, help="relative tolerance, of the integrators")
-    solve.add_argument("--atol", type=float, help="absolute tolerance, of the integrators")
+    solve.add_argument("--digits", type=_whole, help="run on that many digits")
+    solve.add_argument("--order", type=_whole, help="order in mu, of the asymptotic models")
+    solve.add_argument("--rtol", help="relative tolerance, of the integrators")
+    solve.add_argument("--atol", help="absolute tolerance, of the integrators")
     solve.add_argument("--json", action="store_true")
 
     least = commands.add_parser("least", help="find the least model that a scene needs")
@@ -118,7 +147,7 @@ def _parser():
     sweep.set_defaults(run=_sweep)
     sweep.add_argument("file", help="TOML: sigma, mu, start, until, each a number, a grid or random")
     sweep.add_argument("--out", required=True, metavar="DIR", help="directory of the chunks; run again to resume")
-    sweep.add_argument("--workers", type=int, metavar="N", help="compute in N processes")
+    sweep.add_argument("--workers", type=_whole, metavar="N", help="compute in N processes")
     sweep.add_argument("--dask", metavar="ADDRESS", help="compute on the dask cluster with this scheduler")
 
     certify = commands.add_parser("certify", help="prove what a scene does, in ball arithmetic")
@@ -127,10 +156,16 @@ def _parser():
     _scene_arguments(certify, required=False)
     certify.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
                          help="let sigma, mu, sigma0, x, y, z or until vary; may be repeated")  # fmt: skip
-    certify.add_argument("--pieces", type=int, default=64, help="cut the box into at most so many pieces (64)")
-    certify.add_argument("--digits", type=int, default=15, help="digits of the final state (15)")
+    certify.add_argument("--pieces", type=_whole, default=64, help="cut the box into at most so many pieces (64)")
+    certify.add_argument("--digits", type=_whole, default=15, help="digits of the final state (15)")
     certify.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
     certify.add_argument("--json", action="store_true")
+
+    mechanism = commands.add_parser("mechanism", help="tell a mechanism's paradox, and the jump through it")
+    mechanism.set_defaults(run=_mechanism)
+    mechanism.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
+    mechanism.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
+    mechanism.add_argument("--plot", metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
 
     bench = commands.add_parser("bench", help="measure speed as ratios in one run")
     bench.set_defaults(run=_bench)
@@ -286,10 +321,12 @@ def _sweep(options):
 
 def _certify(options):
     from asympk.errors import InputError
+    from asympk.numbers import whole
 
     scene = (options.scene, options.sigma, options.mu, options.start, options.until, options.sigma0)
     if options.claims and (options.box or any(given is not None for given in scene)):
         raise InputError("certify takes either a scene, with a --box or without, or --claims")
+    whole("--digits", options.digits, 1, 300)
     return _prove_claims() if options.claims else _prove_scene(options)
 
 
@@ -313,6 +350,26 @@ def _prove_scene(options):
     return 0 if all(one.proven for one in found) else 1
 
 
+def _mechanism(options):
+    from asympk.output.mechanisms import catalogue_as_text, changes, load, mechanism_as_text
+
+    if options.name is None:
+        print(catalogue_as_text())
+        return
+    described = load(options.name).changed(changes(options.set))
+    if options.plot:
+        from asympk.pictures import sheets
+        from asympk.pictures.motions import motion_plot
+
+        sheet = sheets()
+        sheet.suffix_of(options.plot)
+        with sheet.in_style():
+            sheet.kept(motion_plot(described), options.plot)
+        print(f"wrote {options.plot}")
+        return
+    print(mechanism_as_text(described))
+
+
 def _bench(options):
     from asympk.studies.bench import main as bench
 
@@ -321,7 +378,8 @@ def _bench(options):
 
 def _progress(message):
     if sys.stderr.isatty():
-        print(f"\r\033[K{message}", end="", file=sys.stderr, flush=True)
+        with suppress(OSError):
+            print(f"\r\033[K{message}", end="", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -116,8 +116,8 @@ def solve_many(
     if method not in FOR_ARRAYS:
         raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
-    if missing := [name for name, given in zip(("sigma", "mu", "x", "y", "z", "until"), (sigma, mu, x, y, z, until),
-                                               strict=True) if given is None]:  # fmt: skip
+    given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
+    if missing := [name for name, value in given.items() if value is None]:
         raise InputError(f"solve_many needs {', '.join(missing)}; or system=, values=, start= and until=")
     run = _found(FOR_ARRAYS[method], "solve_many")
     if options:

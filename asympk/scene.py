@@ -8,6 +8,7 @@ from typing import Any
 from asympk.doors import through
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import number, short
+from asympk.rodmodes import coefficients
 from asympk.shown import Card, ShownAsTable
 from asympk.shown import number as shown
 
@@ -107,7 +108,7 @@ class Scene(ShownAsTable):
         0 stays on the line and 1e-300 leaves it at its own time; ``start`` shows the nearest doubles. Raises
         ``NoManifold`` where the mode has no slow line, ``InputError`` where the start is not in its mode.
         """
-        if manifold not in MANIFOLDS:
+        if not isinstance(manifold, str) or manifold not in MANIFOLDS:
             raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
         x, offset, z = number("x", x), number("offset", offset), number("z", z)
         y = _slow_y(manifold, number("sigma", sigma), number("mu", mu), x) + float(offset)
@@ -133,7 +134,7 @@ class Scene(ShownAsTable):
 
 
 def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
-    b = sigma + 4 if manifold == "Pi1" else -sigma
+    _, b = coefficients(MANIFOLDS[manifold][0], sigma)
     if b == 0 or 0 < b <= 4 * mu:
         where = f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}"
         raise NoManifold(f"{where}: with b = {b} it needs 4 mu < b, or b < 0")

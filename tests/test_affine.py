@@ -86,7 +86,7 @@ def test_a_short_step_keeps_the_digits_of_its_increment():
 
 def test_the_first_root_of_several_guards_is_found_on_random_systems():
     random = np.random.default_rng(11)
-    for _ in range(40):
+    for _ in range(20):
         mode = random_mode(random, int(random.integers(2, 7)), 10.0 ** -random.integers(1, 9), guards=2)
         start = random.uniform(-1, 1, len(mode.vector)).tolist()
         segment = Segment(mode.in_doubles, start)

@@ -257,3 +257,22 @@ def test_without_python_flint_the_error_gives_the_pip_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "flint", None)
     with pytest.raises(MissingPackage, match=r"pip install 'asympk\[certified\]'"):
         certify(BACKWARD)
+
+
+@pytest.mark.parametrize(
+    ("sigma", "mu", "until"), [(-1e-300, 2.5e-301, 5), (0, 1e-300, 5), (0, 1e-3, 1e300), (1, 0.25, 1e300)]
+)
+def test_work_without_end_is_refused_at_once_as_undecided(sigma, mu, until):
+    found = certify(ap.Scene(sigma, mu, (0, 0.2, -1), until))
+    assert not found.proven
+    assert found.obstacle == "undecided"
+
+
+def test_a_certificate_whose_work_is_spent_is_undecided(monkeypatch):
+    monkeypatch.setattr("asympk.certify.WORK", 3)
+    assert certify(BACKWARD).reason.startswith("undecided: 3 pieces of work are spent")
+
+
+def test_parts_of_a_wide_box_are_proven():
+    box = {"sigma": ("0.5", 2), "mu": ("1e-3", "1e-2"), "y": ("0.1", "0.3")}
+    assert sum(piece.proven for piece in cover(ap.Scene(1, "1e-3", (0, "0.2", -1), 5), box, 24)) >= 1

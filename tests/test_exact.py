@@ -505,6 +505,30 @@ def test_a_path_pickles_with_its_dense_output(digits):
     assert tuple(copy(0.7)) == tuple(path(0.7))
 
 
+def test_progress_with_digits_is_told_after_every_event_and_may_end_the_run():
+    told, scene = [], ap.Scene(1, 1e-3, (0, 0.2, -1), 5)
+    path = ap.solve(scene, digits=30, progress=lambda *now: told.append(now))
+    times = [float(event.t) for event in path.events]
+    assert [t for t, _, _ in told] == pytest.approx(2 * times)
+    assert {until for _, until, _ in told} == {5.0}
+    assert sorted({working for _, _, working in told}) == [60, 75]
+
+    def stop(*now):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ap.solve(scene, digits=30, progress=stop)
+
+
+def test_a_start_at_rest_on_the_unstable_plane_is_followed_in_doubles():
+    beside = {"x": 0.5, "offset": 0, "z": 1, "sigma": 1, "mu": 1e-3, "until": 9}
+    for scene in (ap.Scene(1, 1e-3, (-1, 0, 1), 2), ap.Scene.near("Pi2", **beside)):
+        path, true = ap.solve(scene), ap.solve(scene, digits=30)
+        assert path.modes == true.modes
+        assert distance(path, true) <= BOUND
+        assert path.error > 2.0**-53  # no more digits were asked for
+
+
 def test_a_run_in_doubles_needs_more_digits_only_rarely():
     random = np.random.default_rng(11)
     asked = 0

@@ -294,8 +294,6 @@ def test_a_layer_that_meets_no_event_of_a_kind_says_so():
 
 
 def test_systems_without_a_jump_are_refused():
-    with pytest.raises(NotDerivable, match="no dry friction"):
-        jump_map(System.smooth(slow={x: y}, fast={y: -y - x}, small=mu))
     cubic = System.with_friction(
         slow={x: y}, fast={y: -(y**3) - x + sigma0}, velocity={z: -y + sigma0}, force=sigma0, load=x + y, kinetic=1,
         static=1, small=mu,

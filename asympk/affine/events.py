@@ -21,6 +21,8 @@ _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200
 _FURTHER = 1.375
 _NOTHING = 1e-8
+_ORDER = 16
+_PATIENCE = 8  # steps before the dearer bounds are taken
 
 
 class Point(NamedTuple):
@@ -80,6 +82,32 @@ class Guards:
         """Return a bound of every ``|g''|`` on [lo, hi]."""
         found = sizes(self.m, self.blocks, lo, hi)
         return [_dot(w, found) for w in self.lists[4]]
+
+    @cached_property
+    def derivatives(self):
+        """The weights of the guards' derivatives from the second to that of order ``_ORDER``, one list per guard."""
+        found = [self.segment.bends]
+        while len(found) <= _ORDER - 2:
+            found.append(self.segment.flow.rate @ found[-1])
+        return [table.T.tolist() for table in found]
+
+    def sharper_bounds(self, lo, hi):
+        """Return bounds of every ``|g''|`` on [lo, hi] by the Taylor series of g'' at lo.
+
+        Where eigenvalues are close, weights are large and cancel: in the derivatives at lo they do, and in the
+        remainder they count little.
+        """
+        m, h = self.m, hi - lo
+        found, *_ = functions(m, self.blocks, lo)
+        most = sizes(m, self.blocks, lo, hi)
+        totals, factor = [0 * h for _ in self.every], 1
+        for k, tables in enumerate(self.derivatives):
+            rest = k == len(self.derivatives) - 1
+            for q, weights in enumerate(tables):
+                size = _dot(map(abs, weights), most)
+                totals[q] += factor * (size if rest else abs(_dot(weights, found)) + m.margin * size)
+            factor = factor * h / (k + 1)
+        return totals
 
     def value(self, guard, t):
         """Return the value and the slope of one guard."""
@@ -195,10 +223,11 @@ def _isolated(guards, lo, hi, until):
     left = lo if isinstance(lo, Point) else guards.at(lo)
     right = _certain(guards, left.t, hi, until)
     done, pieces = right, [right]
-    for _ in range(_MOST_STEPS):
+    for step in range(_MOST_STEPS):
         right = pieces[-1]
-        verdicts = [_verdict(guards, q, left, right, bend)
-                    for q, bend in zip(guards.every, guards.bounds(left.t, right.t), strict=True)]  # fmt: skip
+        verdicts = _verdicts(guards, left, right, guards.bounds(left.t, right.t))
+        if step > _PATIENCE and "unknown" in verdicts:
+            verdicts = _verdicts(guards, left, right, guards.sharper_bounds(left.t, right.t))
         fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]
         if all(verdict == "positive" for verdict in verdicts):
             left = pieces.pop()
@@ -238,6 +267,10 @@ def _cut(guards, left, right):
             if _signs(point):
                 return point
     raise Undecided
+
+
+def _verdicts(guards, left, right, bends):
+    return [_verdict(guards, q, left, right, bend) for q, bend in zip(guards.every, bends, strict=True)]
 
 
 def _verdict(guards, q, left, right, bend):

@@ -19,6 +19,7 @@ from asympk.flow.arithmetic import context, set_digits
 
 MOST_STATES = 48
 DIGITS_FOR_DOUBLES = 24
+LARGEST = 400  # a power of ten; no number here comes near
 _SPARE_BITS = 24
 
 
@@ -49,7 +50,7 @@ def exponential(entries, digits):
         raise InputError(f"a mode has {len(entries)} states, forcing included: the exact flow takes {MOST_STATES}; "
                          "ask for an integrator, such as method='lsoda'")
     found = _resolvent(entries)
-    m = context(10**6)
+    m = context(LARGEST)
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
     pieces = [_piece(m, found, root) for root in roots(found, m)]
     kept = [piece for piece in pieces if piece[0].count]

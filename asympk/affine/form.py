@@ -11,6 +11,7 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.affine.exponential import LARGEST
 from asympk.affine.forcing import CONSTANT, Wave, closed, rate, waves_of
 from asympk.affine.mode import AffineMode
 from asympk.automaton.modes import Mode, library, source
@@ -108,16 +109,17 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
 def _numbers(system, outputs, values, digits):
     """Return the values of the outputs as Fractions: exact for rational functions of the parameters."""
     arguments = [Fraction(0)] * (1 + len(system.states)) + [Fraction(value) for value in values]
-    exact = tuple(e for e in outputs if _rational(e))
+    exact = tuple(e for e in outputs if rational(e))
     found = dict(zip(exact, _evaluated(system, exact, library(mpf=Fraction), arguments), strict=True))
     if others := tuple(e for e in outputs if e not in found):
-        m = context(10**6)
+        m = context(LARGEST)
         set_digits(m, 2 * digits + 20)
         found |= zip(others, map(_fraction, _evaluated(system, others, m, map(m.number, arguments))), strict=True)
     return [Fraction(found[e]) for e in outputs]
 
 
-def _rational(expr):
+def rational(expr: sp.Expr) -> bool:
+    """Tell whether an expression is a rational function of the parameters with rational coefficients."""
     whole = all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
     return whole and not expr.atoms(sp.Function, sp.NumberSymbol)
 

@@ -18,7 +18,6 @@ from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError
-from asympk.flow.arithmetic import Doubles
 from asympk.many import Many
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, Phase
@@ -173,11 +172,8 @@ class _Modes:
     def flow(self, branch):
         """Return (flow, waves, kept guards, kinds) of a branch, or None where it is never entered."""
         if branch not in self._known:
-            try:
-                found = *self.flows.of(Doubles, branch), self.automaton.mode(branch).kinds
-            except InputError:
-                found = None
-            self._known[branch] = found
+            found = self.flows.swift.entered(branch)
+            self._known[branch] = found and (*found, self.automaton.mode(branch).kinds)
         return self._known[branch]
 
     def whole(self, branch, t, w):

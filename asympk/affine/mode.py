@@ -15,11 +15,12 @@ from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
 from asympk.affine.functions import functions, initial, rate_of
 from asympk.affine.mesh import Mesh
-from asympk.errors import InputError
+from asympk.errors import InputError, Undecided
 from asympk.flow.arithmetic import Doubles
 
 _LEAST_DIGITS = 40
 _ULPS = 64
+_NEAR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -184,6 +185,18 @@ class Segment:
     def first_event(self, until):
         """Return (time, guards) of the first root of any guard in (0, until], or None; raises ``Undecided``."""
         return first_root(Guards(self), until, self.flow.mode.mesh)
+
+    def refined(self, guess, guard):
+        """Return the root of a guard next to one in coarser numbers; raises ``Undecided`` where it is not there."""
+        weights, slopes, t, step = self.guards[:, guard], self.slopes[:, guard], guess, self.m.inf
+        while abs(step) > self.m.root_tol * guess:
+            found, gained, begun = functions(self.m, self.flow.blocks, t)
+            slope, before = np.array(found) @ slopes, step
+            step = self._sum(weights, gained, begun) / slope if slope < 0 else self.m.inf
+            if not abs(step) < min(_NEAR * guess, abs(before)):
+                raise Undecided
+            t = t - step
+        return t
 
     def at_event(self, t, guard):
         """Return the state at the root of a guard, moved by the step that t is too coarse for."""

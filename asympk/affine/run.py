@@ -13,6 +13,7 @@ from asympk.affine.forcing import value
 from asympk.affine.form import form_of, placed
 from asympk.affine.mode import Segment, in_digits
 from asympk.affine.rounding import estimate
+from asympk.affine.swift import Swift
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
@@ -31,6 +32,7 @@ DIGITS_OF_DOUBLES = 17
 LARGEST_DOUBLE = 308
 SHOWN_OF_ERRORS = 3
 TRUSTED = 5e-14
+TOLD = 1e-8  # an estimated error up to which the order of events in doubles stands
 ROUNDED = 2.0**-53
 
 
@@ -64,31 +66,47 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
         return _in_doubles(case)
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    course, error = _certified(case, int(digits))
     digits = int(digits)
+    course, error = _certified(case._replace(known=_known(case)), digits)
     return _path(case, digits, course, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
 
 
 class Case(NamedTuple):
-    """A scene, the flows of its modes, and the number of events allowed."""
+    """A scene, the flows of its modes, the number of events allowed, and a course in coarser numbers, if known."""
 
     scene: Any
     flows: "Flows"
     events: int
+    known: Any = None
 
 
 def _in_doubles(case):
+    course, error = _estimated(case)
+    if error <= TRUSTED:
+        return _path(case, None, course, float, error)
+    known = course if error <= TOLD else None
+    course, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(case, None, course, _double, ROUNDED)
+
+
+def _estimated(case):
+    """Return (course, error) of a run in doubles; (None, inf) where they cannot follow the scene."""
     try:
         course = _course(Doubles, case)
-        error = estimate([s.work for s in course.segments], len(case.scene.start))
-        if error <= TRUSTED:
-            return _path(case, None, course, float, error)
+        return course, estimate([s.work for s in course.segments], len(case.scene.start))
     except TooLarge:
         raise
     except (Undecided, OverflowError, ZeroDivisionError):
-        pass
-    course, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(case, None, course, _double, ROUNDED)
+        return None, float("inf")
+
+
+def _known(case):
+    """Return the course in doubles where it can be trusted to have the right events, else None."""
+    try:
+        course, error = _estimated(case)
+    except TooLarge:
+        return None
+    return course if error <= TOLD else None
 
 
 @lru_cache(maxsize=256)
@@ -102,6 +120,7 @@ class Flows:
 
     def __init__(self, automaton: Automaton) -> None:
         self.automaton = automaton
+        self.swift = Swift(self)
         self._found: dict = {}
 
     def of(self, m: Any, branch: Branch) -> tuple[Any, tuple, tuple[int, ...]]:
@@ -118,15 +137,15 @@ class Flows:
 
 def _course(m, case):
     """Follow a scene in the numbers of ``m``."""
-    scene, automaton = case.scene, case.flows.automaton
+    scene, automaton = case.scene, case.flows.swift
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
     slack = 2.0**-48 if m is Doubles else max(m.margin, m.eps * 2**10)
 
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.branch)
         segment = Segment(flow, (*state, *(value(m, *wave, t) for wave in waves)))
-        found = segment.first_event(until - t)
-        span, hit = (found[0], found[1][0]) if found else (until - t, None)
+        span, hit = _span(case, m, mode, segment, until - t, len(segments))
+        found = hit is not None
         end = segment.at_event(span, hit) if found else segment.state(span)
         if (size := max(map(abs, end))) > m.largest:
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
@@ -135,11 +154,23 @@ def _course(m, case):
         return loop.Segment(reached, tuple(end[: len(state)]), lost, Leg(t, segment, span, hit))
 
     start = tuple(map(m.number, scene.start))
-    course = loop.follow(automaton, automaton.first(scene.start), start, until, advance, case.events, digits, slack)
+    first = automaton.first(scene.start)
+    course = loop.follow(automaton, first, start, until, advance, case.events, digits, slack)
     if course.last.short:
         raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip
     return course
+
+
+def _span(case, m, mode, segment, left, k):
+    """Return (duration, guard lost or None) of the segment number k; from the known course, if there is one."""
+    if case.known:
+        if k >= len(case.known.modes) or case.known.modes[k] != mode.name:
+            raise Undecided
+        leg = case.known.segments[k].work
+        return (left, None) if leg.guard is None else (segment.refined(m.number(leg.span), leg.guard), leg.guard)
+    found = segment.first_event(left)
+    return (found[0], found[1][0]) if found else (left, None)
 
 
 def _certified(case, digits, largest=None):
@@ -156,7 +187,7 @@ def _certified(case, digits, largest=None):
         error = _distance(coarse, fine) if fine else None
         if error is not None and error * 10**digits < 1:
             return fine, error
-        working *= 2
+        case, working = case._replace(known=None), working * 2
     raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
                     "not decide, or grows beyond them; take a smaller until or another start")  # fmt: skip
 

@@ -235,8 +235,8 @@ def _put(path, row, result):
     at = row - result.first
     result.final[:, at], result.count[at] = path.final, len(path.events)
     if result.notes is not None and path.events:
-        kind, *state = zip(*path.events, strict=True)
-        kinds = np.array([KINDS.index(k) for k in kind])
+        kinds = np.array([KINDS.index(event.kind) for event in path.events])
+        state = zip(*((event.t, *event.state) for event in path.events), strict=True)
         result.notes.append((np.full(kinds.size, row), kinds, *(np.array(v, dtype=float) for v in state)))
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from asympk.affine.run import affine as is_affine
+from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
 from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
@@ -96,11 +98,14 @@ def certify(scene, box=None, digits=15):
 
 
 def cover(scene, box, pieces=64):
-    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all."""
+    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all.
+
+    The largest refused piece and the smallest are halved in turn: so parts of a wide box are proven as well.
+    """
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
-    done, todo = [], [certify(scene, box)]
+    done, todo, smallest = [], [certify(scene, box)], False
     while todo:
-        found = todo.pop(0)
+        found, smallest = todo.pop(-1 if smallest else 0), not smallest
         if found.proven or len(done) + len(todo) + 1 >= pieces or not _widest(found.box, box):
             done.append(found)
         else:
@@ -122,7 +127,7 @@ def _halves(piece, name):
 
 def _attempt(scene, sides, bits, budget):
     try:
-        modes, events, final = _follow(_case(scene, sides), budget)
+        modes, events, final = _followed(scene, sides, budget)
     except Refused as reason:
         return Certificate(scene, False, reason=str(reason), bits=bits, box=sides)
     return Certificate(scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
@@ -133,7 +138,33 @@ def _sharp(final, digits):
     return all(value.rad() < flint().arb(10) ** -digits * largest for value in final)
 
 
+def _followed(scene, sides, budget):
+    """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
+    if scene.system is None:
+        return _follow(_case(scene, sides), budget)
+    finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
+    start = affine.start_of(scene, sides)
+    return affine.follow(scene.system, scene.values, start, ball(scene.until), finest, budget)
+
+
+def _sides_of_starts(scene, box):
+    """Return the sides of a box of starts of an affine system."""
+    if not is_affine(scene.system):
+        raise InputError("a certificate is for the rod and for systems whose modes are all affine; this one is not")
+    sides = {}
+    for name, ends in box.items():
+        if name not in scene.names:
+            raise InputError(f"box: {name!r} is no state; the nearest is {nearest(name, scene.names)!r}")
+        low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
+        if low > high:
+            raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
+        sides[name] = (low, high)
+    return sides
+
+
 def _sides(scene, box):
+    if scene.system is not None:
+        return _sides_of_starts(scene, box)
     sides = {}
     for name, ends in box.items():
         if name not in COORDINATES:

@@ -49,8 +49,7 @@ def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_
     size = m.log(abs(fast)) if fast else -m.most_exponent
     t = guess if guess is not None and lo < guess < hi else lo
     for n in range(MOST_STEPS):
-        p, q = rate * t, slow_rate * t
-        lost = slow * m.expm1(q)
+        p, lost = rate * t, slow * m.expm1(slow_rate * t)
         r, dr = -(base + k * t + lost), -(k + slow_rate * (slow + lost))
         f = fast * m.exp(p if p < m.most_exponent else m.most_exponent)
         value = f - r if not -1 < p < 1 else start + k * t + fast * m.expm1(p) + lost

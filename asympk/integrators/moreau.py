@@ -15,6 +15,7 @@ from asympk.errors import InputError
 from asympk.integrators.integrate import Dense, Work, bounds, endpoints, finished, report
 from asympk.numbers import number
 from asympk.path import Event, Path
+from asympk.rodmodes import coefficients
 from asympk.scene import in_doubles
 from asympk.symbolic.branches import Phase
 from asympk.systems.automata import automaton_of
@@ -75,7 +76,8 @@ def _march(scene, start, until, h, prefer, steps, deadline):
 def _solutions(sigma, sigma0, mu, x, y, z, h):
     """Return every (phase, state) that solves the step."""
     found = []
-    for b, product in ((sigma + 4, 1), (-sigma, -1)):
+    for name, product in (("slip_same", 1), ("slip_opposite", -1)):
+        _, b = coefficients(name, sigma)
         determinant = mu + h * (1 + h) * b
         if determinant == 0:
             continue

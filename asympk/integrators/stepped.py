@@ -7,6 +7,7 @@ from asympk.path import Path
 
 INTEGRATOR = "lsoda"
 TOLERANCE = 1e-10
+UNBOUNDED = 1e12  # seconds
 
 
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:
@@ -17,4 +18,4 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     """
     if digits is not None:
         return collocation.run(scene, digits=digits, events=events)
-    return integrate.run(scene, INTEGRATOR, rtol=TOLERANCE, seconds=float("inf"), events=events)
+    return integrate.run(scene, INTEGRATOR, rtol=TOLERANCE, seconds=UNBOUNDED, events=events)

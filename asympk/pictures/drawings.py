@@ -12,7 +12,7 @@ GREY = "0.55"
 
 def system():
     """Draw the system in four panels: the masses on their guides, the elastic rod, the small turn, the friction law."""
-    import matplotlib
+    matplotlib = style.matplotlib()
 
     with matplotlib.rc_context(style.RC):
         figure, ax = canvas(WIDTH, HEIGHT)

@@ -28,7 +28,7 @@ GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; how near m
 
 def save(figure, path):
     """Write ``figure`` to ``path``; the bytes depend on the figure alone, not on the day or the machine."""
-    import matplotlib
+    matplotlib = style.matplotlib()
 
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -41,7 +41,7 @@ def save(figure, path):
 @contextmanager
 def sheet(body, rows=1, columns=1, *, entries=0, per_line=3, note="", **options):
     """Yield (figure, axes) of a column's width: ``body`` inches of axes above a legend of ``entries`` and a note."""
-    import matplotlib
+    matplotlib = style.matplotlib()
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 

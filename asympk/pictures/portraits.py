@@ -22,7 +22,7 @@ INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 @contextmanager
 def plate(height, rows=1, columns=1, **options):
     """Yield (figure, axes) of a column's width and ``height`` inches, in the common style."""
-    import matplotlib
+    matplotlib = style.matplotlib()
     from matplotlib.figure import Figure
 
     with matplotlib.rc_context(style.RC):

@@ -3,6 +3,9 @@
 Colours are those of Okabe and Ito; no two things in one picture are told apart by colour alone.
 """
 
+from asympk.errors import InputError, MissingPackage
+from asympk.numbers import short
+
 COLUMN = 3.4  # inches
 RC = {
     "font.size": 7,
@@ -58,6 +61,17 @@ MODELS = {
     "jump 1": ("jump map, order 1", BLACK, "$1$", "none"),
     "jump 2": ("jump map, order 2", BLACK, "$2$", "none"),
 }
+
+
+def matplotlib():
+    """Return the module; raises ``MissingPackage`` where it is not installed, ``InputError`` where it does not load."""
+    try:
+        import matplotlib as module
+    except ImportError:
+        raise MissingPackage("a plot needs matplotlib: pip install 'asympk[plot]'") from None
+    except ValueError as reason:  # an environment variable that it does not understand
+        raise InputError(f"matplotlib does not load: {short(str(reason))}; unset MPLBACKEND") from None
+    return module
 
 
 def line(method):

@@ -1,8 +1,11 @@
 """Writing files so that a reader never meets half of one."""
 
 import os
-import tempfile
 from pathlib import Path
+
+from asympk.errors import InputError
+
+_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
 
 
 def write_text(path, text):
@@ -11,22 +14,52 @@ def write_text(path, text):
 
 
 def write_bytes(path, content):
-    """Write ``content`` to ``path`` through a temporary file beside it, making directories; return the path."""
+    """Write ``content`` to ``path``, making directories, and return the path.
+
+    A regular file, or the one that a link leads to, is replaced by a finished one; what is no file (a terminal, a
+    pipe, /dev/null) is written to where it is. Raises ``InputError`` for a directory, ``OSError`` as the system does.
+    """
     path = Path(path)
+    if path.is_dir():
+        raise InputError(f"{path}: it is a directory; give the name of a file")
+    if path.exists() and not path.is_file():
+        with os.fdopen(_opened(path), "wb", buffering=0) as stream:
+            _pour(stream, content)
+        return path
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    _replace(Path(os.path.realpath(path)), content)
+    return path
+
+
+def _replace(path, content):
+    handle, temporary = _beside(path)
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(content)
-        os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except BaseException:
         os.unlink(temporary)
         raise
-    return path
 
 
-def _umask():
-    current = os.umask(0)
-    os.umask(current)
-    return current
+def _beside(path, k=0):
+    """Open a new file next to ``path``, with the permissions that the process gives to new files."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}-{k}.part")
+    try:
+        return os.open(temporary, _NEW, 0o666), temporary
+    except FileExistsError:
+        return _beside(path, k + 1)
+
+
+def _opened(path):
+    """Open what is no regular file; a pipe that nobody reads is an error rather than a wait without end."""
+    handle = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+    os.set_blocking(handle, True)
+    return handle
+
+
+def _pour(stream, content):
+    """Write all of ``content`` to an unbuffered stream, which may take it in parts."""
+    rest = memoryview(content)
+    while rest:
+        rest = rest[stream.write(rest):]

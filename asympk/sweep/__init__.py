@@ -9,18 +9,23 @@ is resumed by starting it again. What a chunk holds depends on the sweep alone: 
 computed it when.
 """
 
+import itertools
 import json
+import os
+import re
 from collections import deque
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
 from pathlib import Path
 
 from asympk.errors import InputError, WorkersLost
 from asympk.storage.files import write_bytes, write_text
-from asympk.sweep import chunks
+from asympk.sweep import chunks, manifest
 from asympk.sweep.executors import Here
 from asympk.sweep.lock import locked
 
 MANIFEST = "sweep.json"
+_UNFINISHED = re.compile(
+    r"\.chunk-\d{8,}\.(npz|parquet)\.\w.*|\.(sweep|summary)\.json\.(\d+-\d+\.part|[a-z0-9_]{8})", re.ASCII)
 _AHEAD = 32  # chunks under way at once, whatever the executor
 _MOST_LOSSES = 160  # five times all that is under way
 
@@ -29,51 +34,39 @@ def run(sweep, out, executor=None, progress=None):
     """Compute the missing chunks of ``sweep`` into the directory ``out`` and return how many they were.
 
     ``executor`` is any ``concurrent.futures.Executor``; by default chunks are computed here. ``progress(n, fresh)`` is
-    called with the number of trajectories of each chunk, found (``fresh`` false) or done. Raises ``InputError`` when
-    ``out`` holds another sweep or is in use, ``WorkersLost`` when workers keep dying.
+    called with the number of trajectories of each chunk, found (``fresh`` false) or done. A damaged chunk is
+    computed again. Raises ``InputError`` when ``out`` holds another sweep, is damaged or in use, ``WorkersLost``
+    when workers keep dying.
     """
     out, progress = Path(out), progress or (lambda units, fresh: None)
     with locked(out):
         _sweep_up(out)
         _declare(sweep, out)
-        missing = deque(index for index in range(sweep.chunks) if not _kept(sweep, out, index, progress))
-        count = len(missing)
-        _drive(sweep, out, missing, executor or Here(), progress)
-    return count
+        missing = (index for index in range(sweep.chunks) if not _kept(sweep, out, index, progress))
+        return _drive(sweep, out, missing, executor or Here(), progress)
 
 
 def _sweep_up(out):
-    """Remove what a killed run left half written."""
-    for pattern in (".chunk-*", f".{MANIFEST}.*", ".summary.json.*"):
-        for path in out.glob(pattern):
+    """Remove what a killed run left half written, and nothing else."""
+    for path in out.glob(".*"):
+        if _UNFINISHED.fullmatch(path.name) and path.is_file():
             path.unlink()
-
-
-def manifest(sweep):
-    """Return what ``sweep.json`` says."""
-    story = chunks.provenance(sweep, 0)
-    return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
-            "versions": {key: story[key] for key in ("asympk", "numpy")}, "sweep": sweep.described()}  # fmt: skip
 
 
 def _declare(sweep, out):
     """Write the manifest, or check that the one there is of this sweep and of these versions."""
-    path, mine = out / MANIFEST, manifest(sweep)
-    if not path.exists():
+    path, mine = out / MANIFEST, manifest.of(sweep)
+    if not os.path.lexists(path):
         if next(out.glob("chunk-*"), None):
             raise InputError(f"{out}: there are chunks but no {MANIFEST}; take another --out")
         write_text(path, json.dumps(mine, indent=1) + "\n")
         return
-    try:
-        there = json.loads(path.read_text(encoding="utf-8"))
-        digest, versions = there["digest"], there["versions"]
-    except (ValueError, KeyError, TypeError):
-        raise InputError(f"{path}: it is not the manifest of a sweep; take another --out") from None
-    if digest != mine["digest"]:
+    _, there = manifest.read(path)
+    if there["digest"] != mine["digest"]:
         raise InputError(f"{out}: it holds another sweep; take another --out, or the file that it was begun with")
-    if versions != mine["versions"]:
-        raise InputError(f"{out}: it was begun with {_words(versions)}, this is {_words(mine['versions'])}; results of "
-                         "two versions are not mixed")  # fmt: skip
+    if there["versions"] != mine["versions"]:
+        raise InputError(f"{out}: it was begun with {_words(there['versions'])}, this is {_words(mine['versions'])}; "
+                         "results of two versions are not mixed")  # fmt: skip
 
 
 def _words(versions):
@@ -81,40 +74,48 @@ def _words(versions):
 
 
 def _kept(sweep, out, index, progress):
-    """Tell whether the file of a chunk is there and whole."""
+    """Tell whether the file of a chunk is there and whole; what stands in its place and is no file is set aside."""
     path = out / chunks.name(sweep, index)
-    if not path.exists():
+    if not os.path.lexists(path):
+        return False
+    try:
+        story, _ = chunks.read(path)
+        whole = story == chunks.provenance(sweep, index)
+    except InputError:
+        whole = False
+    if not whole:
+        if not path.is_file():
+            _set_aside(path)
         return False
     start, stop = sweep.rows(index)
-    try:
-        story, columns = chunks.read(path)
-    except InputError:
-        return False
-    if story != chunks.provenance(sweep, index) or any(len(values) != stop - start for values in columns.values()):
-        return False
     progress(stop - start, False)
     return True
 
 
+def _set_aside(path):
+    aside = (path.with_name(f"{path.name}.damaged{k or ''}") for k in itertools.count())
+    path.rename(next(name for name in aside if not os.path.lexists(name)))
+
+
 def _drive(sweep, out, missing, executor, progress):
-    """Keep some chunks under way until all are written; a chunk whose worker died is given out again."""
-    under_way, losses = {}, 0
+    """Keep some chunks under way until all are written, and count them; one whose worker died is given out again."""
+    under_way, again, losses, done = {}, deque(), 0, 0
     ahead = 1 if isinstance(executor, Here) else _AHEAD
     try:
-        while missing or under_way:
-            while missing and len(under_way) < ahead:
-                index = missing.popleft()
+        while True:
+            while len(under_way) < ahead and (index := again.popleft() if again else next(missing, None)) is not None:
                 under_way[_given_out(executor, sweep, index)] = index
-            done, _ = wait(under_way, return_when=FIRST_COMPLETED)
-            for future in done:
+            if not under_way:
+                return done
+            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
                 index = under_way.pop(future)
                 if _lost(future):
                     losses += 1
                     if losses > _MOST_LOSSES:
                         raise WorkersLost(_short_of_workers(index))
-                    missing.appendleft(index)
+                    again.append(index)
                     continue
-                losses = 0
+                losses, done = 0, done + 1
                 _write(sweep, out, index, *future.result())
                 start, stop = sweep.rows(index)
                 progress(stop - start, True)
@@ -155,19 +156,22 @@ def results(out, only=None):
 
     Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.
     """
-    for path in files(out):
-        yield (path.name, *chunks.read(path, only))
+    sweep, told = manifest.read(Path(out) / MANIFEST)
+    for index, path in enumerate(files(out)):
+        story, columns = chunks.read(path, only)
+        if story != {**chunks.provenance(sweep, index), **told["versions"]}:
+            raise InputError(f"{path}: it is not of this sweep; run the sweep again to replace it")
+        yield path.name, story, columns
 
 
 def files(out):
-    """Return the paths of all chunks of the sweep in ``out``; raises ``InputError`` when it is not complete."""
+    """Return the paths of all chunks of the sweep in ``out``, in order; raises ``InputError`` unless it is complete."""
     out = Path(out)
-    try:
-        told = json.loads((out / MANIFEST).read_text(encoding="utf-8"))
-        wanted, suffix = told["chunks"], told["sweep"]["format"]
-    except (OSError, ValueError, KeyError, TypeError):
-        raise InputError(f"{out}: there is no sweep in it (no readable {MANIFEST})") from None
-    found = sorted(out.glob(f"chunk-*.{suffix}"))
-    if len(found) != wanted:
-        raise InputError(f"{out}: {len(found)} of {wanted} chunks are there; run its sweep again to complete it")
-    return found
+    sweep, _ = manifest.read(out / MANIFEST)
+    found = {chunks.index_of(path.name): path for path in out.glob(f"chunk-*.{sweep.format}")}
+    for index, path in found.items():
+        if index is None or index >= sweep.chunks:
+            raise InputError(f"{path}: this sweep has {sweep.chunks} chunks, and this is none of them; move it away")
+    if len(found) != sweep.chunks:
+        raise InputError(f"{out}: {len(found)} of {sweep.chunks} chunks are there; run its sweep again to complete it")
+    return [found[index] for index in range(sweep.chunks)]

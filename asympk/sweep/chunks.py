@@ -5,17 +5,18 @@ itinerary as a number (``itinerary``), and an outcome: 0, or why there is no res
 are NaN and the others 0.
 """
 
-import io
-import json
-import zipfile
+import re
+from pathlib import Path
 
 from asympk import __version__
+from asympk.arrays import OUTCOMES
 from asympk.errors import InputError, MissingPackage
+from asympk.numbers import short
 from asympk.path import KINDS, MODES
+from asympk.sweep import stored
 
+_NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 _LONGEST = 30  # events that fit into an itinerary, two bits each
-_EPOCH = (1980, 1, 1, 0, 0, 0)
-_DAMAGED = (zipfile.BadZipFile, OSError, EOFError, KeyError, ValueError, NotImplementedError)
 
 
 def provenance(sweep, index):
@@ -31,7 +32,7 @@ def compute(sweep, index):
     """Follow the trajectories of one chunk and return it as (provenance, bytes of its file)."""
     story = provenance(sweep, index)
     columns = follow(sweep.columns(*sweep.rows(index)), story["stop"] - story["start"], sweep.itineraries)
-    return story, (_as_npz if sweep.format == "npz" else _as_parquet)(columns, story)
+    return story, stored.content(columns, story, sweep.format)
 
 
 def follow(columns, size, itineraries=True):
@@ -117,61 +118,36 @@ def name(sweep, index):
     return f"chunk-{index:08d}.{sweep.format}"
 
 
-def _as_npz(columns, story):
-    """Return a .npz file whose bytes depend on its arrays alone; every entry has its checksum."""
-    import numpy as np
-
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        for key, values in {**columns, "provenance": _text(story)}.items():
-            entry = io.BytesIO()
-            np.lib.format.write_array(entry, values, version=(1, 0), allow_pickle=False)
-            archive.writestr(zipfile.ZipInfo(f"{key}.npy", _EPOCH), entry.getbuffer())
-    return buffer.getvalue()
-
-
-def _text(story):
-    import numpy as np
-
-    return np.array(json.dumps(story, sort_keys=True))
-
-
-def _as_parquet(columns, story):
-    pyarrow, parquet = _pyarrow()
-    table = pyarrow.table(columns).replace_schema_metadata({"asympk": json.dumps(story, sort_keys=True)})
-    sink = pyarrow.BufferOutputStream()
-    parquet.write_table(table, sink, compression="none", write_page_checksum=True)
-    return sink.getvalue().to_pybytes()
-
-
-def _pyarrow():
-    try:
-        import pyarrow
-        import pyarrow.parquet as parquet
-    except ImportError:
-        raise MissingPackage("Parquet needs pyarrow: pip install 'asympk[sweep]', or take format = \"npz\"") from None
-    return pyarrow, parquet
+def index_of(file):
+    """Return the index of the chunk whose file has this name, None for another file."""
+    found = _NAME.fullmatch(file)
+    return int(found[1]) if found else None
 
 
 def read(path, only=None):
     """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; ``InputError`` when it is damaged."""
+    path = Path(path)
     try:
-        return (_read_npz if path.suffix == ".npz" else _read_parquet)(path, only)
-    except _DAMAGED as reason:
-        raise InputError(f"{path}: the chunk is damaged ({str(reason)[:100]}); run its sweep again") from None
+        story, columns = stored.load(path)
+        _check(story, columns)
+    except MissingPackage:
+        raise
+    except Exception as reason:  # a damaged archive makes its reader fail in any way
+        raise InputError(f"{path}: the chunk is damaged ({short(str(reason))}); run its sweep again") from None
+    return story, columns if only is None else {name: columns[name] for name in only}
 
 
-def _read_npz(path, only):
+def _check(story, columns):
+    """Require all the columns of a chunk and no other, of their kinds and lengths, with outcomes that exist."""
     import numpy as np
 
-    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-        wanted = archive.files if only is None else (*only, "provenance")
-        columns = {key: archive[key] for key in wanted}  # reading an entry to its end checks its checksum
-    return json.loads(str(columns.pop("provenance"))), columns
-
-
-def _read_parquet(path, only):
-    _, parquet = _pyarrow()
-    table = parquet.read_table(path, columns=only and [*only], page_checksum_verification=True)
-    columns = {key: table[key].to_numpy() for key in table.column_names}
-    return json.loads(table.schema.metadata[b"asympk"]), columns
+    expected = _kinds("itinerary" in columns)
+    if {name: values.dtype for name, values in columns.items()} != {k: np.dtype(v) for k, v in expected.items()}:
+        raise ValueError(f"its columns are {', '.join(columns)}")
+    if any(values.shape != (story["stop"] - story["start"],) for values in columns.values()):
+        raise ValueError("its columns are not as long as it says")
+    if (columns["outcome"] >= len(OUTCOMES)).any():
+        raise ValueError("an outcome does not exist")
+    if "itinerary" in columns:
+        for code in np.unique(columns["itinerary"][columns["outcome"] == 0]):
+            itinerary(code)

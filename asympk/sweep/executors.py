@@ -1,13 +1,20 @@
 """Where chunks are computed: in this process, in worker processes that may die, or on a dask cluster."""
 
 import os
+import re
 import signal
+import socket
 import threading
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from importlib.util import find_spec
 
 from asympk.errors import InputError, MissingPackage
+from asympk.numbers import short
+
+_PATIENCE = 2.5  # seconds
+_ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?([^/\s:]+|\[[0-9a-fA-F:.]+\]):(\d{1,5})", re.ASCII)
 
 
 class Here(Executor):
@@ -88,11 +95,24 @@ def executor(workers=None, dask=None):
 
 
 def _client(address):
+    if not find_spec("distributed"):
+        raise MissingPackage("--dask needs dask.distributed: pip install 'asympk[sweep]'")
+    if not address.startswith("inproc://"):
+        _knock(address)
+    from distributed import Client
+
     try:
-        from distributed import Client
-    except ImportError:
-        raise MissingPackage("--dask needs dask.distributed: pip install 'asympk[sweep]'") from None
+        return Client(address, timeout=_PATIENCE, set_as_default=False)
+    except Exception as error:  # what answers may be anything
+        raise InputError(f"--dask {short(address)}: there is no dask scheduler ({str(error)[:80]})") from None
+
+
+def _knock(address):
+    """Raise ``InputError`` unless something answers at ``address``: a client that finds nobody waits, and complains."""
+    found = _ADDRESS.fullmatch(address)
+    if not found or not 0 < int(found[2]) < 2**16:
+        raise InputError(f"--dask {short(address)}: give the address of a scheduler, such as tcp://localhost:8786")
     try:
-        return Client(address, timeout=10, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"--dask {address}: there is no dask scheduler ({str(error)[:80]})") from None
+        socket.create_connection((found[1].strip("[]"), int(found[2])), timeout=_PATIENCE).close()
+    except (OSError, ValueError) as error:
+        raise InputError(f"--dask {short(address)}: there is no dask scheduler ({str(error)[:80]})") from None

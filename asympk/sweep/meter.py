@@ -1,6 +1,7 @@
 """Progress on a terminal or in a log: how much is done, at which rate, and how long the rest will take."""
 
 import time
+from contextlib import suppress
 
 PAUSE = 30  # seconds between two lines of a log
 
@@ -23,13 +24,16 @@ class Steps:
         now = self._clock()
         if now - self._last >= self._pause:
             self._last, self._written = now, True
-            self._stream.write(f"\r\033[K{line}" if self._live else f"{line}\n")
-            self._stream.flush()
+            self._write(f"\r\033[K{line}" if self._live else f"{line}\n")
 
     def close(self):
         """Clear the line on a terminal."""
         if self._live and self._written:
-            self._stream.write("\r\033[K")
+            self._write("\r\033[K")
+
+    def _write(self, text):
+        with suppress(OSError):  # a full disk under the log stops no work
+            self._stream.write(text)
             self._stream.flush()
 
 

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from asympk.errors import InputError
-from asympk.numbers import number
+from asympk.numbers import number, short
 from asympk.storage.tomlfile import parse_table, plain, read_table, refuse_unknown, word
 
 FIELDS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 FORMATS = ("npz", "parquet")
 CHUNK = 65536
-_MOST, _MOST_POINTS = 10**12, 10**5
+_MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 4000
 _KEYS = ("name", "about", "seed", "count", "chunk", "format", "itineraries", "sigma", "mu", "sigma0", "start", "until")
 _RANGES = ("grid", "log_grid", "uniform", "log_uniform")
 
@@ -124,6 +124,16 @@ def _draws(axis, start, stop, key):
     return np.exp(math.log(low) + (math.log(high) - math.log(low)) * part)
 
 
+def from_description(told):
+    """Return the ``Sweep`` that ``described`` describes; raises ``InputError`` and others for what is no such thing."""
+    axes = {field: Axis(kind, tuple(Fraction(number(field, value)) for value in values))
+            for field, (kind, *values) in told["axes"].items()}  # fmt: skip
+    sweep = Sweep(axes, *(told[key] for key in ("count", "seed", "chunk", "format", "itineraries")))
+    if sweep.described() != told or sweep.format not in FORMATS or not 1 <= sweep.chunk <= 2**24:
+        raise InputError("it does not describe a sweep")
+    return sweep
+
+
 def read_sweep(path):
     """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` for what is not one."""
     return told(read_table(path), path)
@@ -187,7 +197,7 @@ def _axis(field, value):
     values = value if isinstance(value, list) else [value]
     if not 1 <= len(values) <= _MOST_POINTS:
         raise InputError(f"{field}: a list of values must have from 1 to {_MOST_POINTS}")
-    return Axis("values", tuple(Fraction(number(field, plain(v))) for v in values))
+    return Axis("values", tuple(_exact(field, v) for v in values))
 
 
 def _range(field, table):
@@ -196,7 +206,7 @@ def _range(field, table):
     ends = table[kinds[0]] if len(kinds) == 1 else None
     if not isinstance(ends, list) or len(ends) != 2:
         raise InputError(f"{field}: it must have one of {', '.join(_RANGES)}, with two ends")
-    low, high = (Fraction(number(field, plain(end))) for end in ends)
+    low, high = (_exact(field, end) for end in ends)
     if not low < high or (kinds[0].startswith("log") and low <= 0):
         raise InputError(f"{field} from {float(low):g} to {float(high):g}: the ends must grow, log ones be positive")
     if kinds[0].endswith("uniform"):
@@ -206,6 +216,14 @@ def _range(field, table):
     if "points" not in table:
         raise InputError(f"{field}: a grid needs points")
     return Axis("values", _grid(kinds[0], low, high, _whole(table, "points", 2, 2, _MOST_POINTS)))
+
+
+def _exact(field, value):
+    """Return a number that has a double, as trajectories are followed in doubles."""
+    exact = Fraction(number(field, plain(value)))
+    if exact.denominator.bit_length() > _MOST_BITS:
+        raise InputError(f"{field} = {short(value)}: a double must be able to hold it")
+    return exact
 
 
 def _grid(kind, low, high, points):

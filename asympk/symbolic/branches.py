@@ -81,6 +81,8 @@ def _determined(system: "System", branch: Branch) -> bool:
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
     """Return the slow and the fast field of the mode, ``small`` still before the fast rates."""
+    if not branch:
+        return system.slow, system.fast
     solved = forces(system, branch)
     held = _held(system, branch)
     slow = {s: sp.S.Zero if s in held else _put(system, branch, rate, solved) for s, rate in system.slow.items()}
@@ -150,6 +152,17 @@ def _by_elimination(
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
     """Return the guards of the mode, forces put in; those that depend on neither state nor time are left out."""
+    moving = {*system.states, system.time}
+    return tuple(g for g in _placed_guards(system, branch) if g.value.free_symbols & moving)
+
+
+def conditions(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
+    """Return what must be positive of the parameters alone for the mode to be entered at all."""
+    moving = {*system.states, system.time}
+    return tuple(g.value for g in _placed_guards(system, branch) if not g.value.free_symbols & moving)
+
+
+def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
     solved, found = forces(system, branch), []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
@@ -167,9 +180,7 @@ def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
         if friction.constraint is not None and phase.velocity:
             found += _unambiguous(system, k, phase)
-    placed = [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
-    moving = {*system.states, system.time}
-    return tuple(g for g in placed if g.value.free_symbols & moving)
+    return [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
 
 
 def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:

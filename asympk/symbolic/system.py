@@ -100,6 +100,13 @@ class System(ShownAsFormulas):
     def __post_init__(self) -> None:
         _check(self)
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.slow, self.fast, self.states, self.small, self.frictions, self.time, self.assumptions))
+
     def _card(self) -> Card:
         kind = f"{len(self.frictions)} friction{'s' * (len(self.frictions) > 1)}" if self.frictions else "smooth"
         rows: list[tuple[str, Any]] = [(f"{s}'", rate) for s, rate in self.slow.items()]

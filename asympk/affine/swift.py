@@ -1,0 +1,183 @@
+r"""Which mode follows, told in doubles by a few products where every sign is clear; else by the automaton itself.
+
+The guards of every mode that may follow, and their first two derivatives, are rows on (w, 1). A mode goes on when each
+of its guards is positive, or vanishes and has a positive first derivative that does not. Where a value is neither clear
+nor zero to rounding, or not just one mode is left, the automaton decides: what it would say is all that is said here.
+"""
+
+import math
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.affine.forcing import value
+from asympk.automaton.modes import function
+from asympk.errors import InputError
+from asympk.flow.arithmetic import Doubles
+from asympk.symbolic.branches import Branch, Phase, conditions
+
+_ZERO, _CLEAR = 1e-13, 1e-11
+_ORDERS = 3
+_PAYS = 4  # a table needs the exponentials of modes that a motion may never enter
+_AT_START = {"velocity_zero"}
+_AT_EVENT = {
+    "velocity_zero": ("velocity_zero",),
+    "force_zero": ("force_zero",),
+    "slip_onset": ("velocity_zero", "slip_onset"),
+}
+_MOST = 2  # frictions of which all combinations are kept in one table
+
+
+class Table(NamedTuple):
+    """Branches, the waves of all of them, and their guards one after the other: rows (derivatives, guards, n + 1).
+
+    ``vanishing`` are the guards that may be zero by what has happened; zeros of others leave a decision open.
+    """
+
+    branches: tuple[Branch, ...]
+    waves: tuple
+    counts: tuple[int, ...]
+    rows: np.ndarray
+    sizes: np.ndarray
+    kinds: tuple[tuple[str, int], ...]
+    vanishing: tuple[bool, ...]
+
+
+class Swift:
+    """An automaton in doubles that decides quickly where it can; ``flows`` are those of its modes."""
+
+    def __init__(self, flows: Any) -> None:
+        self.automaton, self.flows, self.system = flows.automaton, flows, flows.automaton.system
+        self.mode = self.automaton.mode
+        self._tables: dict = {}
+        self._asked: dict = {}
+
+    def first(self, start: tuple) -> Branch:
+        """Return the mode that begins at t = 0, as ``Automaton.first`` does."""
+        table = self._known("first", lambda: _beginning(self.system), _AT_START)
+        return (table and _begun(table, tuple(map(float, start)))) or self.automaton.first(start)
+
+    def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: tuple, slack: Any) -> Branch:
+        """Return the mode that follows, as ``Automaton.next`` does."""
+        found = None
+        if isinstance(t, float) and len(hits) == 1:
+            kind, friction = event = self.mode(branch).kinds[hits[0]]
+            zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
+            table = self._known((branch, hits[0]), lambda: _following(branch, event), zeros)
+            found = table and _decided(table, t, state)
+        return found or self.automaton.next(branch, hits, t, state, slack)
+
+    def _known(self, key, candidates, zeros):
+        """Return the table of a decision, made when it is asked for often enough to pay; None before."""
+        if key not in self._tables:
+            self._asked[key] = self._asked.get(key, 0) + 1
+            if self._asked[key] <= _PAYS:
+                return None
+            self._tables[key] = self._table(candidates(), zeros)
+        return self._tables[key]
+
+    def entered(self, branch: Branch) -> tuple | None:
+        """Return what ``Flows.of`` returns in doubles, or None for a branch that is never entered.
+
+        Its forces are not determined, or a guard that depends on the parameters alone is not positive.
+        """
+        try:
+            fixed = function(self.system, conditions(self.system, branch), "math", math)
+            p = map(float, self.automaton.values)
+            holds = all(v > 0 for v in fixed(0.0, *(0.0 for _ in self.system.states), *p))
+            return self.flows.of(Doubles, branch) if holds else None
+        except InputError:
+            return None
+
+    def _table(self, candidates, zeros):
+        """Return the ``Table`` of branches, or None where one cannot be told by rows."""
+        kept, waves, rows, kinds = [], set(), [], []
+        for branch in candidates:
+            if not (found := self.entered(branch)):
+                continue
+            flow, wave, moving = found
+            matrix = np.array(flow.mode.homogeneous, dtype=float)
+            rows.append([flow.rows, flow.rows @ matrix, flow.rows @ matrix @ matrix])
+            kept.append(branch)
+            waves.add(wave)
+            kinds += [self.mode(branch).kinds[k] for k in moving]
+        if len(waves) != 1:
+            return None
+        stacked = np.concatenate(rows, axis=1)
+        return Table(tuple(kept), waves.pop(), tuple(len(row[0]) for row in rows), stacked, abs(stacked), tuple(kinds),
+                     tuple(kind in zeros or kind[0] in zeros for kind in kinds))  # fmt: skip
+
+
+def _beginning(system):
+    """Return the branches that may begin; none where contacts open, or where there are too many."""
+    if len(system.frictions) > _MOST or any(f.gap is not None for f in system.frictions):
+        return []
+    return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
+
+
+def _begun(table, state):
+    """Return the branch that begins at a state, where all signs are clear or sliding velocities are 0 as given.
+
+    A sliding velocity that is a state of its own and is given as 0 is taken for 0; any other value that is not clear
+    leaves the decision to exact numbers.
+    """
+    whole = np.array([*state, *(value(Doubles, *wave, 0.0) for wave in table.waves), 1.0])
+    values, sizes = table.rows[0] @ whole, table.sizes[0] @ abs(whole)
+    alone = (table.rows[0] != 0).sum(axis=1) == 1
+    if not ((abs(values) > _CLEAR * sizes) | (alone & (values == 0))).all():
+        return None
+    still = [k for k, kind in enumerate(table.kinds) if kind[0] == "velocity_zero" and values[k] == 0]
+    resting = {table.kinds[k][1] for k in still}
+    possible = [all((phase.velocity != 0) or k in resting for k, phase in enumerate(b)) for b in table.branches]
+    return _decided(table, 0.0, state, possible)
+
+
+def _following(branch, event):
+    """Return the branches that may follow an event of one friction; none where a contact opens or closes."""
+    kind, k = event
+    load, velocity = branch[k]
+    phases = {
+        "velocity_zero": [Phase(load, v) for v in (0, 1, -1)],
+        "force_zero": [Phase(sign, velocity) for sign in (1, -1)],
+        "slip_onset": [Phase(load, v) for v in (0, 1, -1)],
+    }.get(kind, [])
+    return list(product(*((phase,) if j != k else phases for j, phase in enumerate(branch))))
+
+
+def _decided(table, t, state, possible=None):
+    """Return the one branch of those possible that goes on from a state, or None where that is not clear."""
+    whole = np.array([*state, *(value(Doubles, *wave, t) for wave in table.waves), 1.0])
+    signs = _signs((table.rows @ whole).tolist(), (table.sizes @ abs(whole)).tolist(), table.vanishing)
+    at, holding = 0, []
+    for k, (branch, count) in enumerate(zip(table.branches, table.counts, strict=True)):
+        mine = signs[at : at + count]
+        at += count
+        if -1 in mine or (possible and not possible[k]):
+            continue
+        if 0 in mine:
+            return None
+        holding.append(branch)
+    left = [b for b in holding if not any(_rest(b) < _rest(other) for other in holding)]
+    return left[0] if len(left) == 1 else None
+
+
+def _rest(branch):
+    """Return the frictions that rest: at rest stays at rest."""
+    return {k for k, phase in enumerate(branch) if phase.mode == "stick"}
+
+
+def _signs(values, sizes, vanishing):
+    """Return the sign of every guard by its first derivative that does not vanish; 0 where that is not clear."""
+    found = []
+    for k in range(len(values[0])):
+        sign = 0
+        for order in range(_ORDERS):
+            value, size = values[order][k], sizes[order][k]
+            if abs(value) > _CLEAR * size:
+                sign = 1 if value > 0 else -1
+                break
+            if abs(value) > _ZERO * size or not vanishing[k]:
+                break
+        found.append(sign)
+    return found

@@ -1,0 +1,360 @@
+r"""Certificates for affine systems of any size: each mode's exponential in balls, and proofs of what follows.
+
+``e^{M t}`` is the sum of the residues of ``adj(z - M)/p(z)`` with the adjugate and p exact and the roots of p enclosed.
+Which mode begins or follows is proven by the signs of every guard, and of the derivatives of those that vanish, of
+every mode that may follow: one holds on all points of the balls and all others fail on all of them. That a quantity
+vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a combination of those of
+quantities that vanish by the event.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.affine.form import Form, form_of, placed, rational
+from asympk.affine.polynomial import resolvent
+from asympk.automaton.modes import mode_of
+from asympk.certify.balls import Refused, ball, between, flint, sign
+from asympk.certify.enclosure import first_event
+from asympk.errors import InputError
+from asympk.path import Event
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Phase
+
+MOST_EVENTS = 200
+
+
+class Guard(NamedTuple):
+    """A guard of a mode: the event that its loss is, its friction, its row; ``touching``: zero at the start, rising."""
+
+    kind: str
+    friction: int
+    row: tuple[Fraction, ...]
+    touching: bool = False
+
+
+class State(NamedTuple):
+    """Enclosures of (w, 1), the exact coordinates where they are known (else None), and rows that vanish there."""
+
+    balls: Any
+    exact: tuple
+    null: tuple = ()
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode with exact numbers: its matrix, guards and the residues of its resolvent in balls."""
+
+    name: str
+    branch: Branch
+    matrix: tuple[tuple[Fraction, ...], ...]
+    guards: tuple[Guard, ...]
+    sticking: tuple[tuple[Fraction, ...], ...]
+    roots: tuple
+    residues: tuple
+
+
+def follow(system, values, start, until, finest, budget):
+    """Return (modes, events, final balls) of a system from enclosures of its start; raises ``Refused``.
+
+    ``start`` are pairs (ball, Fraction or None).
+    """
+    modes = _Modes(system, values)
+    state = modes.begun(start)
+    phases = [_phases(friction) for friction in system.frictions]
+    mode, touching = modes.chosen(list(product(*phases)), state, "start")
+    t, names, events, size = ball(0), [mode.name], [], len(system.states)
+    while True:
+        segment = Segment(mode, state.balls)
+        guards = [guard._replace(touching=k in touching) for k, guard in enumerate(mode.guards)]
+        left = until - t
+        found = first_event(segment, guards, left, finest, budget)
+        if found is None:
+            return names, events, tuple(segment.at(None, left)[k, 0] for k in range(size))
+        guard, dt = found
+        if not dt < left:
+            raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until.mid()):.10g}")
+        state = _struck(segment.at(guard, dt), guard, mode)
+        t = t + dt
+        phases = [(phase,) for phase in mode.branch]
+        phases[guard.friction] = _phases(system.frictions[guard.friction])
+        mode, touching = modes.chosen(list(product(*phases)), state, guard.kind)
+        names.append(mode.name)
+        events.append(Event(guard.kind, t, tuple(state.balls[k, 0] for k in range(size)), guard.friction))
+        if len(events) > MOST_EVENTS:
+            raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
+
+
+def _phases(friction):
+    signs = [Phase(load, velocity) for load in (1, -1) for velocity in (0, 1, -1)]
+    return signs + ([OPEN] if friction.gap is not None else [])
+
+
+def _struck(balls, guard, mode):
+    """Return the state at an event: a single state that the lost guard is made of is set, not computed."""
+    involved = [k for k, c in enumerate(guard.row[:-1]) if c]
+    if len(involved) == 1:
+        balls[involved[0], 0] = ball(-guard.row[-1] / guard.row[involved[0]])
+    return State(balls, (None,) * len(guard.row[:-1]) + (Fraction(1),), (guard.row, *mode.sticking))
+
+
+class _Modes:
+    """The modes of a system at exact values, made as they are looked at."""
+
+    def __init__(self, system, values):
+        self.system, self.values, self._known = system, values, {}
+        self.waves = form_of(mode_of(system, next(iter(branches.telling(system))))).waves
+
+    def begun(self, start):
+        """Return the ``State`` at t = 0: the forcing is exact there."""
+        waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
+        pairs = [*start, *((ball(w), w) for w in (*waves, Fraction(1)))]
+        return State(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs))
+
+    def _form(self, branch) -> Form:
+        form = form_of(mode_of(self.system, branch))
+        outputs = [e for row in (*form.matrix, *form.guards) for e in row]
+        if not all(map(rational, [*outputs, *(e for wave in form.waves for e in (wave.decay, wave.turn))])):
+            raise Refused("irrational: a coefficient is not a rational function of the parameters")
+        if form.waves != self.waves:
+            raise Refused("forcing: the modes are forced by different functions of time")
+        return form
+
+    def of(self, branch):
+        """Return the ``Mode`` of a branch, or None where it is never entered."""
+        if branch not in self._known:
+            self._known[branch] = self._made(branch)
+        return self._known[branch]
+
+    def _made(self, branch):
+        mode = mode_of(self.system, branch)
+        numbers = dict(zip(self.system.parameters, self.values, strict=True))
+        try:
+            fixed = [_rational_value(e, numbers) for e in branches.conditions(self.system, branch)]
+            found = placed(self._form(branch), self.values, 24)
+        except InputError:
+            return None
+        if any(value <= 0 for value in fixed):
+            return None
+        kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in found.kept]
+        guards = tuple(Guard(*kind, row) for kind, row in zip(kinds, found.mode.guards, strict=True))
+        sticking = tuple(self._velocity(k) for k, phase in enumerate(branch) if phase.mode == "stick")
+        rows = found.mode.homogeneous
+        return Mode(mode.name, branch, rows, guards, sticking, *_residues(rows))
+
+    def _velocity(self, friction):
+        """Return the row of a sliding velocity: the guard of a mode that slips."""
+        slip = tuple(Phase(1, 1) for _ in self.system.frictions)
+        mode = mode_of(self.system, slip)
+        found = placed(self._form(slip), self.values, 24)
+        places = [k for k, guard in enumerate(mode.guards) if guard[:2] == ("velocity_zero", friction)]
+        return found.mode.guards[found.kept.index(places[0])]
+
+    def chosen(self, candidates, state, what):
+        """Return (mode, guards that touch) of the one candidate that goes on; at rest stays at rest."""
+        holding, open_ones = [], []
+        for branch in candidates:
+            verdict, touching = self._verdict(branch, state)
+            if verdict > 0:
+                holding.append((branch, touching))
+            elif verdict == 0:
+                open_ones.append(branch)
+        rests = [sum(phase.mode == "stick" for phase in branch) for branch, _ in holding]
+        best = [pair for pair, rest in zip(holding, rests, strict=True) if rest == max(rests)]
+        if open_ones or len(best) != 1:
+            names = ", ".join(sorted({branches.name(b) for b in (*open_ones, *(b for b, _ in best))})) or "none"
+            raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
+        return self.of(best[0][0]), best[0][1]
+
+    def _verdict(self, branch, state):
+        """Return (1 where a branch holds, -1 where it does not, 0 where that is open; guards that touch)."""
+        for k, phase in enumerate(branch):
+            if phase.mode == "stick" and (moving := _sign(self._velocity(k), state)) != 0:
+                return (-1 if moving else 0), ()
+        mode, verdict, touching = self.of(branch), 1, []
+        if mode is None:
+            return -1, ()
+        for k, guard in enumerate(mode.guards):
+            row, found = guard.row, _sign(guard.row, state)
+            if found == 0:
+                touching.append(k)
+            for _ in mode.matrix:
+                if found != 0:
+                    break
+                row = _times(row, mode.matrix)
+                found = _sign(row, state)
+            if found is not None and found < 0:
+                return -1, ()
+            verdict = 0 if found is None else verdict
+        return verdict, tuple(touching)
+
+
+def _rational_value(expr, numbers):
+    found = expr.subs({s: _exact(v) for s, v in numbers.items()})
+    return Fraction(int(found.p), int(found.q))
+
+
+def _exact(value):
+    import sympy as sp
+
+    value = Fraction(value)
+    return sp.Rational(value.numerator, value.denominator)
+
+
+def _sign(row, state):
+    """Return the sign of ``row . (w, 1)``, 0 only where it vanishes exactly, None where it is not certain."""
+    if all(w is not None for c, w in zip(row, state.exact, strict=True) if c):
+        value = sum(c * w for c, w in zip(row, state.exact, strict=True) if c)
+        return (value > 0) - (value < 0)
+    if _spanned(row, state.null):
+        return 0
+    return sign(sum((ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))) or None
+
+
+def _times(row, matrix):
+    return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c) for column in zip(*matrix, strict=True))
+
+
+def _spanned(row, rows):
+    """Tell whether a row is a linear combination of others, in exact arithmetic."""
+    row, basis = list(row), []
+    for other in rows:
+        reduced = _reduced(list(other), basis)
+        if any(reduced):
+            basis.append(reduced)
+    return not any(_reduced(row, basis))
+
+
+def _reduced(row, basis):
+    for other in basis:
+        place = next(k for k, c in enumerate(other) if c)
+        if row[place]:
+            factor = row[place] / other[place]
+            row = [a - factor * b for a, b in zip(row, other, strict=True)]
+    return row
+
+
+def _residues(rows):
+    """Return the roots (decay, turn, multiplicity) of a matrix in balls, and the coefficients of ``t^k/k! e^{l t}``."""
+    found = resolvent(np.array(rows, dtype=object))
+    roots, residues = [], []
+    for root, many in flint().fmpz_poly(list(found.polynomial)).complex_roots():
+        if root.imag < 0:
+            continue
+        scale = flint().acb(found.denominator)
+        roots.append((root.real / found.denominator, root.imag / found.denominator, many))
+        residues.append(tuple(_residue(found, root, many, scale)))
+    return tuple(roots), tuple(residues)
+
+
+def _residue(found, root, many, scale):
+    """Yield the matrices of ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
+    acb, acb_mat = flint().acb, flint().acb_mat
+    p = _taylor([acb(c) for c in found.polynomial], root, 2 * many)[many:]
+    series = [1 / p[0]]
+    for j in range(1, many):
+        series.append(-sum((p[i] * series[j - i] for i in range(1, j + 1)), acb(0)) / p[0])
+    matrices = [acb_mat([[acb(int(c)) for c in row] for row in matrix]) for matrix in found.adjugate]
+    adjugate = _taylor(matrices, root, many)
+    for k in range(many):
+        total = adjugate[0] * series[many - 1 - k]
+        for i in range(1, many - k):
+            total = total + adjugate[i] * series[many - 1 - k - i]
+        yield total * (1 / scale**k)
+
+
+def _taylor(coefficients, z, order):
+    found, rest = [], list(coefficients)
+    for _ in range(order):
+        if not rest:
+            found.append(coefficients[0] * 0)
+            continue
+        for k in range(len(rest) - 2, -1, -1):
+            rest[k] = rest[k] + rest[k + 1] * z
+        found.append(rest.pop(0))
+    return found
+
+
+class Segment:
+    """The motion of one mode from an enclosure of its start, with the methods that ``enclosure.first_event`` asks for.
+
+    Where a part grows like ``e^{a t}`` the jets are divided by it, so that their signs do not drown in its growth.
+    """
+
+    unstable = False
+
+    def __init__(self, mode, start):
+        self.mode, self.start, self.work = mode, start, len(mode.roots)
+        acb_mat, acb = flint().acb_mat, flint().acb
+        whole = acb_mat([[acb(start[k, 0])] for k in range(start.nrows())])
+        self.terms = [[matrix * whole for matrix in part] for part in mode.residues]
+        decays = [decay for decay, _, _ in mode.roots]
+        self.growth = max([ball(0), *(decay for decay in decays if decay > 0)], key=lambda a: float(a.mid()))
+        self._weights = {}
+
+    def _functions(self, t, growth):
+        """Return the complex ``t^k/k! e^{(l - growth) t}`` of every root."""
+        found = []
+        for decay, turn, many in self.mode.roots:
+            size = flint().acb((decay - growth) * t, turn * t).exp()
+            powers = [size]
+            for k in range(1, many):
+                powers.append(powers[-1] * t / k)
+            found.append(powers)
+        return found
+
+    def at(self, guard, t):
+        """Return the state (n + 1, 1) at the time ball t."""
+        size = self.start.nrows()
+        total = [[flint().arb(0)] for _ in range(size)]
+        for (_, turn, _), powers, terms in zip(self.mode.roots, self._functions(t, ball(0)), self.terms, strict=True):
+            factor = 2 if turn > 0 else 1
+            for power, term in zip(powers, terms, strict=True):
+                for k in range(size):
+                    total[k][0] = total[k][0] + factor * (power * term[k, 0]).real
+        total[-1][0] = flint().arb(1)
+        return flint().arb_mat(total)
+
+    def _scalars(self, guard):
+        """Return, for the guard and its first two derivatives, the coefficients of every function."""
+        if guard.row not in self._weights:
+            rows, found = guard.row, []
+            for _ in range(3):
+                found.append([[_applied(rows, term) for term in terms] for terms in self.terms])
+                rows = _times(rows, self.mode.matrix)
+            self._weights[guard.row] = found
+        return self._weights[guard.row]
+
+    def jet(self, guard, t):
+        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
+        functions = self._functions(t, self.growth)
+        return tuple(self._sum(weights, functions) for weights in self._scalars(guard))
+
+    def _sum(self, weights, functions):
+        total = flint().arb(0)
+        for (_, turn, _), powers, factors in zip(self.mode.roots, functions, weights, strict=True):
+            factor = 2 if turn > 0 else 1
+            for power, weight in zip(powers, factors, strict=True):
+                total = total + factor * (power * weight).real
+        return total
+
+    def newton(self, guard, middle, time):
+        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
+        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        return middle - value / slope * (self.growth * (middle - time)).exp(), sign(value)
+
+
+def _applied(row, term):
+    return sum((flint().acb(ball(c)) * term[k, 0] for k, c in enumerate(row) if c), flint().acb(0))
+
+
+def start_of(scene, box):
+    """Return the starts of a scene as pairs (ball, Fraction or None), ``box`` {state: (low, high)} put in."""
+    found = []
+    for name, value in zip(scene.names, scene.start, strict=True):
+        low, high = box.get(name, (Fraction(value),) * 2)
+        found.append((between(low, high), low if low == high else None))
+    return found

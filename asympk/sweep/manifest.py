@@ -1,0 +1,35 @@
+"""``sweep.json``: what a directory of chunks is swept over; read only when all that it says fits together."""
+
+import json
+
+from asympk.errors import AsympkError, InputError
+from asympk.sweep import chunks
+from asympk.sweep.sweepfile import from_description
+
+LARGEST = 100_000_000  # bytes: seven grids of 10^5 exact values
+VERSIONS = ("asympk", "numpy")
+
+
+def of(sweep):
+    """Return what ``sweep.json`` says of a sweep begun now."""
+    story = chunks.provenance(sweep, 0)
+    return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
+            "versions": {key: story[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
+
+
+def read(path):
+    """Return (the ``Sweep``, what the file says); raises ``InputError`` where there is none or it is damaged."""
+    if not path.is_file():
+        raise InputError(f"{path.parent}: there is no sweep in it (no readable {path.name})")
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ValueError("too long")
+        told = json.loads(path.read_text(encoding="utf-8"))
+        sweep = from_description(told["sweep"])
+        mine = {**of(sweep), "name": told["name"], "versions": {key: told["versions"][key] for key in VERSIONS}}
+        if told != mine or not all(isinstance(value, str) for value in told["versions"].values()):
+            raise ValueError("it does not fit together")
+    except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError, RecursionError, AsympkError):
+        raise InputError(f"{path}: it is not the manifest of a sweep, or damaged; restore it, or take another "
+                         "--out") from None  # fmt: skip
+    return sweep, told

@@ -1,0 +1,90 @@
+"""The bytes of a chunk's file, and back: what is read is what was written, or an error.
+
+A .npz file depends on its arrays and its provenance alone, so it is whole just when they give the same bytes again.
+A Parquet file has page checksums, and a digest of its columns beside the provenance, since its pages' heads have none.
+"""
+
+import hashlib
+import io
+import json
+import zipfile
+
+from asympk.errors import MissingPackage
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def content(columns, story, kind):
+    """Return {name: array} and their provenance as the bytes of a file of the format ``kind``."""
+    return (_as_npz if kind == "npz" else _as_parquet)(columns, story)
+
+
+def load(path):
+    """Return (provenance, {name: array}) of a file; raises whatever a damaged one leads to."""
+    if not path.is_file():
+        raise ValueError("it is not a regular file")
+    return (_load_npz if path.suffix == ".npz" else _load_parquet)(path.read_bytes())
+
+
+def _as_npz(columns, story):
+    import numpy as np
+
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
+        for key, values in {**columns, "provenance": np.array(_text(story))}.items():
+            entry = io.BytesIO()
+            np.lib.format.write_array(entry, values, version=(1, 0), allow_pickle=False)
+            archive.writestr(zipfile.ZipInfo(f"{key}.npy", _EPOCH), entry.getbuffer())
+    return buffer.getvalue()
+
+
+def _load_npz(raw):
+    import numpy as np
+
+    with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
+        columns = {key: archive[key] for key in archive.files}
+    story = json.loads(str(columns.pop("provenance")))
+    if _as_npz(columns, story) != raw:
+        raise ValueError("it does not read as it was written")
+    return story, columns
+
+
+def _text(story):
+    return json.dumps(story, sort_keys=True)
+
+
+def _as_parquet(columns, story):
+    pyarrow, parquet = _pyarrow()
+    said = {"asympk": _text(story), "sha256": _digest(columns)}
+    table = pyarrow.table(columns).replace_schema_metadata(said)
+    sink = pyarrow.BufferOutputStream()
+    parquet.write_table(table, sink, compression="none", write_page_checksum=True)
+    return sink.getvalue().to_pybytes()
+
+
+def _load_parquet(raw):
+    pyarrow, parquet = _pyarrow()
+    table = parquet.read_table(pyarrow.BufferReader(raw), page_checksum_verification=True)
+    columns = {key: table[key].to_numpy() for key in table.column_names}
+    if table.schema.metadata[b"sha256"].decode() != _digest(columns):
+        raise ValueError("its columns do not have the digest that it tells")
+    return json.loads(table.schema.metadata[b"asympk"]), columns
+
+
+def _digest(columns):
+    import numpy as np
+
+    found = hashlib.sha256()
+    for name, values in columns.items():
+        found.update(f"{name} {values.dtype.str} {values.shape}".encode())
+        found.update(np.ascontiguousarray(values).tobytes())
+    return found.hexdigest()
+
+
+def _pyarrow():
+    try:
+        import pyarrow
+        import pyarrow.parquet as parquet
+    except ImportError:
+        raise MissingPackage("Parquet needs pyarrow: pip install 'asympk[sweep]', or take format = \"npz\"") from None
+    return pyarrow, parquet

@@ -1,0 +1,100 @@
+"""Certificates of affine systems: what is proven holds at seventy digits, and what cannot be proven is refused."""
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+
+pytest.importorskip("flint")
+
+from asympk.certify import certify
+
+F, t = sp.symbols("F t", real=True)
+x, v, y, w = sp.symbols("x v y w", real=True)
+mu, k = sp.symbols("mu k", positive=True)
+
+CHAIN = ap.System.with_frictions(
+    {x: v, v: y - 2 * x + F + sp.cos(2 * t) / 2, w: x - w / 4}, {y: w - y},
+    [ap.Friction(velocity=v, force=F, load=2 + x / 4, kinetic=k, static=k + sp.Rational(1, 4))], small=mu, time=t,
+)  # fmt: skip
+COULOMB = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=k)])
+
+
+def holds(ball, value):
+    """Tell whether a ball contains a number known to forty digits."""
+    return abs(mpmath.mpf(str(ball.mid().str(60, radius=False))) - value) <= float(ball.rad()) * 1.01 + 1e-38
+
+
+def random_scene(random):
+    start = dict(zip(("x", "v", "w", "y"), random.uniform(-2, 2, 4).tolist(), strict=True))
+    values = {"mu": 10.0 ** -random.uniform(1, 7), "k": random.uniform(0.25, 1)}
+    return ap.Scene(system=CHAIN, values=values, start=start, until=random.uniform(0.5, 4))
+
+
+def test_what_is_proven_is_what_forty_digits_find():
+    random = np.random.default_rng(2)
+    for _ in range(5):
+        scene = random_scene(random)
+        proof, path = certify(scene), ap.solve(scene, digits=40)
+        assert proven(proof)
+        assert proof.modes == path.modes
+        assert [e.kind for e in proof.events] == [e.kind for e in path.events]
+        with mpmath.workdps(60):
+            assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
+            assert all(holds(a.t, b.t) for a, b in zip(proof.events, path.events, strict=True))
+
+
+def proven(proof):
+    return proof.proven or pytest.fail(proof.reason)
+
+
+def test_the_coulomb_oscillator_is_proven_down_to_its_rest():
+    proof = certify(ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "5.3", "v": 0}, until=100))
+    assert proven(proof)
+    assert proof.modes[-1] == "stick"
+    assert len(proof.events) == 8
+    assert float(proof.final[0].mid()) == pytest.approx(5.3 - 8 * 0.7)
+    assert float(proof.final[0].rad()) < 1e-15
+    assert proof.final[1] == 0
+
+
+def test_a_box_of_starts_contains_what_its_points_do():
+    scene = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.3", "v": 0}, until=12)
+    box = {"x": ("2.299", "2.301"), "v": ("0.1", "0.102")}
+    proof = certify(scene, box)
+    assert proven(proof)
+    for a, b in ((2.2995, 0.1015), (2.301, 0.1)):
+        path = ap.solve(ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": a, "v": b}, until=12))
+        assert path.modes == proof.modes
+        pairs = zip(proof.final, path.final, strict=True)
+        assert all(abs(float(ball.mid()) - end) <= float(ball.rad()) + 1e-15 for ball, end in pairs)
+
+
+def test_what_cannot_be_proven_is_refused_by_name():
+    # a box across the edge of the dead zone: some of its points rest after the first turn, some go on
+    edge = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "1.05", "v": 0}, until=12)
+    assert certify(edge, {"x": ("1.04", "1.06")}).obstacle == "edge"
+    # the first turn is at pi, about where the run of these ends
+    late = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": 2, "v": 0}, until="3.1415926")
+    assert certify(late).proven
+    assert certify(late, {"v": ("-0.01", "0.01")}).obstacle in ("edge", "horizon", "grazing")
+    grazing = ap.System.with_frictions({x: v, v: 1 + F}, {}, [ap.Friction(velocity=v, force=F, load=x, kinetic=k)])
+    touched = ap.Scene(system=grazing, values={"k": "1/2"}, start={"x": 1, "v": -1}, until=1)
+    assert not certify(touched, {"v": (-4, -0.5)}).proven
+
+
+def test_a_coefficient_that_is_not_rational_is_refused():
+    system = ap.System.with_frictions({x: v, v: -sp.sqrt(k) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    scene = ap.Scene(system=system, values={"k": 2}, start={"x": 3, "v": 0}, until=1)
+    assert certify(scene).obstacle == "irrational"
+
+
+def test_bad_boxes_are_refused_in_one_line():
+    scene = ap.Scene(system=COULOMB, values={"k": 1}, start={"x": 3, "v": 0}, until=1)
+    with pytest.raises(ValueError, match="no state"):
+        certify(scene, {"q": (0, 1)})
+    nonlinear = ap.System.smooth({x: v, v: -(x**3)}, {}, None)
+    with pytest.raises(ValueError, match="affine"):
+        certify(ap.Scene(system=nonlinear, values={}, start={"x": 1, "v": 0}, until=1))

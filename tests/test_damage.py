@@ -1,0 +1,210 @@
+"""Whatever happens to the files of a sweep, it ends in the same values or in one line; no file is lost to an output."""
+
+import io
+import json
+import os
+import shutil
+import threading
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from asympk.errors import AsympkError, InputError
+from asympk.storage.files import write_bytes, write_text
+from asympk.sweep import MANIFEST, _drive, chunks, files, results, run
+from asympk.sweep.executors import Here
+from asympk.sweep.summary import summarise
+from asympk.sweep.sweepfile import parse_sweep
+
+SWEEP = parse_sweep("""
+seed = 3
+count = 6
+chunk = 2
+sigma = 1
+mu = 1e-3
+start = [{ uniform = [-1, 1] }, 0.2, -1]
+until = 2
+""")
+FLIPS = 60  # of every file, at fixed places
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    out = tmp_path_factory.mktemp("whole")
+    run(SWEEP, out)
+    summarise(out)
+    return out
+
+
+@pytest.fixture
+def copy(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "copy")
+
+
+def _values(out):
+    return {name: {key: v.tolist() for key, v in columns.items()} for name, _, columns in results(out)}
+
+
+def _told(job, out):
+    try:
+        return job(out)
+    except AsympkError as refusal:
+        return "refused" if "\n" not in str(refusal) else refusal
+
+
+@pytest.mark.parametrize("file", [MANIFEST, "summary.json", *(chunks.name(SWEEP, k) for k in range(3))])
+def test_a_flipped_bit_is_an_error_in_a_line_or_changes_nothing(whole, copy, file):
+    expected, path = _values(whole), copy / file
+    kept = path.read_bytes()
+    for bit in np.linspace(0, 8 * len(kept) - 1, FLIPS).astype(int):
+        flipped = bytearray(kept)
+        flipped[bit // 8] ^= 1 << bit % 8
+        path.write_bytes(flipped)
+        assert _told(_values, copy) in (expected, "refused")
+        _told(lambda out: run(SWEEP, out), copy)
+        if file != MANIFEST:
+            assert _values(copy) == expected
+        path.write_bytes(kept)
+
+
+def _npz(**columns):
+    buffer = io.BytesIO()
+    np.savez(buffer, **columns)
+    return buffer.getvalue()
+
+
+def _changed(path, **columns):
+    story, found = chunks.read(path)
+    found = {**found, **columns, "provenance": np.array(json.dumps(story, sort_keys=True))}
+    return _npz(**{key: value for key, value in found.items() if value is not None})
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [{"x": np.float64(1)}, {"x": None}, {"more": np.zeros(2)}, {"x": np.zeros(2, "f4")}, {"x": np.zeros(3)},
+     {"outcome": np.full(2, 200, "u1")}, {"itinerary": np.zeros(2, "u8")}, {"x": np.array(["a", "b"])}],
+    ids=["0-d", "missing", "extra", "short floats", "too long", "outcome", "itinerary", "words"],
+)  # fmt: skip
+def test_a_chunk_of_other_columns_is_computed_again(whole, copy, columns):
+    path = copy / chunks.name(SWEEP, 1)
+    path.write_bytes(_changed(path, **columns))
+    with pytest.raises(InputError, match="the chunk is damaged"):
+        chunks.read(path)
+    assert run(SWEEP, copy) == 1
+    assert _values(copy) == _values(whole)
+
+
+def test_a_pipe_or_a_directory_in_the_place_of_a_chunk_is_set_aside(whole, copy):
+    pipe, folder = (copy / chunks.name(SWEEP, k) for k in (0, 2))
+    pipe.unlink()
+    folder.unlink()
+    os.mkfifo(pipe)
+    folder.mkdir()
+    assert run(SWEEP, copy) == 2
+    assert _values(copy) == _values(whole)
+    assert pipe.with_name(f"{pipe.name}.damaged").is_fifo()
+    assert folder.with_name(f"{folder.name}.damaged").is_dir()
+
+
+@pytest.mark.parametrize(
+    "change",
+    [lambda told: "[" * 200_000, lambda told: json.dumps({**told, "versions": 3}),
+     lambda told: json.dumps({**told, "versions": {"asympk": 1, "numpy": 2}}),
+     lambda told: json.dumps({**told, "chunks": 10**30}), lambda told: json.dumps({**told, "chunks": "many"}),
+     lambda told: json.dumps({**told, "sweep": {**told["sweep"], "format": "../*"}}), lambda told: "3",
+     lambda told: json.dumps({**told, "sweep": {**told["sweep"], "axes": {"mu": ["values", "9**9**9"]}}})],
+    ids=["deep", "versions", "numbers", "chunks", "words", "format", "3", "formula"],
+)  # fmt: skip
+def test_a_damaged_manifest_is_refused_in_a_line(copy, change):
+    path = copy / MANIFEST
+    path.write_text(change(json.loads(path.read_text())))
+    for job in (_values, files, summarise, lambda out: run(SWEEP, out)):
+        with pytest.raises(InputError, match="not the manifest of a sweep, or damaged"):
+            job(copy)
+
+
+def test_a_pipe_in_the_place_of_the_manifest_is_refused(copy):
+    (copy / MANIFEST).unlink()
+    os.mkfifo(copy / MANIFEST)
+    for job in (_values, lambda out: run(SWEEP, out)):
+        with pytest.raises(InputError, match="there is no sweep in it"):
+            job(copy)
+
+
+def test_a_chunk_too_many_is_named(copy):
+    shutil.copy(copy / chunks.name(SWEEP, 0), copy / "chunk-00000007.npz")
+    with pytest.raises(InputError, match=r"chunk-00000007.npz: this sweep has 3 chunks, .* move it away"):
+        summarise(copy)
+
+
+def test_a_chunk_in_the_place_of_another_is_computed_again(whole, copy):
+    shutil.copy(copy / chunks.name(SWEEP, 0), copy / chunks.name(SWEEP, 1))
+    with pytest.raises(InputError, match="not of this sweep"):
+        _values(copy)
+    assert run(SWEEP, copy) == 1
+    assert _values(copy) == _values(whole)
+
+
+def test_the_users_own_dot_files_stay(copy):
+    own = [copy / name for name in (".notes", ".chunk-notes", ".sweep.json.swp", ".chunk-00000001", ".gitignore")]
+    for path in own:
+        path.write_text("mine")
+    ours = copy / f".{MANIFEST}.123-0.part"
+    ours.write_text("half")
+    run(SWEEP, copy)
+    assert all(path.read_text() == "mine" for path in own)
+    assert not ours.exists()
+
+
+def test_the_chunks_of_a_huge_sweep_are_counted_one_at_a_time(tmp_path, monkeypatch):
+    huge, taken = iter(range(10**11)), []
+    monkeypatch.setattr("asympk.sweep._write", lambda sweep, out, index, *_: taken.append(index))
+    monkeypatch.setattr(chunks, "compute", lambda sweep, index: (None, b""))
+
+    def progress(units, fresh):
+        if len(taken) == 5:
+            raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        _drive(SimpleNamespace(rows=lambda index: (index, index + 1)), tmp_path, huge, Here(), progress)
+    assert taken == [0, 1, 2, 3, 4]
+    assert next(huge) == 5
+
+
+def test_an_output_replaces_a_file_and_what_a_link_leads_to(tmp_path):
+    real, link = tmp_path / "real.txt", tmp_path / "link.txt"
+    real.write_text("old")
+    link.symlink_to(real)
+    write_text(link, "new")
+    assert link.is_symlink()
+    assert real.read_text() == "new"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.txt", "real.txt"]
+
+
+def test_an_output_into_a_pipe_goes_to_its_reader_and_leaves_the_pipe(tmp_path):
+    pipe, content, got = tmp_path / "pipe", bytes(range(256)) * 4096, []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: got.append(pipe.read_bytes()))
+    handle = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    reader.start()
+    write_bytes(pipe, content)
+    os.close(handle)
+    reader.join(10)
+    assert got == [content]
+    assert pipe.is_fifo()
+
+
+def test_an_output_into_a_pipe_that_nobody_reads_is_an_error_and_no_wait(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="No such device"):
+        write_bytes(tmp_path / "pipe", b"a")
+    with pytest.raises(InputError, match="it is a directory"):
+        write_bytes(tmp_path, b"a")
+
+
+def test_a_device_stays_a_device():
+    write_text("/dev/null", "text")
+    assert not os.path.isfile("/dev/null")
+    with pytest.raises(OSError, match="No space"):
+        write_text("/dev/full", "text")

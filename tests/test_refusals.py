@@ -1,0 +1,122 @@
+"""What was once a traceback or a long wait is one line, and work is done also where nobody hears of it."""
+
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import asympk as ap
+from asympk.errors import InputError, UnknownName
+
+SCENE = ap.Scene(sigma=1, mu="1e-3", start=(0, "0.2", -1), until=2)
+TINY = ap.Scene(sigma=1, mu="1e-400", start=(0, "0.2", -1), until=2)
+LINE = ["solve", "--sigma", "1", "--mu", "1e-3", "--start", "0", "0.2", "-1", "--until", "2"]
+NEAR = 'sigma = 1\nmu = 1e-3\nuntil = 1\nnear = {manifold = ["Pi2"], x = 0, offset = 0, z = 1}'
+SWEEP = "seed = 1\ncount = 6\nchunk = 2\nsigma = 1\nmu = 1e-3\nstart = [{uniform = [-1, 1]}, 0.2, -1]\nuntil = 1\n"
+
+
+def _asympk(*arguments, **options):
+    command = [sys.executable, "-m", "asympk", *arguments]
+    return subprocess.run(command, text=True, timeout=100, check=False, **{"capture_output": True, **options})
+
+
+def _in_one_line(run):
+    assert run.returncode == 2
+    assert run.stderr.startswith("asympk")
+    assert run.stderr.count("\n") == 1
+    assert len(run.stderr) < 300
+    return run.stderr
+
+
+@pytest.mark.parametrize("method", ["jump", "slow", "rigid", "exact"])
+@pytest.mark.parametrize("digits", [-5, 0, 1.5, True, "30", 10**6, 10**30, [30]])
+def test_digits_of_any_kind_are_a_whole_number_or_refused(method, digits):
+    with pytest.raises(InputError, match=r"digits = .*: it must be a whole number from 1 to 1000"):
+        ap.solve(SCENE, method, digits=digits)
+
+
+@pytest.mark.parametrize("method", ["exact", "jump", "rk45", "lsoda", "tanh", "sign", "moreau"])
+def test_a_mu_below_the_doubles_is_refused_by_every_method_in_doubles(method):
+    with pytest.raises(InputError, match="mu"):
+        ap.solve(TINY, method)
+    with pytest.raises(InputError, match="mu"):
+        ap.least_model(TINY)
+
+
+@pytest.mark.parametrize("method", [[], {}, None, 3, ["exact"]])
+def test_a_method_is_a_name(method):
+    with pytest.raises(UnknownName, match="method"):
+        ap.solve(SCENE, method)
+    with pytest.raises(UnknownName, match="method"):
+        ap.solve_many(1, 1e-3, 0, 0.2, -1, 2, method=method)
+
+
+@pytest.mark.parametrize("method", ["exact", "jump", "rk45", "moreau"])
+@pytest.mark.parametrize("t", [1j, [1j], [[1], [1, 2]], "one", None, np.ma.array([0.0, 1.0], mask=[0, 1])], ids=repr)
+def test_a_path_at_what_is_no_time_is_refused(method, t):
+    with pytest.raises(InputError, match=r"^t"):
+        ap.solve(SCENE, method)(t)
+
+
+@pytest.mark.parametrize("method", ["exact", "jump"])
+def test_masks_and_too_many_dimensions_are_refused(method):
+    for x in (np.ma.array([0.0, 1.0], mask=[0, 1]), [np.ma.array([0.0, 1.0], mask=[0, 1])]):
+        with pytest.raises(InputError, match="x is masked"):
+            ap.solve_many(1, 1e-3, x, 0.2, -1, 2, method=method)
+    with pytest.raises(InputError, match="x has 64 dimensions; give an array of at most 30"):
+        ap.solve_many(1, 1e-3, np.zeros((1,) * 64), 0.2, -1, 2, method=method)
+    assert ap.solve_many(1, 1e-3, np.zeros((1,) * 30), 0.2, -1, 2, method=method).final.shape == (3,) + (1,) * 30
+
+
+def test_an_array_with_nothing_masked_is_taken():
+    x = np.ma.array([0.0, 1.0], mask=[0, 0])
+    assert (ap.solve_many(1, 1e-3, x, 0.2, -1, 2).final == ap.solve_many(1, 1e-3, x.data, 0.2, -1, 2).final).all()
+
+
+def test_numbers_of_a_million_digits_are_refused_in_a_line(tmp_path):
+    for name in ("sigma", "mu", "until"):
+        with pytest.raises(InputError, match=r"\(int of very many digits\): it must be finite"):
+            ap.Scene(**{"sigma": 1, "mu": 1, "start": (0, 0, 1), "until": 1, name: 10**1_000_000})
+    assert "it must be a whole number" in _in_one_line(_asympk(*LINE, "--digits", "9" * 100_000))
+
+
+def test_a_start_beside_a_list_of_planes_is_refused(tmp_path):
+    (tmp_path / "near.toml").write_text(NEAR)
+    with pytest.raises(InputError, match=r"manifold = \['Pi2'\]: it must be one of Pi1, Pi2"):
+        ap.read_scene(tmp_path / "near.toml")
+
+
+def test_a_backend_that_matplotlib_does_not_know_is_one_line(tmp_path):
+    run = _asympk(*LINE, "--plot", str(tmp_path / "a.png"), env={**os.environ, "MPLBACKEND": "nonsense"})
+    assert "unset MPLBACKEND" in _in_one_line(run)
+
+
+def test_help_prints_in_any_character_set():
+    plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    run = _asympk("--help", env=plain)
+    assert run.returncode == 0
+    assert "Klein" in run.stdout
+
+
+@pytest.mark.parametrize("closed", ["2>&-", "2>/dev/full"])
+def test_the_work_is_done_and_the_status_right_where_stderr_takes_nothing(tmp_path, closed):
+    (tmp_path / "sweep.toml").write_text(SWEEP)
+    for line, status in ((" ".join(LINE), 0), (" ".join(LINE) + " --mu -1", 2), ("solve --nope", 2),
+                         ("sweep sweep.toml --out out", 0)):  # fmt: skip
+        run = subprocess.run(f"{sys.executable} -m asympk {line} {closed}", shell=True, cwd=tmp_path,
+                             capture_output=True, timeout=100, check=False)  # fmt: skip
+        assert run.returncode == status
+    assert len([*(tmp_path / "out").glob("chunk-*")]) == 3
+
+
+@pytest.mark.parametrize("address", ["nope", "http://x", "", "tcp://127.0.0.1:1", "nope:99999"])
+def test_a_scheduler_that_is_not_there_is_one_line_at_once(tmp_path, address):
+    pytest.importorskip("distributed")
+    (tmp_path / "sweep.toml").write_text(SWEEP)
+    begun = time.monotonic()
+    run = _asympk("sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--dask", address)
+    assert "--dask" in _in_one_line(run)
+    assert time.monotonic() - begun < 5
