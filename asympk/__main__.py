@@ -158,6 +158,12 @@ def _parser():
     certify.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
     certify.add_argument("--json", action="store_true")
 
+    mechanism = commands.add_parser("mechanism", help="tell a mechanism's paradox, and the jump through it")
+    mechanism.set_defaults(run=_mechanism)
+    mechanism.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
+    mechanism.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
+    mechanism.add_argument("--plot", metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
+
     bench = commands.add_parser("bench", help="measure speed as ratios in one run")
     bench.set_defaults(run=_bench)
     return parser
@@ -190,7 +196,7 @@ def _scene_file(options):
     numbers = {name: value for name, value in numbers.items() if value is not None}
     if options.scene is not None:
         found = load(options.scene)
-        return SceneFile(changed(found, numbers), found.about, found.units)
+        return SceneFile(changed(found, numbers), found.about)
     missing = [f"--{name}" for name in ("sigma", "mu", "start", "until") if name not in numbers]
     if missing:
         raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that ship")
@@ -273,31 +279,16 @@ def _export(options):
 def _solve(options):
     from asympk.methods import solve
     from asympk.output.terminal import path_as_json, path_as_text
-    from asympk.pictures.trace import frame_of, plot, write_csv
 
-    found = _scene_file(options)
-    units = _units(found) if options.physical else None
     given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
-    path = solve(found.scene, options.method, **{name: value for name, value in given.items() if value is not None})
-    if units:
-        from asympk.scenes.units import physical
-
-        path = physical(path, units)
-    frame = frame_of(units)
+    path = solve(_scene_file(options).scene, options.method, **{k: v for k, v in given.items() if v is not None})
+    if options.physical:
+        path = path.physical()
     if options.csv:
-        write_csv(options.csv, path, frame)
+        path.to_csv(options.csv)
     if options.plot:
-        plot(options.plot, path, frame)
-    columns = frame.columns[:4] if units else None
-    print(path_as_json(path, options.digits) if options.json else path_as_text(path, columns, options.digits))
-
-
-def _units(found):
-    from asympk.errors import InputError
-
-    if not found.units:
-        raise InputError("--physical: the scene has no physical quantities; give a file with m, P, f, alpha, l, k, h")
-    return found.units
+        path.plot(options.plot)
+    print(path_as_json(path, options.digits) if options.json else path_as_text(path, options.digits))
 
 
 def _least(options):
@@ -350,10 +341,30 @@ def _prove_scene(options):
     from asympk.output.terminal import certificates_as_json, certificates_as_text
 
     box = {name: ends for name, *ends in options.box or ()}
-    scene = _scene_file(options)
+    scene = _scene_file(options).scene
     found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
     return 0 if all(one.proven for one in found) else 1
+
+
+def _mechanism(options):
+    from asympk.output.mechanisms import catalogue_as_text, changes, load, mechanism_as_text
+
+    if options.name is None:
+        print(catalogue_as_text())
+        return
+    described = load(options.name).changed(changes(options.set))
+    if options.plot:
+        from asympk.pictures import sheets
+        from asympk.pictures.motions import motion_plot
+
+        sheet = sheets()
+        sheet.suffix_of(options.plot)
+        with sheet.in_style():
+            sheet.kept(motion_plot(described), options.plot)
+        print(f"wrote {options.plot}")
+        return
+    print(mechanism_as_text(described))
 
 
 def _bench(options):

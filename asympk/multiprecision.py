@@ -41,15 +41,6 @@ def in_context(m, value):
     return m.mpf(value)
 
 
-def times(value, ratio, bits):
-    """Return a number of many digits times a Fraction, rounded once to ``bits``, as one of mpmath's own."""
-    from mpmath import mp
-    from mpmath.libmp import from_int, mpf_div, mpf_mul
-
-    product = mpf_mul(value._mpf_, from_int(ratio.numerator))
-    return mp.make_mpf(mpf_div(product, from_int(ratio.denominator), bits, "n"))
-
-
 def as_mpf(value):
     """Return a number of a private context as one of mpmath's own, with all its digits."""
     import mpmath

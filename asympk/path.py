@@ -2,7 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from asympk.doors import through
+from asympk.shown import Card, ShownAsTable, number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 MODES = ("slip_same", "slip_opposite", "stick")
 KINDS = ("force_zero", "velocity_zero", "slip_onset")  # those of the rod
@@ -18,48 +26,100 @@ class Event(NamedTuple):
 
     kind: str
     t: Any
-    state: tuple
+    state: tuple[Any, ...]
     friction: int = 0
 
     @property
-    def x(self):
+    def x(self) -> Any:
         """The elastic reaction of the rod, the first state."""
         return self.state[0]
 
     @property
-    def y(self):
+    def y(self) -> Any:
         """The rate of the elastic reaction, the second state."""
         return self.state[1]
 
     @property
-    def z(self):
+    def z(self) -> Any:
         """The velocity of the rough mass, the third state."""
         return self.state[2]
 
 
-@dataclass(frozen=True)
-class Path:
+@dataclass(frozen=True, repr=False)
+class Path(ShownAsTable):
     """A trajectory on [0, until]: events in order of time, and the mode before, between and after them.
 
     ``final`` is the state at ``until`` in the order of ``names``, (x, y, z) for the rod; ``modes`` is one longer than
     ``events``; calling the path at times ``t`` gives an array of shape ``(n,) + t.shape``. ``error`` is an estimate of
     the error of ``final``, relative to the largest of 1, |x|, |z|, or None when the model makes none.
     ``info`` is what the model tells of its own run; an integrator gives "status", "reached", "work" and "options".
+    Paths are equal when scene, model, states, events and modes are.
     """
 
     scene: Any
     model: str
-    final: tuple
+    final: tuple[Any, ...]
     events: tuple[Event, ...]
     modes: tuple[str, ...]
-    at: Callable = field(repr=False)
+    at: Callable[[Any], Any] = field(repr=False, compare=False)
     error: Any = None
-    info: Mapping = field(default_factory=dict)
+    info: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
-    def __call__(self, t):
+    def __call__(self, t: Any) -> Any:
         return self.at(t)
 
     @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
         """The names of the states, in the order of ``final``."""
         return self.scene.names
+
+    @property
+    def end(self) -> Any:
+        """The time of ``final``: ``until``, or the time reached by a run that stopped before."""
+        return self.info.get("reached", self.scene.until)
+
+    def plot(self, file: str | File | None = None) -> "Figure":
+        """Draw every state against time, modes as shades and events as marks; return the matplotlib ``Figure``.
+
+        A ``file`` that ends in .pdf, .svg or .png is written too. Raises ``InputError`` for another kind of file,
+        ``MissingPackage`` where matplotlib is not installed.
+        """
+        return through("Path.plot", self, file)
+
+    def frame(self, samples: int | None = None) -> "DataFrame":
+        """Return a pandas ``DataFrame`` of t, the states, and the mode, dense at the events.
+
+        There are some ``samples`` rows, by default 4000, or 400 where the numbers have digits.
+
+        Raises ``MissingPackage`` where pandas is not installed.
+        """
+        return through("Path.frame", self, samples)
+
+    def to_csv(self, file: str | File, samples: int | None = None) -> File:
+        """Write the rows of ``frame`` to a CSV file and return its name; pandas is not needed."""
+        return through("Path.to_csv", self, file, samples)
+
+    def physical(self) -> "Path":
+        """Return the path told in physical quantities, where its scene was: (R_1, R_1', u) over the time in seconds.
+
+        Raises ``InputError`` where the scene has no physical quantities.
+        """
+        return through("Path.physical", self)
+
+    def _repr_html_(self) -> str:
+        return through("Path._repr_html_", self)
+
+    def _card(self) -> Card:
+        title = f"Path of {self.scene.name or 'a scene'} by {self.model!r}: {len(self.events)} events"
+        begins = [("start", 0), *((event.kind, event.t) for event in self.events)]
+        rows = [(f"t = {float(t):.8g}", f"{kind} -> {mode}")
+                for (kind, t), mode in zip(begins, self.modes, strict=True)]  # fmt: skip
+        final = [(f"{name}({float(self.end):.6g})", number(value))
+                 for name, value in zip(self.names, self.final, strict=True)]  # fmt: skip
+        return Card(title, (*_few(rows, 5), *_few(final, 4)))
+
+
+def _few(rows: list, most: int) -> list:
+    if len(rows) <= most:
+        return rows
+    return [*rows[: most - 2], ("...", f"{len(rows) - most + 1} more"), rows[-1]]

@@ -5,15 +5,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from asympk.doors import through
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import number, short
+from asympk.rodmodes import coefficients
+from asympk.shown import Card, ShownAsTable
+from asympk.shown import number as shown
 
 # manifold -> (mode that holds it, sign of s z in that mode)
 MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}
 
 
-@dataclass(frozen=True)
-class Scene:
+@dataclass(frozen=True, repr=False)
+class Scene(ShownAsTable):
     """One trajectory to follow: parameters, start and horizon.
 
     Without ``system`` it is the Painlevé-Klein rod in nondimensional quantities: ``start`` is (x, y, z) = (rho, rho',
@@ -21,7 +25,8 @@ class Scene:
     parameters and ``start`` its states, by symbol or by name, to numbers; they are kept as tuples in the order of
     ``system.parameters`` and ``system.states``. Numbers are int, float, Fraction, Decimal, str ("0.2" means 1/5) or
     mpf, and are kept without rounding: int and float as they are, all others as Fraction. ``near_to`` is set by
-    ``Scene.near`` alone. Raises ``InputError``.
+    ``Scene.near`` alone, ``rod`` by ``Scene.physical``: the physical quantities, kept while the numbers are theirs.
+    Raises ``InputError``.
     """
 
     sigma: Any = None
@@ -33,8 +38,9 @@ class Scene:
     near_to: tuple | None = None
     system: Any = None
     values: Any = None
+    rod: Any = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = object.__setattr__
         if self.system is not None:
             self._place()
@@ -47,8 +53,10 @@ class Scene:
         static = self.sigma if self.sigma0 is None else self.sigma0
         put(self, "sigma0", number("sigma0", static, lambda v: v >= self.sigma, f"at least sigma = {self.sigma}"))
         put(self, "start", _triple(self.start))
+        if self.rod is not None and self.rod.numbers != (self.sigma, self.mu, self.sigma0, *self.start, self.until):
+            put(self, "rod", None)
 
-    def _place(self):
+    def _place(self) -> None:
         put = object.__setattr__
         if not hasattr(self.system, "placed"):
             raise InputError(f"system = {short(self.system)}: it must be a System; build it with ap.System")
@@ -60,12 +68,39 @@ class Scene:
         put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
 
     @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
         """The names of the states, in the order of ``start``."""
         return ("x", "y", "z") if self.system is None else tuple(s.name for s in self.system.states)
 
+    @property
+    def combinations(self) -> tuple[tuple[str, tuple], ...]:
+        """Linear combinations of the states that are told beside them, as (name, coefficients): the rod's load."""
+        return (("s", (1, 1, 0)),) if self.system is None else ()
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of time and states by name; empty, since a scene is told without dimensions."""
+        return {}
+
     @classmethod
-    def near(cls, manifold, *, x, offset, z, sigma, mu, until, sigma0=None, name=""):
+    def physical(
+        cls, *, m: Any, P: Any, f: Any, alpha: Any, l: Any, k: Any, h: Any, start: Any, until: Any, f0: Any = None,
+        name: str = "",
+    ) -> "Scene":
+        r"""Tell the rod in physical quantities: ``path.physical()`` tells the path in them again.
+
+        Mass m (kg), force P (N), friction coefficients f and f0 (static, by default f), angle alpha (rad, or
+        "60 deg"), length l (m), stiffness k (N) and damping h (s/m); ``start`` is (R_1, R_1', u) in N, N/s and m/s,
+        ``until`` in s. Other consistent units do as well. Raises ``InputError``.
+        """
+        given = {"m": m, "P": P, "f": f, "f0": f if f0 is None else f0, "alpha": alpha, "l": l, "k": k, "h": h}
+        return through("Scene.physical", given, start, until, name)
+
+    @classmethod
+    def near(
+        cls, manifold: str, *, x: Any, offset: Any, z: Any, sigma: Any, mu: Any, until: Any, sigma0: Any = None,
+        name: str = "",
+    ) -> "Scene":
         r"""Start at ``s = s_slow(x) + offset``, relative to the exact slow line of ``"Pi1"`` or ``"Pi2"``.
 
         The slow line of a mode ``mu y' = 1 - b s`` is ``y = lambda (x - 1/b)`` with the slow root ``lambda`` of
@@ -85,9 +120,21 @@ class Scene:
             raise InputError(f"z = {z}: {where}, z must be {side}")
         return scene
 
+    def _card(self) -> Card:
+        kind = "of the Painlevé-Klein rod" if self.system is None else "of a System"
+        if self.rod is not None:
+            return Card(f"Scene {self.name or kind} in physical quantities", self.rod.rows)
+        given = {"sigma": self.sigma, "mu": self.mu, "sigma0": self.sigma0}
+        if self.system is not None:
+            given = {s.name: v for s, v in zip(self.system.parameters, self.values, strict=True)}
+        start = ", ".join(f"{name} = {shown(value)}" for name, value in zip(self.names, self.start, strict=True))
+        rows = [(name, shown(value)) for name, value in given.items()]
+        rows += [("start", start), ("until", shown(self.until))]
+        return Card(f"Scene {self.name + ' ' if self.name else ''}{kind}", tuple(rows))
 
-def _slow_y(manifold, sigma, mu, x):
-    b = sigma + 4 if manifold == "Pi1" else -sigma
+
+def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
+    _, b = coefficients(MANIFOLDS[manifold][0], sigma)
     if b == 0 or 0 < b <= 4 * mu:
         where = f"{manifold} has no slow line at sigma = {sigma}, mu = {mu}"
         raise NoManifold(f"{where}: with b = {b} it needs 4 mu < b, or b < 0")
@@ -103,7 +150,7 @@ def in_doubles(scene: Scene) -> tuple[float, float, float]:
     return sigma, sigma0, mu
 
 
-def _triple(start):
+def _triple(start: Any) -> tuple:
     try:
         values = () if isinstance(start, str) else tuple(start)
     except TypeError:

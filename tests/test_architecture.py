@@ -14,9 +14,9 @@ PACKAGE = Path(asympk.__file__).parent
 
 # from left to right: a part imports only from itself and from parts to its left
 ARROW = (
-    "errors", "numbers", "multiprecision", "formulas", "storage", "path", "scene", "symbolic", "automaton",
-    "mechanics", "systems", "flow", "affine", "arrays", "asymptotics", "integrators", "scenes", "certify", "methods",
-    "sweep", "studies", "ledger", "pictures", "output", "__main__",
+    "errors", "numbers", "rodmodes", "multiprecision", "digits", "doors", "shown", "formulas", "storage", "path",
+    "many", "scene", "symbolic", "automaton", "mechanics", "systems", "flow", "affine", "arrays", "asymptotics",
+    "integrators", "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output", "__main__",
 )
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
 

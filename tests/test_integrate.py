@@ -9,12 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 from peers import here
 
 import asympk as ap
+from asympk import rodmodes
 from asympk.errors import InputError, MissingPackage, OutOfRange, Unfinished, UnknownName
 from asympk.integrators.integrate import FAMILIES, FINISHED, PEERS, absent
 from asympk.symbolic.branches import Phase
+from asympk.systems import painleve_klein
 from asympk.systems.automata import automaton_of
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
@@ -168,3 +171,20 @@ def test_unknown_solvers_and_steps_are_refused_by_name():
         ap.solve(scene("i", 0.1), method="moreau", step=0)
     with pytest.raises(UnknownName, match="rk46"):
         ap.solve(scene("i", 0.1), method="rk46")
+
+
+@pytest.mark.parametrize("name", ["slip_same", "slip_opposite", "stick"])
+def test_the_modes_of_the_rod_in_numbers_are_those_of_its_derived_system(name):
+    system, (sigma, mu) = painleve_klein.system(), sp.symbols("sigma mu", real=True)
+    mode, (x, y, z) = system.mode(name), system.states
+    named = {s: {"sigma": sigma, "mu": mu}.get(s.name, s) for s in system.parameters}
+    a, b = rodmodes.coefficients(name, sigma)
+    assert sp.expand(mode.fast[y].subs(named) - (a - b * (x + y))) == 0
+    assert sp.expand(mode.slow[z].subs(named) - (a - (b - 1) * (x + y)) * int(name != "stick")) == 0
+    assert {rodmodes.mode_name(*signs) for signs in ((1, 1), (-1, 1), (1, 0))} == {m.name for m in system.modes}
+
+
+def test_the_edges_of_stick_in_numbers_are_those_of_the_derived_system():
+    sigma0 = next(s for s in painleve_klein.system().parameters if s.name == "sigma0")
+    assert ap.stick_regions(painleve_klein.system()).edges == (
+        rodmodes.positive_edge(sigma0), rodmodes.other_edge(sigma0))  # fmt: skip

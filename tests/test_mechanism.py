@@ -172,3 +172,25 @@ def test_values_that_are_missing_or_wrong_are_named(values, error, match):
     with pytest.raises(error, match=match) as caught:
         slender_rod().motions(values)
     assert "\n" not in str(caught.value)
+
+
+def test_a_mechanism_of_three_freedoms_typed_in_by_a_new_user_is_followed_through_its_paradox():
+    """A ladder: a slender rod, its foot on a rough floor, by its foot (x, y) and its lean; pushed by P at its foot."""
+    x, y, lean = dynamicsymbols("x y lean")
+    rough, P = sp.symbols("f P", positive=True)
+    centre = x + sp.sin(lean), y + sp.cos(lean)
+    kinetic = (centre[0].diff(T) ** 2 + centre[1].diff(T) ** 2 + lean.diff(T) ** 2 / 3) / 2
+    floor = ap.Contact(gap=y, slip=x, friction=rough, unilateral=True)
+    ladder = ap.Mechanism.from_lagrangian(kinetic - centre[1], (x, y, lean), contact=floor, forces={x: P})
+    assert ladder.least_critical_friction("lean").friction == sp.Rational(4, 3)
+    start = {"x": 0, "y": 0, "lean": "0.46", "x'": -1, "y'": 0, "lean'": 0, "f": 2, "P": "1/10"}
+    assert ladder.motions(start) == ()
+    c = sp.Symbol("c", positive=True)
+    system = ladder.elastic(compliance=c, damping=sp.Rational(1, 2))
+    values = {"f": 2, "P": "1/10", "c": "1e-6"}
+    path = ap.solve(ap.Scene(system=system, values=values, start=ladder.start(system, start), until="1e-3"))
+    assert path.modes[:2] == ("slip_opposite", "stick")
+    law = ladder.jump_law(damping=sp.Rational(1, 2))
+    after = dict(zip(map(str, path.names), map(float, path.final), strict=True))
+    assert after["lean'"] == pytest.approx(float(ladder.evaluate(law.velocities[lean.diff(T)], start)), abs=5e-3)
+    assert after["x_"] == pytest.approx(float(ladder.evaluate(law.reaction, start)), abs=5e-3)

@@ -12,8 +12,8 @@ import pytest
 import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
-from asympk.pictures.trace import plot, trace
-from asympk.scenes import scenefile, units
+from asympk.pictures.trace import trace
+from asympk.scenes import scenefile
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}  # fmt: skip
@@ -57,21 +57,21 @@ def test_conversion_keeps_a_hundred_digits(tmp_path):
 
 def test_converting_there_and_back_returns_the_start(tmp_path):
     found = scenefile.load(_file(tmp_path, ROD))
-    given = (*found.units.state(*found.scene.start), found.units.moment(found.scene.until))
+    given = (*found.scene.rod.units.state(*found.scene.start), found.scene.rod.units.moment(found.scene.until))
     assert [float(v) for v in given] == pytest.approx([1, -3, -0.1, 0.03], rel=1e-15)
 
 
 def test_velocity_comes_back_in_units_of_the_force_acting_for_one_unit_of_time(tmp_path):
     found = scenefile.load(_file(tmp_path, {**ROD, "start": "[0, 0, 1]"}))
     path = ap.solve(found.scene)
-    told = units.physical(path, found.units)
+    told = path.physical()
     assert float(told.final[2]) == pytest.approx(path.final[2] * 10 * (0.02 * 0.5) / 2, rel=1e-15)
     assert float(told.scene.until) == pytest.approx(0.03, rel=1e-15)
 
 
 def test_physical_digits_survive_the_way_back(tmp_path):
     found = scenefile.load(_file(tmp_path, ROD))
-    coarse, fine = (units.physical(ap.solve(found.scene, digits=d), found.units).final[0] for d in (40, 60))
+    coarse, fine = (ap.solve(found.scene, digits=d).physical().final[0] for d in (40, 60))
     assert 0 <= abs(coarse - fine) < abs(fine) * mpmath.mpf(10) ** -38
 
 
@@ -197,21 +197,26 @@ def test_samples_resolve_every_layer():
     assert len(trace(path)) < 5000
 
 
+def _drawn(path, file):
+    path.plot(file)
+    return file.read_bytes()
+
+
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_a_plot_is_the_same_bytes_every_time(tmp_path, suffix):
     path = ap.solve(ap.read_scene("collisions"))
-    first, second = (plot(tmp_path / f"{n}{suffix}", path).read_bytes() for n in "ab")
+    first, second = (_drawn(path, tmp_path / f"{n}{suffix}") for n in "ab")
     assert first == second
     assert len(first) > 5000
 
 
 def test_a_plot_of_another_kind_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"one of \.pdf, \.svg, \.png"):
-        plot(tmp_path / "a.gif", ap.solve(ap.read_scene("forward")))
+        ap.solve(ap.read_scene("forward")).plot(tmp_path / "a.gif")
 
 
 def test_without_matplotlib_the_error_gives_the_pip_line(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingPackage, match=r"pip install 'asympk\[plot\]'"):
-        plot(tmp_path / "a.png", ap.solve(ap.read_scene("forward")))
+        ap.solve(ap.read_scene("forward")).plot(tmp_path / "a.png")
     assert list(tmp_path.iterdir()) == []

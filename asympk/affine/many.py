@@ -18,6 +18,7 @@ from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError
+from asympk.many import Many
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, Phase
 
@@ -41,8 +42,8 @@ class Events(NamedTuple):
     friction: np.ndarray
 
 
-@dataclass(frozen=True)
-class Ensemble:
+@dataclass(frozen=True, repr=False, eq=False)
+class Ensemble(Many):
     """What became of many trajectories: ``final`` (n, ...) in the order of ``names``, ``n_events`` (...)."""
 
     names: tuple[str, ...]

@@ -4,7 +4,7 @@ A run in doubles keeps account of its own rounding. Where that may show, or a si
 refined, or the flow followed anew, on mpmath numbers, and the result is rounded from there.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from numbers import Integral
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ from asympk.affine.swift import Swift
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
+from asympk.digits import carried
 from asympk.errors import InputError, OutOfRange, TooLarge, TooManyEvents, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.path import Path
@@ -29,6 +30,7 @@ SPARE_DIGITS = 30
 MOST_SPARE = 300
 DIGITS_OF_DOUBLES = 17
 LARGEST_DOUBLE = 308
+SHOWN_OF_ERRORS = 3
 TRUSTED = 5e-14
 TOLD = 1e-8  # an estimated error up to which the order of events in doubles stands
 ROUNDED = 2.0**-53
@@ -69,8 +71,9 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
 def _in_digits(case, digits):
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    course, error = _certified(case._replace(known=_known(case)), int(digits))
-    return _path(case, int(digits), course, _mpf, _mpf(error))
+    digits = int(digits)
+    course, error = _certified(case._replace(known=_known(case)), digits)
+    return _path(case, digits, course, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
 
 
 class Case(NamedTuple):
@@ -243,9 +246,3 @@ def _double(value):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
                        "ask for digits=, or a smaller until")  # fmt: skip
     return rounded
-
-
-def _mpf(value):
-    import mpmath
-
-    return mpmath.mp.make_mpf(value._mpf_)

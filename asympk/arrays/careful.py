@@ -11,6 +11,7 @@ import numpy as np
 
 from asympk.arrays.motions import Separate, Smooth
 from asympk.flow.legs import MOST_EVENTS
+from asympk.rodmodes import coefficients, other_edge, positive_edge
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 AGREED = 2e-14
@@ -109,7 +110,8 @@ class _Flight:
     def groups(self, live):
         """Yield (which of the live rows, form of the motion, a, b) for those that stick, or slip, in one form."""
         side, sigma = self.z_sign[live] * self.s_sign[live], self.sigma[live]
-        b = np.where(side == 0, 1, np.where(side > 0, sigma + 4, -sigma))
+        stick, same, opposite = (coefficients(name, sigma)[1] for name in ("stick", "slip_same", "slip_opposite"))
+        b = np.where(side == 0, stick, np.where(side > 0, same, opposite))
         k = self.mu[live] / b
         apart = (k >= -2) & (k <= 0.125)
         for inside, a in ((side == 0, 0), (side != 0, 1)):
@@ -170,9 +172,9 @@ class _Flight:
 
 def edges(sigma0, s):
     """Return the edges (near zero, far from zero) of the static cone's part on the side of s, or inf."""
-    lower = np.where(sigma0 == -1, np.inf, -1 / (sigma0 + 1))
+    lower = np.where(sigma0 == -1, np.inf, other_edge(sigma0))
     left = np.where(sigma0 > -1, lower, -np.inf)
-    return np.where(s < 0, left, 1 / (sigma0 + 3)), np.where((s > 0) & (sigma0 < -1), lower, np.inf)
+    return np.where(s < 0, left, positive_edge(sigma0)), np.where((s > 0) & (sigma0 < -1), lower, np.inf)
 
 
 def _sticks(sigma0, s):

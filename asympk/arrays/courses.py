@@ -32,6 +32,7 @@ from asympk.arrays.kernels import (
     velocity_zero,
     velocity_zero_slowly,
 )
+from asympk.rodmodes import coefficients, other_edge, positive_edge
 
 SAFE = 1e-10
 NEAR = 1e-6
@@ -57,23 +58,27 @@ class Setting:
 
     @cached_property
     def same(self):
-        return mode(1.0, self.sigma + 4, self.mu)
+        return self._mode("slip_same")
 
     @cached_property
     def opposite(self):
-        return mode(1.0, -self.sigma, self.mu)
+        return self._mode("slip_opposite")
 
     @cached_property
     def stick(self):
-        return mode(0.0, 1.0, self.mu)
+        return self._mode("stick")
+
+    def _mode(self, name):
+        a, b = coefficients(name, self.sigma)
+        return mode(1.0 * a, 1.0 * b, self.mu)
 
     @cached_property
     def upper_edge(self):
-        return 1 / (self.sigma0 + 3)
+        return positive_edge(self.sigma0)
 
     @cached_property
     def lower_edge(self):
-        return -1 / (self.sigma0 + 1)
+        return other_edge(self.sigma0)
 
     @cached_property
     def steep(self):

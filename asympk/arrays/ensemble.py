@@ -21,6 +21,7 @@ from asympk.arrays.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.flow import exact
 from asympk.flow.legs import MOST_EVENTS
+from asympk.many import Many, axes_of
 from asympk.path import KINDS
 from asympk.scene import Scene
 
@@ -44,8 +45,8 @@ class Events(NamedTuple):
     z: np.ndarray
 
 
-@dataclass(frozen=True)
-class Ensemble:
+@dataclass(frozen=True, repr=False, eq=False)
+class Ensemble(Many):
     """What became of many trajectories: ``final`` (3, ...), ``n_events`` and ``outcome`` of the broadcast shape (...).
 
     ``outcome`` is an index of ``outcomes``, the words; where it is not 0, "followed", ``final`` is NaN, ``n_events`` is
@@ -101,6 +102,18 @@ class Ensemble:
         if not all(map(_equal, (again.final, again.count), there)):
             raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
         return _in_order(again.notes)
+
+    @property
+    def names(self):
+        """The names of the states."""
+        return ("x", "y", "z")
+
+    def _at_rest(self):
+        return self.final[2] == 0
+
+    def _axes(self):
+        shape, arguments = self._job
+        return axes_of(shape, {name: arguments[name].values for name in ORDER})
 
 
 def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None, strict=False):

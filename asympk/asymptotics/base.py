@@ -9,6 +9,7 @@ on the monomials of given degrees in each eta it is what A induces on them, up t
 of their degrees. So xi_k is a polynomial, found by linear algebra (``antiderivative``), and the base point is -xi_k(0).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 
@@ -18,8 +19,9 @@ from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.asymptotics.taylor import Taylor, along, as_taylor
-from asympk.errors import NotDerivable, OrderError
+from asympk.errors import NotDerivable, OrderError, UnknownName
 from asympk.symbolic.placing import place
+from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 3
 TAU = sp.Symbol("tau")
@@ -33,18 +35,24 @@ class BasePoint:
     symbols of the states stand. It is None where there is no closed form; ``at`` gives numbers for any system.
     """
 
-    system: object
+    system: System
     order: int
     states: sp.Dict | None
 
-    def __getitem__(self, state):
-        """Return the series of a slow state, by symbol or name; raises ``NotDerivable`` without a closed form."""
+    def __getitem__(self, state: sp.Symbol | str) -> Series:
+        """Return the series of a slow state, by symbol or name.
+
+        Raises ``NotDerivable`` where there is no closed form, ``UnknownName`` for what is no slow state.
+        """
         if self.states is None:
             raise NotDerivable("a base point has a closed form where g is affine and f polynomial in the fast states, "
                                "with several of them to order 1; use .at(values, start) for numbers")  # fmt: skip
-        return next(series for s, series in self.states.items() if str(state) in (s.name, str(s)))
+        found = {s.name: series for s, series in self.states.items()}
+        if str(state) not in found:
+            raise UnknownName(f"{state!s:.60} is not a slow state; the base point has {', '.join(found)}")
+        return found[str(state)]
 
-    def at(self, values, start, rtol=1e-10):
+    def at(self, values: Mapping, start: Mapping, rtol: float = 1e-10) -> dict[str, tuple[float, ...]]:
         """Return {name: (c_0, ..., c_n)}, the coefficients at numbers, by quadrature along the layer to ``rtol``.
 
         Raises ``InputError`` and ``OutOfRange``, the latter where the layer settles on no attracting branch.
@@ -58,7 +66,7 @@ class BasePoint:
         return {s.name: tuple(base[:, i].tolist()) for i, s in enumerate(self.system.slow)}
 
 
-def base_point(system, order=1):
+def base_point(system: System, order: int = 1) -> BasePoint:
     """Derive the ``BasePoint`` of a smooth slow-fast ``system`` to ``order``.
 
     In closed form to order 3 with one fast state and to order 1 with several, where g is affine in them and f a
@@ -66,7 +74,6 @@ def base_point(system, order=1):
     Raises ``OrderError``, and ``NotDerivable`` for a system that has no fast states.
 
     >>> x, y, mu = sp.symbols("x y mu")
-    >>> from asympk.symbolic.system import System
     >>> print(base_point(System.smooth(slow={x: -x + y}, fast={y: x - 2*y}, small=mu))[x])
     (x) + (-(x - 2*y)/4) mu + O(mu^2)
     """
@@ -121,23 +128,24 @@ class _Corrections:
 
     def base(self):
         """Return the coefficients of the base point, each a list by slow state."""
-        y, h = sp.Matrix(self.fast), list(self.mode.fast.values())
-        matrix = sp.Matrix(h).jacobian(y).subs(self.small, 0)
-        rest = sp.Matrix([g.subs(self.small, 0).subs(dict.fromkeys(self.fast, 0)) for g in h])
-        known = dict(zip(self.branch, (sp.cancel(-c) for c in matrix.LUsolve(rest)), strict=True))
-        at_start = {TAU: 0, **{e: s - b for e, s, b in zip(self.eta[0], self.fast, self.branch, strict=True)}} if (
-            self.eta) else {}  # fmt: skip
-        found = [list(self.slow)]
+        known = dict(zip(self.branch, self._critical(), strict=True))
+        at_start, found = {TAU: 0}, [list(self.slow)]
         for k in range(self.order):
+            heights = [self.motion[s][k].subs(TAU, 0) for s in self.fast]
+            begin = self.fast if k == 0 else [0] * len(heights)
+            at_start |= {e: s - c for e, s, c in zip(self.eta[k], begin, heights, strict=True)}
             self.rates |= dict(zip(self.eta[k], self._differences(self.mode.fast, k), strict=True))
             self.xi.append([self.antiderivative(rate) for rate in self._differences(self.mode.slow, k)])
             values = [-xi.subs(at_start, simultaneous=True).subs(known) for xi in self.xi[-1]]
             found.append([sp.factor(v) for v in values])
             known |= dict(zip(self.start[k], found[-1], strict=True))
-            if k + 1 < self.order:
-                heights = (self.motion[s][k + 1].subs(TAU, 0) for s in self.fast)
-                at_start |= {e: -c for e, c in zip(self.eta[k + 1], heights, strict=True)}
         return found
+
+    def _critical(self):
+        """Return the fast states on the critical manifold."""
+        force = sp.Matrix(list(self.mode.fast.values())).subs(self.small, 0)
+        rest = force.subs(dict.fromkeys(self.fast, 0))
+        return [sp.cancel(-c) for c in force.jacobian(self.fast).LUsolve(rest)]
 
     def antiderivative(self, expr):
         """Return the polynomial P, without a part free of the eta, that has D P = ``expr``."""

@@ -12,12 +12,13 @@ from asympk.asymptotics import composite
 from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
 from asympk.asymptotics.ranges import checks
 from asympk.errors import AsympkError, OutOfRange
+from asympk.shown import Card, ShownAsTable
 
 CHUNK = 1 << 15
 
 
-@dataclass(frozen=True)
-class Finals:
+@dataclass(frozen=True, repr=False, eq=False)
+class Finals(ShownAsTable):
     """States at the end and the error to expect of them, relative to the largest of 1, |x|, |z|.
 
     ``final`` has the shape (3, ...), ``error`` and ``reason`` the broadcast shape (...). Where the model refuses,
@@ -29,6 +30,14 @@ class Finals:
     error: Any
     reason: Any
     reasons: tuple[str, ...]
+
+    def _card(self):
+        import numpy as np
+
+        known = np.isfinite(self.error)
+        rows = [("shape", str(self.error.shape)), ("predicted", f"{known.sum()} of {known.size}")]
+        rows += [("largest error", f"{self.error[known].max():.1e}")] if known.any() else []
+        return Card(f"Finals by {self.model!r}", (*rows, *(("refused", reason) for reason in self.reasons)))
 
 
 def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="jump", *, order=None):

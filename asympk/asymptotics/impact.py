@@ -87,7 +87,7 @@ class Layers:
         if not met:
             return target, None
         distance, guard = min(met)
-        return y + direction * distance, guard
+        return y + direction * float(distance), guard
 
     def _stop(self, branch: Branch, t: float, state: tuple, side: float) -> tuple[Branch, tuple, list[Event]]:
         """Carry the state by the impulse of a load that grows on one ``side``, through the stop, and into stick."""
@@ -135,7 +135,7 @@ class Layers:
         values = np.array(mode.guard_values(t, at))
         slopes = np.array(mode.guard_values(t, self._with(state, 1.0))) - values
         roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
-        return side * 2 * (1 + max([*roots, *map(abs, state)]))
+        return side * 2 * (1 + float(max([*roots, *map(abs, state)])))
 
     def _with(self, state: tuple, y: float) -> tuple:
         return (*state[: self.fast], y, *state[self.fast + 1 :])

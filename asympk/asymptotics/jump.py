@@ -22,6 +22,7 @@ from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable, OrderError
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import follows
 from asympk.symbolic.truth import require
@@ -32,8 +33,8 @@ LOAD, OFFSET = sp.symbols("s delta", real=True)
 SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))
 
 
-@dataclass(frozen=True)
-class JumpMap:
+@dataclass(frozen=True, repr=False)
+class JumpMap(ShownAsFormulas):
     """The slow motion that a layer lands on, ``(x, z)`` at t = 0, as series whose coefficients are expressions.
 
     ``domain`` is the condition on start and parameters (as mu -> 0), the region, in which the map holds; ``sample`` is
@@ -77,6 +78,10 @@ class JumpMap:
     def t_leave(self):
         """The time at which stick ends."""
         return self._event("slip_onset").t
+
+    def _card(self):
+        rows = (("x", self.x), ("z", self.z), ("for", self.domain), ("lands on load", self.lands_on))
+        return Card(f"Jump map to order {self.order}: {' -> '.join(self.itinerary)}", rows)
 
     def _event(self, kind):
         for event in self.events:

@@ -5,6 +5,7 @@ to tau = 0 (``fibre``). A start whose layer does not settle on an attracting bra
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -54,7 +55,7 @@ class Landing:
         rates = _rates(self.formulas, self.x, self.values)
         return solve_ivp(rates, (0, self.end), series, "DOP853", **self.tolerances, dense_output=True).sol
 
-    def corrections(self, tau):
+    def corrections(self, tau: Any) -> np.ndarray:
         """Return X_k - S_k and Y_k - H_k at the array ``tau``: (order + 1, states) + tau.shape; 0 after the layer."""
         tau = np.asarray(tau, dtype=float)
         count, n = self.order + 1, len(self.x)
@@ -67,7 +68,9 @@ class Landing:
         return np.where(tau < self.end, series - np.tensordot(self._slow, powers, 1), 0.0)
 
 
-def land(formulas, order, x, y, values, rtol=1e-12, mu=1.0):
+def land(
+    formulas: Formulas, order: int, x: tuple, y: tuple, values: tuple, rtol: float = 1e-12, mu: float = 1.0
+) -> Landing:
     """Follow the layer from (x, y) with the parameters ``values``, and return the ``Landing`` to ``order``.
 
     The term k is right to ``rtol`` / mu**k: to ``rtol`` each, or as much of their sum at ``mu``.
@@ -84,7 +87,7 @@ def land(formulas, order, x, y, values, rtol=1e-12, mu=1.0):
     return Landing(formulas, order, x, y, values, branch, end, base, tolerances)
 
 
-def root(formulas, x, guess, values):
+def root(formulas: Formulas, x: tuple, guess: tuple, values: tuple) -> tuple | None:
     """Return the root b of g(x, b, 0) that Newton's method finds from ``guess``, or None."""
     b = np.array(guess, dtype=float)
     for _ in range(50):
@@ -97,7 +100,7 @@ def root(formulas, x, guess, values):
     return tuple(b.tolist()) if np.abs(step).max() <= 1e-13 * max(1, np.abs(b).max()) else None
 
 
-def newton(formulas, x, y, values):
+def newton(formulas: Formulas, x: tuple, y: Any, values: tuple) -> Any:
     """Return g_y^-1 g, or None where g_y is singular."""
     try:
         force = formulas.force(*x, *y, *values)
@@ -108,7 +111,7 @@ def newton(formulas, x, y, values):
         return None
 
 
-def abscissa(formulas, x, y, values):
+def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
     """Return the largest real part of an eigenvalue of g_y: negative where the branch attracts."""
     if len(y) == 1:
         return formulas.jacobian(*x, *y, *values)[0]
@@ -168,7 +171,7 @@ def _settled(solver, formulas, x, y, values, order):
                      f"fast time {solver.t:.6g} it is at y = {text(solver.y[: len(y)])}")  # fmt: skip
 
 
-def text(numbers):
+def text(numbers: Iterable[float]) -> str:
     """Return numbers for a message."""
     return ", ".join(f"{v:.6g}" for v in numbers)
 

@@ -9,14 +9,16 @@ A path carries the error that the first omitted terms predict. Where an expansio
 """
 
 import math
+from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 from asympk.asymptotics import composite
 from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.ranges import checks
 from asympk.asymptotics.replay import coefficient, model
+from asympk.digits import carried, context
 from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
-from asympk.multiprecision import as_mpf, context, in_context
 from asympk.numbers import number, numbers, objects, short, whole
 from asympk.path import Event, Path
 from asympk.scene import in_doubles
@@ -24,6 +26,7 @@ from asympk.scene import in_doubles
 HIGHEST_ORDER = 6
 MOST_DIGITS = 1000
 MOST_EXPONENT = 709.0
+SPARE = 10  # digits
 
 
 def _bounded(function):
@@ -55,7 +58,7 @@ def run(scene, method, *, order=None, digits=None):
         problems = checks(course, found, error, line, mu, until, m)
         words = next((words for holds, words in problems if not holds), None)
         if words is None:
-            return _path(scene, method, motion, error, until, m)
+            return _path(scene, method, motion, error, until, m, digits)
     except (OverflowError, ZeroDivisionError, ValueError):
         words = "the terms of the expansion have no finite value"
     raise OutOfRange(f"{words}: {_largest_of(sigma, mu, x, y, z)} is not small ({here}); use method='exact'")
@@ -119,33 +122,37 @@ def rigid_motions(line, velocity, sign):
     return [m for m, side in sides if side and side == (wanted or sign(line.acceleration(m)))]
 
 
-def _path(scene, method, motion, error, until, m):
+def _path(scene, method, motion, error, until, m, digits):
     final = composite.state(motion, until, m)
     turns = [turn for turn in motion.turns if turn.t < until]
     events = tuple(Event(t.kind, m.out(t[1]), tuple(map(m.out, t[2:5]))) for t in turns)
     modes = tuple(piece.mode for piece in motion.pieces[: len(turns) + 1])
-    return Path(scene, method, tuple(map(m.out, final)), events, modes, Dense(motion, until, m), m.out(error))
+    error = float(error) if digits is None else carried(error, 3)
+    return Path(scene, method, tuple(map(m.out, final)), events, modes, Dense(motion, until, digits), error)
 
 
+@dataclass(frozen=True)
 class Dense:
-    """The motion at any times in [0, until]: an array of shape ``(3,) + t.shape``."""
+    """The motion at any times in [0, until], in doubles or on ``digits`` digits: an array ``(3,) + t.shape``."""
 
-    def __init__(self, motion, until, m):
-        self.motion, self.until, self.m = motion, until, m
+    motion: Any
+    until: Any
+    digits: int | None = None
 
     def __call__(self, t):
         import numpy as np
 
-        if self.m is FLOATS:
+        if self.digits is None:
             times = numbers("t", t).astype(float)
         else:
             times = np.array([number("t", u) for u in objects("t", t).flat], dtype=object).reshape(np.shape(t))
         if not ((times >= 0) & (times <= self.until)).all():
             raise InputError(f"t = {short(t)}: it must be within [0, {self.until}]")
-        if self.m is FLOATS:
+        m = FLOATS if self.digits is None else _multiprecision(self.digits)
+        if m is FLOATS:
             with np.errstate(all="ignore"):
                 return np.stack(composite.states(self.motion, times, arrays()))
-        flat = [[self.m.out(v) for v in composite.state(self.motion, self.m.number(u), self.m)] for u in times.flat]
+        flat = [[m.out(v) for v in composite.state(self.motion, m.number(u), m)] for u in times.flat]
         return np.array(flat, dtype=object).T.reshape((3, *times.shape))
 
 
@@ -159,9 +166,9 @@ def arrays():
 
 
 def _multiprecision(digits):
-    m = context(digits + 10)
+    m = context(digits + SPARE)
     return SimpleNamespace(
-        number=lambda value: in_context(m, value),
-        out=lambda value: as_mpf(m.mpf(value)),
+        number=lambda value: carried(value, digits + SPARE),
+        out=lambda value: carried(value, digits),
         exp=m.exp, expm1=m.expm1, log=m.log, eps=m.eps, pick=composite.state, where=FLOATS.where,
     )

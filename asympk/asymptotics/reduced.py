@@ -8,7 +8,9 @@ slow rates meet, 4 mu |f_y h_x| = |largest real part|, as where a node turns to 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853, OdeSolution
@@ -33,7 +35,7 @@ class Reduced:
     values: tuple
     solution: OdeSolution = field(repr=False)
 
-    def states(self, t):
+    def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t``, for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)
         motions = self.solution(t.ravel()).reshape(len(self.orders), -1, t.size)
@@ -44,7 +46,17 @@ class Reduced:
         return np.array(found).reshape(len(self.orders), -1, *t.shape)
 
 
-def follow(formulas, orders, starts, slow, mu, values, until, rtol=1e-12, inside=None):
+def follow(
+    formulas: Formulas,
+    orders: tuple[int, ...],
+    starts: list[np.ndarray],
+    slow: int,
+    mu: float,
+    values: tuple,
+    until: float,
+    rtol: float = 1e-12,
+    inside: Callable | None = None,
+) -> Reduced:
     """Integrate the flow to every order of ``orders`` from its start (x, b), the first ``slow`` numbers x.
 
     ``inside`` returns the guards of a mode at (t, x, b); the flow of the first order ends where one becomes negative.
@@ -82,7 +94,7 @@ def _edge(piece, low, high, size, inside):
     return low
 
 
-def margin(formulas, state, slow, mu, values):
+def margin(formulas: Formulas, state: np.ndarray, slow: int, mu: float, values: tuple) -> float:
     """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
     x, b = state[:slow], state[slow:]
     try:

@@ -17,6 +17,7 @@ from typing import Any
 
 from asympk.errors import NotDerivable, OrderError
 from asympk.numbers import number
+from asympk.shown import Card, ShownAsFormulas, cut
 
 
 def _rank(monomial):
@@ -37,8 +38,8 @@ def _vanishes(c):
     return (c == 0) is True
 
 
-@dataclass(frozen=True)
-class Series:
+@dataclass(frozen=True, repr=False)
+class Series(ShownAsFormulas):
     """Terms ``{(p, q): c}`` of ``c mu^p L^q``, and the largest monomial left out (None: the series is exact)."""
 
     terms: Mapping[tuple[int, int], Any]
@@ -118,6 +119,24 @@ class Series:
     def __str__(self):
         shown = [" ".join(filter(None, (f"({c})", _monomial(*m) if any(m) else ""))) for m, c in self.terms.items()]
         return " + ".join(shown if self.remainder is None else [*shown, self._tail]) or "0"
+
+    def __repr__(self):
+        return cut(str(self), 400)
+
+    def _card(self):
+        return Card("Series", (("", self),))
+
+    def _latex(self, printer, **options):
+        mu = "\\mu" if self.small is None else printer.doprint(self.small)
+        shown = [_product(printer, c, _powers(mu, *m)) for m, c in self.terms.items()]
+        if self.remainder is not None:
+            shown.append(rf"O\left({_powers(mu, *self.remainder) or 1}\right)")
+        return " + ".join(shown).replace("+ -", "-") or "0"
+
+    def _repr_latex_(self):
+        import sympy as sp
+
+        return rf"$\displaystyle {sp.latex(self)}$"
 
     @property
     def _tail(self):
@@ -295,6 +314,23 @@ def _over(a, b):
 def _monomial(p, q):
     parts = [f"mu^{p}" if p not in (0, 1) else "mu" * p, f"L^{q}" if q not in (0, 1) else "L" * q]
     return " ".join(filter(None, parts)) or "1"
+
+
+def _powers(mu, p, q):
+    """Return ``mu^p L^q`` as LaTeX, "" where that is 1."""
+    large = rf"\log\frac{{1}}{{{mu}}}"
+    parts = [mu if p == 1 else f"{mu}^{{{p}}}"] * bool(p)
+    return " ".join([*parts, large if q == 1 else rf"\left({large}\right)^{{{q}}}"] if q else parts)
+
+
+def _product(printer, c, monomial):
+    """Return a coefficient times a monomial as LaTeX."""
+    import sympy as sp
+
+    if monomial and c in (1, -1):
+        return monomial if c == 1 else f"-{monomial}"
+    told = printer.doprint(sp.sympify(c))
+    return rf"\left({told}\right) {monomial}" if monomial and sp.sympify(c).is_Add else f"{told} {monomial}".strip()
 
 
 def _logarithm(mu):

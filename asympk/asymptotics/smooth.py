@@ -9,12 +9,13 @@ The error that a path carries is what the next order changes at ``until``, and w
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from asympk.asymptotics import reduced
-from asympk.asymptotics.fibre import formulas
+from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import Landing, land, root
 from asympk.asymptotics.reduced import Reduced
 from asympk.errors import InputError, NotDerivable, OrderError, OutOfRange
@@ -37,11 +38,11 @@ class Motion:
     rtol: float
     kept: tuple[int, ...]
 
-    def states(self, t):
+    def states(self, t: Any) -> np.ndarray:
         """Return the states on the slow manifold at the array ``t``, for every order: (orders, states) + t.shape."""
         return self.reduced.states(t)[:, self.kept]
 
-    def layer(self, t):
+    def layer(self, t: Any) -> np.ndarray:
         """Return what the layer adds at ``t``, for every order."""
         mu, count = self.reduced.mu, self.landing.order + 1
         terms = self.landing.corrections(np.asarray(t, dtype=float) / mu)
@@ -49,10 +50,11 @@ class Motion:
         return sums[list(self.reduced.orders)][:, self.kept]
 
 
-def run(scene, method="jump", *, order=1):
+def run(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
-    Raises ``OrderError``; ``NotDerivable`` for a system without fast states, ``OutOfRange`` where the layer settles on
+    ``path.info["omitted"]`` is the composite's first omitted term at ``until``, state by state. Raises ``OrderError``;
+    ``NotDerivable`` for a system without fast states, ``OutOfRange`` where the layer settles on
     no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the slow manifold is lost
     before ``until``.
     """
@@ -72,7 +74,8 @@ def run(scene, method="jump", *, order=1):
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
-    return Path(scene, method, tuple(path(until).tolist()), (), (mode.name,), path, error)
+    info = {"omitted": omitted_term(motion, until)}
+    return Path(scene, method, tuple(path(until).tolist()), (), (mode.name,), path, error, info)
 
 
 def _autonomous(system):
@@ -81,7 +84,9 @@ def _autonomous(system):
     return mode if system.time is None else replace(mode, slow=sp.Dict({**mode.slow, system.time: 1}))
 
 
-def follow(known, order, begin, mu, values, until, kept):
+def follow(
+    known: Formulas, order: int, begin: tuple, mu: float, values: tuple, until: float, kept: tuple[int, ...]
+) -> Motion:
     """Return the ``Motion`` to ``order`` and the ``EXTRA`` orders beyond it."""
     slow = len(known.mode.slow)
     rtol = min(max(FINER * mu ** (order + 1), FINEST), COARSEST)
@@ -100,7 +105,7 @@ def _on_branch(known, x, near, values):
     return np.array([*x, *b])
 
 
-def predicted_error(motion, layered, t):
+def predicted_error(motion: Motion, layered: bool, t: float) -> float:
     """Return the error to expect of the lowest order at ``t``, relative to the largest of 1 and the states."""
     layer = motion.layer(t)
     now, next_, last = motion.states(t) + layer
@@ -112,7 +117,13 @@ def predicted_error(motion, layered, t):
     return float(error / scale + ROUNDING * motion.rtol)
 
 
-def checked_order(method, order):
+def omitted_term(motion: Motion, t: float) -> tuple[float, ...]:
+    """Return what the next order adds to the composite at ``t``: its first omitted term, state by state."""
+    now, next_, _ = motion.states(t) + motion.layer(t)
+    return tuple((next_ - now).tolist())
+
+
+def checked_order(method: str, order: int) -> int:
     """Return the order; raises ``OrderError``."""
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {HIGHEST_ORDER}")

@@ -44,18 +44,18 @@ class Taylor:
                     found[index] = found[index] + product if index in found else product
         return Taylor({index: c for index, c in found.items() if not _is_zero(c)}, self.degree)
 
-    def cut(self, degree):
+    def cut(self, degree: int) -> "Taylor":
         """Return the series to ``degree``."""
         return Taylor({index: c for index, c in self.terms.items() if sum(index) <= degree}, degree)
 
-    def inverse(self):
+    def inverse(self) -> "Taylor":
         """Return 1/self."""
         first = Fraction(1) / self[0, 0]
         rest = Taylor({i: c for i, c in self.terms.items() if i != (0, 0)}, self.degree) * (-1 * first)
         return _geometric(rest, [1] * (self.degree + 1)) * first
 
 
-def along(expr, values, tape):
+def along(expr: sp.Expr, values: dict, tape: Any) -> Any:
     """Return ``expr`` along ``values``, a dict {symbol: Taylor, node or number}; ``tape`` takes its functions.
 
     Raises ``InputError`` for a function without a derivative or an elementary value.
@@ -79,7 +79,7 @@ def along(expr, values, tape):
     return _function(expr, values, tape)
 
 
-def scalar(expr, value, tape):
+def scalar(expr: sp.Expr, value: Any, tape: Any) -> Any:
     """Return a function of ``U`` at a node or number, written on the tape."""
     if expr.is_Function and expr.args == (U,) and type(expr).__name__ in FUNCTIONS:
         return tape.call(type(expr).__name__, value)
@@ -155,7 +155,7 @@ def _power(value, exponent):
     return half * half * value if exponent % 2 else half * half
 
 
-def as_taylor(value, degree):
+def as_taylor(value: Any, degree: int) -> Taylor:
     """Return a node or number as a series."""
     return value if isinstance(value, Taylor) else Taylor({(0, 0): value}, degree)
 

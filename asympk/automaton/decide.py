@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
 
-from asympk import multiprecision
 from asympk.automaton.modes import Mode, function, mode_of
+from asympk.digits import context
 from asympk.errors import InputError, NoMotion, TwoMotions
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
@@ -113,12 +113,6 @@ def _follow_on(
         if ties is not None and all(_holds(mode_of(system, branch), k, numbers, nudged, p, touching) for k in ties):
             consistent.append(branch)
     return _chosen(system, consistent, t, state, [*product(*phases)])
-
-
-@lru_cache(maxsize=64)
-def context(digits: int) -> Any:
-    """Return the mpmath context of that many digits, one for all who ask; its precision is never changed."""
-    return multiprecision.context(digits)
 
 
 def number(ctx: Any, value: Any) -> Any:

@@ -18,6 +18,7 @@ from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
 from asympk.numbers import number, whole
 from asympk.path import Event
+from asympk.shown import Card, ShownAsTable
 from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
@@ -29,8 +30,8 @@ _FINEST_IN_BOX = 2.0**-16
 WORK = 200_000  # pieces of time, some ten seconds
 
 
-@dataclass(frozen=True)
-class Certificate:
+@dataclass(frozen=True, repr=False)
+class Certificate(ShownAsTable):
     """A proof of what ``scene`` does, or why there is none.
 
     ``proven`` certificates have ``modes``, ``events`` (Event of balls) and ``final``, three balls that contain the
@@ -46,6 +47,14 @@ class Certificate:
     reason: str = ""
     bits: int = 0
     box: dict = field(default_factory=dict)
+
+    def _card(self) -> Card:
+        box = [(name, f"{low} .. {high}") for name, (low, high) in self.box.items()]
+        if not self.proven:
+            return Card("Certificate: undecided", (("reason", self.reason), *box))
+        events = [(f"t = {event.t.str(6)}", event.kind) for event in self.events]
+        final = [(name, value.str(17)) for name, value in zip("xyz", self.final, strict=True)]
+        return Card(f"Certificate: proven with {self.bits} bits: {' -> '.join(self.modes)}", (*box, *events, *final))
 
     @property
     def obstacle(self):
@@ -69,19 +78,18 @@ class Case(NamedTuple):
 
 
 def certify(scene, box=None, digits=15):
-    """Return the ``Certificate`` of a ``Scene`` or ``SceneFile``, on a ``box`` {coordinate: (low, high)} if given.
+    """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
 
     Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
     1, |x|, |z|, or the work allowed is spent and the certificate is ``undecided``. Raises ``InputError`` for a box that
     is not one.
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    found = scene if hasattr(scene, "quantities") else _Alone(scene)
-    sides = _sides(found.scene, box or {})
+    sides = _sides(scene, box or {})
     last, budget = None, Budget(WORK)
     for bits in _BITS[1:2] if sides else _BITS:
         with flint().ctx.workprec(bits):
-            last = _attempt(found, sides, bits, budget)
+            last = _attempt(scene, sides, bits, budget)
             if last.proven and (sides or _sharp(last.final, digits)):
                 return last
         if last.obstacle == "undecided":
@@ -117,17 +125,12 @@ def _halves(piece, name):
     return tuple({**piece, name: half} for half in ((low, (low + high) / 2), ((low + high) / 2, high)))
 
 
-class _Alone(NamedTuple):
-    scene: Any
-    quantities: Any = None
-
-
-def _attempt(found, sides, bits, budget):
+def _attempt(scene, sides, bits, budget):
     try:
-        modes, events, final = _followed(found, sides, budget)
+        modes, events, final = _followed(scene, sides, budget)
     except Refused as reason:
-        return Certificate(found.scene, False, reason=str(reason), bits=bits, box=sides)
-    return Certificate(found.scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
+        return Certificate(scene, False, reason=str(reason), bits=bits, box=sides)
+    return Certificate(scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
 
 
 def _sharp(final, digits):
@@ -135,11 +138,10 @@ def _sharp(final, digits):
     return all(value.rad() < flint().arb(10) ** -digits * largest for value in final)
 
 
-def _followed(found, sides, budget):
+def _followed(scene, sides, budget):
     """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
-    scene = found.scene
     if scene.system is None:
-        return _follow(_case(found, sides), budget)
+        return _follow(_case(scene, sides), budget)
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     start = affine.start_of(scene, sides)
     return affine.follow(scene.system, scene.values, start, ball(scene.until), finest, budget)
@@ -191,18 +193,17 @@ def _pair(name, ends):
     return ends
 
 
-def _case(found, sides):
-    scene = found.scene
+def _case(scene, sides):
     given = dict(zip(COORDINATES, (scene.sigma, scene.mu, scene.sigma0, *scene.start, scene.until), strict=True))
     values = {name: ball(value) for name, value in given.items()}
     same = scene.sigma0 == scene.sigma
-    if found.quantities:
-        values, same = _from_rod(found.quantities)
+    if scene.rod:
+        values, same = _from_rod(dict(scene.rod.quantities))
     values |= {name: between(*ends) for name, ends in sides.items()}
     if same and "sigma0" not in sides:
         values["sigma0"] = values["sigma"]
     exact = None
-    if not sides and not found.quantities:
+    if not sides and not scene.rod:
         exact = tuple(map(Fraction, (scene.sigma0, scene.mu, *scene.start)))
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     return Case(**values, exact=exact, near=scene.near_to, finest=finest)

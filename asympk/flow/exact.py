@@ -5,23 +5,24 @@ mpmath numbers, and the result is rounded from there; where they may show in the
 be told, or where the range of doubles ends, the flow is followed on mpmath numbers from the start.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from asympk.digits import carried
 from asympk.errors import InputError, TooLarge, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.flow.dense import Dense
 from asympk.flow.legs import Flow, follow
 from asympk.flow.rounding import calm, estimate, largest
 from asympk.flow.starts import beginning
-from asympk.multiprecision import as_mpf
 from asympk.numbers import whole
 from asympk.path import Event, Path
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
 DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
+SHOWN_OF_ERRORS = 3
 LARGEST_DOUBLE = 308
 ROUNDED = 2.0**-53
 TRUSTED = 2e-15
@@ -54,7 +55,8 @@ def run(scene, method="exact", *, digits=None, progress=None):
         return _in_doubles(scene)
     digits = whole("digits", digits, 1, MOST_DIGITS)
     legs, error = _certified(_case(scene), digits, progress=progress)
-    return _path(scene, digits, _rounded(legs, as_mpf), legs, as_mpf(error), as_mpf)
+    convert = partial(carried, digits=digits)
+    return _path(scene, digits, _rounded(legs, convert), legs, carried(error, SHOWN_OF_ERRORS), convert)
 
 
 def _case(scene):

@@ -20,6 +20,7 @@ from asympk.flow import ordinary
 from asympk.flow.arithmetic import Doubles
 from asympk.flow.fastslow import FastSlow
 from asympk.flow.smooth import Smooth, slope
+from asympk.rodmodes import coefficients, mode_name, other_edge, positive_edge
 
 MOST_EVENTS = 1000
 WIDEST = 1e100
@@ -32,15 +33,15 @@ class Flow:
     def __init__(self, m, sigma, sigma0, mu):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
         self._modes = {}
-        other = -1 / (sigma0 + 1) if sigma0 != -1 else None
+        other = other_edge(sigma0) if sigma0 != -1 else None
         self._edges = {
-            1: (1 / (sigma0 + 3), other if sigma0 < -1 else None),
+            1: (positive_edge(sigma0), other if sigma0 < -1 else None),
             -1: (other if sigma0 > -1 else None, None),
         }
 
     def load(self, name):
         """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
-        return (0, 1) if name == "stick" else (1, self.sigma + 4 if name == "slip_same" else -self.sigma)
+        return coefficients(name, self.sigma)
 
     def mode(self, name):
         """Return the closed form of the mode that suits its parameters."""
@@ -111,7 +112,7 @@ def follow(flow, start, until, deviation=None, known=None, told=None):
     x, y, s, z, s_sign, z_sign = start
     m, t, legs = flow.m, 0 * until, []
     while True:
-        name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
+        name = mode_name(s_sign, z_sign)
         form, given = (flow.mode(name), ()) if deviation is None else (flow.split(name), (deviation,))
         segment, deviation = form.start(x, y, s, z, *given), None
         if known:

@@ -17,8 +17,9 @@ from typing import Any
 from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Course, Segment, follow
+from asympk.digits import carried
 from asympk.errors import InputError, OutOfRange, TooManyEvents
-from asympk.path import Path
+from asympk.path import Event, Path
 from asympk.systems.automata import automaton_of
 
 STEPS = 5000
@@ -56,7 +57,8 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
     """
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS} here")
-    automaton, ctx = automaton_of(scene), decide.context(int(digits) + SPARE)
+    digits = int(digits)
+    automaton, ctx = automaton_of(scene), decide.context(digits + SPARE)
     start, until = tuple(decide.number(ctx, v) for v in scene.start), decide.number(ctx, scene.until)
     first = automaton.first(scene.start)
     rough, fine = (_follow(automaton, first, start, until, stages, digits + extra, events) for stages, extra in ORDERS)
@@ -66,9 +68,16 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
     error = max(abs(a - b) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
     if error > ctx.mpf(10) ** -digits or rough.modes != fine.modes:
         raise OutOfRange(f"two references differ by {ctx.nstr(error, 3)}; ask for fewer than {digits} digits")
-    return Path(
-        scene, method, fine.last.state, fine.events, fine.modes, Dense(fine, _tableau(ORDERS[1][0], ctx.dps)), error
-    )
+    final, events = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
+    return Path(scene, method, final, events, fine.modes, Dense(fine, digits), carried(error, 3))
+
+
+def _event(event: Event, digits: int) -> Event:
+    return event._replace(t=carried(event.t, digits), state=_rounded(event.state, digits))
+
+
+def _rounded(state: tuple, digits: int) -> tuple:
+    return tuple(carried(v, digits) for v in state)
 
 
 def _follow(
@@ -209,7 +218,7 @@ class Dense:
     """The collocation polynomials of a run, at any times in [0, until]: mpf in an array of shape ``(n,) + t.shape``."""
 
     course: Course
-    tableau: Any
+    digits: int
 
     def __call__(self, t: Any) -> Any:
         import numpy as np
@@ -219,15 +228,16 @@ class Dense:
         return np.array(columns, dtype=object).T.reshape(-1, *t.shape)
 
     def _state(self, t: Any) -> tuple:
+        tableau = _tableau(ORDERS[1][0], self.digits + SPARE)
         steps = [step for segment in self.course.segments for step in segment.samples]
         until = self.course.last.t
         t = decide.number(until.context, t)
         if not 0 <= t <= until:
             raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
         if not steps:
-            return self.course.last.state
+            return _rounded(self.course.last.state, self.digits)
         step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]
-        return _at(self.tableau, step, t - step.t)
+        return _rounded(_at(tableau, step, t - step.t), self.digits)
 
 
 class _Tableau:

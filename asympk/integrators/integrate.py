@@ -6,6 +6,9 @@ directed events; here the modes are joined. The work is bounded in steps, second
 that does not reach the end says why and where.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from time import monotonic
@@ -65,35 +68,40 @@ def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, eve
     where, and ``final`` is the state there. Raises ``InputError`` for a tolerance out of range, ``MissingPackage`` for
     a peer not installed, ``NoMotion``, ``TwoMotions``, ``Accumulation``.
     """
-    start, until = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
     steps, seconds = bounds(steps, seconds)
     events = whole("events", events, 0, MOST_STEPS)
-    advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
-    automaton = automaton_of(scene)
-    first = automaton.first(scene.start)
-
-    def trace(times=()):
-        deadline = float("inf") if times else monotonic() + seconds
-
-        def on(mode, t, state, segments):
-            left = Limits(steps - sum(s.work.steps for s in segments), deadline)
-            try:
-                return advance(method, mode, t, state, until, rtol, atol, left, [v for v in times if v > t])
-            except AsympkError:
-                raise
-            except (ArithmeticError, ValueError):
-                return Segment(t, state, None, Work(), "left the range of floats")
-
-        return follow(automaton, first, start, until, on, events)
-
-    course = trace()
-    work = total(course)
     options = {"rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, "events": events}
+    course = _trace(scene, method, options)
+    work = total(course)
     info = report(course.last, work, options)
-    at = dense(start, course.last.t, lambda times: [w for s in trace(times).segments for w in s.samples])
+    at = Dense(endpoints(scene)[0], course.last.t, partial(_samples, scene, method, options))
     path = Path(scene, method, course.last.state, course.events, course.modes, at, info=info)
     return finished(path)
+
+
+def _trace(scene, method, options, times=()):
+    """Return the course of a run; one that looks in at ``times`` has no limit on its time."""
+    start, until = endpoints(scene)
+    advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
+    automaton = automaton_of(scene)
+    deadline = float("inf") if times else monotonic() + options["seconds"]
+
+    def on(mode, t, state, segments):
+        left = Limits(options["steps"] - sum(s.work.steps for s in segments), deadline)
+        later = [v for v in times if v > t]
+        try:
+            return advance(method, mode, t, state, until, options["rtol"], options["atol"], left, later)
+        except AsympkError:
+            raise
+        except (ArithmeticError, ValueError):
+            return Segment(t, state, None, Work(), "left the range of floats")
+
+    return follow(automaton, automaton.first(scene.start), start, until, on, options["events"])
+
+
+def _samples(scene, method, options, times):
+    return [w for segment in _trace(scene, method, options, times).segments for w in segment.samples]
 
 
 def finished(path):
@@ -112,23 +120,27 @@ def total(course):
     return work
 
 
-def dense(start, reached, sample):
-    """Return the dense output ``at(t)`` of a run: ``sample(times)`` runs again, looking in at ``times`` >
-    0."""
-    def at(t):
+@dataclass(frozen=True)
+class Dense:
+    """The dense output of a run: ``sample(times)`` runs again, looking in at ``times`` > 0."""
+
+    start: tuple
+    reached: float
+    sample: Callable
+
+    def __call__(self, t):
+        """Return an array of shape ``(n,) + t.shape``; raises ``OutOfRange`` outside [0, reached]."""
         import numpy as np
 
         t = numbers("t", t).astype(float)
         times, where = np.unique(t, return_inverse=True)
-        if times.size and not (times[0] >= 0 and times[-1] <= reached):
+        if times.size and not (times[0] >= 0 and times[-1] <= self.reached):
             wrong = times[-1] if times[0] >= 0 else times[0]
-            raise OutOfRange(f"t = {wrong:g} is outside the run; ask within [0, {reached:g}]")
+            raise OutOfRange(f"t = {wrong:g} is outside the run; ask within [0, {self.reached:g}]")
         later = times[times > 0].tolist()
-        states = [start] * (len(times) - len(later)) + (list(sample(later)) if later else [])
-        n = len(start)
+        states = [self.start] * (len(times) - len(later)) + (list(self.sample(later)) if later else [])
+        n = len(self.start)
         return np.array(states, dtype=float).reshape(-1, n).T[:, where.ravel()].reshape(n, *t.shape)
-
-    return at
 
 
 def report(last, work, options):

@@ -7,13 +7,15 @@ slip_opposite, stick) or none: for h (1 + h) > mu / sigma the determinant of sli
 sigma, has changed its sign, and the paradox of the rigid rod is back.
 """
 
+from functools import partial
 from time import monotonic
 
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
-from asympk.integrators.integrate import Work, bounds, dense, endpoints, finished, report
+from asympk.integrators.integrate import Dense, Work, bounds, endpoints, finished, report
 from asympk.numbers import number
 from asympk.path import Event, Path
+from asympk.rodmodes import coefficients
 from asympk.scene import in_doubles
 from asympk.symbolic.branches import Phase
 from asympk.systems.automata import automaton_of
@@ -44,7 +46,7 @@ def run(
     work = Work(0, len(times) - 1, 0)
     options = {"step": h, "prefer": prefer, "steps": steps, "seconds": seconds}
     info = report(Segment(times[-1], states[-1], None, work, short), work, options) | counts
-    at = dense(start, times[-1], lambda ts: _between(times, states, ts))
+    at = Dense(start, times[-1], partial(_between, times, states))
     return finished(Path(scene, method, states[-1], marks, modes, at, None, info))
 
 
@@ -74,7 +76,8 @@ def _march(scene, start, until, h, prefer, steps, deadline):
 def _solutions(sigma, sigma0, mu, x, y, z, h):
     """Return every (phase, state) that solves the step."""
     found = []
-    for b, product in ((sigma + 4, 1), (-sigma, -1)):
+    for name, product in (("slip_same", 1), ("slip_opposite", -1)):
+        _, b = coefficients(name, sigma)
         determinant = mu + h * (1 + h) * b
         if determinant == 0:
             continue

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from time import monotonic
 
 import sympy as sp
@@ -11,7 +11,7 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Limits, bounds, dense, endpoints, finished, report, tolerances
+from asympk.integrators.integrate import Dense, Limits, bounds, endpoints, finished, report, tolerances
 from asympk.numbers import short
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -38,21 +38,25 @@ def follow(scene, method, direction, solver, rtol, atol, steps, seconds, **optio
     """Follow ``scene`` with F = -kinetic |load| direction(v), by one of scipy's solvers; the ``Path`` has one mode."""
     if not isinstance(solver, str) or solver not in scipy_ivp.CLASSES:
         raise InputError(f"solver {short(solver)} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
-    start, until = endpoints(scene)
+    start, _ = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
     steps, seconds = bounds(steps, seconds)
-    automaton = automaton_of(scene)
-    field = Field(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
-
-    def trace(times=()):
-        limits = Limits(steps, float("inf") if times else monotonic() + seconds)
-        return scipy_ivp.advance(solver, field, 0.0, start, until, rtol, atol, limits, times)
-
-    last = trace()
+    last = _trace(scene, direction, solver, rtol, atol, Limits(steps, monotonic() + seconds))
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
-    at = dense(start, last.t, lambda times: trace(times).samples)
+    at = Dense(start, last.t, partial(_samples, scene, direction, solver, rtol, atol, steps))
     path = Path(scene, method, last.state, (), ("one_field",), at, None, report(last, last.work, options))
     return finished(path)
+
+
+def _trace(scene, direction, solver, rtol, atol, limits, times=()):
+    start, until = endpoints(scene)
+    automaton = automaton_of(scene)
+    field = Field(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
+    return scipy_ivp.advance(solver, field, 0.0, start, until, rtol, atol, limits, times)
+
+
+def _samples(scene, direction, solver, rtol, atol, steps, times):
+    return _trace(scene, direction, solver, rtol, atol, Limits(steps, float("inf")), times).samples
 
 
 @lru_cache(maxsize=64)

@@ -1,6 +1,6 @@
 """The customary smooth way: friction regularised to tanh(v / eps)."""
 
-from functools import lru_cache
+from functools import partial
 
 import sympy as sp
 
@@ -20,9 +20,8 @@ def run(
     eps = float(number("eps", rtol if eps is None else eps))
     if eps <= 0:
         raise InputError(f"eps = {eps:g}: the width of the regularised friction law must be positive")
-    return follow(scene, method, _direction(eps), solver, rtol, atol, steps, seconds, eps=eps)
+    return follow(scene, method, partial(_direction, eps), solver, rtol, atol, steps, seconds, eps=eps)
 
 
-@lru_cache(maxsize=16)
-def _direction(eps):
-    return lambda velocity: sp.tanh(velocity / exact(eps))
+def _direction(eps, velocity):
+    return sp.tanh(velocity / exact(eps))

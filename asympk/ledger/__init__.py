@@ -8,7 +8,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import UnknownName
-from asympk.ledger.nouns import Check, Claim
+from asympk.ledger.nouns import Check, Claim, Claims
 
 __all__ = ["Check", "Claim", "claim", "claims", "evaluate"]
 
@@ -22,7 +22,7 @@ def claims(progress=None):
         if progress:
             progress(identifier)
         found.append(evaluate(identifier))
-    return tuple(found)
+    return Claims(found)
 
 
 def claim(identifier):

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import wraps
 
+from asympk.shown import Card, ShownAsTable
+
 VERDICTS = ("confirmed", "refined", "corrected")
 UNSETTLED = "not settled"
 
@@ -23,8 +25,8 @@ class Check:
     value: str = ""
 
 
-@dataclass(frozen=True)
-class Claim:
+@dataclass(frozen=True, repr=False)
+class Claim(ShownAsTable):
     """A sentence of the paper with its verdict: confirmed, refined, corrected, or not settled when checks fail.
 
     ``finding`` says what the sentence leaves out or what holds instead; it is empty for a confirmed claim.
@@ -37,9 +39,22 @@ class Claim:
     evidence: tuple[Check, ...]
     finding: str = ""
 
+    def _card(self) -> Card:
+        rows = [("says", self.statement)] + [("but", self.finding)] * bool(self.finding)
+        rows += [(f"{check.role}, {check.kind}", f"{'holds' if check.holds else 'fails'}: {check.what}")
+                 for check in self.evidence]  # fmt: skip
+        return Card(f"Claim {self.id} (section {self.where}): {self.verdict}", tuple(rows))
+
     def as_dict(self):
         """Return the claim as plain dictionaries, for JSON."""
         return asdict(self)
+
+
+class Claims(ShownAsTable, tuple):
+    """Claims in their order, shown as the ledger: a line on each."""
+
+    def _card(self) -> Card:
+        return Card(f"{len(self)} claims", tuple((one.id, f"{one.verdict}: {one.statement}") for one in self))
 
 
 def verdict(evidence):

@@ -18,7 +18,7 @@ MUS = tuple(Fraction(1, 10**n) for n in (3, 5, 7, 9))
 def follow(start, mu, until=1, sigma=1, sigma0=None):
     """Solve one scene to 40 digits, in numbers of ``M``; those given are exact (integers, fractions or strings)."""
     path = solve(Scene(sigma=sigma, mu=mu, start=start, until=until, sigma0=sigma0), digits=DIGITS)
-    events = tuple(event._replace(**{name: M.mpf(getattr(event, name)) for name in "txyz"}) for event in path.events)
+    events = tuple(event._replace(t=M.mpf(event.t), state=_numbers(event.state)) for event in path.events)
     return replace(path, final=_numbers(path.final), events=events, at=lambda t: _numbers(path(t)))
 
 

@@ -1,10 +1,15 @@
 """What makes a mechanism one: a regular, symmetric mass matrix, a gap in the coordinates, a slip of its own."""
 
+from typing import Any
+
+import sympy as sp
+
 from asympk.errors import InputError
+from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
 
 
-def check(kinetics, contact):
+def check(kinetics: Kinetics, contact: Any) -> None:
     """Raise ``InputError`` for the first thing that keeps ``kinetics`` from being a mechanism with a contact."""
     _check_sizes(kinetics)
     _check_mass(kinetics.mass)
@@ -12,7 +17,7 @@ def check(kinetics, contact):
     _check_slip(kinetics, contact)
 
 
-def _check_sizes(kinetics):
+def _check_sizes(kinetics: Kinetics) -> None:
     symbols = (*kinetics.coordinates, *kinetics.velocities)
     if len(set(symbols)) < len(symbols) or len({*map(str, symbols)}) < len(symbols):
         raise InputError(f"coordinates and velocities ({', '.join(map(str, symbols))}): a name is given twice")
@@ -26,7 +31,7 @@ def _check_sizes(kinetics):
         raise InputError("one coordinate: a contact needs two or more, to slide and to open; keep the gap among them")
 
 
-def _check_mass(mass):
+def _check_mass(mass: sp.ImmutableMatrix) -> None:
     for i in range(mass.rows):
         for j in range(i):
             if not vanishes(mass[i, j] - mass[j, i]):
@@ -38,7 +43,7 @@ def _check_mass(mass):
         raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
 
 
-def _check_gap(kinetics, gap):
+def _check_gap(kinetics: Kinetics, gap: sp.Expr) -> None:
     if kinetics.gap.free_symbols & {*kinetics.velocities}:
         raise InputError(f"gap = {gap!s:.60} contains a velocity; give it as a position expression")
     if all(vanishes(part) for part in kinetics.directions[0, :]):
@@ -46,7 +51,7 @@ def _check_gap(kinetics, gap):
         raise InputError(f"gap = {gap!s:.60} does not depend on the coordinates {names}")
 
 
-def _check_slip(kinetics, contact):
+def _check_slip(kinetics: Kinetics, contact: Any) -> None:
     given = f"slip = {contact.slip!s:.60}"
     row = kinetics.directions[1, :]
     if row.free_symbols & {*kinetics.velocities}:

@@ -10,19 +10,22 @@ h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' a
 A contact that only pushes has R = max(0, x + h y).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.symbolic.system import System
 
 NORMAL, FORCE = sp.symbols("N F", real=True)
 
 
-def elastic(kinetics, compliance, damping):
+def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     """Return the ``System`` with the states: coordinates, x, z, the rates that complete a basis, and fast y.
 
     ``compliance`` is a Symbol c, with ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0
@@ -43,12 +46,12 @@ class Scaling:
     clock: sp.Expr
 
     @property
-    def fast_reaction(self):
+    def fast_reaction(self) -> bool:
         """Whether x is fast, as for a fixed damping ratio."""
         return self.clock == self.small
 
 
-def _scaling(compliance, damping):
+def _scaling(compliance: Any, damping: Any) -> Scaling:
     compliance, damping = sp.sympify(compliance), sp.sympify(damping)
     if isinstance(compliance, sp.Symbol):
         if vanishes(damping) or damping.has(compliance):
@@ -66,12 +69,12 @@ def _scaling(compliance, damping):
     return Scaling(small, ratio, small, small)
 
 
-def fields(kinetics, scaling):
+def fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     """Return the arguments of ``System.with_friction`` for the elastic contact."""
     x, y, z = state_names(kinetics, scaling.small)
     rest = completing(kinetics)
     reaction = x + scaling.ratio * y
-    rates = _velocities(kinetics, rest, -scaling.closing * y, z)
+    rates = velocities(kinetics, rest, -scaling.closing * y, z)
     put = lambda expr: tidy(expr.xreplace(rates))  # noqa: E731
     normal = NORMAL if kinetics.unilateral else reaction
     gap, slip, others = _accelerations(kinetics, rest, normal, put)
@@ -84,13 +87,13 @@ def fields(kinetics, scaling):
     return {**found, **_one_sided(kinetics, reaction), **_timed(kinetics, found)}
 
 
-def state_names(kinetics, small):
+def state_names(kinetics: Kinetics, small: sp.Symbol) -> tuple[sp.Symbol, ...]:
     """Return the symbols x, y, z of the elastic contact; a name that is taken gets an underscore."""
     taken = {str(s) for s in (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time, small)}
     return tuple(sp.Symbol(name + "_" if name in taken else name, real=True) for name in "xyz")
 
 
-def completing(kinetics):
+def completing(kinetics: Kinetics) -> tuple[int, ...]:
     """Return the places of the last coordinates whose rates complete (g', gamma) to coordinates on velocities."""
     n = len(kinetics.coordinates)
     for chosen in reversed([*combinations(range(n), n - 2)]):
@@ -99,12 +102,12 @@ def completing(kinetics):
     raise NotDerivable("gap rate and sliding velocity depend on each other; no rates complete them to a basis")
 
 
-def _basis(kinetics, chosen):
+def _basis(kinetics: Kinetics, chosen: tuple[int, ...]) -> sp.Matrix:
     n = len(kinetics.coordinates)
     return sp.Matrix.vstack(sp.Matrix(kinetics.directions), *(sp.eye(n)[j, :] for j in chosen))
 
 
-def _velocities(kinetics, rest, closing, z):
+def velocities(kinetics: Kinetics, rest: tuple[int, ...], closing: sp.Expr, z: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     """Return every velocity in terms of g' = ``closing``, z and the kept rates, guides in motion included."""
     still = dict.fromkeys(kinetics.velocities, 0)
     gap_drift, slip_drift = (expr.subs(still) for expr in (kinetics.gap_rate, kinetics.slip))
@@ -114,7 +117,9 @@ def _velocities(kinetics, rest, closing, z):
     return dict(zip(kinetics.velocities, map(tidy, found), strict=True))
 
 
-def _accelerations(kinetics, rest, normal, put):
+def _accelerations(
+    kinetics: Kinetics, rest: tuple[int, ...], normal: sp.Expr, put: Callable[[sp.Expr], sp.Expr]
+) -> tuple[sp.Expr, sp.Expr, dict[sp.Symbol, sp.Expr]]:
     """Return g'', z' and the rates of the kept velocities with the reaction ``normal`` and the friction force."""
     G, response = kinetics.delassus, kinetics.response
     rows = [(kinetics.free[i], G[i, 0], G[i, 1]) for i in (0, 1)] + [(response[k, 2], *response[k, :2]) for k in rest]
@@ -122,11 +127,11 @@ def _accelerations(kinetics, rest, normal, put):
     return gap, slip, {kinetics.velocities[k]: rate for k, rate in zip(rest, others, strict=True)}
 
 
-def _one_sided(kinetics, reaction):
+def _one_sided(kinetics: Kinetics, reaction: sp.Expr) -> dict[str, Any]:
     return {"gap": -reaction, "normal": NORMAL} if kinetics.unilateral else {}
 
 
-def _timed(kinetics, found):
+def _timed(kinetics: Kinetics, found: dict[str, Any]) -> dict[str, Any]:
     rates = (rate for part in ("slow", "fast", "velocity") for rate in found[part].values())
     used = sp.Tuple(*rates, found["kinetic"], found["static"]).free_symbols
     return {"time": kinetics.time} if kinetics.time in used else {}

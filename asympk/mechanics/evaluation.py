@@ -1,6 +1,8 @@
 """Expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
+from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 import sympy as sp
 
@@ -9,7 +11,7 @@ from asympk.scene import number
 from asympk.symbolic.lowering import lower
 
 
-def evaluate(expressions, values):
+def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) -> tuple[Any, ...]:
     """Return ``expressions`` at ``values``, numbers or arrays by symbol; a condition is True or False.
 
     Raises ``InputError`` naming the symbols that have no value, the values that are no numbers, and the arrays that
@@ -23,7 +25,7 @@ def evaluate(expressions, values):
     return tuple(_at(e, tuple(needed), numbers) for e in expressions)
 
 
-def _broadcast(arrays):
+def _broadcast(arrays: dict[sp.Symbol, Any]) -> tuple:
     import numpy as np
 
     try:
@@ -32,7 +34,7 @@ def _broadcast(arrays):
         raise InputError(f"the arrays given for {', '.join(map(str, arrays))} do not broadcast") from None
 
 
-def _at(expr, symbols, numbers):
+def _at(expr: sp.Basic, symbols: tuple[sp.Symbol, ...], numbers: tuple) -> Any:
     """Return one expression, condition, or expression in pieces at arrays of one shape."""
     import numpy as np
 
@@ -47,17 +49,24 @@ def _at(expr, symbols, numbers):
     return _function(expr, symbols)(*numbers)
 
 
-def _piece(expr, values):
+def _piece(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> float:
     return float(expr.subs({symbol: sp.Rational(float(value)) for symbol, value in values.items()}))
 
 
 @lru_cache(maxsize=256)
-def _function(expr, symbols):
+def _function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
     plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
     return lower(tuple(plain.values()), expr.xreplace(plain), "numpy")
 
 
-def as_floats(name, value):
+def exact(name: str, value: Any) -> sp.Expr:
+    """Return a number as the rational that it is, an exact SymPy number as it stands; raises ``InputError``."""
+    if isinstance(value, sp.Expr) and value.is_number and not value.has(sp.Float):
+        return value
+    return sp.Rational(*Fraction(number(name, value)).as_integer_ratio())
+
+
+def as_floats(name: str, value: Any) -> Any:
     """Return a number or an array of numbers in floating point; raises ``InputError`` for anything else."""
     import numpy as np
 

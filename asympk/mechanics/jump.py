@@ -20,12 +20,15 @@ of the inverse hyperbolic tangent). With u = sqrt(k) d the scaled reaction is u 
 decay of stick, u'' = -p_s (u + b u'), on the way from gamma = 0, where u' = l u, to u + b u' = 0.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError
 from asympk.mechanics import paradox
+from asympk.mechanics.kinetics import Kinetics
 
 DAMPING = sp.Symbol("h", positive=True)
 
@@ -39,20 +42,22 @@ class JumpLaw:
     """
 
     impulses: tuple[sp.Expr, sp.Expr]
-    velocities: sp.Dict
+    velocities: sp.Dict = field(repr=False)
     reaction: sp.Expr
-    condition: sp.Basic
+    condition: sp.Basic = field(repr=False)
     bound: sp.Expr
-    gap_rate: sp.Expr = sp.S.Zero
+    gap_rate: sp.Expr = field(default=sp.S.Zero, repr=False)
 
     @property
-    def cone(self):
+    def cone(self) -> sp.Basic:
         """The condition that the impulses lie in the kinetic cone, |P_T| < friction load |P_N|."""
         normal, tangential = map(sp.Abs, self.impulses)
         return tangential < self.bound * normal
 
 
-def jump_law(kinetics, own=lambda expr: expr, ratio=None, damping=None):
+def jump_law(
+    kinetics: Kinetics, own: Callable[[Any], Any] = lambda expr: expr, ratio: Any = None, damping: Any = None
+) -> JumpLaw:
     """Return the ``JumpLaw``; ``damping`` is the damping time h (by default the symbol h), ``ratio`` the ratio b.
 
     Errors are O(c log(1/c)), for a gap rate O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens,
@@ -71,7 +76,7 @@ def jump_law(kinetics, own=lambda expr: expr, ratio=None, damping=None):
     return _law(kinetics, own, rebound(kinetics, ratio), sp.And(condition, kinetics.free[0] < 0), None)
 
 
-def rebound(kinetics, ratio):
+def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
     """Return the gap rate with which a one-sided contact opens after the jump, for the damping ratio ``ratio``."""
     G, bound = kinetics.delassus, kinetics.friction * kinetics.load
     p = G[0, 0] - bound * sp.Abs(G[0, 1])
@@ -81,7 +86,7 @@ def rebound(kinetics, ratio):
     return undamped if ratio == 0 else undamped * sp.exp(-_decay(p, p_stick, ratio))
 
 
-def _decay(p, p_stick, ratio):
+def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
     r"""Return the damping of the swing from gamma = 0 to R = 0."""
     beta = ratio * p_stick / 2
     growth = (-p * ratio + sp.sqrt(p**2 * ratio**2 - 4 * p)) / 2
@@ -95,14 +100,16 @@ def _decay(p, p_stick, ratio):
     return 2 * beta * sp.Piecewise((ringing, swing > 0), (creeping, swing < 0), (slope, True))
 
 
-def _ratio(ratio):
+def _ratio(ratio: Any) -> sp.Expr:
     ratio = sp.sympify(ratio)
     if not isinstance(ratio, sp.Expr) or ratio.is_negative or ratio.has(sp.Float, sp.oo, sp.nan):
         raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
     return ratio
 
 
-def _law(kinetics, own, gap_rate, condition, damping):
+def _law(
+    kinetics: Kinetics, own: Callable[[Any], Any], gap_rate: sp.Expr, condition: sp.Basic, damping: sp.Expr | None
+) -> JumpLaw:
     G, D, gamma = kinetics.delassus, kinetics.determinant, kinetics.slip
     normal = (G[1, 1] * gap_rate + G[0, 1] * gamma) / D
     tangential = -(G[0, 1] * gap_rate + G[0, 0] * gamma) / D

@@ -32,41 +32,41 @@ class Kinetics:
     time: sp.Symbol
 
     @cached_property
-    def directions(self):
+    def directions(self) -> sp.ImmutableMatrix:
         """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
         gap = [sp.diff(self.gap, q) for q in self.coordinates]
         slip = [sp.diff(self.slip, u) for u in self.velocities]
         return sp.ImmutableMatrix([gap, slip])
 
     @cached_property
-    def response(self):
+    def response(self) -> sp.ImmutableMatrix:
         """M^-1 (W_N, W_T, Q) as an n x 3 matrix: what a unit reaction, a unit friction force and the forces do."""
         right = sp.Matrix.hstack(self.directions.T, self.forces)
         inertia = tidy(self.mass.det(method="berkowitz"))
         return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / inertia)).as_immutable()
 
     @cached_property
-    def delassus(self):
+    def delassus(self) -> sp.ImmutableMatrix:
         """The Delassus matrix G = W' M^-1 W."""
         return (self.directions * self.response[:, :2]).applyfunc(tidy).as_immutable()
 
     @cached_property
-    def gap_rate(self):
+    def gap_rate(self) -> sp.Expr:
         """g' as an expression in coordinates and velocities."""
         return self.rate(self.gap)
 
     @cached_property
-    def free(self):
+    def free(self) -> tuple[sp.Expr, sp.Expr]:
         """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
         accelerations = dict(zip(self.velocities, self.response[:, 2], strict=True))
         return tuple(tidy(self.rate(expr, accelerations)) for expr in (self.gap_rate, self.slip))
 
     @cached_property
-    def determinant(self):
+    def determinant(self) -> sp.Expr:
         """D = G_NN G_TT - G_NT^2, positive where slip and gap are independent."""
         return tidy(self.delassus.det())
 
-    def rate(self, expr, accelerations=None):
+    def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""
         moved = zip(self.coordinates, self.velocities, strict=True)
         terms = [sp.diff(expr, q) * u for q, u in moved]
@@ -74,7 +74,7 @@ class Kinetics:
         return sp.Add(*terms, sp.diff(expr, self.time))
 
     @property
-    def parameters(self):
+    def parameters(self) -> tuple[sp.Symbol, ...]:
         """Every symbol that is neither a coordinate, nor a velocity, nor the time, sorted by name."""
         parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
         used = set().union(*(part.free_symbols for part in parts))

@@ -1,12 +1,14 @@
 """Mass matrix and forces from a Lagrangian, a ``LagrangesMethod`` or a ``KanesMethod`` of sympy.physics.mechanics."""
 
+from typing import Any
+
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 
 
-def equations_of(source, coordinates=None, forces=None):
+def equations_of(source: Any, coordinates: Any = None, forces: Any = None) -> tuple[tuple, sp.Matrix, sp.Matrix]:
     """Return coordinates, M and Q of M q'' = Q from a Lagrangian or a method object."""
     from sympy.physics.mechanics import KanesMethod, LagrangesMethod
 
@@ -22,7 +24,7 @@ def equations_of(source, coordinates=None, forces=None):
     return coordinates, method.mass_matrix, method.forcing + sp.Matrix(_forces(forces, coordinates))
 
 
-def _functions(coordinates):
+def _functions(coordinates: Any) -> tuple:
     found = tuple(coordinates or ())
     for q in found:
         if not isinstance(q, AppliedUndef) or len(q.args) != 1:
@@ -32,7 +34,7 @@ def _functions(coordinates):
     return found
 
 
-def _forces(forces, coordinates):
+def _forces(forces: Any, coordinates: tuple) -> list:
     if forces is None:
         return [sp.S.Zero] * len(coordinates)
     if isinstance(forces, dict):
@@ -45,14 +47,14 @@ def _forces(forces, coordinates):
     return forces
 
 
-def _from_lagrange(method):
+def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix]:
     if method.coneqs:
         raise InputError("the LagrangesMethod has constraints; give independent coordinates and leave the contact out")
     method.form_lagranges_equations()
     return tuple(method.q), method.mass_matrix, method.forcing
 
 
-def _from_kane(method):
+def _from_kane(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix]:
     r"""Turn M u' = f of the speeds u = K q' + k into K' M K q'' = K' (f - M (dK/dt q' + dk/dt))."""
     if len(method.q) != len(method.u) or method._qdot_u_map is None:
         raise InputError("the KanesMethod has dependent coordinates or speeds; give independent ones, contact left out")

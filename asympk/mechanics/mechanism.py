@@ -16,9 +16,13 @@ from asympk.errors import InputError
 from asympk.mechanics import elastic, jump, motion, paradox, rigid
 from asympk.mechanics.checks import check
 from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.jump import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
 from asympk.mechanics.names import keyed, plain_names, plainly
+from asympk.mechanics.paradox import LeastFriction, ParadoxSet
+from asympk.mechanics.rigid import Motion, MotionMap
+from asympk.symbolic.system import System
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,9 @@ class Mechanism:
         check(self.plain, self.contact)
 
     @classmethod
-    def from_lagrangian(cls, lagrangian, coordinates=None, *, contact, forces=None):
+    def from_lagrangian(
+        cls, lagrangian: Any, coordinates: Any = None, *, contact: Contact, forces: Any = None
+    ) -> "Mechanism":
         """Build the mechanism of a Lagrangian in dynamicsymbols, or of a ``LagrangesMethod`` or ``KanesMethod``.
 
         ``forces`` gives the generalised forces that the Lagrangian does not hold, ``{coordinate: force}`` or one for
@@ -93,7 +99,7 @@ class Mechanism:
         return cls(coordinates, tuple(q.diff(time) for q in coordinates), mass, tuple(right), contact, time)
 
     @cached_property
-    def plain(self):
+    def plain(self) -> Kinetics:
         """The same mechanism in plain symbols, as the package computes with it: a ``Kinetics``."""
         names = self._names
         coordinates, velocities = (tuple(names[own] for own in part) for part in (self.coordinates, self.velocities))
@@ -102,59 +108,83 @@ class Mechanism:
         slip = translate(contact.slip)
         found = Kinetics(
             coordinates, velocities, mass, sp.ImmutableMatrix([*map(translate, self.forces)]), translate(contact.gap),
-            slip, *map(translate, (contact.friction, contact.static, contact.load)), contact.unilateral, self.time,
+            slip, translate(contact.friction), translate(contact.static), translate(contact.load), contact.unilateral,
+            self.time,
         )  # fmt: skip
         return found if slip.free_symbols & {*velocities} else replace(found, slip=found.rate(slip))
 
     @property
-    def delassus(self):
+    def delassus(self) -> sp.ImmutableMatrix:
         """The Delassus matrix [[G_NN, G_NT], [G_NT, G_TT]] = W' M^-1 W of the directions (W_N, W_T)."""
         return self._own(self.plain.delassus)
 
     @property
-    def free(self):
+    def free(self) -> tuple[sp.Expr, sp.Expr]:
         """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
         return tuple(map(self._own, self.plain.free))
 
     @property
-    def sliding_velocity(self):
+    def sliding_velocity(self) -> sp.Expr:
         """The sliding velocity gamma in coordinates and velocities."""
         return self._own(self.plain.slip)
 
     @property
-    def critical_friction(self):
+    def critical_friction(self) -> sp.Expr:
         """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox; oo where there is none."""
         return self._own(paradox.critical_friction(self.plain))
 
     @property
-    def paradox(self):
+    def paradox(self) -> sp.Basic:
         """The condition friction load |G_NT| > G_NN, under which sliding has no motion or more than one."""
         return self._own(paradox.condition(self.plain))
 
-    def evaluate(self, expr, values):
+    def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers."""
         (found,) = evaluate((plainly(sp.sympify(expr), self._names, self.time),), self._keys(values))
         return found
 
-    def motions(self, values):
+    def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
         """Return the rigid motions at numbers, with the contact closed; see ``rigid.motions``."""
         return rigid.motions(self.plain, self._keys(values))
 
-    def motion_map(self, values):
+    def motion_map(self, values: dict[Any, Any]) -> MotionMap:
         """Count the rigid motions on arrays of states and parameters that broadcast; see ``rigid.motion_map``."""
         return rigid.motion_map(self.plain, self._keys(values))
 
-    def jump_law(self, ratio=None, damping=None):
+    def paradox_set(self, ranges: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
+        """Return where there is a paradox over one or two coordinates or parameters; see ``paradox.paradox_set``."""
+        return paradox.paradox_set(self.plain, self._keys(ranges), self._keys(values or {}))
+
+    def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
+        """Return the least critical friction over ``coordinate`` and where it is; see ``paradox.least``."""
+        (name,) = self._keys({coordinate: 0})
+        return paradox.least(self.plain, name, self._keys(values or {}), self._own)
+
+    def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
         """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump.jump_law``."""
         return jump.jump_law(self.plain, self._own, ratio, damping)
 
-    def rigid(self):
+    def rigid(self) -> System:
         """Return the rigid mechanism as a ``System`` that runs; see ``motion.rigid_system``."""
         return motion.rigid_system(self.plain)
 
-    def elastic(self, compliance, damping):
+    def elastic(self, compliance: Any, damping: Any) -> System:
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``; see ``elastic.elastic``."""
         return elastic.elastic(self.plain, compliance, damping)
+
+    def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
+        """Return a start of its elastic or rigid ``system`` at coordinates, rates and parameters given by name.
+
+        The elastic contact starts without reaction, x = y = 0, with z the sliding velocity.
+        """
+        given = self._keys(values)
+        own = {*self.plain.coordinates, *self.plain.velocities}
+        fixed = {s: 0 for s in system.states if s not in own}
+        sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
+        fixed |= {z: float(evaluate((self.plain.slip,), given)[0]) for z in sliding}
+        if missing := [str(s) for s in system.states if s in own and s not in given]:
+            raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
+        return {s.name: fixed[s] if s in fixed else given[s] for s in system.states}
 
     @cached_property
     def _names(self):

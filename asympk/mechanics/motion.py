@@ -7,11 +7,14 @@ mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMot
 all bounds, with ``UnboundedReaction``.
 """
 
+import sympy as sp
+
 from asympk.mechanics.elastic import FORCE, NORMAL
+from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
 
-def rigid_system(kinetics):
+def rigid_system(kinetics: Kinetics) -> System:
     """Return the ``System`` of the rigid mechanism; its flow keeps the constraint g'' = 0, so start at g = g' = 0."""
     rates = dict(zip(kinetics.coordinates, kinetics.velocities, strict=True))
     for row, u in enumerate(kinetics.velocities):
@@ -26,5 +29,5 @@ def rigid_system(kinetics):
     return System.with_frictions(rates, {}, (friction,), time=_time(kinetics, (*rates.values(), friction.constraint)))
 
 
-def _time(kinetics, expressions):
+def _time(kinetics: Kinetics, expressions: tuple[sp.Expr, ...]) -> sp.Symbol | None:
     return kinetics.time if any(kinetics.time in e.free_symbols for e in expressions) else None

@@ -1,18 +1,22 @@
 """Plain symbols for coordinates and rates, and the keys under which a user gives their values."""
 
+from collections.abc import Iterable
+from typing import Any
+
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError, UnknownName
+from asympk.mechanics.kinetics import Kinetics
 from asympk.storage.tomlfile import nearest
 
 
-def plain_names(coordinates, velocities):
+def plain_names(coordinates: Iterable[sp.Expr], velocities: Iterable[sp.Expr]) -> dict[sp.Expr, sp.Symbol]:
     """Return ``{given: plain symbol}``: theta(t) is called theta, its Derivative theta'; a Symbol stays as it is."""
     return {given: _plain(given) for given in (*coordinates, *velocities)}
 
 
-def _plain(given):
+def _plain(given: Any) -> sp.Symbol:
     if isinstance(given, sp.Symbol):
         return given
     if isinstance(given, AppliedUndef):
@@ -22,7 +26,7 @@ def _plain(given):
     raise InputError(f"{given} is neither a Symbol, a dynamicsymbol nor its first Derivative; name it by one")
 
 
-def plainly(expr, names, time):
+def plainly(expr: sp.Expr, names: dict[sp.Expr, sp.Symbol], time: sp.Symbol) -> sp.Expr:
     """Write ``expr`` in plain symbols; raises ``InputError`` for functions of time that are no coordinates."""
     found = expr.doit().xreplace(names)
     for rest in (*found.atoms(sp.Derivative), *found.atoms(AppliedUndef)):
@@ -30,7 +34,7 @@ def plainly(expr, names, time):
     return found
 
 
-def keyed(values, kinetics, names):
+def keyed(values: Any, kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> dict[sp.Symbol, Any]:
     """Return ``values`` by plain symbol; a key is a symbol, a dynamicsymbol, a Derivative, or a name.
 
     The rate of theta has the name ``theta'``. Raises ``UnknownName`` for other keys, ``InputError`` for one thing
@@ -51,7 +55,7 @@ def keyed(values, kinetics, names):
     return found
 
 
-def _known(kinetics, names):
+def _known(kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> dict[str, sp.Symbol]:
     symbols = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
     rates = zip(kinetics.coordinates, kinetics.velocities, strict=True)
     return {

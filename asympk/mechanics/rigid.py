@@ -17,6 +17,7 @@ import sympy as sp
 
 from asympk.errors import InputError, Undecided
 from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.kinetics import Kinetics
 
 
 class Motion(NamedTuple):
@@ -42,16 +43,16 @@ class MotionMap:
     branches: tuple[Branch, ...]
 
     @property
-    def count(self):
+    def count(self) -> Any:
         """How many motions there are, an array of integers."""
         return sum(branch.exists.astype(int) for branch in self.branches)
 
-    def count_of(self, name):
+    def count_of(self, name: str) -> Any:
         """Return how many motions called ``name`` there are, an array of integers."""
         return sum((branch.exists.astype(int) for branch in self.branches if branch.name == name), 0 * self.count)
 
 
-def motions(kinetics, values):
+def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, ...]:
     """Return every rigid motion at numbers as pairs (name, reaction): none or two where there is a paradox.
 
     The contact is taken as closed, g = g' = 0. ``values`` gives each state and parameter that the contact's equations
@@ -64,7 +65,7 @@ def motions(kinetics, values):
     return tuple(Motion(b.name, float(b.reaction)) for b in found.branches if b.exists)
 
 
-def motion_map(kinetics, values):
+def motion_map(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> MotionMap:
     """Return the ``MotionMap`` on arrays that broadcast; ``values`` as for ``motions``."""
     terms = _terms(kinetics, values)
     signs = (1,) if kinetics.unilateral else (1, -1)
@@ -89,13 +90,13 @@ class _Terms:
     static: Any
 
 
-def contact_terms(kinetics):
+def contact_terms(kinetics: Kinetics) -> tuple[sp.Expr, ...]:
     """Return G_NN, G_NT, G_TT, a_N, a_T, gamma, friction load and static load as expressions."""
     G, bounds = kinetics.delassus, (kinetics.friction * kinetics.load, kinetics.static * kinetics.load)
     return (G[0, 0], G[0, 1], G[1, 1], *kinetics.free, kinetics.slip, *bounds)
 
 
-def _terms(kinetics, values):
+def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     import numpy as np
 
     parts = (kinetics.directions[1, k] * u for k, u in enumerate(kinetics.velocities))
@@ -111,7 +112,7 @@ _SLIP = 5  # the place of gamma among the terms
 _ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
 
 
-def _slip(terms, direction, sign):
+def _slip(terms: _Terms, direction: int, sign: int) -> Branch:
     """Return the branch of slip in one direction with a reaction of one sign; R = 0 counts for the positive sign."""
     import numpy as np
 
@@ -124,7 +125,7 @@ def _slip(terms, direction, sign):
     return Branch("slip", exists, np.where(exists, reaction, 0.0))
 
 
-def _reaction(terms, bound, direction, sign):
+def _reaction(terms: _Terms, bound: Any, direction: int, sign: int) -> tuple[Any, Any]:
     import numpy as np
 
     p = terms.G_NN - direction * sign * bound * terms.G_NT
@@ -135,12 +136,12 @@ def _reaction(terms, bound, direction, sign):
     return reaction, positive & (p != 0)
 
 
-def _starts(terms, bound, direction, sign):
+def _starts(terms: _Terms, bound: Any, direction: int, sign: int) -> Any:
     reaction, _ = _reaction(terms, bound, direction, sign)
     return direction * (terms.a_T + (terms.G_NT - direction * sign * bound * terms.G_TT) * reaction) > 0
 
 
-def _stick(terms, unilateral):
+def _stick(terms: _Terms, unilateral: bool) -> Branch:
     import numpy as np
 
     determinant = terms.G_NN * terms.G_TT - terms.G_NT**2

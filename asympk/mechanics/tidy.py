@@ -4,15 +4,16 @@ In a polynomial in cos(a_i) and sin(a_i) every sin^2 is replaced by 1 - cos^2, o
 are expanded first, so either form is unique and vanishes only with the expression.
 """
 
+from collections.abc import Iterator
 from functools import lru_cache, reduce
 
 import sympy as sp
 
-LONG = 300  # operations: beyond, a shorter form costs seconds and is not readable either
+LONG = 200  # operations: beyond, a shorter form costs seconds and is not readable either
 
 
 @lru_cache(maxsize=4096)
-def tidy(expr):
+def tidy(expr: sp.Expr) -> sp.Expr:
     """Return the shortest of a few forms of ``expr``: as it stands, factored, or with the squares of one function.
 
     An expression of more than ``LONG`` operations is returned as it stands.
@@ -25,27 +26,27 @@ def tidy(expr):
     return shortest(expr, plain, *(sp.factor(form) for form in _normal_forms(plain)))
 
 
-def vanishes(expr):
+def vanishes(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is 0 for all values of its symbols."""
     return tidy(expr) == 0 or sp.simplify(expr) == 0
 
 
-def shortest(*forms):
+def shortest(*forms: sp.Expr) -> sp.Expr:
     """Return the form of fewest operations."""
     return min(forms, key=_length)
 
 
-def _length(form):
+def _length(form: sp.Expr) -> tuple:
     """Order by operations, then by negative numbers: 1 + 3 cos^2 rather than 4 - 3 sin^2."""
     negative = sum(number.is_negative for number in form.atoms(sp.Number))
     return form.count_ops(), negative, sp.default_sort_key(form)
 
 
-def _normal_forms(expr):
+def _normal_forms(expr: sp.Expr) -> Iterator[sp.Expr]:
     """Yield ``expr`` as a fraction without squares of sines, and without squares of cosines."""
     expanded = sp.expand_trig(expr)
     angles = sorted({part.args[0] for part in expanded.atoms(sp.sin, sp.cos)}, key=sp.default_sort_key)
-    names = {angle: (sp.Dummy("s"), sp.Dummy("c")) for angle in angles}
+    names = {angle: (sp.Symbol(f"sine#{k}"), sp.Symbol(f"cosine#{k}")) for k, angle in enumerate(angles)}
     renamed = {f(angle): names[angle][k] for angle in angles for k, f in enumerate((sp.sin, sp.cos))}
     parts = sp.fraction(sp.cancel(expanded.subs(renamed)))
     back = {name: function for function, name in renamed.items()}
@@ -55,6 +56,6 @@ def _normal_forms(expr):
         yield sp.cancel(numerator / denominator).subs(back)
 
 
-def _remainder(expr, relation):
+def _remainder(expr: sp.Expr, relation: tuple[sp.Symbol, sp.Expr]) -> sp.Expr:
     name, circle = relation
     return sp.rem(expr, circle, name)

@@ -9,6 +9,7 @@ from pathlib import Path
 from asympk.errors import MissingPackage
 from asympk.methods import solve
 from asympk.pictures import drawings, maps, portraits
+from asympk.pictures.decreasing import decreasing
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
 from asympk.studies.least import LADDER
@@ -47,6 +48,7 @@ def pictures(root):
         Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
           for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
+                             ("decreasing", decreasing),
                              ("least", partial(maps.least_models, names=list(LADDER))))),
     ]  # fmt: skip
     return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))

@@ -17,7 +17,7 @@ def tables_from_rows(root):
     """Return the tables that can be made in the checkout ``root``, name -> thunk."""
     kept = Path(root) / "paper" / "generated" / "rows"
     made = {"methods": ("work", method_table), "convergence": ("convergence", convergence_table),
-            "escape": ("escape", escape_table)}  # fmt: skip
+            "escape": ("escape", escape_table), "decreasing": ("decreasing", decreasing_table)}  # fmt: skip
     files = {name: (kept / f"{stem}.csv", make) for name, (stem, make) in made.items()}
     return {name: lambda file=file, make=make: make(read_rows(file))
             for name, (file, make) in files.items() if file.is_file()}  # fmt: skip
@@ -52,6 +52,20 @@ def _closeness(several):
     sizes = {mu: max(abs(row["excess"]) for group in several for row in group if row["mu"] == mu) for mu in SHOWN}
     since = min(map(monotone_from, several))
     return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${_scale(since)}$", _bare(since))]
+
+
+def decreasing_table(rows):
+    """For every system and order the error over its measure at some mu, and the state that is the most wrong."""
+    mus = (1e-2, 1e-3, 1e-4)
+    body, last = [], None
+    for (name, order), several in groupby(rows, key=lambda row: (row["system"], row["order"])):
+        by_mu = {row["mu"]: row for row in several}
+        measure = Cell(r"$\mu\log(1/\mu)$", "mu log(1/mu)") if by_mu[mus[0]]["with_friction"] else "omitted term"
+        cells = [f"{by_mu[mu]['ratio']:.5f}" if mu in by_mu else "--" for mu in mus]
+        body.append((name if name != last else Cell("", name), Cell(f"${order}$", str(order)), measure, *cells))
+        last = name
+    header = ("system", "order", "error over", *(Cell(f"${_scale(mu)}$", f"mu = {_bare(mu)}") for mu in mus))
+    return Table("decreasing", "lllrrr", header, tuple(body))
 
 
 def escape_table(rows):

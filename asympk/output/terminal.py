@@ -27,12 +27,12 @@ def path_as_json(path, digits=None):
     return json.dumps(told, indent=2)
 
 
-def path_as_text(path, columns=None, digits=None):
+def path_as_text(path, digits=None):
     """Return a path as a table of modes with the time and state at which each begins, and the final state.
 
     With ``digits`` the final state follows in full.
     """
-    scene, columns = path.scene, columns or ("t", *path.names)
+    scene, columns = path.scene, ("t", *path.names)
     begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
     lines = [f"{'  '.join(f'{name:>14}' for name in columns)}  event -> mode"]
     for (kind, *state), mode in zip(begins, path.modes, strict=True):

@@ -18,7 +18,6 @@ on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 
 from asympk.errors import InputError, UnknownName
 from asympk.scene import Scene
@@ -33,12 +32,10 @@ _NEAR = ("manifold", "x", "offset", "z")
 
 @dataclass(frozen=True)
 class SceneFile:
-    """What a file says: the scene, one line about it, and for a physical one its units and exact quantities."""
+    """What a file says: the scene, and one line about it."""
 
     scene: Scene
     about: str = ""
-    units: Any = None
-    quantities: dict | None = None
 
 
 def read_scene(where):
@@ -67,8 +64,8 @@ def changed(found, changes):
     scene = found.scene
     if not changes:
         return scene
-    if found.units or scene.near_to:
-        tied = "its physical quantities" if found.units else "a slow line"
+    if scene.rod or scene.near_to:
+        tied = "its physical quantities" if scene.rod else "a slow line"
         raise InputError(f"--{next(iter(changes))}: scene {scene.name!r} is tied to {tied}; change a copy of its file")
     static = {"sigma0": None} if scene.sigma0 == scene.sigma else {}
     return replace(scene, **{**static, **changes})
@@ -103,7 +100,7 @@ def _told(table, where):
     try:
         if any(key in table for key in SYSTEM):
             return SceneFile(_of_system(told), line)
-        return _from_rod(told, line) if physical else SceneFile(_nondimensional(told), line)
+        return SceneFile(_from_rod(told) if physical else _nondimensional(told), line)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
@@ -128,20 +125,10 @@ def _nondimensional(told):
     return Scene.near(**{key: plain(value) for key, value in {**beside, **told}.items()})
 
 
-def _from_rod(told, line):
-    from asympk.scenes import units
-
+def _from_rod(told):
     _require(told, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
-    start = _list(told["start"])
-    if not isinstance(start, list) or len(start) != 3:
-        raise InputError(f"start = {start!r:.60}: it must be three numbers [R_1, R_1', u]")
-    given = {key: plain(told[key]) for key in PHYSICAL if key in told}
-    given = {"f0": given["f"], **given, **dict(zip(units.STATE, (*start, plain(told["until"])), strict=True))}
-    quantities = {name: units.quantity(name, value) for name, value in given.items()}
-    found, scale = units.nondimensional(quantities)
-    start = tuple(found[axis] for axis in "xyz")
-    scene = Scene(found["sigma"], found["mu"], start, found["until"], found["sigma0"], told["name"])
-    return SceneFile(scene, line, scale, quantities)
+    given = {key: plain(told[key]) for key in (*PHYSICAL, "until", "name") if key in told}
+    return Scene.physical(**given, start=_list(told["start"]))
 
 
 def _list(value):

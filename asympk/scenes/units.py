@@ -8,20 +8,24 @@ l, stiffness k and damping h, in any consistent units (SI: kg, N, 1, 1, rad, m, 
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
-from typing import NamedTuple
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.multiprecision import context, times
-from asympk.numbers import number
-from asympk.path import Event
+from asympk.multiprecision import context
+from asympk.numbers import number, short
+from asympk.path import Path
+from asympk.scene import Scene
+from asympk.shown import number as shown
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein, rod
 
 DIGITS = 100
 STATE = ("R1", "dR1", "u", "t")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
+SI = {"m": "kg", "P": "N", "f": "", "f0": "", "alpha": "", "l": "m", "k": "N", "h": "s/m", "R1": "N", "dR1": "N/s",
+      "u": "m/s", "t": "s"}  # fmt: skip
 _SYMBOLS = {"m": rod.m, "P": rod.P, "f": rod.f, "f0": rod.f0, "alpha": rod.alpha, "l": rod.l, "k": rod.k, "h": rod.h,
             "R1": rod.R1, "dR1": rod.dR1, "u": rod.u, "t": sp.Symbol("t", real=True)}  # fmt: skip
 
@@ -31,6 +35,9 @@ class Degrees:
     """An angle in degrees, exact."""
 
     value: Fraction
+
+    def __str__(self) -> str:
+        return f"{self.value} deg"
 
 
 @dataclass(frozen=True)
@@ -50,11 +57,61 @@ class Units:
         return _times(t, self.time)
 
 
-class Told(NamedTuple):
-    """The start and the horizon of a path told in physical quantities."""
+@dataclass(frozen=True)
+class Rod:
+    """A physical rod: its exact ``quantities`` by name, the ``units``, and the nondimensional ``numbers`` they make.
 
-    start: tuple
-    until: object
+    ``numbers`` are (sigma, mu, sigma0, x, y, z, until).
+    """
+
+    quantities: tuple[tuple[str, Any], ...]
+    units: Units
+    numbers: tuple[Any, ...]
+
+    @property
+    def rows(self) -> tuple[tuple[str, str], ...]:
+        """The quantities with their units in SI, for a card."""
+        return tuple((name, f"{shown(value)} {SI[name]}".strip()) for name, value in self.quantities)
+
+
+@dataclass(frozen=True)
+class PhysicalScene:
+    """What a path told in physical quantities has for a scene: the start and the horizon, and the rod."""
+
+    name: str
+    start: tuple[Any, ...]
+    until: Any
+    delay: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the states."""
+        return ("R_1", "dR_1", "u")
+
+    @property
+    def combinations(self) -> tuple[tuple[str, tuple], ...]:
+        """The load R = R_1 + h l R_1' (2.3)."""
+        return (("R", (1, self.delay, 0)),)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of time and states in SI."""
+        return {"t": "s", "R_1": "N", "dR_1": "N/s", "u": "m/s", "R": "N"}
+
+
+@dataclass(frozen=True)
+class PhysicalDense:
+    """The dense output of a path, told in physical quantities."""
+
+    path: Path
+    units: Units
+
+    def __call__(self, t: Any) -> Any:
+        """Return an array of shape ``(3,) + t.shape`` at physical times."""
+        import numpy as np
+
+        moments = np.minimum(np.asarray(t) / float(self.units.time), float(self.path.end))
+        return np.stack(self.units.state(*self.path(moments)))
 
 
 @cache
@@ -120,28 +177,38 @@ def _value(value):
     return Fraction(value)
 
 
-def physical(path, units):
+def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scene:
+    """Return the ``Scene`` of a physical rod; raises ``InputError``."""
+    try:
+        state = () if isinstance(start, str) else tuple(start)
+    except TypeError:
+        state = ()
+    if len(state) != 3:
+        raise InputError(f"start = {short(start)}: it must be three numbers [R_1, R_1', u]")
+    given = {**given, **dict(zip(STATE, (*state, until), strict=True))}
+    quantities = {key: quantity(key, value) for key, value in given.items()}
+    found, scale = nondimensional(quantities)
+    numbers = tuple(found[key] for key in RESULTS)
+    sigma, mu, sigma0, x, y, z, horizon = numbers
+    return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=Rod(tuple(quantities.items()), scale, numbers))
+
+
+def physical(path: Path) -> Path:
     """Return ``path`` told in physical quantities: times, and (R_1, R_1', u) in place of (x, y, z)."""
     scene = path.scene
-    return replace(
-        path,
-        scene=Told(units.state(*scene.start), units.moment(scene.until)),
-        final=units.state(*path.final),
-        events=tuple(Event(e.kind, units.moment(e.t), units.state(*e.state)) for e in path.events),
-        at=lambda t: _told_at(path, t, units),
-    )
-
-
-def _told_at(path, t, units):
-    import numpy as np
-
-    moments = np.minimum(np.asarray(t) / float(units.time), float(path.scene.until))
-    return np.stack(units.state(*path(moments)))
+    if getattr(scene, "rod", None) is None:
+        raise InputError("the path has no physical quantities; give its scene as ap.Scene.physical(m=, P=, f=, ...)")
+    units = scene.rod.units
+    told = PhysicalScene(scene.name, units.state(*scene.start), units.moment(scene.until), float(units.time))
+    events = tuple(e._replace(t=units.moment(e.t), state=units.state(*e.state)) for e in path.events)
+    reached = {"reached": units.moment(path.info["reached"])} if "reached" in path.info else {}
+    return replace(path, scene=told, final=units.state(*path.final), events=events, at=PhysicalDense(path, units),
+                   info={**path.info, **reached})  # fmt: skip
 
 
 def _times(value, scale):
     if isinstance(value, int | Fraction):
         return value * scale
     if hasattr(value, "_mpf_"):
-        return times(value, scale, max(53, value._mpf_[1].bit_length()) + 20)
+        return value * scale.numerator / scale.denominator
     return value * float(scale)

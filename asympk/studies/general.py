@@ -14,6 +14,7 @@ import numpy as np
 
 from asympk.errors import AsympkError, OutOfRange
 from asympk.methods import solve
+from asympk.scene import Scene
 
 SMOOTH = {"slow": ("slow", {"order": 1}), **{f"jump-{n}": ("jump", {"order": n}) for n in range(3)}}
 FRICTION = {"slow": ("slow", {}), "jump-0": ("jump", {})}
@@ -38,8 +39,17 @@ class Rung:
     cost: float | None = None
     reason: str = ""
 
+    @property
+    def told(self) -> str:
+        """The rung in words: its errors and its cost, or why it does not apply."""
+        if self.predicted is None:
+            return self.reason
+        numbers = {"predicted": self.predicted, "measured": self.measured}
+        words = [f"{name} {value:.1e}" for name, value in numbers.items() if value is not None]
+        return ", ".join([*words, f"cost {self.cost:.2g}"] if self.cost else words)
 
-def rungs(scene):
+
+def rungs(scene: Scene) -> tuple[Rung, ...]:
     """Return the rungs of a scene's ladder, lowest first, with predictions, measured errors and costs.
 
     Raises what ``solve`` raises where the exact motion itself cannot be followed.
@@ -62,7 +72,7 @@ def _rung(scene, name, method, options, reference):
     return Rung(name, float(predicted), _distance(path.final, reference), seconds(scene, method, options))
 
 
-def calibrated_error(scene, method, options):
+def calibrated_error(scene: Scene, method: str, options: dict) -> float:
     """Return C mu log(1/mu) with the constant C measured at 4 mu and 2 mu; raises ``OutOfRange`` where they differ."""
     k = scene.system.parameters.index(scene.system.small)
     mu = float(scene.values[k])
@@ -93,7 +103,7 @@ def _distance(final, reference):
     return float(np.abs(final - reference).max() / max(1.0, np.abs(reference).max()))
 
 
-def seconds(scene, method, options):
+def seconds(scene: Scene, method: str, options: dict) -> float:
     """Return the median time of a few runs, after one to warm up."""
     times = []
     for _ in range(_REPEATS + 1):

@@ -10,6 +10,7 @@ from asympk.arrays.columns import scenes
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
 from asympk.numbers import number, short
+from asympk.shown import Card, ShownAsTable
 from asympk.studies import general
 from asympk.studies.general import Rung
 from asympk.systems.kernels import kernel_scene
@@ -25,14 +26,18 @@ REFERENCE_DIGITS = 30
 DOUBLES = 2e-15  # what the exact flow is held to in doubles, relative to the largest of 1, |x|, |z| on the path
 
 
-@dataclass(frozen=True)
-class Ladder:
+@dataclass(frozen=True, repr=False)
+class Ladder(ShownAsTable):
     """The least model at a tolerance, the error it predicts, and every rung of the ladder, lowest first."""
 
     model: str
     predicted: float
     rtol: float
     rungs: tuple[Rung, ...]
+
+    def _card(self) -> Card:
+        return Card(f"Least model for an error below {self.rtol:g}: {self.model}",
+                    tuple((rung.model, rung.told) for rung in self.rungs))  # fmt: skip
 
     def as_dict(self):
         """Return the ladder as plain dictionaries, for JSON."""

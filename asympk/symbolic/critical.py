@@ -6,10 +6,12 @@ real parts, here by the determinants of Hurwitz, tell attracting from repelling 
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
@@ -18,8 +20,8 @@ from asympk.symbolic.system import Mode
 from asympk.symbolic.values import by_symbol, exact, names
 
 
-@dataclass(frozen=True)
-class CriticalManifold:
+@dataclass(frozen=True, repr=False)
+class CriticalManifold(ShownAsFormulas):
     """The manifold ``y = branch[y]`` of one mode at mu = 0, under ``assumptions`` on the parameters."""
 
     name: str
@@ -115,6 +117,22 @@ class CriticalManifold:
                 f"{self.name} exists only for {_text(self.exists)}"
             )
         return found
+
+    def _card(self) -> Card:
+        graph = self._graph()
+        rows = [(str(y), value) for y, value in graph.items()]
+        rows += [("where", self.domain), ("exists for", self.exists), ("stability", self._kind())]
+        return Card(f"{type(self).__name__} {self.name} of mode {self.mode}", tuple(rows))
+
+    def _graph(self) -> dict[sp.Symbol, sp.Expr]:
+        """Return the fast states on the manifold."""
+        return dict(self.branch)
+
+    def _kind(self) -> Any:
+        try:
+            return self.stability
+        except NotNormallyHyperbolic as reason:
+            return str(reason)
 
     def _degeneracy(self):
         """Say what keeps the manifold from being normally hyperbolic."""

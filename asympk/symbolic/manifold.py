@@ -31,7 +31,7 @@ from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, over_f
 C = sp.Symbol("C", real=True)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SlowManifold(CriticalManifold):
     """A critical manifold continued to ``order``: ``y = sum(coefficients[k] * mu**k)``, remainder O(mu**(order + 1)).
 
@@ -52,6 +52,10 @@ class SlowManifold(CriticalManifold):
         if len(self.branch) == 1:
             return _polynomial(self.coefficients, self.small)
         return sp.Dict({y: _polynomial([c[y] for c in self.coefficients], self.small) for y in self.branch})
+
+    def _graph(self) -> dict[sp.Symbol, sp.Expr]:
+        expr = self.expr
+        return dict(expr) if isinstance(expr, sp.Dict) else {next(iter(self.branch)): expr}
 
     @cached_property
     def closed(self):

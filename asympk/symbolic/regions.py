@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import assumed_range
 from asympk.symbolic.truth import arrays, holds, require, with_default
 from asympk.symbolic.values import by_symbol, exact, is_exact, names
@@ -25,6 +26,11 @@ class Span:
     def as_set(self) -> sp.Set:
         """Return the interval as a SymPy set."""
         return sp.Interval(self.start, self.end, not self.closed_start, not self.closed_end)
+
+    @property
+    def told(self) -> str:
+        """The interval as text, such as ``[1/4, oo)``."""
+        return f"{'[' if self.closed_start else '('}{self.start}, {self.end}{']' if self.closed_end else ')'}"
 
 
 @dataclass(frozen=True)
@@ -69,8 +75,8 @@ class Plane:
         return given | {self.symbol: at}
 
 
-@dataclass(frozen=True)
-class Region:
+@dataclass(frozen=True, repr=False)
+class Region(ShownAsFormulas):
     """A part of the switching plane: where ``condition`` holds, a relation in load (or states) and parameters.
 
     ``cells`` give the condition as spans of the load, for each cell of the parameters, where the drive is linear in
@@ -139,6 +145,24 @@ class Region:
             return sp.latex(self.condition)
         lines = [rf"{_latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self.cells]
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
+
+    def __str__(self) -> str:
+        told = (f"{_told(cell.spans)} for {cell.condition}" for cell in self.cells if cell.spans)
+        return "; ".join(told) or (str(self.condition) if not self.cells else "nowhere")
+
+    def _card(self) -> Card:
+        rows = [(str(cell.condition), _told(cell.spans)) for cell in self.cells] or [("where", self.condition)]
+        return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
+
+    def _latex(self, printer: Any, **options: Any) -> str:
+        return self.latex()
+
+    def _repr_latex_(self) -> str:
+        return rf"$\displaystyle {self.latex()}$"
+
+
+def _told(spans: tuple[Span, ...]) -> str:
+    return " u ".join(span.told for span in spans) or "nowhere"
 
 
 def _latex_union(spans):

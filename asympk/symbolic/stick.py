@@ -19,6 +19,7 @@ from itertools import chain, groupby, pairwise, product, zip_longest
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import closed
 from asympk.symbolic.regions import Cell, Plane, Region, Span
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
@@ -36,8 +37,8 @@ _RULES: dict[str, Callable] = {
 }
 
 
-@dataclass(frozen=True)
-class StickRegions:
+@dataclass(frozen=True, repr=False)
+class StickRegions(ShownAsFormulas):
     """The parts of the plane v = 0: ``stick``, ``up`` and ``down`` cover it; ``ambiguous`` is part of ``stick``.
 
     ``ambiguous`` is where sticking and crossing are both consistent, between the kinetic and the static cone;
@@ -51,6 +52,12 @@ class StickRegions:
     ambiguous: Region
     edges: tuple[sp.Expr, ...]
     convention: str = CONVENTION
+
+    def _card(self) -> Card:
+        regions = (self.stick, self.up, self.down, self.ambiguous)
+        rows = [(region.name, region) for region in regions]
+        edges = [(f"edge {k}", edge) for k, edge in enumerate(self.edges, start=1)]
+        return Card(f"Stick regions of the switching plane, load {self.stick.plane.load}", (*rows, *edges))
 
 
 @dataclass(frozen=True)

@@ -21,13 +21,14 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
 from asympk.symbolic.placing import place
 from asympk.symbolic.reading import expression
 
 
-@dataclass(frozen=True)
-class Mode:
+@dataclass(frozen=True, repr=False)
+class Mode(ShownAsFormulas):
     """One smooth field ``x' = slow[x]``, ``small y' = fast[y]``, valid on ``where`` (a condition on the states)."""
 
     name: str
@@ -35,9 +36,14 @@ class Mode:
     fast: sp.Dict
     where: sp.Basic = sp.true
 
+    def _card(self) -> Card:
+        rates = [(f"{s}'", rate) for s, rate in self.slow.items()]
+        rates += [(f"small {s}'", rate) for s, rate in self.fast.items()]
+        return Card(f"Mode {self.name}", (*rates, ("where", self.where)))
 
-@dataclass(frozen=True)
-class Friction:
+
+@dataclass(frozen=True, repr=False)
+class Friction(ShownAsFormulas):
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
     ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic``
@@ -57,6 +63,11 @@ class Friction:
     normal: sp.Symbol | None = None
     constraint: sp.Expr | None = None
 
+    def _card(self) -> Card:
+        told = ("force", "velocity", "load", "kinetic", "static", "gap", "constraint")
+        rows = [(name, getattr(self, name)) for name in told]
+        return Card("Friction", tuple((name, value) for name, value in rows if value is not None))
+
     def __post_init__(self) -> None:
         static = self.kinetic if self.static is None else self.static
         for name in ("velocity", "load", "kinetic", "gap", "constraint"):
@@ -70,8 +81,8 @@ class Friction:
             raise InputError("friction: a constraint needs normal=, the symbol of the reaction that it determines")
 
 
-@dataclass(frozen=True)
-class System:
+@dataclass(frozen=True, repr=False)
+class System(ShownAsFormulas):
     """A system of rates with its frictions: ``slow`` and ``fast`` hold the forces as the symbols of ``frictions``.
 
     ``small`` multiplies the rates of the fast states and is None where there are none; ``time`` is the symbol of an
@@ -95,6 +106,14 @@ class System:
     @cached_property
     def _hash(self) -> int:
         return hash((self.slow, self.fast, self.states, self.small, self.frictions, self.time, self.assumptions))
+
+    def _card(self) -> Card:
+        kind = f"{len(self.frictions)} friction{'s' * (len(self.frictions) > 1)}" if self.frictions else "smooth"
+        rows: list[tuple[str, Any]] = [(f"{s}'", rate) for s, rate in self.slow.items()]
+        rows += [(f"{self.small} {s}'", rate) for s, rate in self.fast.items()]
+        rows += [(f"|{f.force}| <=", f.static * sp.Abs(f.load)) for f in self.frictions]
+        parameters = ", ".join(s.name for s in self.parameters)
+        return Card(f"System of {len(self.states)} states, {kind}; parameters: {parameters or 'none'}", tuple(rows))
 
     @classmethod
     def smooth(

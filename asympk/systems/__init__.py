@@ -2,7 +2,11 @@
 
 from importlib import import_module
 
-__all__ = ["nonlinear_rod", "painleve_klein"]
+MECHANISMS = (
+    "painleve_klein", "unequal_masses", "held_rod", "butenin", "painleve_rod", "bead_rod", "brake_shoe", "crank_slider",
+    "arm",
+)  # fmt: skip
+__all__ = ["nonlinear_rod", *MECHANISMS]
 
 
 def __getattr__(name):

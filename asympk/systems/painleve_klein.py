@@ -86,6 +86,38 @@ def system(law=None):
     )
 
 
+VALUES = {"m": 1, "P": 1, "alpha": "6/5", "f": 2, "f_0": 2}
+STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
+TURN = ("alpha", "1/20", "3/2", {})
+
+
+@cache
+def mechanism():
+    r"""Return the rod in physical quantities as a ``Mechanism``: the gap is the rod's lengthening (2.2).
+
+    Friction acts on the guide of M_1, with the load R sin(alpha); ``elastic(compliance=1/k, damping=h)`` is (2.4).
+    """
+    from sympy.physics.mechanics import dynamicsymbols
+
+    from asympk.mechanics.mechanism import Contact, Mechanism
+
+    x1, x2 = dynamicsymbols("x1 x2")
+    t = dynamicsymbols._t
+    lengthening = -rod.small_angle()[0].subs(rod.delta, x1 - x2)
+    contact = Contact(gap=lengthening, slip=x1, friction=rod.f, static=rod.f0, load=sp.sin(rod.alpha))
+    kinetic = rod.m * (x1.diff(t) ** 2 + x2.diff(t) ** 2) / 2
+    return Mechanism.from_lagrangian(kinetic, (x1, x2), contact=contact, forces={x1: rod.P})
+
+
+def scenes():
+    """Return the scenes of section 3: forward from rest, the jump, and the escape from beyond the divide."""
+    from asympk.scene import Scene
+
+    values = {sigma: 1, sigma0: 1, mu: "1e-6"}
+    starts = {"forward": (0, 0, 1), "backward": (0, "1/5", -1), "escape": (-1, -1, 1)}
+    return tuple(Scene(system=system(), values=values, start=start, until=5, name=n) for n, start in starts.items())
+
+
 def _nondimensional(expr, phi):
     forces = {rod.R: rod.P * _LOAD / sp.cos(rod.alpha), rod.F: rod.P * phi, rod.ddR1: 0}
     return sp.expand(expr.subs(forces, simultaneous=True))

@@ -1,0 +1,65 @@
+"""Numbers that carry their digits: mpf that print, compute and pickle at a precision of their own, in any thread.
+
+An ``mpmath.mpf`` rounds to the precision of the module ``mpmath``, which any thread may change at any time. A carrier
+is an ``mpmath.mpf`` too, but belongs to a context of its own, whose precision nobody changes: it prints as many digits
+as it has, and arithmetic with it, from the right too, keeps them. ``value.context`` has the functions, ``sin`` and all.
+"""
+
+from functools import lru_cache
+from typing import Any
+
+from asympk import multiprecision
+
+LEAST = 15  # digits at which carriers of fewer compute
+_REFLECTED = ("__radd__", "__rsub__", "__rmul__", "__rtruediv__", "__rpow__", "__rmod__")
+
+
+@lru_cache(maxsize=256)
+def context(digits: int) -> Any:
+    """Return the mpmath context of carriers of ``digits`` digits; leave its precision as it is."""
+    import mpmath
+
+    found = multiprecision.context(max(digits, LEAST))
+    told = {"__slots__": (), "context": found, "digits": digits, "__repr__": _repr, "__str__": _str,
+            "__reduce__": _reduce, "__hash__": mpmath.mpf.__hash__}  # fmt: skip
+    carrier = type("mpf", (mpmath.mpf,), told | {name: _reflected(name) for name in _REFLECTED})
+    carrier._ctxdata = [carrier, object.__new__, found._prec_rounding]
+    found.mpf, found.types = carrier, [carrier, found.mpc, found.constant]
+    found.init_builtins()
+    return found
+
+
+def carried(value: Any, digits: int) -> Any:
+    """Return a number, an exact fraction or an mpf of any context, as a carrier of ``digits`` digits."""
+    ctx = context(digits)
+    if hasattr(value, "_mpf_"):
+        return +ctx.make_mpf(value._mpf_)
+    if hasattr(value, "numerator") and not isinstance(value, int):
+        return ctx.mpf(int(value.numerator)) / int(value.denominator)
+    return ctx.mpf(value)
+
+
+def _reflected(name: str) -> Any:
+    """Return a reflected operator; Python prefers one of the right operand's own to that of a plain mpf on the left."""
+
+    def operator(self: Any, other: Any) -> Any:
+        return getattr(self.context.mpf.__base__, name)(self, other)
+
+    return operator
+
+
+def _repr(self: Any) -> str:
+    return f"mpf('{self}')"
+
+
+def _str(self: Any) -> str:
+    return self.context.nstr(self, self.digits)
+
+
+def _reduce(self: Any) -> tuple:
+    sign, mantissa, exponent, bits = self._mpf_
+    return _restored, (self.digits, (int(sign), int(mantissa), int(exponent), int(bits)))
+
+
+def _restored(digits: int, parts: tuple) -> Any:
+    return context(digits).make_mpf(parts)

@@ -1,0 +1,104 @@
+"""Many trajectories at once: which itinerary each has, and their picture, whatever has followed them."""
+
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from asympk.doors import through
+from asympk.shown import Card, ShownAsTable
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STICK = "stick"
+
+
+class Itineraries(NamedTuple):
+    """The ``sequences`` of events that occur, the most frequent first, and the ``index`` of each trajectory's own.
+
+    A sequence of kinds of events ends with "stick" where the trajectory is at rest at the end; ``index`` has the
+    broadcast shape of the arguments.
+    """
+
+    sequences: tuple[tuple[str, ...], ...]
+    index: Any
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """How many trajectories have each of the sequences."""
+        import numpy as np
+
+        return tuple(np.bincount(self.index.ravel(), minlength=len(self.sequences)).tolist())
+
+
+class Many(ShownAsTable):
+    """What became of many trajectories: ``names``, ``final`` (n, ...), ``n_events`` (...) and ``events()``."""
+
+    names: tuple[str, ...]
+    final: Any
+    n_events: Any
+
+    def events(self) -> Any:
+        """Return the events: arrays ``trajectory``, ``kind``, ``t``, in order of time per trajectory."""
+        raise NotImplementedError
+
+    def itineraries(self) -> Itineraries:
+        """Return which sequence of events each trajectory has."""
+        import numpy as np
+
+        flat = self.n_events.ravel()
+        kinds = self.events().kind
+        ends = np.cumsum(flat)
+        rest = self._at_rest().ravel()
+        told = [(*kinds[end - count : end].tolist(), *[STICK] * bool(still))
+                for end, count, still in zip(ends.tolist(), flat.tolist(), rest.tolist(), strict=True)]  # fmt: skip
+        found: dict[tuple[str, ...], int] = {}
+        for sequence in told:
+            found[sequence] = found.get(sequence, 0) + 1
+        order = sorted(found, key=lambda sequence: (-found[sequence], len(sequence), sequence))
+        place = {sequence: k for k, sequence in enumerate(order)}
+        index = np.array([place[sequence] for sequence in told], dtype=np.intp)
+        return Itineraries(tuple(order), index.reshape(self.n_events.shape))
+
+    def plot(self, file: "str | File | None" = None) -> "Figure":
+        """Draw the itineraries over two arguments that broadcast, or else the final states one after the other.
+
+        Raises ``InputError`` for another kind of file than .pdf, .svg or .png, ``MissingPackage`` without matplotlib.
+        """
+        return through("Many.plot", self, file)
+
+    def _at_rest(self) -> Any:
+        """Return which trajectories are at rest at the end; none where that is not known."""
+        import numpy as np
+
+        return np.zeros(self.n_events.shape, dtype=bool)
+
+    def _axes(self) -> tuple[tuple[str, Any], ...]:
+        """Return (name, values) of the argument that varies along each axis: by default the count."""
+        return axes_of(self.n_events.shape, {})
+
+    def _card(self) -> Card:
+        size = self.n_events.size
+        rows = [("shape", str(self.n_events.shape))]
+        if size:
+            spread = (f"{self.n_events.min()} to {self.n_events.max()}, {self.n_events.sum()} in all")
+            rows += [("events", spread)]
+            rows += [(name, f"from {values.min():.6g} to {values.max():.6g} at the end")
+                     for name, values in zip(self.names, self.final, strict=True)]  # fmt: skip
+        return Card(f"{size} trajectories", tuple(rows))
+
+
+def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[str, Any], ...]:
+    """Return (name, values) of the first argument that varies along each axis and no other, or the count there."""
+    import numpy as np
+
+    found = []
+    for k, size in enumerate(shape):
+        wide = tuple(size if axis == k else 1 for axis in range(len(shape)))
+        told = (name for name, values in arguments.items() if _padded(values.shape, len(shape)) == wide and size > 1)
+        name = next(told, None)
+        found.append((name, arguments[name].ravel()) if name else (f"axis {k}", np.arange(size)))
+    return tuple(found)
+
+
+def _padded(shape: tuple[int, ...], length: int) -> tuple[int, ...]:
+    return (1,) * (length - len(shape)) + shape

@@ -1,0 +1,153 @@
+"""One's own mechanism from a TOML file: formulas in plain names, a rate written with a prime, theta'.
+
+    coordinates = ["X", "Y", "theta"]
+    lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
+    gap = "Y - l*sin(theta)"
+    slip = "X - l*cos(theta)"
+    friction = "f"
+    unilateral = true
+    [forces]        # generalised forces that the Lagrangian does not hold, by coordinate
+    [values]        # a number for every parameter: these are the names that formulas may use
+    [state]         # coordinates and rates of the example
+    [over]          # theta = [0.05, 1.5]: what the paradox is told over
+
+Instead of ``lagrangian`` there may be ``mass``, rows of formulas; the forces are then all of Q.
+"""
+
+import re
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.formulas import read_formula
+from asympk.mechanics.elastic import completing, velocities
+from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.storage.tomlfile import plain, read_table, refuse_unknown
+
+KEYS = ("about", "coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral",
+        "forces", "values", "state", "over")  # fmt: skip
+_RATE = re.compile(r"([A-Za-z_]\w*)'")
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Described:
+    """A mechanism with the numbers of an example; ``turn`` is (name, low, high, what is tied to it) or None."""
+
+    name: str
+    about: str
+    mechanism: Mechanism
+    values: dict[str, Any]
+    state: dict[str, Any]
+    turn: tuple | None
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The values of parameters and states, those of the elastic contact left out."""
+        own = {str(s) for s in self.mechanism.plain.parameters}
+        return {**{name: value for name, value in self.values.items() if name in own}, **self.state}
+
+    def changed(self, changes: dict[str, Any]) -> "Described":
+        """Return the description with other numbers; raises ``UnknownName`` for what is no parameter or state."""
+        self.mechanism._keys(dict(changes))
+        values = {name: changes.get(name, value) for name, value in self.values.items()}
+        state = {name: changes.get(name, value) for name, value in self.state.items()}
+        added = {name: value for name, value in changes.items() if name not in values and name not in state}
+        return replace(self, values={**values, **added}, state=state)
+
+    def closed(self, at: Any, friction: Any) -> dict[str, Any]:
+        """Return the numbers with the contact closed and sliding as in the example, on arrays of ``turn`` and friction.
+
+        The rates are those with g' = 0, with the sliding velocity and the free rates of the example.
+        """
+        if self.turn is None:
+            raise InputError(f"{self.name}: nothing to turn; name a coordinate and its range under [over]")
+        rod, (name, _, _, tied) = self.mechanism, self.turn
+        placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in tied.items()}}
+        kinetics, sliding = rod.plain, sp.Dummy("gamma", real=True)
+        rates = velocities(kinetics, completing(kinetics), sp.S.Zero, sliding)
+        known = {**rod._keys(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
+        found = evaluate(tuple(rates.values()), known)
+        placed |= {str(rate): value for rate, value in zip(rates, found, strict=True)}
+        return {**placed, str(rod.contact.friction): friction}
+
+
+def read_mechanism(path: Any) -> Described:
+    """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` for what is none, in one line."""
+    table = read_table(path)
+    refuse_unknown(table, KEYS, path)
+    names = table.get("coordinates")
+    if not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):
+        raise InputError(f"{path}: coordinates must be a list of plain names, such as ['X', 'theta']")
+    values, state = (_numbers(table, key, path) for key in ("values", "state"))
+    q = tuple(sp.Symbol(n, real=True) for n in names)
+    u = tuple(sp.Symbol(f"{n}'", real=True) for n in names)
+    t = sp.Symbol("t", real=True)
+    known = {s.name: s for s in (*q, t)} | {f"{s.name}__rate": v for s, v in zip(q, u, strict=True)}
+    known |= {name: sp.Symbol(name, real=True) for name in values}
+
+    def formula(key, text):
+        return read_formula(_RATE.sub(r"\1__rate", text) if isinstance(text, str) else text, known, f"{path}: {key}")
+
+    return Described(str(path), str(table.get("about", "")), _mechanism(table, path, formula, q, u, t), values, state,
+                     _turn(table.get("over"), path))  # fmt: skip
+
+
+def _mechanism(table, path, formula, q, u, t):
+    needed = ("gap", "slip", "friction")
+    if missing := [key for key in needed if key not in table]:
+        raise InputError(f"{path}: {', '.join(missing)} missing")
+    if not isinstance(table.get("unilateral", False), bool):
+        raise InputError(f"{path}: unilateral must be true or false")
+    given = {key: formula(key, plain(table[key])) for key in (*needed, "static", "load") if key in table}
+    contact = Contact(**given, unilateral=table.get("unilateral", False))
+    forces = _table(table, "forces", path)
+    if unknown := forces.keys() - {s.name for s in q}:
+        raise InputError(f"{path}: forces: {', '.join(sorted(unknown))} is no coordinate")
+    applied = [formula(f"forces: {s.name}", plain(forces.get(s.name, 0))) for s in q]
+    if ("lagrangian" in table) == ("mass" in table):
+        raise InputError(f"{path}: give either lagrangian or mass")
+    if "mass" in table:
+        rows = [[formula("mass", plain(entry)) for entry in row] for row in _rows(table["mass"], path)]
+        return Mechanism(q, u, rows, applied, contact, t)
+    mass, centrifugal = _equations(formula("lagrangian", table["lagrangian"]), q, u, t)
+    return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t)
+
+
+def _equations(lagrangian, q, u, t):
+    """Return M and Q of Lagrange's equations, M u' = dL/dq - (d/dt dL/du without u')."""
+    momenta = [sp.diff(lagrangian, v) for v in u]
+    mass = sp.Matrix([[sp.diff(p, v) for v in u] for p in momenta])
+    turning = [sum(sp.diff(p, s) * v for s, v in zip(q, u, strict=True)) + sp.diff(p, t) for p in momenta]
+    return mass, [sp.diff(lagrangian, s) - part for s, part in zip(q, turning, strict=True)]
+
+
+def _rows(mass, path):
+    if not isinstance(mass, list) or not all(isinstance(row, list) for row in mass):
+        raise InputError(f"{path}: mass must be a list of rows, such as [['m', '0'], ['0', 'm']]")
+    return mass
+
+
+def _table(table, key, path):
+    found = table.get(key, {})
+    if not isinstance(found, dict):
+        raise InputError(f"{path}: {key} = {found!r:.60}: it must be a table, [{key}]")
+    return found
+
+
+def _numbers(table, key, path):
+    return {name: plain(value) for name, value in _table(table, key, path).items()}
+
+
+def _turn(over, path):
+    if over is None:
+        return None
+    if not isinstance(over, dict) or len(over) != 1:
+        raise InputError(f"{path}: over must name one coordinate or parameter with its range, theta = [0.05, 1.5]")
+    ((name, ends),) = over.items()
+    if not isinstance(ends, list) or len(ends) != 2:
+        raise InputError(f"{path}: over: {name} = {ends!r:.60}: give its range, [low, high]")
+    return name, *map(plain, ends), {}

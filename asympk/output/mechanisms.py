@@ -1,0 +1,128 @@
+"""What the command line tells of a mechanism: its contact, its paradox, its rigid motions, the jump through it."""
+
+from importlib import import_module
+
+from asympk.errors import InputError, NotDerivable
+from asympk.systems import MECHANISMS
+from asympk.systems.catalogue import described
+
+_DAMPINGS = (0, 1)  # damping ratios for which the rebound is told
+
+
+def load(name):
+    """Return the ``Described`` mechanism that is called so in the catalogue, or in a TOML file of this name."""
+    if name.endswith(".toml"):
+        from asympk.mechanics.described import read_mechanism
+
+        return read_mechanism(name)
+    return described(name)
+
+
+def changes(settings):
+    """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for what is none."""
+    found = {}
+    for setting in settings:
+        name, equals, value = setting.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise InputError(f"--set {setting!r:.60}: write it as NAME=VALUE, f=2.5")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def catalogue_as_text():
+    """Return the mechanisms of the catalogue, one a line."""
+    about = {name: import_module(f"asympk.systems.{name}").__doc__.partition("\n")[0] for name in MECHANISMS}
+    return "\n".join(f"{name:16}{line}" for name, line in about.items())
+
+
+def mechanism_as_text(told):
+    """Return one screen about a ``Described`` mechanism."""
+    numbers = ", ".join(f"{name} = {_short(value)}" for name, value in told.numbers.items())
+    lines = [f"{told.name}: {told.about}", f"at {numbers}", "", *_contact(told), *_paradox(told), *_motions(told), "",
+             *_jump(told), "", *_further(told)]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _contact(told):
+    rod = told.mechanism
+    G = [rod.evaluate(rod.delassus[i], told.numbers) for i in (0, 1, 3)]
+    a = [rod.evaluate(part, told.numbers) for part in rod.free]
+    side = "only pushes" if rod.contact.unilateral else "holds both ways"
+    return [
+        f"contact         {side}; sliding velocity {_short(rod.evaluate(rod.sliding_velocity, told.numbers))}",
+        f"Delassus        G_NN = {_short(G[0])}, G_NT = {_short(G[1])}, G_TT = {_short(G[2])}",
+        f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}",
+    ]
+
+
+def _paradox(told):
+    rod = told.mechanism
+    critical = rod.critical_friction
+    formula = str(rod._own(critical)).replace("(t)", "")
+    shown = f"{formula} = " if len(formula) < 90 else ""
+    found = rod.evaluate(rod.paradox, told.numbers)
+    value = _short(rod.evaluate(critical, told.numbers)) if critical.is_finite is not False else "none"
+    lines = [f"critical        friction {shown}{value}: {'a paradox' if found else 'no paradox'} here"]
+    if told.turn is None:
+        return lines
+    name, low, high, tied = told.turn
+    given = {key: value for key, value in {**told.numbers, **tied}.items() if key != name}
+    spans = rod.paradox_set({name: (low, high)}, given).intervals
+    where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in spans) or "nowhere"
+    lines.append(f"over {name:11}{where} in {low} .. {high}")
+    return lines + _least(rod, name, tied)
+
+
+def _least(rod, name, tied):
+    if tied or name not in map(str, rod.plain.coordinates):
+        return []
+    try:
+        least = rod.least_critical_friction(name)
+    except NotDerivable:
+        return []
+    where = str(least.where.lhs).replace("(t)", "")
+    return [f"least           friction {least.friction} where {where} = {least.where.rhs}"]
+
+
+def _motions(told):
+    found = told.mechanism.motions(told.numbers)
+    words = ", ".join(f"{name} with R = {_short(R)}" for name, R in found) or "none"
+    return [f"rigid motions   {words}"]
+
+
+def _jump(told):
+    rod = told.mechanism
+    law = rod.jump_law()
+    if not rod.evaluate(law.condition, told.numbers):
+        return ["jump            none from here: no paradox, or the contact slides out of it"]
+    normal, tangential = (rod.evaluate(part, told.numbers) for part in law.impulses)
+    after = ", ".join(f"{rate} = {_short(rod.evaluate(law.velocities[own], told.numbers))}"
+                      for own, rate in zip(rod.velocities, rod.plain.velocities, strict=True))  # fmt: skip
+    beyond = "from beyond the divide of the two motions, " if rod.motions(told.numbers) else ""
+    lines = [
+        f"jump            {beyond}P_N = {_short(normal)}, P_T = {_short(tangential)}: the contact stops in c log(1/c)",
+        f"velocities      {after}",
+        f"reaction        x gains P_N / h = {_short(normal)} / h with the damping time h",
+    ]
+    return lines + (_rebounds(told) if rod.contact.unilateral else [])
+
+
+def _rebounds(told):
+    rod = told.mechanism
+    if rod.evaluate(rod.free[0], told.numbers) >= 0:
+        return []
+    rates = [(b, rod.evaluate(rod.jump_law(ratio=b).gap_rate, told.numbers)) for b in _DAMPINGS]
+    shown = ", ".join(f"g' = {_short(rate)} for a damping ratio {b}" for b, rate in rates)
+    return [f"rebound         {shown}"]
+
+
+def _further(told):
+    friction = told.mechanism.contact.friction
+    lines = [f"asympk mechanism {told.name} --plot motions.svg"] if told.turn and friction.is_Symbol else []
+    if friction.is_Symbol:
+        lines.append(f"asympk mechanism {told.name} --set {friction}=1/2")
+    return lines
+
+
+def _short(value):
+    return f"{float(value):.6g}" if not isinstance(value, str | int) else str(value)

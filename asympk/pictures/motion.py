@@ -1,0 +1,122 @@
+"""The picture of a path: every state against time, modes as shades, events as marks."""
+
+from functools import reduce
+from pathlib import Path as File
+from typing import Any
+
+from asympk.errors import MissingPackage
+from asympk.path import Path
+from asympk.pictures import sheets, style
+from asympk.pictures.trace import columns, trace
+from asympk.shown import as_html
+
+GREYS = {"slip_same": 1.0, "smooth": 1.0, "one_field": 1.0, "open": 0.95, "slip_opposite": 0.88, "stick": 0.72}
+HUES = ((1, 1, 1), (0.62, 0.8, 1), (1, 0.82, 0.55), (0.66, 1, 0.8))  # what the phases of further frictions tend to
+PANEL, LEGEND, AXIS = 0.95, 0.3, 0.35  # inches
+LETTERS = 45  # that fit into a row of the legend
+MANY = 40  # events from which on they are lines without marks on the curves
+
+
+def plot(path: Path, file: str | File | None = None) -> Any:
+    """Return the matplotlib ``Figure`` of a path, written to ``file`` too where there is one.
+
+    Time is logarithmic from the first event on where that is early, and a state from where it is nearly always, where
+    it is larger for a short while. Raises ``InputError`` for a file of another kind than .pdf, .svg or .png,
+    ``MissingPackage`` where matplotlib is not installed.
+    """
+    sheet = sheets()
+    if file is not None:
+        sheet.suffix_of(file)
+    return sheet.kept(figure(path), file)
+
+
+def html(path: Path) -> str:
+    """Return the table of a path as HTML, and its picture below where matplotlib is installed."""
+    from base64 import b64encode
+
+    try:
+        drawn = b64encode(sheets().bytes_of(figure(path), ".svg")).decode()
+    except MissingPackage:
+        return as_html(path._card())
+    return f'{as_html(path._card())}<img alt="the path over time" src="data:image/svg+xml;base64,{drawn}"/>'
+
+
+def figure(path: Path) -> Any:
+    """Draw a path: a panel for every state, and for what is told beside the states."""
+    sheet = sheets()
+    names, data = columns(path)[1:-1], list(zip(*trace(path), strict=True))
+    with sheet.in_style():
+        drawing = sheet.sheet(style.COLUMN, LEGEND + AXIS + PANEL * len(names))
+        panels = drawing.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+        for axis, values, name in zip(panels, data[1:-1], names, strict=True):
+            _shade(axis, path)
+            axis.plot(data[0], values, color=style.BLUE)
+            _mark(axis, path, data[0], values)
+            _stretch(axis, data[0], values)
+            axis.set_ylabel(_label(path, name))
+        _time_axis(panels[-1], path)
+        panels[-1].set_xlabel(_label(path, "t"))
+        _legend(drawing, path)
+    return drawing
+
+
+def shade(mode: str) -> tuple[float, float, float]:
+    """Return the colour of a mode by its name alone: a grey for one friction, tinted by what the others do."""
+    parts = [_tinted(GREYS.get(phase, 1.0), HUES[k % len(HUES)]) for k, phase in enumerate(mode.split("+"))]
+    return reduce(lambda a, b: (a[0] * b[0], a[1] * b[1], a[2] * b[2]), parts)
+
+
+def _tinted(grey: float, hue: tuple) -> tuple[float, float, float]:
+    share = (1 - grey) / (1 - GREYS["stick"])
+    r, g, b = (grey if c == 1 and hue == HUES[0] else 1 - share * (1 - c) for c in hue)
+    return r, g, b
+
+
+def _label(path: Path, name: str) -> str:
+    unit = path.scene.units.get(name)
+    return f"{name} ({unit})" if unit else name
+
+
+def _shade(axis: Any, path: Path) -> None:
+    moments = [0.0, *(float(event.t) for event in path.events), float(path.end)]
+    for begin, end, mode in zip(moments, moments[1:], path.modes, strict=False):
+        axis.axvspan(begin, end, facecolor=shade(mode), linewidth=0)
+    for moment in moments[1:-1]:
+        axis.axvline(moment, color="0.5", linewidth=0.4)
+
+
+def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:
+    """Put a dot on a curve at every event, where they are not too many."""
+    if len(path.events) > MANY:
+        return
+    at = dict(zip(times, values, strict=True))
+    marks = [float(event.t) for event in path.events]
+    axis.plot(marks, [at[t] for t in marks], "o", color=style.BLUE, markersize=2.2)
+
+
+def _stretch(axis: Any, times: tuple, values: tuple) -> None:
+    """Draw a state logarithmically beyond the size that it has for 95 % of the time, where it grows far beyond."""
+    import numpy as np
+
+    sizes, weights = np.abs(values), np.gradient(np.array(times)) if times[-1] > 0 else np.ones(len(times))
+    order = np.argsort(sizes)
+    usual = sizes[order][np.searchsorted(np.cumsum(weights[order]), 0.95 * weights.sum())]
+    if sizes.max() > 20 * usual > 0:
+        axis.set_yscale("symlog", linthresh=10.0 ** np.ceil(np.log10(usual)))
+
+
+def _time_axis(axis: Any, path: Path) -> None:
+    until = float(path.end)
+    first = float(path.events[0].t) if path.events else until
+    if 0 < first < until / 50:
+        axis.set_xscale("symlog", linthresh=first)
+    axis.set_xlim(0, until or 1)
+
+
+def _legend(drawing: Any, path: Path) -> None:
+    from matplotlib.patches import Patch
+
+    present = list(dict.fromkeys(path.modes))
+    handles = [Patch(facecolor=shade(mode), edgecolor="0.5", linewidth=0.4, label=mode) for mode in present]
+    columns = max(1, min(3, LETTERS // max(map(len, present)), len(present)))
+    drawing.legend(handles=handles, loc="outside upper center", ncols=columns)

@@ -1,0 +1,40 @@
+"""The map of the rigid motions of a mechanism: how many there are over a coordinate and the friction."""
+
+from asympk.errors import InputError
+from asympk.mechanics.evaluation import as_floats
+from asympk.pictures import style
+from asympk.pictures.portraits import plate
+
+LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////"), 3: ("three", "0.6", "xx")}
+
+
+def motion_plot(described):
+    """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
+
+    The contact is closed and slides as in the example. Raises ``InputError`` where friction is no single parameter, or
+    the description names nothing to draw over.
+    """
+    import numpy as np
+    from matplotlib.patches import Patch
+
+    rod, turn = described.mechanism, described.turn
+    if turn is None or not rod.contact.friction.is_Symbol:
+        raise InputError("a map needs [over] in the description and friction that is one parameter")
+    most = 2 * float(rod.evaluate(rod.contact.friction, described.numbers))
+    at = np.linspace(*(as_floats(turn[0], end) for end in turn[1:3]), 241)
+    friction = np.linspace(most / 240, most, 240)
+    count = rod.motion_map(described.closed(at[None, :], friction[:, None])).count
+    with plate(2.3) as (figure, axes):
+        ax = axes.flat[0]
+        shown = sorted({*count.flat})
+        for number in shown:
+            _, colour, hatch = LOOKS[min(number, 3)]
+            ax.contourf(at, friction, count == number, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
+        ax.set(xlabel=f"${turn[0]}$" if len(turn[0]) == 1 else rf"$\{turn[0]}$", ylabel="friction", ylim=(0, most))
+        handles = []
+        for number in shown:
+            word, colour, hatch = LOOKS[min(number, 3)]
+            label = f"{word} rigid motion{'s' if number > 1 else ''}"
+            handles.append(Patch(facecolor=colour, hatch=hatch, edgecolor=style.BLACK, linewidth=0.4, label=label))
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    return figure

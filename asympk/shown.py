@@ -1,0 +1,127 @@
+"""How a noun shows itself: a card of a title and a few rows, as text at the prompt and as HTML or LaTeX in a notebook.
+
+A noun derives from ``ShownAsTable`` or ``ShownAsFormulas``, is a dataclass with ``repr=False``, and has ``_card()``.
+The values of a card are words, numbers, or formulas: anything that SymPy's LaTeX printer knows.
+"""
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+WIDTH = 100  # characters of a line of text
+ROWS = 10  # rows of a card as text
+LONGEST = 60  # characters of a number
+
+
+class Card(NamedTuple):
+    """What a noun tells of itself: a title, and rows of a label and a value."""
+
+    title: str
+    rows: tuple[tuple[str, Any], ...] = ()
+
+
+class Shown:
+    """A noun whose ``repr`` is its card, a few lines of text."""
+
+    def _card(self) -> Card:
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return as_text(self._card())
+
+
+class ShownAsTable(Shown):
+    """A noun that a notebook shows as a table."""
+
+    def _repr_html_(self) -> str:
+        return as_html(self._card())
+
+
+class ShownAsFormulas(Shown):
+    """A noun that a notebook shows as formulas; ``sympy.latex`` knows it."""
+
+    def _latex(self, printer: Any, **options: Any) -> str:
+        return as_latex(self._card())
+
+    def _repr_latex_(self) -> str:
+        return rf"$\displaystyle {as_latex(self._card())}$"
+
+
+def number(value: Any) -> str:
+    """Return a number in few characters: a double with ten digits, a number that carries its digits with all of them.
+
+    A fraction is spelled as one where that is short.
+    """
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.10g}"
+    if isinstance(value, int | Fraction):
+        return f"{value}" if abs(value) < 10**12 and value.denominator < 10**12 else f"{float(value):.10g}"
+    text = str(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST - 3]}..."
+
+
+def cut(line: str, most: int = WIDTH) -> str:
+    """Return a line, or what fits of it and three dots."""
+    return line if len(line) <= most else f"{line[: most - 3]}..."
+
+
+def as_text(card: Card) -> str:
+    """Return a card as a title and at most ten rows, each on a line of at most a hundred characters."""
+    labels = [label for label, _ in card.rows]
+    width = max(map(len, labels), default=0)
+    rows = [cut(f"  {label:<{width}}  {_words(value)}") for label, value in _few(card.rows)]
+    return "\n".join([cut(card.title), *rows])
+
+
+def as_html(card: Card) -> str:
+    """Return a card as a small HTML table; formulas are set by the notebook."""
+    from html import escape
+
+    cells = "".join(
+        f"<tr><th style='text-align:left'>{escape(label)}</th><td style='text-align:left'>{_html(value)}</td></tr>"
+        for label, value in card.rows
+    )
+    return f"<table><caption style='text-align:left'>{escape(card.title)}</caption>{cells}</table>"
+
+
+def as_latex(card: Card) -> str:
+    """Return a card as LaTeX for mathematics: the title, and the rows below it."""
+    rows = [rf"{_text(label)} & {_formula(value)}" for label, value in card.rows]
+    body = r" \\ ".join([rf"\rlap{{{_text(card.title)}}} &", *rows])
+    return rf"\begin{{array}}{{ll}} {body} \end{{array}}"
+
+
+def is_formula(value: Any) -> bool:
+    """Tell whether SymPy's LaTeX printer sets the value as mathematics."""
+    return hasattr(value, "_latex") or hasattr(value, "_eval_simplify") or hasattr(value, "free_symbols")
+
+
+def _few(rows: tuple[tuple[str, Any], ...]) -> list[tuple[str, Any]]:
+    if len(rows) <= ROWS:
+        return list(rows)
+    return [*rows[: ROWS - 2], ("...", f"{len(rows) - ROWS + 1} more"), rows[-1]]
+
+
+def _words(value: Any) -> str:
+    return " ".join(str(value).split()) if isinstance(value, str) or is_formula(value) else number(value)
+
+
+def _html(value: Any) -> str:
+    from html import escape
+
+    return rf"$\displaystyle {_formula(value)}$" if is_formula(value) else escape(_words(value))
+
+
+def _formula(value: Any) -> str:
+    if not is_formula(value):
+        return _text(_words(value))
+    import sympy as sp
+
+    return sp.latex(value)
+
+
+def _text(words: str) -> str:
+    for character in "\\{}$&#_%^~":
+        words = words.replace(character, rf"\{character}" if character in "{}$&#_%" else " ")
+    return rf"\text{{{words}}}"

@@ -1,0 +1,132 @@
+r"""The models of five systems checked for decreasing mu: a reaction, several states, a nonlinear layer, two mechanisms.
+
+The error of the composite of order n over its first omitted term must tend to 1 as mu -> 0. With friction, where the
+limit is what is known, the error over mu log(1/mu) must tend to a constant. A row is left out where the measure is
+below what the reference holds.
+"""
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+from sympy.physics.mechanics import dynamicsymbols
+
+from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.methods import solve
+from asympk.scene import Scene
+from asympk.storage.rows import provenance, write_rows
+from asympk.symbolic.system import System
+from asympk.systems import nonlinear_rod
+
+MUS = ("1/32", "1/100", "1/320", "1/1000", "1/3200", "1/10000")
+ORDERS = (0, 1, 2)
+DIGITS = 18  # of the reference
+LEAST = 1e-11  # a measure below it is not compared
+KEPT = 6  # digits of a row
+
+x, y, u, v, w = sp.symbols("x y u v w", real=True)
+mu = sp.Symbol("mu", positive=True)
+kappa, lambda_ = sp.symbols("kappa lambda", positive=True)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A system, the numbers of its parameters but the small one, a start, and a horizon."""
+
+    system: System
+    values: dict
+    start: Any
+    until: str
+
+    def scene(self, small: str) -> Scene:
+        """Return the scene for one value of the small parameter."""
+        return Scene(system=self.system, values={**self.values, self.system.small: small}, start=self.start,
+                     until=self.until)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Row:
+    """The error of one state at one order, beside its ``measure``: the first omitted term, or mu log(1/mu)."""
+
+    system: str
+    with_friction: bool
+    order: int
+    state: str
+    mu: float
+    error: float
+    measure: float
+    ratio: float
+
+
+@cache
+def cases() -> dict[str, Case]:
+    """Return the five systems by name."""
+    reaction = System.smooth({x: -x + (x + kappa - lambda_) * y}, {y: x - (x + kappa) * y}, mu)
+    several = System.smooth({x: -x + u * v, w: x - w * u}, {u: -2 * u + v + x + u * v / 4, v: -u - 3 * v + w**2}, mu)
+    cubic = System.smooth({x: -x * y}, {y: x - y - y**3}, mu)
+    rod = {"sigma": 1, "sigma0": 1, "kappa": 1, "c2": "1/2"}
+    held = {"x1": 0, "x2": 0, "x": 0, "y": 0, "z": -1}
+    return {
+        "enzyme reaction": Case(reaction, {kappa: 1, lambda_: "1/2"}, (1, 0), "1"),
+        "two slow, two fast states": Case(several, {}, (1, "1/2", -1, 1), "1"),
+        "nonlinear layer": Case(cubic, {}, (1, 2), "1"),
+        "held rod": Case(held_rod(), {"f": 2}, held, "1/2"),
+        "nonlinear rod": Case(nonlinear_rod.system(), rod, (0, "1/5", -1), "2"),
+    }
+
+
+@cache
+def held_rod() -> System:
+    """Return two masses on parallel guides joined by an elastic rod, the smooth one on a spring; friction f."""
+    x1, x2 = dynamicsymbols("x1 x2")
+    f, t = sp.Symbol("f", positive=True), dynamicsymbols._t
+    cosine, sine = sp.Rational(3, 5), sp.Rational(4, 5)
+    lagrangian = (x1.diff(t) ** 2 + x2.diff(t) ** 2 - x2**2) / 2
+    rod = Contact(gap=(x2 - x1) * cosine, slip=x1, friction=f, load=sine)
+    return Mechanism.from_lagrangian(lagrangian, (x1, x2), contact=rod, forces={x1: 1}).elastic(mu, sp.Rational(1, 2))
+
+
+def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[Row]:
+    """Return the rows by system, order and state, mu decreasing within."""
+    found = []
+    for name, case in cases().items():
+        if names is None or name in names:
+            of = _friction_rows if case.system.frictions else _smooth_rows
+            found += sorted(of(name, case, mus), key=lambda row: (row.order, row.state, -row.mu))
+    return found
+
+
+def write(out: Path) -> Path:
+    """Compute all rows and write them to ``out``/decreasing.csv; return the file."""
+    path = out / "decreasing.csv"
+    about = {name: {"start": str(case.start), "until": case.until} for name, case in cases().items()}
+    write_rows(path, rows(), provenance(cases=about, digits=DIGITS, kept=KEPT, reference="collocation, LSODA 1e-10"))
+    return path
+
+
+def _smooth_rows(name, case, mus):
+    for small in mus:
+        truth = solve(case.scene(small), digits=DIGITS)
+        for order in ORDERS:
+            path = solve(case.scene(small), "jump", order=order)
+            omitted = path.info["omitted"]
+            k = max(range(len(omitted)), key=lambda i: abs(omitted[i]))
+            if abs(omitted[k]) > LEAST:
+                yield _row(name, False, order, path.names[k], small, float(truth.final[k]) - path.final[k], omitted[k])
+
+
+def _friction_rows(name, case, mus):
+    for small in mus:
+        scene = case.scene(small)
+        truth, path, number = solve(scene).final, solve(scene, "jump").final, float(sp.Rational(small))
+        errors = [float(a) - float(b) for a, b in zip(truth, path, strict=True)]
+        k = max(range(len(errors)), key=lambda i: abs(errors[i]))
+        yield _row(name, True, 0, scene.names[k], small, errors[k], number * float(sp.log(1 / number)))
+
+
+def _row(name, with_friction, order, state, small, error, measure):
+    kept = (float(f"{v:.{KEPT}g}") for v in (error, measure, error / measure))
+    return Row(name, with_friction, order, state, float(sp.Rational(small)), *kept)

@@ -1,0 +1,32 @@
+r"""A slender rod whose end is a bead on a rough straight wire, a constraint that holds both ways.
+
+The wire can push and pull, so sliding has one motion below the critical friction of the rod on the ground, and two or
+none above. Source: Le Suan An, Dynamics of mechanical systems with Coulomb friction, Cambridge (2003), chapter 5.
+"""
+
+from functools import cache
+
+from asympk.mechanics.mechanism import Mechanism
+from asympk.scene import Scene
+from asympk.symbolic.system import System
+from asympk.systems import painleve_rod
+from asympk.systems.catalogue import c, example, h
+
+VALUES, STATE, TURN = painleve_rod.VALUES, painleve_rod.STATE, painleve_rod.TURN
+
+
+@cache
+def mechanism() -> Mechanism:
+    """Return the rod with its bead on the wire."""
+    return painleve_rod.mechanism(unilateral=False)
+
+
+@cache
+def system() -> System:
+    """Return the rod on an elastic, damped wire, damping time h."""
+    return mechanism().elastic(compliance=c, damping=h)
+
+
+def scenes() -> tuple[Scene, ...]:
+    """Return the jump from a slide without a rigid motion."""
+    return (example(mechanism(), system(), VALUES, STATE, "1/2", "bead-rod-jump"),)

@@ -1,0 +1,37 @@
+"""What the mechanisms of the catalogue share: their symbols, and a scene from names and numbers.
+
+A module of the catalogue has ``mechanism()``, ``system()``, ``scenes()``, the numbers of an example, ``VALUES`` and
+``STATE``, and ``TURN``, what its paradox is told over: a coordinate or parameter, the ends of its range, and, as
+functions of it, the coordinates that the closed contact ties to it.
+"""
+
+from importlib import import_module
+
+import sympy as sp
+
+from asympk.errors import UnknownName
+from asympk.mechanics.described import Described
+from asympk.scene import Scene
+
+c, h, eps = sp.symbols("c h eps", positive=True)  # compliance, damping time, square root of the compliance
+f, f0 = sp.symbols("f f_0", positive=True)
+
+
+def example(mechanism, system, values, state, until, name):
+    """Return a ``Scene`` of an elastic or rigid ``system`` that starts where the mechanism's ``state`` says."""
+    own = {str(s) for s in mechanism.plain.parameters}
+    start = mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
+    needed = {s.name for s in system.parameters}
+    numbers = {key: value for key, value in values.items() if key in needed}
+    return Scene(system=system, values=numbers, start=start, until=until, name=name)
+
+
+def described(name):
+    """Return a mechanism of the catalogue by its name as a ``Described``; raises ``UnknownName``."""
+    from asympk.systems import MECHANISMS
+
+    if name not in MECHANISMS:
+        raise UnknownName(f"mechanism {name!r:.60} is unknown; choose one of {', '.join(MECHANISMS)}, or a .toml file")
+    module = import_module(f"asympk.systems.{name}")
+    about = module.__doc__.partition("\n")[0]
+    return Described(name, about, module.mechanism(), module.VALUES, module.STATE, module.TURN)

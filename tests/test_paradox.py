@@ -1,0 +1,84 @@
+"""Where the paradox is: critical friction, its least value, and the configurations that have one."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from mechanisms import THETA, masses_between_guides, slender_rod
+from sympy.physics.mechanics import dynamicsymbols
+
+import asympk as ap
+from asympk.errors import InputError, NotDerivable
+
+
+def test_least_critical_friction_of_the_slender_rod_is_4_over_3_at_tan_theta_2():
+    """Published many times over: Génot and Brogliato (1999), Leine, Brogliato and Nijmeijer (2002)."""
+    least = slender_rod().least_critical_friction("theta")
+    assert least.friction == sp.Rational(4, 3)
+    assert least.where == sp.Eq(sp.tan(THETA), 2)
+
+
+def test_least_critical_friction_of_a_rod_with_any_radius_of_inertia():
+    """With 1/kappa the inertia in m l^2: 2 sqrt(1 + kappa) / kappa at tan(theta) = sqrt(1 + kappa) (Or 2014)."""
+    X, Y, theta = dynamicsymbols("X Y theta")
+    t, kappa = dynamicsymbols._t, sp.Symbol("kappa", positive=True)
+    L = (X.diff(t) ** 2 + Y.diff(t) ** 2 + theta.diff(t) ** 2 / kappa) / 2 - Y
+    rod = ap.Mechanism.from_lagrangian(
+        L, (X, Y, theta), contact=ap.Contact(Y - sp.sin(theta), X - sp.cos(theta), sp.Symbol("f"), unilateral=True)
+    )
+    least = rod.least_critical_friction(theta)
+    assert sp.simplify(least.friction - 2 * sp.sqrt(1 + kappa) / kappa) == 0
+    assert least.where == sp.Eq(sp.tan(theta), sp.sqrt(1 + kappa))
+    assert rod.least_critical_friction(theta, {"kappa": 3}).friction == sp.Rational(4, 3)
+
+
+def test_a_critical_friction_without_a_least_value_is_told():
+    with pytest.raises(NotDerivable, match="no rational function"):
+        masses_between_guides().least_critical_friction("x1")
+
+
+def test_edges_of_the_paradox_are_where_the_friction_is_critical():
+    """1 + 3 cos^2 = 3 f sin cos is quadratic in tan(theta): T^2 - 3 f T + 4 = 0."""
+    friction = 1.5
+    found = slender_rod().paradox_set({"theta": (0, "1.57")}, {"f": friction, "m": 1})
+    roots = np.arctan(np.sort(np.roots([1, -3 * friction, 4])))
+    ((start, end),) = ((i.start, i.end) for i in found.intervals)
+    assert [start, end] == pytest.approx(roots, abs=1e-14)
+    assert found.edges == (start, end)
+
+
+def test_there_is_no_paradox_below_the_least_critical_friction():
+    assert slender_rod().paradox_set({"theta": (0, "1.57")}, {"f": "1.333", "m": 1}).intervals == ()
+    assert len(slender_rod().paradox_set({"theta": (0, "1.57")}, {"f": "1.334", "m": 1}).intervals) == 1
+
+
+def test_over_two_coordinates_every_row_is_that_of_one():
+    found = slender_rod().paradox_set({"theta": (0, "1.57"), "f": (1, 3)}, {"m": 1})
+    assert found.over == ("theta", "f")
+    some = found.intervals[len(found.intervals) // 2]
+    (one,) = slender_rod().paradox_set({"theta": (0, "1.57")}, {"f": some.other, "m": 1}).intervals
+    assert (some.start, some.end) == (one.start, one.end)
+    assert min(i.other for i in found.intervals) == pytest.approx(4 / 3, abs=0.02)
+
+
+def test_a_coordinate_that_the_contact_ties_is_given_as_a_function():
+    """A slider-crank whose rod is as long as its crank: phi = theta while the slider is in its guide."""
+    crank = ap.systems.crank_slider.mechanism()
+    values = {"J": 2, "m": 1, "r": 1, "l": 1, "f": 3, "phi": lambda theta: theta}
+    found = crank.paradox_set({"theta": ("0.1", "1.5")}, values)
+    for edge in found.edges:
+        at = {**values, "theta": edge, "phi": edge}
+        assert crank.evaluate(crank.critical_friction, at) == pytest.approx(3, rel=1e-10)
+    assert found.intervals
+
+
+@pytest.mark.parametrize(
+    ("ranges", "match"),
+    [
+        ({}, "0 ranges"),
+        ({"theta": (1, 0)}, "low < high"),
+        ({"theta": (0, 1), "f": (0, 1), "m": (1, 2)}, "3 ranges"),
+    ],
+)
+def test_ranges_that_are_none_are_refused(ranges, match):
+    with pytest.raises(InputError, match=match):
+        slender_rod().paradox_set(ranges, {"f": 1, "m": 1})

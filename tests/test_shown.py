@@ -1,0 +1,269 @@
+"""What a person meets first: how nouns show themselves, a path's picture, frame and file, and how all of it is kept."""
+
+import pickle
+import sys
+import threading
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.digits import carried
+from asympk.doors import DOORS
+from asympk.errors import InputError, MissingPackage, Unfinished
+from asympk.many import Many
+from asympk.pictures.motion import shade
+from asympk.pictures.trace import trace
+
+x, v, F = sp.symbols("x v F", real=True)
+BLOCK = ap.System.with_frictions(
+    slow={x: v, v: -4 * x + F}, fast={}, frictions=(ap.Friction(velocity=v, force=F, load=1, kinetic=1),)
+)
+ROD = ap.Scene(sigma=1, mu="1e-3", start=(0, "0.2", -1), until=2)
+SPRING = ap.Scene(system=BLOCK, values={}, start={"x": 3, "v": 0}, until=5)
+CHALK = {"m": "0.01", "P": 1, "f": "3/2", "alpha": "70 deg", "l": "0.08", "k": 50000, "h": "0.05",
+         "start": (0, 0, "-0.02"), "until": "0.05"}  # fmt: skip
+WAYS = [
+    (ROD, {}),
+    (ROD, {"digits": 50}),
+    (ROD, {"method": "jump"}),
+    (ROD, {"method": "jump", "digits": 30}),
+    (ROD, {"method": "lsoda"}),
+    (ROD, {"method": "sign"}),
+    (ROD, {"method": "tanh", "eps": 1e-2}),
+    (ROD, {"method": "moreau"}),
+    (SPRING, {}),
+    (SPRING, {"digits": 20}),
+]
+
+
+def _path(scene, options):
+    try:
+        return ap.solve(scene, **options)
+    except Unfinished as short:
+        return short.path
+
+
+@pytest.fixture(params=WAYS, ids=lambda way: f"{way[0].names[-1]}-{way[1]}")
+def path(request):
+    return _path(*request.param)
+
+
+def test_a_path_of_any_method_survives_pickling_with_its_dense_output(path):
+    again = pickle.loads(pickle.dumps(path))
+    times = [0, float(path.end) / 3, float(path.end)]
+    assert again == path
+    assert hash(again) == hash(path)
+    assert np.all(again(times) == path(times))
+
+
+def test_a_path_tells_itself_in_a_few_lines(path):
+    lines = repr(path).splitlines()
+    assert repr(path.model) in lines[0]
+    assert len(repr(path)) < 1200
+    assert max(map(len, lines)) <= 100
+    assert "<table>" in path._repr_html_()
+
+
+@pytest.mark.parametrize(("scene", "options"), [(ROD, {}), (ROD, {"digits": 40}), (SPRING, {"digits": 15})])
+def test_equal_scenes_solved_equally_are_equal_paths_and_others_are_not(scene, options):
+    first, second = ap.solve(scene, **options), ap.solve(scene, **options)
+    assert first == second
+    assert len({first, second, ap.solve(ap.Scene(1, "1e-3", (0, "0.2", -1), 3))}) == 2
+
+
+@pytest.mark.parametrize("digits", [1, 15, 50, 200])
+def test_a_result_prints_the_digits_asked_for(digits):
+    value = ap.solve(ROD, digits=digits).final[0]
+    with mpmath.workdps(3):
+        assert len(str(value).lstrip("0.")) in range(digits - 3, digits + 1)
+        assert str(value) in repr(value)
+
+
+def test_arithmetic_with_a_result_keeps_its_digits_in_a_thread_that_spoils_the_precision():
+    value = ap.solve(ROD, digits=50).final[0]
+    found = []
+
+    def spoil():
+        with mpmath.workdps(5):
+            found.extend([value * 3 / 3, 1 + value - 1, mpmath.mpf(2) * value / 2, value.context.sqrt(value) ** 2])
+
+    thread = threading.Thread(target=spoil)
+    thread.start()
+    thread.join()
+    assert len(found) == 4
+    assert all(abs(w - value) < abs(value) * mpmath.mpf(10) ** -49 for w in found)
+
+
+def test_a_number_that_carries_its_digits_is_an_mpf_that_sympy_reads_and_pickle_keeps():
+    third = carried(Fraction(1, 3), 60)
+    assert isinstance(third, mpmath.mpf)
+    assert str(sp.sympify(third)) == str(third) == "0." + 60 * "3"
+    assert pickle.loads(pickle.dumps(third)) == third
+    assert str(pickle.loads(pickle.dumps(third))) == str(third)
+    assert hash(carried(Fraction(1, 4), 60)) == hash(0.25)
+
+
+def test_every_door_leads_to_a_documented_function_that_takes_the_noun():
+    from importlib import import_module
+
+    for door, (module, name) in DOORS.items():
+        noun, method = door.split(".")
+        assert getattr(import_module(f"asympk.{module}"), name).__doc__
+        assert hasattr(Many if noun == "Many" else getattr(ap, noun), method)
+
+
+def test_a_plot_has_a_panel_for_every_state_and_a_mark_for_every_event(path):
+    figure = path.plot()
+    combinations = path.scene.combinations
+    assert len(figure.axes) == len(path.names) + len(combinations)
+    for axis, name in zip(figure.axes, (*path.names, *(name for name, _ in combinations)), strict=True):
+        assert axis.get_ylabel() == name
+        assert list(axis.lines[-1].get_xdata()) == [float(event.t) for event in path.events]
+
+
+def test_shades_tell_combinations_of_modes_apart_and_depend_on_the_name_alone():
+    phases = ("slip_same", "slip_opposite", "stick")
+    names = [*phases, *(f"{a}+{b}" for a in phases for b in phases)]
+    assert len({shade(name) for name in names[3:]}) == 9
+    assert shade("slip_same+slip_same") == shade("slip_same") == (1, 1, 1)
+
+
+def test_a_frame_has_the_states_by_name_and_passes_through_the_events(path):
+    frame = path.frame()
+    assert list(frame.columns) == ["t", *path.names, *(name for name, _ in path.scene.combinations), "mode"]
+    assert {float(event.t) for event in path.events} <= set(frame["t"])
+    assert list(frame.iloc[-1][list(path.names)]) == [float(w) for w in path.final]
+    assert set(frame["mode"]) == set(path.modes)
+
+
+def test_a_file_holds_what_the_frame_holds(tmp_path):
+    import pandas as pd
+
+    path = ap.solve(SPRING)
+    read = pd.read_csv(path.to_csv(tmp_path / "block.csv"))
+    assert read.drop(columns="mode").equals(path.frame().drop(columns="mode"))
+
+
+def test_without_pandas_the_error_gives_the_pip_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(MissingPackage, match=r"pip install 'asympk\[frame\]'"):
+        ap.solve(ROD).frame()
+
+
+@pytest.mark.parametrize("samples", [0, -1, 2.5, "many", True, 10**12])
+def test_a_number_of_samples_that_is_none_is_refused(samples):
+    with pytest.raises(InputError, match="samples"):
+        ap.solve(ROD).frame(samples)
+
+
+def test_a_physical_scene_is_told_the_same_in_python_as_in_a_file():
+    scene, file = ap.Scene.physical(**CHALK, f0="1.8", name="chalk"), ap.read_scene("chalk")
+    assert scene == file
+    assert scene.rod.quantities == file.rod.quantities
+    path = ap.solve(scene).physical()
+    assert path.names == ("R_1", "dR_1", "u")
+    assert float(path.scene.until) == pytest.approx(0.05, rel=1e-15)
+    assert np.allclose(path(0.05), path.final, rtol=1e-12)
+    assert pickle.loads(pickle.dumps(path)) == path
+
+
+def test_axes_of_a_physical_path_have_units():
+    figure = ap.solve(ap.Scene.physical(**CHALK)).physical().plot()
+    assert [axis.get_ylabel() for axis in figure.axes] == ["R_1 (N)", "dR_1 (N/s)", "u (m/s)", "R (N)"]
+    assert figure.axes[-1].get_xlabel() == "t (s)"
+
+
+def test_a_physical_scene_with_another_number_is_no_longer_physical():
+    from dataclasses import replace
+
+    scene = ap.Scene.physical(**CHALK)
+    assert replace(scene, name="other").rod
+    assert replace(scene, until=3).rod is None
+    with pytest.raises(InputError, match="no physical quantities"):
+        ap.solve(replace(scene, until=3)).physical()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [({"m": 0}, "m = 0"), ({"alpha": "95 deg"}, "between 0 and 90"), ({"start": 1}, "three numbers"),
+     ({"start": (1, 2)}, "three numbers"), ({"until": -1}, "t = -1"), ({"k": "stiff"}, "k = 'stiff'")],
+)  # fmt: skip
+def test_what_is_no_physical_scene_is_refused_by_name(wrong, said):
+    with pytest.raises(InputError, match=said):
+        ap.Scene.physical(**{**CHALK, **wrong})
+
+
+def test_samples_end_where_a_run_stopped():
+    short = _path(ROD, {"method": "sign"})
+    assert trace(short)[-1][0] == short.info["reached"] < 2
+
+
+ROD_SYSTEM = ap.systems.painleve_klein.system()
+VAN_DER_POL = ap.System.smooth(slow={x: v}, fast={v: (1 - x**2) * v - x}, small=sp.Symbol("mu", positive=True))
+
+
+def _nouns():
+    yield from (ROD_SYSTEM, BLOCK, VAN_DER_POL, ROD_SYSTEM.mode("stick"), ROD_SYSTEM.friction)
+    yield from ap.slow_manifolds(ROD_SYSTEM, order=2)
+    yield ap.stick_regions(ROD_SYSTEM)
+    yield ap.stick_regions(ROD_SYSTEM).stick
+    yield from (ap.jump_map(ROD_SYSTEM, order=1), ap.jump_map(ROD_SYSTEM, order=1).x)
+
+
+@pytest.mark.parametrize("noun", [*_nouns()], ids=lambda noun: type(noun).__name__)
+def test_a_noun_of_formulas_tells_itself_briefly_and_as_latex(noun):
+    assert len(repr(noun)) < 1200
+    latex = noun._repr_latex_()
+    assert latex[0] == latex[-1] == "$"
+    assert sp.latex(noun)
+    assert latex.count("{") == latex.count("}")
+    assert pickle.loads(pickle.dumps(noun)) == noun
+
+
+def test_latex_of_a_series_has_its_terms_and_its_remainder():
+    from asympk.asymptotics.series import O, series
+
+    told = sp.latex(series({(0, 0): x, (1, 1): -1, (1, 0): x + 1, (2, 0): sp.Rational(1, 2)}) + O(2, 1))
+    assert told == r"x -\mu \log\frac{1}{\mu} + \left(x + 1\right) \mu + O\left(\mu^{2} \log\frac{1}{\mu}\right)"
+
+
+def test_the_ladder_the_claims_and_the_certificates_are_tables():
+    from asympk.certify import certify
+    from asympk.ledger.nouns import Check, Claim, Claims
+
+    claim = Claim("C0", "1", "It holds <always>.", "confirmed", (Check("as written", "symbolic", "it does", True),))
+    for noun in (ap.least_model(ROD), claim, Claims([claim] * 30), certify(ROD)):
+        assert len(repr(noun)) < 1200
+        assert noun._repr_html_().startswith("<table>")
+    assert "&lt;always&gt;" in claim._repr_html_()
+    assert pickle.loads(pickle.dumps(Claims([claim]))) == (claim,)
+
+
+def test_itineraries_of_an_array_are_those_of_its_scenes_one_by_one():
+    starts = np.linspace(-1, 1, 7)
+    many = ap.solve_many(1, 1e-2, 0, starts, -1, [[0.001], [2]])
+    found = many.itineraries()
+    assert found.index.shape == (2, 7)
+    assert sum(found.counts) == 14
+    for (i, j), index in np.ndenumerate(found.index):
+        path = ap.solve(ap.Scene(1, 1e-2, (0, starts[j], -1), [0.001, 2][i]))
+        told = [event.kind for event in path.events] + ["stick"] * (path.modes[-1] == "stick")
+        assert list(found.sequences[index]) == told
+
+
+@pytest.mark.parametrize("shape", [(), (5,), (3, 4), (2, 3, 2), (0,)])
+def test_arrays_of_any_shape_tell_and_draw_themselves(shape, tmp_path):
+    many = ap.solve_many(1, 1e-2, 0, np.full(shape, 0.2), -1, 1)
+    assert len(repr(many)) < 1200
+    many.plot(tmp_path / "many.svg")
+    assert (tmp_path / "many.svg").stat().st_size > 3000
+
+
+def test_a_map_of_itineraries_names_the_arguments_that_vary():
+    many = ap.solve_many(np.linspace(0.5, 2, 4)[:, None], 1e-2, 0, np.linspace(-1, 1, 5), -1, 2)
+    (axis,) = many.plot().axes
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("y", "sigma")
