@@ -23,6 +23,37 @@ line has the same parts: asympk --help.
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # what a type checker and an editor see; at run time a name is loaded when it is asked for
+    from asympk import errors as errors
+    from asympk import systems as systems
+    from asympk.asymptotics.jump import jump_map as jump_map
+    from asympk.errors import AsympkError as AsympkError
+    from asympk.ledger import claims as claims
+    from asympk.mechanics.mechanism import Contact as Contact
+    from asympk.mechanics.mechanism import Mechanism as Mechanism
+    from asympk.methods import solve as solve
+    from asympk.methods import solve_many as solve_many
+    from asympk.path import Event as Event
+    from asympk.path import Path as Path
+    from asympk.pictures.phase import phase as phase
+    from asympk.scene import Scene as Scene
+    from asympk.scenes.scenefile import read_scene as read_scene
+    from asympk.studies.least import atlas as atlas
+    from asympk.studies.least import least_model as least_model
+    from asympk.symbolic.critical import critical_manifolds as critical_manifolds
+    from asympk.symbolic.lowering import lower as lower
+    from asympk.symbolic.manifold import integral_curves as integral_curves
+    from asympk.symbolic.manifold import reduced_flow as reduced_flow
+    from asympk.symbolic.manifold import rest_state as rest_state
+    from asympk.symbolic.manifold import slow_manifold as slow_manifold
+    from asympk.symbolic.manifold import slow_manifolds as slow_manifolds
+    from asympk.symbolic.stability import eigenvalues as eigenvalues
+    from asympk.symbolic.stick import stick_regions as stick_regions
+    from asympk.symbolic.system import Friction as Friction
+    from asympk.symbolic.system import Mode as Mode
+    from asympk.symbolic.system import System as System
 
 __version__ = "0.1.0"
 
@@ -50,6 +81,7 @@ _HOME = {
     "least_model": "studies.least",
     "atlas": "studies.least",
     "claims": "ledger",
+    "phase": "pictures.phase",
     "jump_map": "asymptotics.jump",
     "systems": None,
     "errors": None,
@@ -58,7 +90,7 @@ _HOME = {
 __all__ = ["AsympkError", *_HOME]
 
 
-def __getattr__(name):
+def _load(name: str) -> Any:
     if name == "AsympkError":
         from asympk.errors import AsympkError
 
@@ -71,5 +103,9 @@ def __getattr__(name):
     return found
 
 
-def __dir__():
-    return sorted({*globals(), *__all__})
+if not TYPE_CHECKING:  # so that a name that does not exist is an error to a type checker
+    __getattr__ = _load
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__doc__", "__version__"])

@@ -6,6 +6,8 @@ import re
 import sys
 from contextlib import suppress
 
+from asympk import __version__
+
 _NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where argparse would see options
 
 
@@ -78,6 +80,7 @@ def _parser():
         "regenerate derivations, claims and tables, and summarise them.",
     )
     parser.set_defaults(run=_everything, debug=False)
+    parser.add_argument("--version", action="version", version=f"asympk {__version__}")
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     _root(parser)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND")

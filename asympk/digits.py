@@ -22,7 +22,7 @@ def context(digits: int) -> Any:
     found = multiprecision.context(max(digits, LEAST))
     told = {"__slots__": (), "context": found, "digits": digits, "__repr__": _repr, "__str__": _str,
             "__reduce__": _reduce, "__hash__": mpmath.mpf.__hash__}  # fmt: skip
-    carrier = type("mpf", (mpmath.mpf,), told | {name: _reflected(name) for name in _REFLECTED})
+    carrier: Any = type("mpf", (mpmath.mpf,), told | {name: _reflected(name) for name in _REFLECTED})
     carrier._ctxdata = [carrier, object.__new__, found._prec_rounding]
     found.mpf, found.types = carrier, [carrier, found.mpc, found.constant]
     found.init_builtins()

@@ -2,9 +2,11 @@
 
 from functools import cache
 from importlib import import_module
+from typing import Any
 
 from asympk.errors import InputError, UnknownName
 from asympk.numbers import short
+from asympk.path import Path
 from asympk.scene import Scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
@@ -38,7 +40,7 @@ FOR_ARRAYS = {
 }
 
 
-def solve(scene, method="exact", **options):
+def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     """Follow ``scene`` from its start to ``until`` and return a ``Path``.
 
     ``method="exact"`` is the event-driven closed form of the rod; for the scene of a system without a closed form it
@@ -60,14 +62,14 @@ def solve(scene, method="exact", **options):
     return _run(FOR_SYSTEMS, name, scene, options)
 
 
-def _run(registry, method, scene, options):
+def _run(registry: dict[str, str], method: str, scene: Any, options: dict[str, Any]) -> Path:
     run = _found(registry[method], "run")
     if options:
         _require_known(method, run, options)
     return run(scene, method, **options)
 
 
-def _require_scene(scene):
+def _require_scene(scene: Any) -> None:
     if isinstance(scene, Scene):
         return
     if isinstance(scene, str):
@@ -76,7 +78,7 @@ def _require_scene(scene):
     raise InputError(f"solve takes a Scene, not {type(scene).__name__}; build one: ap.Scene({numbers}, until=)")
 
 
-def _known(method, registry):
+def _known(method: Any, registry: dict[str, str]) -> str:
     """Return the name of a method, in any case; raises ``UnknownName`` with the nearest."""
     name = method.lower() if isinstance(method, str) else method
     if isinstance(name, str) and name in registry:
@@ -89,9 +91,10 @@ def _known(method, registry):
 
 
 def solve_many(
-    sigma=None, mu=None, x=None, y=None, z=None, until=None, sigma0=None, method="exact",
-    *, system=None, values=None, start=None, **options,
-):  # fmt: skip
+    sigma: Any = None, mu: Any = None, x: Any = None, y: Any = None, z: Any = None, until: Any = None,
+    sigma0: Any = None, method: str = "exact", *, system: Any = None, values: Any = None, start: Any = None,
+    **options: Any,
+) -> Any:  # fmt: skip
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
@@ -109,7 +112,8 @@ def solve_many(
         return _found("affine.many", "solve_many")(
             system=system, values={} if values is None else values, start=start, until=until, **options
         )
-    if not isinstance(method, str) or method not in FOR_ARRAYS:
+    method = _known(method, METHODS)
+    if method not in FOR_ARRAYS:
         raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
@@ -122,11 +126,11 @@ def solve_many(
 
 
 @cache
-def _found(module, name):
+def _found(module: str, name: str) -> Any:
     return getattr(import_module(f"asympk.{module}"), name)
 
 
-def _require_known(method, run, options):
+def _require_known(method: str, run: Any, options: dict[str, Any]) -> None:
     from inspect import Parameter, signature
 
     known = [name for name, option in signature(run).parameters.items() if option.kind is Parameter.KEYWORD_ONLY]

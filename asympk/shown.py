@@ -56,7 +56,9 @@ def number(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.10g}"
     if isinstance(value, int | Fraction):
-        return f"{value}" if abs(value) < 10**12 and value.denominator < 10**12 else f"{float(value):.10g}"
+        exact = Fraction(value)
+        small = abs(exact.numerator) < 10**12 and exact.denominator < 10**12
+        return f"{value}" if small else f"{float(value):.10g}"
     text = str(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST - 3]}..."
 

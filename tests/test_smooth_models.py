@@ -223,3 +223,33 @@ def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to
             errors.append((back[0] - sum(c * small**k for k, c in enumerate(closed))) / small**3)
         assert abs(errors[1] / errors[0] - 1) < 0.02
         assert abs(errors[1]) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("fast", "start", "error", "words"),
+    [
+        (sp.log(x) - y, (-1, 1), OutOfRange, "no finite value"),
+        (sp.besselj(0, x) - y, (1, 1), InputError, "no series here"),
+        (sp.sign(x) - y, (1, 1), InputError, "no series here"),
+        (x - 2 * y, ("1e300", 3), OutOfRange, "does not settle"),
+        (y**2 + x**2, (0, 1), OutOfRange, "does not settle"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_by_name(fast, start, error, words):
+    system = ap.System.smooth(slow={x: -x}, fast={y: fast}, small=mu)
+    with pytest.raises(error, match=words):
+        _solved(system, {mu: "1/100"}, start, 1)
+
+
+def test_a_small_parameter_that_is_not_small_is_refused_and_a_tiny_one_is_not():
+    with pytest.raises(NotNormallyHyperbolic, match="not slow"):
+        _solved(LINEAR, {mu: 1}, (1, 3), 1)
+    path = _solved(LINEAR, {mu: "1e-300"}, (1, 3), 1)
+    assert path.final == pytest.approx((np.exp(-0.5), np.exp(-0.5) / 2))
+    assert path(0) == pytest.approx((1, 3))
+
+
+def test_branches_and_fractional_powers_of_any_kind_have_their_slow_motion():
+    system = ap.System.smooth(slow={x: -x}, fast={y: x - y ** sp.Rational(3, 2)}, small=mu)
+    path = _solved(system, {mu: "1e-8"}, (1, 2), 1)
+    assert path.final[1] == pytest.approx(np.exp(-2 / 3), abs=1e-7)

@@ -1,15 +1,35 @@
 """``method="slow"`` and ``"jump"`` for the scene of any system: smooth, or with friction."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from asympk.asymptotics import frictional, smooth
+from asympk.errors import AsympkError, OutOfRange
 from asympk.path import Path
 
 
 def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     """Follow ``scene`` by ``"jump"`` or ``"slow"`` to ``order``: by default 1 for a smooth system, 0 with friction.
 
-    Raises what ``smooth.run`` and ``frictional.run`` raise.
+    Raises what ``smooth.run`` and ``frictional.run`` raise; ``OutOfRange`` where a value is not finite.
     """
     model, least = (frictional, 0) if scene.system.frictions else (smooth, 1)
-    return model.run(scene, method, order=least if order is None else order)
+    with _refused(scene):
+        return model.run(scene, method, order=least if order is None else order)
+
+
+@contextmanager
+def _refused(scene: Any) -> Iterator[None]:
+    """Refuse by name what leaves the range of the numbers or of a function."""
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except AsympkError:
+        raise
+    except (ArithmeticError, ValueError) as reason:
+        at = ", ".join(f"{name} = {float(v):.6g}" for name, v in zip(scene.names, scene.start, strict=True))
+        raise OutOfRange(f"the layer or the slow motion from {at} has no finite value ({reason}); "
+                         "use method='exact'") from None  # fmt: skip

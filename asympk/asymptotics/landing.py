@@ -128,7 +128,9 @@ def _rates(formulas, x, values):
 
 
 def _tolerances(rtol, mu, order, slow, fast):
-    levels = [rtol] * fast + [min(rtol / mu**k, LOOSEST) for k in range(1, order + 1) for _ in range(slow + fast)]
+    levels = [rtol] * fast
+    for k in range(1, order + 1):
+        levels += [rtol / max(mu**k, rtol / LOOSEST)] * (slow + fast)
     return {"rtol": max(rtol, 1e-13), "atol": np.array(levels)}
 
 
@@ -167,8 +169,8 @@ def _settled(solver, formulas, x, y, values, order):
         if solver.status != "running":
             break
         solver.step()
-    raise OutOfRange(f"the layer from y = {text(y)} at x = {text(x)} does not settle on an attracting branch: at the "
-                     f"fast time {solver.t:.6g} it is at y = {text(solver.y[: len(y)])}")  # fmt: skip
+    raise OutOfRange(f"the layer from y = {text(y)} at x = {text(x)} does not settle on an attracting branch: after at "
+                     f"most {STEPS} steps, at tau = {solver.t:.6g}, y = {text(solver.y[: len(y)])}")  # fmt: skip
 
 
 def text(numbers: Iterable[float]) -> str:

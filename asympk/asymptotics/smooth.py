@@ -54,9 +54,9 @@ def run(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
     ``path.info["omitted"]`` is the composite's first omitted term at ``until``, state by state. Raises ``OrderError``;
-    ``NotDerivable`` for a system without fast states, ``OutOfRange`` where the layer settles on
-    no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the slow manifold is lost
-    before ``until``.
+    ``InputError`` for functions without series, ``NotDerivable`` for a system without fast states, ``OutOfRange`` where
+    the layer settles on no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the
+    slow manifold is lost before ``until``.
     """
     order, system = checked_order(method, order), scene.system
     if system.small is None:

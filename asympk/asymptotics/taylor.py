@@ -87,8 +87,6 @@ def scalar(expr: sp.Expr, value: Any, tape: Any) -> Any:
         if expr.exp.q == 2:
             return _power(tape.call("sqrt", value), int(expr.exp.p))
         return tape.call("exp", tape.call("log", value) * Fraction(int(expr.exp.p), int(expr.exp.q)))
-    if expr.is_Function:
-        raise InputError(f"{expr.func} has no value here; use {', '.join(FUNCTIONS)}")
     if not expr.args or expr == U:
         return along(expr, {U: value}, tape)
     return along(expr, _Scalars({U: value}, tape), tape)
@@ -111,9 +109,9 @@ class _Scalars(dict):
 
 
 def _function(expr, values, tape):
+    if not expr.is_Pow and (len(expr.args) != 1 or type(expr).__name__ not in FUNCTIONS):
+        raise InputError(f"{expr!s:.60} has no series here; use powers and {', '.join(FUNCTIONS)}")
     outer, inner = (U**expr.exp, expr.base) if expr.is_Pow else (expr.func(U), expr.args[0])
-    if not expr.is_Pow and len(expr.args) > 1:
-        raise InputError(f"{expr}: functions of one variable have series here")
     at = along(inner, values, tape)
     if not isinstance(at, Taylor):
         return scalar(outer, at, tape)

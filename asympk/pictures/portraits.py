@@ -131,10 +131,10 @@ def _trajectory(ax, path, ink, name):
     ax.plot(x + y, z, color=ink, lw=1.0, zorder=4)
     ax.plot(x[0] + y[0], z[0], "o", mfc="white", mec=ink, ms=3.4, zorder=6)
     ax.annotate(name, (x[0] + y[0], z[0]), (0, 7), textcoords="offset points", ha="center", va="center", color=ink)
-    _arrows(ax, x + y, z, ink)
+    arrows(ax, x + y, z, ink)
 
 
-def _arrows(ax, u, v, ink, every=0.9):
+def arrows(ax, u, v, ink, every=0.9):
     """Put an arrowhead on a curve every so many inches of its drawn length."""
     import numpy as np
 
@@ -159,8 +159,8 @@ def jump_beside_the_vertical_one(paths, paper):
             mu = float(path.scene.mu)
             first.plot(x, z, color=ink, ls=dash, label=rf"$\mu = {_power(mu)}$")
             second.plot(x, mu * y, color=ink, ls=dash)
-        _arrows(first, x, z, ink)
-        _arrows(second, x, mu * y, ink)
+        arrows(first, x, z, ink)
+        arrows(second, x, mu * y, ink)
         first.plot(*paper, color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)), label="$x$ held, as in the paper")
         second.plot((0, 0), (0, max(mu * y)), color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)))
         first.set(xlabel="$x$", ylabel="$z$", xlim=(-0.12, 1.15))
@@ -200,7 +200,7 @@ def slow_motions(sigma, offsets, until=1.6):
                 seen = (z > 0) & (z < until) & (abs(x - rest) <= 1)
                 ax.plot(x[seen], z[seen], color=ink, lw=0.8)
                 apart = seen & (abs(x - rest) > 0.03)
-                _arrows(ax, x[apart], z[apart], ink, every=0.8)
+                arrows(ax, x[apart], z[apart], ink, every=0.8)
         ax.plot((rest, rest), (0, until), **SLOW)
         ax.annotate(rf"$x = 1/{round(1 / rest)},\ y = 0$", (rest, until), (0, 3), textcoords="offset points",
                     ha="center", va="bottom")

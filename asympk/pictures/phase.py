@@ -1,0 +1,140 @@
+"""The phase picture of any system: a motion over two of its states, and for two states the field around it."""
+
+from pathlib import Path as File
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import sympy as sp
+
+from asympk.errors import InputError, UnknownName
+from asympk.methods import solve
+from asympk.numbers import number, short
+from asympk.path import Path
+from asympk.pictures import sheets, style
+from asympk.pictures.portraits import arrows
+from asympk.pictures.trace import columns, trace
+from asympk.scene import Scene
+from asympk.symbolic.lowering import lower
+from asympk.symbolic.system import System
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+GRID = 60  # points of the field along either axis
+MARGIN = 0.12  # of a picture's width beside the motion
+HEIGHT = 2.8  # inches
+WINDOW = ((-2, 2), (-2, 2))
+
+
+def phase(
+    what: Scene | Path | System, x: str | None = None, y: str | None = None, *, values: Any = None,
+    window: tuple[tuple[Any, Any], tuple[Any, Any]] | None = None, file: str | File | None = None,
+) -> "Figure":
+    """Draw the motion of a scene or a path over two states, by name; the rod's load is called s.
+
+    Of two states the field is drawn too, with the line on which a sliding velocity vanishes; a ``System`` of two states
+    is drawn by its field alone, with ``values`` for its parameters. ``window`` is ((left, right), (low, high)). The
+    states are the first and the last where they are not given, and s and z for the rod. Raises ``InputError``,
+    ``UnknownName`` for a state that is none, and what ``solve`` raises.
+    """
+    sheet = sheets()
+    if file is not None:
+        sheet.suffix_of(file)
+    if not isinstance(what, Scene | Path | System):
+        raise InputError(f"phase takes a Scene, a Path or a System, not {type(what).__name__}")
+    with sheet.in_style():
+        drawing = sheet.sheet(style.COLUMN, HEIGHT)
+        axis = drawing.subplots()
+        if isinstance(what, System):
+            _field(axis, *_placed(what, values), _window(window, WINDOW), _pair(_names(what), x, y))
+        else:
+            _motion(axis, what if isinstance(what, Path) else solve(what), x, y, window)
+    return sheet.kept(drawing, file)
+
+
+def _names(system: System) -> tuple[str, ...]:
+    if len(system.states) != 2:
+        raise InputError(f"the field of {len(system.states)} states is no picture; draw a Scene over two of them")
+    return tuple(s.name for s in system.states)
+
+
+def _placed(system: System, values: Any) -> tuple[System, tuple]:
+    """Return a system and its parameters as numbers; the start that is checked with them is not looked at."""
+    numbers, _ = system.placed({} if values is None else values, dict.fromkeys(system.states, 0))
+    return system, numbers
+
+
+def _pair(names: tuple[str, ...], x: str | None, y: str | None) -> tuple[str, str]:
+    default = ("s", "z") if names == ("x", "y", "z", "s") else (names[0], names[-1])
+    chosen = tuple(given or name for given, name in zip((x, y), default, strict=True))
+    for name in chosen:
+        if name not in names:
+            raise UnknownName(f"{short(name)} is no state; choose two of {', '.join(names)}")
+    return chosen[0], chosen[1]
+
+
+def _window(given: Any, default: Any) -> Any:
+    try:
+        (left, right), (low, high) = default if given is None else given
+    except (TypeError, ValueError):
+        raise InputError(f"window = {short(given)}: it must be ((left, right), (low, high))") from None
+    found = [[float(number("window", v)) for v in ends] for ends in ((left, right), (low, high))]
+    if not (found[0][0] < found[0][1] and found[1][0] < found[1][1]):
+        raise InputError(f"window = {short(given)}: the lower ends must be below the upper ones")
+    return found
+
+
+def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) -> None:
+    """Draw a path: its start hollow, its events as dots, an arrow now and then."""
+    names = columns(path)[1:-1]
+    pair = _pair(names, x, y)
+    data = dict(zip(columns(path), zip(*trace(path), strict=True), strict=True))
+    u, v = (np.array(data[name], dtype=float) for name in pair)
+    ends = _window(window, [_around(w) for w in (u, v)])
+    system = getattr(path.scene, "system", None)
+    if system is not None and len(system.states) == 2:
+        _field(axis, system, path.scene.values, ends, pair)
+    axis.set(xlim=ends[0], ylim=ends[1], xlabel=pair[0], ylabel=pair[1])
+    axis.plot(u, v, color=style.BLUE, lw=1.0, zorder=4)
+    at = [data["t"].index(float(event.t)) for event in path.events]
+    axis.plot(u[at], v[at], "o", color=style.BLUE, ms=2.4, zorder=5)
+    axis.plot(u[:1], v[:1], "o", mfc="white", mec=style.BLUE, ms=3.4, zorder=6)
+    arrows(axis, u, v, style.BLUE)
+
+
+def _around(values: Any) -> tuple[float, float]:
+    low, high = float(values.min()), float(values.max())
+    beside = MARGIN * (high - low) or max(1.0, abs(low)) * MARGIN
+    return low - beside, high + beside
+
+
+def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tuple[str, str]) -> None:
+    """Draw the field of two states at the time 0, and where a sliding velocity or the rate of a fast state vanishes."""
+    across, down = (np.linspace(low, high, GRID) for low, high in window)
+    grid = dict(zip(pair, np.meshgrid(across, down), strict=True))
+    states = [grid[s.name] for s in system.states]
+    axis.set(xlim=window[0], ylim=window[1], xlabel=pair[0], ylabel=pair[1])
+    axis.grid(visible=False)
+    for friction in system.frictions:
+        _zeros(axis, across, down, _evaluated(system, friction.velocity, states, parameters), style.BLACK, "-")
+    if any(f.gap is not None or f.constraint is not None for f in system.frictions):
+        return
+    forces = {f.force: -f.kinetic * sp.Abs(f.load) * sp.sign(f.velocity) for f in system.frictions}
+    forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
+    rates = {s: _evaluated(system, rate.subs(forces), states, parameters) for s, rate in system.rates.items()}
+    flow = {s.name: rate for s, rate in rates.items()}
+    axis.streamplot(across, down, flow[pair[0]], flow[pair[1]], color="0.75", linewidth=0.5, arrowsize=0.5, density=0.9)
+    for fast in system.fast:
+        _zeros(axis, across, down, rates[fast], style.RED, "--")
+
+
+def _evaluated(system: System, expr: sp.Expr, states: list, parameters: tuple) -> Any:
+    numbers = zip(system.parameters, map(float, parameters), strict=True)
+    put_in = expr.subs({system.time: 0} if system.time else {}).subs(dict(numbers))
+    with np.errstate(all="ignore"):
+        return np.broadcast_to(np.asarray(lower(system.states, put_in)(*states), dtype=float), states[0].shape)
+
+
+def _zeros(axis: Any, across: Any, down: Any, values: Any, ink: str, dash: str) -> None:
+    if values.min() < 0 < values.max():
+        axis.contour(across, down, values, [0], colors=[ink], linestyles=[dash], linewidths=[0.9], zorder=3)
