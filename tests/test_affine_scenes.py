@@ -219,3 +219,35 @@ def test_the_quick_decision_is_the_automatons():
                 assert swift.next(branch, (hit,), 0.0, struck, 2.0**-48) == after, kind
                 decided += 1
     assert decided > 100
+
+
+def spring(k, start, until, **options):
+    x, v = sp.symbols("x v", real=True)
+    stiffness = sp.Symbol("k")
+    system = ap.System.with_frictions(
+        {x: v, v: -stiffness * x + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 4))]
+    )
+    return ap.solve(ap.Scene(system=system, values={"k": k}, start=start, until=until), **options)
+
+
+def test_a_scene_of_no_length_ends_where_it_starts():
+    assert spring(1, {"x": 3, "v": -1}, 0).final == (3.0, -1.0)
+    assert spring(1, {"x": 3, "v": -1}, 0, digits=30).final == (3, -1)
+
+
+def test_what_cannot_be_followed_is_refused_in_one_line():
+    with pytest.raises(ValueError, match="from 1 to 1000"):
+        spring(1, {"x": 3, "v": -1}, 1, digits=0)
+    with pytest.raises(RuntimeError, match="limit of 5 events"):
+        spring(1, {"x": 100, "v": 0}, 1000, events=5)
+    with pytest.raises(OverflowError, match="take a smaller until"):
+        spring(-10**8, {"x": 1, "v": 0}, 5)
+    with pytest.raises(ValueError, match="from 0 to until"):
+        spring(1, {"x": 3, "v": -1}, 1)(2.0)
+
+
+def test_a_path_survives_pickling():
+    import pickle
+
+    path = spring(1, {"x": 5, "v": 0}, 20)
+    assert pickle.loads(pickle.dumps(path))(3.0) == pytest.approx(path(3.0), rel=0)

@@ -180,3 +180,13 @@ def test_a_sliding_block_stops_after_the_time_and_the_distance_of_the_textbook()
     path = followed(slide, {f: "0.3"}, {"x": 0, "v": 2}, 100)
     assert path.events[0].t == pytest.approx(2 / 0.3, rel=1e-15)
     assert path.final[0] == pytest.approx(4 / 0.6, rel=1e-15)
+
+
+def test_two_oscillators_that_turn_at_the_same_instant_are_followed_together():
+    y = sp.Symbol("y", real=True)
+    frictions = ap.Friction(v, F, load=1, kinetic=f), ap.Friction(w, G, load=1, kinetic=f)
+    pair = ap.System.with_frictions({x: v, v: -x + F, y: w, w: -y + G}, {}, frictions)
+    path = followed(pair, {f: "0.25"}, {"x": "2.1", "v": 0, "y": "3.1", "w": 0}, 20)
+    assert path.events[0].t == pytest.approx(np.pi, rel=1e-15)
+    assert path.modes[-1] == "stick+stick"
+    assert path.final == pytest.approx((0.1, 0, 0.1, 0), abs=1e-13)

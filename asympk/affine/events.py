@@ -233,11 +233,25 @@ def _isolated(guards, lo, hi, until):
             left = pieces.pop()
             if not pieces:
                 return None, done
-        elif len(fall) == 1 and "unknown" not in verdicts:
-            return (root(guards, fall[0], left, right), tuple(fall)), done
+        elif fall and "unknown" not in verdicts:
+            return _earliest(guards, fall, left, right), done
         else:
             pieces.append(_cut(guards, left, right))
     raise Undecided
+
+
+def _earliest(guards, fall, left, right):
+    """Return (time, guards) of the first of the roots of guards that fall; of several where digits do not part them.
+
+    Doubles leave that to more digits.
+    """
+    roots = sorted((root(guards, q, left, right), q) for q in fall)
+    t, first = roots[0]
+    point = guards.at(t)
+    together = [q for _, q in roots[1:] if point.values[q] <= point.doubts[q]]
+    if together and guards.m is Doubles:
+        raise Undecided
+    return t, (first, *together)
 
 
 def _certain(guards, lo, hi, until):

@@ -201,45 +201,66 @@ class _Modes:
         return positive.all(axis=1), (positive.all(axis=1) | negative.any(axis=1))
 
 
+class _Flock(NamedTuple):
+    """Rows on their way: times, states, bounds of their errors, largest values, branches, counts of events.
+
+    ``lost`` rows are left to the scalar flow, ``alive`` ones go on.
+    """
+
+    rows: np.ndarray
+    until: np.ndarray
+    t: np.ndarray
+    w: np.ndarray
+    error: np.ndarray
+    size: np.ndarray
+    branch: np.ndarray
+    count: np.ndarray
+    lost: np.ndarray
+    alive: np.ndarray
+
+
 def _follow(case, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
-    modes = _Modes(Automaton(case.system, case.values))
-    t, error, size = np.zeros(len(w)), np.zeros_like(w), abs(w)
+    modes, start, t = _Modes(Automaton(case.system, case.values)), w.copy(), np.zeros(len(w))
     branch, lost = _beginning(modes, t, w)
     count, notes = np.zeros(len(w), dtype=np.int32), []
-    start, alive = w.copy(), ~lost
-    while alive.any():
-        for k in np.unique(branch[alive]):
-            mine = np.flatnonzero(alive & (branch == k))
-            name, w_mine, e_mine = modes.branches[k], w[mine], error[mine]
-            flow, _, kept, kinds = modes.flow(name)
-            whole = modes.whole(name, t[mine], w_mine)
-            wide = np.zeros((len(mine), whole.shape[1] - 1))
-            wide[:, : w.shape[1]] = e_mine
-            ends = advance(flow, flow.mode.mesh, whole, until[mine] - t[mine], wide)
-            w[mine], error[mine] = ends.state[:, : w.shape[1]], ends.error[:, : w.shape[1]]
-            size[mine] = np.maximum(size[mine], abs(w[mine]))
-            lost[mine] |= ends.open
-            t[mine] = np.where(ends.hit < 0, until[mine], t[mine] + ends.span)
-            alive[mine] = (ends.hit >= 0) & ~lost[mine]
-            for hit in np.unique(ends.hit[alive[mine]]):
-                struck = mine[alive[mine] & (ends.hit == hit)]
-                _after(modes, name, kinds[kept[hit]], flow.rows[hit], t, w, struck, branch, lost)
-                kind, friction = kinds[kept[hit]]
-                kind = np.where(_sticks(modes, branch[struck], friction) & (kind == "slip_onset"), "force_zero", kind)
-                count[struck] += 1
-                notes.append((rows[struck], kind, t[struck], w[struck].T.copy(), np.full(len(struck), friction)))
+    flock = _Flock(rows, until, t, w, np.zeros_like(w), abs(w), branch, count, lost, ~lost)
+    while flock.alive.any():
+        for k in np.unique(branch[flock.alive]):
+            notes += _advanced(modes, flock, k)
         lost |= count > MOST_EVENTS
-        alive &= ~lost
-    lost |= (error > TRUSTED * np.where(size > 0, size, 1.0)).any(axis=1)
+        flock.alive[lost] = False
+    lost |= (flock.error > TRUSTED * np.where(flock.size > 0, flock.size, 1.0)).any(axis=1)
     result.final[:, rows], result.count[rows] = w.T, count
-    keep = ~lost
-    kept_rows = set(rows[keep].tolist()) if lost.any() else None
-    for note in notes:
-        pick = slice(None) if kept_rows is None else np.array([row in kept_rows for row in note[0]], dtype=bool)
-        result.notes.append((note[0][pick], note[1][pick], note[2][pick], note[3][:, pick], note[4][pick]))
+    result.notes.extend(_kept(notes, rows[lost]) if lost.any() else notes)
     for i in np.flatnonzero(lost):
         _alone(case, start[i], until[i], rows[i], result)
+
+
+def _advanced(modes, flock, k):
+    """Follow the rows in the branch of number k to the ends of their segments; return notes of their events."""
+    mine = np.flatnonzero(flock.alive & (flock.branch == k))
+    flow, _, kept, kinds = modes.flow(modes.branches[k])
+    states, whole = flock.w.shape[1], modes.whole(modes.branches[k], flock.t[mine], flock.w[mine])
+    error = np.zeros((len(mine), whole.shape[1] - 1))
+    error[:, :states] = flock.error[mine]
+    ends = advance(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], error)
+    flock.w[mine], flock.error[mine] = ends.state[:, :states], ends.error[:, :states]
+    flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
+    flock.lost[mine] |= ends.open
+    flock.t[mine] = np.where(ends.hit < 0, flock.until[mine], flock.t[mine] + ends.span)
+    flock.alive[mine] = (ends.hit >= 0) & ~flock.lost[mine]
+    notes = []
+    for hit in np.unique(ends.hit[flock.alive[mine]]):
+        struck = mine[flock.alive[mine] & (ends.hit == hit)]
+        notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], flock, struck))
+    return notes
+
+
+def _kept(notes, lost):
+    """Return notes without those of lost rows."""
+    picked = ((note, ~np.isin(note[0], lost)) for note in notes)
+    return [tuple(part[..., keep] for part in note) for note, keep in picked]
 
 
 def _sticks(modes, indices, friction):
@@ -263,21 +284,25 @@ def _phases(friction):
     return signs + ([OPEN] if friction.gap is not None else [])
 
 
-def _after(modes, before, event, row, t, w, struck, branch, lost):
-    """Put the states of struck rows onto the guard that they lost, and find the branch that follows."""
-    kind, k = event
+def _after(modes, k, event, row, flock, struck):
+    """Put struck rows onto the guard that they lost, and find the branch that follows; return a note of the events."""
+    (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
     if row[: w.shape[1]].any():
-        w[struck] = _snapped(modes.whole(before, t[struck], w[struck]), row, w.shape[1])
+        w[struck] = _snapped(modes.whole(before, t, w[struck]), row, w.shape[1])
     phases = [(phase,) for phase in before]
-    phases[k] = _phases(modes.system.frictions[k])
-    velocities, loads = modes.contacts(t[struck], w[struck])
-    if kind == "velocity_zero" or before[k].mode == "stick":
-        velocities[k] = 0.0
+    phases[friction] = _phases(modes.system.frictions[friction])
+    velocities, loads = modes.contacts(t, w[struck])
+    if kind == "velocity_zero" or before[friction].mode == "stick":
+        velocities[friction] = 0.0
     if kind in ("force_zero", "lift_off", "touch_down"):
-        loads[k] = 0.0
-    candidates = list(product(*phases))
-    branch[struck], left = _chosen(modes, candidates, t[struck], w[struck], velocities, loads)
-    lost[struck] |= left
+        loads[friction] = 0.0
+    flock.branch[struck], left = _chosen(modes, list(product(*phases)), t, w[struck], velocities, loads)
+    flock.lost[struck] |= left
+    changed = struck[flock.branch[struck] != k]
+    flock.count[changed] += 1
+    onset = _sticks(modes, flock.branch[changed], friction) & (kind == "slip_onset")
+    kinds = np.where(onset, "force_zero", kind)  # at the tip of the cone the load vanishes and stick goes on
+    return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
 
 
 def _snapped(whole, row, states):

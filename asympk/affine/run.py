@@ -18,7 +18,7 @@ from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.digits import carried
-from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
+from asympk.errors import InputError, OutOfRange, TooLarge, TooManyEvents, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.path import Path
 from asympk.symbolic import branches
@@ -58,12 +58,17 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     """Follow ``scene`` in closed form, in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``;
-    ``events`` bounds the number of events. Raises ``TooManyEvents``, ``TooLarge``, ``Undecided``, ``Accumulation``,
-    ``NoMotion`` and ``TwoMotions``.
+    ``events`` bounds the number of events. Raises ``OutOfRange`` where a rate is not finite, ``TooManyEvents``,
+    ``TooLarge``, ``Undecided``, ``Accumulation``, ``NoMotion`` and ``TwoMotions``.
     """
     case = Case(scene, flows(Automaton(scene.system, scene.values)), events)
-    if digits is None:
-        return _in_doubles(case)
+    try:
+        return _in_doubles(case) if digits is None else _in_digits(case, digits)
+    except ZeroDivisionError:
+        raise OutOfRange("a rate of the system is not a finite number at these parameters; give others") from None
+
+
+def _in_digits(case, digits):
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
     digits = int(digits)
@@ -154,12 +159,21 @@ def _course(m, case):
         return loop.Segment(reached, tuple(end[: len(state)]), lost, Leg(t, segment, span, hit))
 
     start = tuple(map(m.number, scene.start))
+    if not until:
+        return _standing(automaton, start, advance)
     first = automaton.first(scene.start)
     course = loop.follow(automaton, first, start, until, advance, case.events, digits, slack)
     if course.last.short:
         raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip
     return course
+
+
+def _standing(automaton, start, advance):
+    """Return the course of a scene that ends at its start."""
+    mode = automaton.mode(automaton.first(start))
+    segment = advance(mode, 0 * start[0], start, ())
+    return loop.Course(segment._replace(state=start, hit=None), (), (mode.name,), (segment._replace(state=start),))
 
 
 def _span(case, m, mode, segment, left, k):
