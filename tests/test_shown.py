@@ -267,3 +267,25 @@ def test_a_map_of_itineraries_names_the_arguments_that_vary():
     many = ap.solve_many(np.linspace(0.5, 2, 4)[:, None], 1e-2, 0, np.linspace(-1, 1, 5), -1, 2)
     (axis,) = many.plot().axes
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("y", "sigma")
+
+
+@pytest.mark.parametrize(
+    ("what", "options", "labels"),
+    [(SPRING, {}, ("x", "v")), (ROD, {}, ("s", "z")), (ROD, {"x": "x", "y": "y"}, ("x", "y")),
+     (VAN_DER_POL, {"values": {"mu": "0.1"}}, ("x", "v"))],
+)  # fmt: skip
+def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, labels, tmp_path):
+    (axis,) = ap.phase(what, **options, file=tmp_path / "phase.svg").axes
+    assert (axis.get_xlabel(), axis.get_ylabel()) == labels
+    assert (tmp_path / "phase.svg").stat().st_size > 3000
+
+
+@pytest.mark.parametrize(
+    ("what", "options", "said"),
+    [(3, {}, "not int"), (SPRING, {"x": "q"}, "'q' is no state"), (SPRING, {"window": 3}, "window = 3"),
+     (SPRING, {"window": ((1, 0), (0, 1))}, "lower ends"), (VAN_DER_POL, {}, "mu is missing"),
+     (ROD_SYSTEM, {"values": {"mu": 1, "sigma": 1, "sigma0": 1}}, "3 states"), (SPRING, {"file": "a.gif"}, "one of")],
+)  # fmt: skip
+def test_what_is_no_phase_picture_is_refused_by_name(what, options, said):
+    with pytest.raises(ap.AsympkError, match=said):
+        ap.phase(what, **options)

@@ -22,6 +22,7 @@ from asympk.mechanics.lagrangian import equations_of
 from asympk.mechanics.names import keyed, plain_names, plainly
 from asympk.mechanics.paradox import LeastFriction, ParadoxSet
 from asympk.mechanics.rigid import Motion, MotionMap
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.system import System
 
 
@@ -49,8 +50,8 @@ class Contact:
             object.__setattr__(self, name, _expression(f"contact: {name}", value))
 
 
-@dataclass(frozen=True)
-class Mechanism:
+@dataclass(frozen=True, repr=False)
+class Mechanism(ShownAsFormulas):
     """A mechanism with the mass matrix ``mass``, the applied forces ``forces`` and one ``contact``.
 
     ``velocities`` are the rates of ``coordinates``, symbol by symbol; ``forces`` holds every term of M q'' = Q, with
@@ -73,6 +74,13 @@ class Mechanism:
     forces: tuple = field(repr=False)
     contact: Contact
     time: Any = None
+
+    def _card(self) -> Card:
+        rows: list[tuple[str, Any]] = [("coordinates", sp.Tuple(*self.coordinates)), ("mass", self.mass)]
+        rows += [("forces", sp.Tuple(*self.forces))]
+        rows += [(name, getattr(self.contact, name)) for name in ("gap", "slip", "friction", "static", "load")]
+        side = "one that only pushes" if self.contact.unilateral else "one that holds both ways"
+        return Card(f"Mechanism of {len(self.coordinates)} coordinates and a contact, {side}", tuple(rows))
 
     def __post_init__(self):
         put = object.__setattr__

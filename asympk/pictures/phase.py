@@ -1,11 +1,13 @@
 """The phase picture of any system: a motion over two of its states, and for two states the field around it."""
 
+import math
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import sympy as sp
 
+from asympk.automaton.modes import function
 from asympk.errors import InputError, UnknownName
 from asympk.methods import solve
 from asympk.numbers import number, short
@@ -14,7 +16,6 @@ from asympk.pictures import sheets, style
 from asympk.pictures.portraits import arrows
 from asympk.pictures.trace import columns, trace
 from asympk.scene import Scene
-from asympk.symbolic.lowering import lower
 from asympk.symbolic.system import System
 
 if TYPE_CHECKING:
@@ -112,27 +113,39 @@ def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tupl
     """Draw the field of two states at the time 0, and where a sliding velocity or the rate of a fast state vanishes."""
     across, down = (np.linspace(low, high, GRID) for low, high in window)
     grid = dict(zip(pair, np.meshgrid(across, down), strict=True))
-    states = [grid[s.name] for s in system.states]
+    points = np.stack([grid[s.name] for s in system.states], axis=-1).reshape(-1, len(system.states)).tolist()
     axis.set(xlim=window[0], ylim=window[1], xlabel=pair[0], ylabel=pair[1])
     axis.grid(visible=False)
-    for friction in system.frictions:
-        _zeros(axis, across, down, _evaluated(system, friction.velocity, states, parameters), style.BLACK, "-")
+    velocities = tuple(friction.velocity for friction in system.frictions)
+    for values in _evaluated(system, velocities, points, parameters):
+        _zeros(axis, across, down, values, style.BLACK, "-")
     if any(f.gap is not None or f.constraint is not None for f in system.frictions):
         return
     forces = {f.force: -f.kinetic * sp.Abs(f.load) * sp.sign(f.velocity) for f in system.frictions}
     forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
-    rates = {s: _evaluated(system, rate.subs(forces), states, parameters) for s, rate in system.rates.items()}
-    flow = {s.name: rate for s, rate in rates.items()}
-    axis.streamplot(across, down, flow[pair[0]], flow[pair[1]], color="0.75", linewidth=0.5, arrowsize=0.5, density=0.9)
+    rates = tuple(rate.subs(forces) for rate in system.rates.values())
+    flow = dict(zip(system.states, _evaluated(system, rates, points, parameters), strict=True))
+    named = {s.name: rate for s, rate in flow.items()}
+    axis.streamplot(across, down, named[pair[0]], named[pair[1]], color="0.75", linewidth=0.5, arrowsize=0.5,
+                    density=0.9)  # fmt: skip
     for fast in system.fast:
-        _zeros(axis, across, down, rates[fast], style.RED, "--")
+        _zeros(axis, across, down, flow[fast], style.RED, "--")
 
 
-def _evaluated(system: System, expr: sp.Expr, states: list, parameters: tuple) -> Any:
-    numbers = zip(system.parameters, map(float, parameters), strict=True)
-    put_in = expr.subs({system.time: 0} if system.time else {}).subs(dict(numbers))
-    with np.errstate(all="ignore"):
-        return np.broadcast_to(np.asarray(lower(system.states, put_in)(*states), dtype=float), states[0].shape)
+def _evaluated(system: System, outputs: tuple, points: list, parameters: tuple) -> Any:
+    """Return the values of expressions on the grid, one array each; masked where they are no numbers."""
+    if not outputs:
+        return []
+    at, p = function(system, outputs, "math", math), tuple(map(float, parameters))
+    rows = np.array([_tried(at, point, p, len(outputs)) for point in points], dtype=float)
+    return np.ma.masked_invalid(rows.T.reshape(-1, GRID, GRID))
+
+
+def _tried(at: Any, point: list, p: tuple, size: int) -> tuple:
+    try:
+        return at(0.0, *point, *p)
+    except (ArithmeticError, ValueError):
+        return (math.nan,) * size
 
 
 def _zeros(axis: Any, across: Any, down: Any, values: Any, ink: str, dash: str) -> None:
