@@ -38,7 +38,7 @@ def test_every_example_has_a_paradox_and_starts_on_its_contact(name):
     told = described(name)
     rod = told.mechanism
     assert rod.evaluate(rod.paradox, told.numbers)
-    gap, rate = (rod._own(part) for part in (rod.plain.gap, rod.plain.gap_rate))
+    gap, rate = (rod.own(part) for part in (rod.plain.gap, rod.plain.gap_rate))
     assert rod.evaluate(gap, {**told.numbers, "t": 0}) == pytest.approx(0, abs=1e-12)
     assert rod.evaluate(rate, {**told.numbers, "t": 0}) == pytest.approx(0, abs=1e-12)
 

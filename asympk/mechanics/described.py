@@ -52,7 +52,7 @@ class Described:
 
     def changed(self, changes: dict[str, Any]) -> "Described":
         """Return the description with other numbers; raises ``UnknownName`` for what is no parameter or state."""
-        self.mechanism._keys(dict(changes))
+        self.mechanism.keyed(dict(changes))
         values = {name: changes.get(name, value) for name, value in self.values.items()}
         state = {name: changes.get(name, value) for name, value in self.state.items()}
         added = {name: value for name, value in changes.items() if name not in values and name not in state}
@@ -69,7 +69,7 @@ class Described:
         placed = {**self.numbers, name: at, **{other: rule(at) for other, rule in tied.items()}}
         kinetics, sliding = rod.plain, sp.Dummy("gamma", real=True)
         rates = velocities(kinetics, completing(kinetics), sp.S.Zero, sliding)
-        known = {**rod._keys(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
+        known = {**rod.keyed(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
         found = evaluate(tuple(rates.values()), known)
         placed |= {str(rate): value for rate, value in zip(rates, found, strict=True)}
         return {**placed, str(rod.contact.friction): friction}

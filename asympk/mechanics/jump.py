@@ -9,9 +9,10 @@ and after. These two conditions fix the two impulses,
 
 as R = x + h x' integrates to h (x+ - x) = P_N. |P_T| < friction load |P_N| holds exactly where there is a paradox.
 
-A contact that only pushes, with a fixed ratio b of damping (R = [k d + b sqrt(k) d']_+, section 4 of the theory),
-rebounds: in the time sqrt(k) t slip with p = G_NN - friction load |G_NT| < 0 grows along the positive root l of
-l^2 + p b l + p = 0 until gamma = 0, then the contact sticks and swings back until R = 0, and opens with
+A contact that only pushes, with a fixed ratio b of damping, R = [k d + b sqrt(k) d']_+, rebounds: the impact without
+collision, regularised as by Hogan and Kristiansen (2017). In the time sqrt(k) t slip with
+p = G_NN - friction load |G_NT| < 0 grows along the positive root l of l^2 + p b l + p = 0 until gamma = 0; then the
+contact sticks and swings back until R = 0, and opens with
 
     g' = |gamma| r / q  exp(-(2 beta / w) atan(w l / (r + beta l + p))),    r = sqrt(p (p - p_s)),
 

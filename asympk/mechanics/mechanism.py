@@ -124,53 +124,53 @@ class Mechanism(ShownAsFormulas):
     @property
     def delassus(self) -> sp.ImmutableMatrix:
         """The Delassus matrix [[G_NN, G_NT], [G_NT, G_TT]] = W' M^-1 W of the directions (W_N, W_T)."""
-        return self._own(self.plain.delassus)
+        return self.own(self.plain.delassus)
 
     @property
     def free(self) -> tuple[sp.Expr, sp.Expr]:
         """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
-        return tuple(map(self._own, self.plain.free))
+        return tuple(map(self.own, self.plain.free))
 
     @property
     def sliding_velocity(self) -> sp.Expr:
         """The sliding velocity gamma in coordinates and velocities."""
-        return self._own(self.plain.slip)
+        return self.own(self.plain.slip)
 
     @property
     def critical_friction(self) -> sp.Expr:
         """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox; oo where there is none."""
-        return self._own(paradox.critical_friction(self.plain))
+        return self.own(paradox.critical_friction(self.plain))
 
     @property
     def paradox(self) -> sp.Basic:
         """The condition friction load |G_NT| > G_NN, under which sliding has no motion or more than one."""
-        return self._own(paradox.condition(self.plain))
+        return self.own(paradox.condition(self.plain))
 
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers."""
-        (found,) = evaluate((plainly(sp.sympify(expr), self._names, self.time),), self._keys(values))
+        (found,) = evaluate((plainly(sp.sympify(expr), self._names, self.time),), self.keyed(values))
         return found
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
         """Return the rigid motions at numbers, with the contact closed; see ``rigid.motions``."""
-        return rigid.motions(self.plain, self._keys(values))
+        return rigid.motions(self.plain, self.keyed(values))
 
     def motion_map(self, values: dict[Any, Any]) -> MotionMap:
         """Count the rigid motions on arrays of states and parameters that broadcast; see ``rigid.motion_map``."""
-        return rigid.motion_map(self.plain, self._keys(values))
+        return rigid.motion_map(self.plain, self.keyed(values))
 
     def paradox_set(self, ranges: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
         """Return where there is a paradox over one or two coordinates or parameters; see ``paradox.paradox_set``."""
-        return paradox.paradox_set(self.plain, self._keys(ranges), self._keys(values or {}))
+        return paradox.paradox_set(self.plain, self.keyed(ranges), self.keyed(values or {}))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate`` and where it is; see ``paradox.least``."""
-        (name,) = self._keys({coordinate: 0})
-        return paradox.least(self.plain, name, self._keys(values or {}), self._own)
+        (name,) = self.keyed({coordinate: 0})
+        return paradox.least(self.plain, name, self.keyed(values or {}), self.own)
 
     def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
         """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump.jump_law``."""
-        return jump.jump_law(self.plain, self._own, ratio, damping)
+        return jump.jump_law(self.plain, self.own, ratio, damping)
 
     def rigid(self) -> System:
         """Return the rigid mechanism as a ``System`` that runs; see ``motion.rigid_system``."""
@@ -185,7 +185,7 @@ class Mechanism(ShownAsFormulas):
 
         The elastic contact starts without reaction, x = y = 0, with z the sliding velocity.
         """
-        given = self._keys(values)
+        given = self.keyed(values)
         own = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in own}
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
@@ -198,13 +198,14 @@ class Mechanism(ShownAsFormulas):
     def _names(self):
         return plain_names(self.coordinates, self.velocities)
 
-    def _own(self, thing):
+    def own(self, thing: Any) -> Any:
+        """Return an expression or matrix in plain symbols in the mechanism's own coordinates and velocities."""
         back = {plain: own for own, plain in self._names.items()}
         if isinstance(thing, sp.MatrixBase):
             return thing.applyfunc(lambda part: part.xreplace(back))
         return thing.xreplace(back)
 
-    def _keys(self, values):
+    def keyed(self, values: dict[Any, Any]) -> dict[sp.Symbol, Any]:
         """Return ``values`` with the plain symbols as keys, from names, symbols and dynamicsymbols."""
         return keyed(values, self.plain, self._names)
 

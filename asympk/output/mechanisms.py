@@ -58,7 +58,7 @@ def _contact(told):
 def _paradox(told):
     rod = told.mechanism
     critical = rod.critical_friction
-    formula = str(rod._own(critical)).replace("(t)", "")
+    formula = str(rod.own(critical)).replace("(t)", "")
     shown = f"{formula} = " if len(formula) < 90 else ""
     found = rod.evaluate(rod.paradox, told.numbers)
     value = _short(rod.evaluate(critical, told.numbers)) if critical.is_finite is not False else "none"

@@ -1,7 +1,7 @@
 r"""A slender rod whose end is a bead on a rough straight wire, a constraint that holds both ways.
 
 The wire can push and pull, so sliding has one motion below the critical friction of the rod on the ground, and two or
-none above. Source: Le Suan An, Dynamics of mechanical systems with Coulomb friction, Cambridge (2003), chapter 5.
+none above. Source: Le Suan An, Dynamics of mechanical systems with Coulomb friction, Cambridge (2003).
 """
 
 from functools import cache

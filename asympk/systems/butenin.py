@@ -2,7 +2,7 @@ r"""Pfeiffer and Butenin: the Painlevé-Klein rod with an elastic rod that has n
 
 On the good side the rod rings, a centre; on the other side of the paradox the equilibrium is a saddle. Both x and
 y = eps x' are fast. Source: F. Pfeiffer, Zeitschrift für Mathematik und Physik 58 (1910) 273-311; N. V. Butenin,
-Dokl. Akad. Nauk SSSR 62 (1948) 321-324, for the phase plane (R, R').
+Prikl. Mat. Mekh. 12 (1948), for the jump from degenerate dynamics and the phase plane (R, R').
 """
 
 from functools import cache
