@@ -94,3 +94,8 @@ def value(m, power, decay, turn, sine, t):
     """Return a wave at a time, in the numbers of ``m``."""
     found = t**power * m.exp(decay * t)
     return found * (m.sin(turn * t) if sine else m.cos(turn * t)) if turn or sine else found
+
+
+def amplitude(m, power, decay, turn, sine, t):
+    """Return what the rounding of a wave at a time goes with: its amplitude, times how far its phase is known."""
+    return abs(value(m, power, decay, 0, False, t)) * (1 + abs(turn * t))

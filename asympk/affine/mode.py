@@ -154,16 +154,18 @@ class Segment:
     ``sums`` are the weights of the functions in the states and, below them, the bases: what the blocks that have not
     started add up to, by the number of those that have. ``guards`` likewise; ``slopes`` and ``bends`` are the weights
     in the guards' derivatives. The names with ``off_`` are the sizes of the terms that made them, on which rounding
-    depends. A guard whose value at the start is within rounding vanishes there, and is set to zero.
+    depends; ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within
+    rounding vanishes there, and is set to zero.
     """
 
-    def __init__(self, flow, start):
+    def __init__(self, flow, start, sizes=None):
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
         whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)
+        size = abs(whole) if sizes is None else np.array([*sizes, m.number(1)], dtype=whole.dtype)
         self.start = whole[:-1]
         self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.tables @ whole)
-        self.off_sums, self.off_guards, self.off_slopes, self.off_bends = flow.parts(flow.table_sizes @ abs(whole))
+        self.off_sums, self.off_guards, self.off_slopes, self.off_bends = flow.parts(flow.table_sizes @ size)
         first, off = self.guards[self.functions], self.off_guards[self.functions]
         self.zero = np.flatnonzero(abs(first) <= max(m.margin, _ULPS * m.eps) * off).tolist()
         for guard in self.zero:

@@ -9,7 +9,7 @@ from numbers import Integral
 from typing import Any, NamedTuple
 
 from asympk.affine.dense import Dense
-from asympk.affine.forcing import value
+from asympk.affine.forcing import amplitude, value
 from asympk.affine.form import form_of, placed
 from asympk.affine.mode import Segment, in_digits
 from asympk.affine.rounding import estimate
@@ -148,7 +148,8 @@ def _course(m, case):
 
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.branch)
-        segment = Segment(flow, (*state, *(value(m, *wave, t) for wave in waves)))
+        known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
+        segment = Segment(flow, (*state, *(value(m, *wave, t) for wave in waves)), known)
         span, hit = _span(case, m, mode, segment, until - t, len(segments))
         found = hit is not None
         end = segment.at_event(span, hit) if found else segment.state(span)
