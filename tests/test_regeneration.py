@@ -55,7 +55,7 @@ def test_tables_of_what_was_computed_are_those_of_the_kept_rows():
 
 def test_the_summary_tells_the_verdicts_and_the_corrections(regenerated):
     _, screen = regenerated
-    assert "32 claims" in screen
+    assert "43 claims" in screen
     assert "Corrected:\n  C23" in screen
     assert "z -> 0, x -> x - z" in screen
     assert max(map(len, screen.splitlines())) <= 120
