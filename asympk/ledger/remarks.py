@@ -154,7 +154,7 @@ def _returns(load, sigma0=None):
     "C41",
     "3",
     "Fast motions are essential for sigma > 0 and inessential below",
-    "for a fixed sigma < 0 as mu -> 0: where |sigma| is of the order of the root of mu the mass stops before Pi2 is reached",
+    "for a fixed sigma < 0 as mu -> 0: for |sigma| of the order of the root of mu the mass stops before Pi2 is reached",
 )
 def fast_motions_below():
     shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
