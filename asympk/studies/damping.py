@@ -118,6 +118,11 @@ def _amplitude(event, mu):
     return sqrt(float(event.x) ** 2 + mu * float(event.y) ** 2)
 
 
+def is_single(row):
+    """Tell whether a row's damping is beyond the border of the single jump, d^3 = epsilon^2."""
+    return row["damping"] ** 3 > row["epsilon"] ** 2
+
+
 def jam_law(epsilon, damping, sigma=SIGMA):
     """Return T for z0 = -1, on its side of critical damping and of d^3 = epsilon^2, with the constants."""
     mu = (epsilon / damping) ** 2
