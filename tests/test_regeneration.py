@@ -14,7 +14,9 @@ from asympk.storage.files import write_text
 
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "paper" / "generated"
-FROM_ROWS = {f"{name}.{end}" for name in ("methods", "convergence", "escape") for end in ("tex", "csv")}
+FROM_ROWS = {
+    f"{name}.{end}" for name in ("methods", "convergence", "escape", "damping") for end in ("tex", "csv")
+}
 
 
 @pytest.fixture(scope="module")

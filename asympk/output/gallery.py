@@ -45,7 +45,6 @@ def pictures(root):
         Picture("system", drawings.system),
         Picture("phase", phase),
         Picture("jump", jump),
-        Picture("slow", partial(portraits.slow_motions, STEEP, [k / 4 for k in range(-2, 7)])),
         Picture("regimes", maps.regime_map),
         Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")

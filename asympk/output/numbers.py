@@ -204,7 +204,8 @@ def of_collisions(rows):
 
 def of_least(rows):
     """Return the atlas's parameters, and up to which mu the lowest models do for every velocity drawn."""
-    found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}"}
+    found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}",
+             "leastLoad": rf"\ensuremath{{{leastmap.START[1]:g}}}"}
     for name, sigma, side, rung in (("Shallow", "-1/2", 1, "rigid"), ("Steep", "1", -1, "jump-0")):
         here = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
         beyond = min(row["mu"] for row in here if row["rung"] > list(LADDER).index(rung))
@@ -215,9 +216,9 @@ def of_least(rows):
 def of_damping(rows):
     """Return how near the times of the jam are to their laws, and what the undamped rod loses in a period."""
     ratio = [row for row in rows if row["part"] == "ratio"]
-    away = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] > 1 and r["epsilon"] < 1e-3 and r["sticks"] == 2
-            and not damping.is_single(r)]  # fmt: skip
     least = min(row["epsilon"] for row in ratio)
+    away = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] > 1 and r["epsilon"] == least
+            and not damping.is_single(r)]  # fmt: skip
     below = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] < 1 and r["epsilon"] == least]
     at_border = {share: r["jam"] for share, r in zip(damping.BORDER, [r for r in rows if r["part"] == "border"
                  and r["epsilon"] == least], strict=True)}  # fmt: skip
@@ -251,7 +252,10 @@ def of_work(rows, scene="ii", accuracy=1e-5):
     }  # fmt: skip
     for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
         mine = [row for row in rows if row["method"] == method]
-        found |= {f"{method}Runs": str(len(mine)), f"{method}Failed": str(_count(mine, kind))}
+        failed = [row for row in mine if outcome(row["status"]) == kind]
+        mine = [row for row in mine if row["scene"] in {failure["scene"] for failure in failed}]
+        found |= {f"{method}Runs": str(len(mine)), f"{method}Failed": str(len(failed))}
+    found["moreauCoarse"] = rounded(min(row["rtol"] / row["mu"] for row in failed))
     stiff = [row for row in rows if row["method"] in chart.IMPLICIT]
     short = [row for row in stiff if row["status"] != "finished"]
     steps = [row for row in here if row["method"] == "moreau"]

@@ -94,14 +94,18 @@ def _dampings(rows):
     ringing = [row for row in rows if row["part"] == "undamped"]
     coarse = Cell(r"none; $\varepsilon=1/2$, $1/3$, $1/4$", "none; epsilon = 1/2, 1/3, 1/4")
     yield coarse, r"\pi\varepsilon A^4/2C", sorted(ringing, key=lambda row: -row["epsilon"])
-    ratios = sorted({row["zeta"] for row in rows if row["part"] == "ratio"})
+    ratios = sorted({_to_three(row["zeta"]) for row in rows if row["part"] == "ratio"})
     for place, law in ((3, below), (5, below), (8, above), (10, above), (len(ratios) - 1, single)):
-        chosen = [row for row in rows if row["part"] == "ratio" and row["zeta"] == ratios[place]]
-        ratio = f"{float(f'{ratios[place]:.3g}'):g}"
+        chosen = [row for row in rows if row["part"] == "ratio" and _to_three(row["zeta"]) == ratios[place]]
+        ratio = f"{ratios[place]:g}"
         yield Cell(rf"$\zeta={ratio}$", f"zeta = {ratio}"), law, chosen
     for share, law in zip(BORDER, (above, above, single, single), strict=True):
         chosen = [row for row in rows if row["part"] == "border" and _share(row) == share]
         yield Cell(rf"$d={share}\,(\varepsilon^2|z_0|)^{{1/3}}$", f"d = {share} of the border"), law, chosen
+
+
+def _to_three(ratio):
+    return float(f"{ratio:.3g}")
 
 
 def _share(row):
