@@ -1,5 +1,7 @@
 """Portraits and maps show the geometry that the package derives, and can be read."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from legibility import flaws
@@ -9,13 +11,14 @@ from asympk.output import gallery
 from asympk.pictures import maps, portraits
 from asympk.pictures.figures import save
 from asympk.scene import Scene
+from asympk.storage.rows import read_rows
 from asympk.studies.convergence import CASES
 from asympk.studies.least import LADDER
 
+ROWS = Path(__file__).parent.parent / "paper" / "generated" / "rows"
 PICTURES = {
     "phase": gallery.phase,
     "jump": gallery.jump,
-    "slow": lambda: portraits.slow_motions(1, (0, 0.5)),
     "regimes": maps.regime_map,
     "stick": lambda: maps.stick_over_static_friction(("1", "-17/10")),
     "convergence": lambda: maps.convergence(
@@ -24,6 +27,7 @@ PICTURES = {
     "collisions": lambda: maps.collisions(
         [{"mu": mu, "scaled_x": 10.0**i, "z": side * 10.0**j, "count": max(0, i + j)}
          for mu in (1e-3, 3.0) for i in range(-6, 7) for j in range(-6, 7) for side in (-1, 1)]),
+    "damping": lambda: gallery.damping(read_rows(ROWS / "damping.csv")),
     "least": lambda: maps.least_models(
         [{"sigma": sigma, "mu": 10.0**i, "z": side * 10.0**j, "rung": max(0, min(4, i + j + 4))}
          for sigma in ("1", "-1/2") for i in range(-8, 0) for j in range(-6, 7) for side in (-1, 1)], list(LADDER)),

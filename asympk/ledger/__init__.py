@@ -12,7 +12,7 @@ from asympk.ledger.nouns import Check, Claim, Claims
 
 __all__ = ["Check", "Claim", "claim", "claims", "evaluate"]
 
-_SECTIONS = ("rigid", "elastic", "geometry", "motion", "jumps")
+_SECTIONS = ("rigid", "elastic", "geometry", "motion", "jumps", "predecessors", "remarks")
 
 
 def claims(progress=None):

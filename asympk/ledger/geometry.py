@@ -251,6 +251,7 @@ def _planes_by_side(sigma):
     "C32",
     "3",
     "The slow planes are the phase space of the rigid system: rigid motions and planes correspond one to one",
+    "a plane carries x and z, the rigid rod z alone: x decays to the load in the time h l, a memory of what it was",
 )
 def planes_and_rigid_motions():
     position = 2 / (pk.sigma + 2)  # w, as f sin a = (sigma + 2) cos a
@@ -282,6 +283,9 @@ def planes_and_rigid_motions():
         return term * (M.exp(-2) - M.exp(-3)) * 4 / 5
 
     yield numeric("gain of z on Pi1 less 1/5 over its first term", *tends_to_one(ratios(acceleration, predicted)))
+    second = {name: sp.cancel(plane.dynamics.slow[pk.x].subs(plane.branch)) for name, plane in planes.items()}
+    remembers = all(sp.cancel(rate - loads[name] + pk.x) == 0 for name, rate in second.items())
+    yield symbolic_left_out("x is a second state on both planes: x' = load - x in units of h l", remembers, second)
 
 
 def _rigid_loads(condition, position):

@@ -1,4 +1,11 @@
-"""Section 3, the jumps: what the layers do to x, y and z (C23, C24, C26, C30)."""
+"""Section 3, the jumps: what the layers do to x, y and z (C18, C23, C24, C26, C30).
+
+One rule judges what a sentence says of x. The source speaks of "fast motions in the variable y" and nowhere says that
+x is held. Where its words name a direction in the space (x, y, z), "a jump in the positive direction of the axis y",
+we read that x is held, for that is what moving along y means; that the point "comes to z = 0 by the equations of z"
+it says itself. Where its words name only where the jump ends, "a jump to the edge", x is left open. ``_of_x`` is the
+rule: x moves by as much in all four, which contradicts the first kind and completes the second.
+"""
 
 from fractions import Fraction
 
@@ -18,8 +25,11 @@ from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, symbolic_n
 from asympk.ledger.trend import tends_to_one
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
+from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
 
+_THIRD = Fraction(1, 3)
 _FROM_BELOW = (0, Fraction(1, 5), -1)
 _FROM_ABOVE = (0, -3, 1)
 _STATES = (pk.x, pk.y, pk.z)
@@ -48,14 +58,85 @@ def _over_first_terms(measure, start, expansion):
     return tends_to_one(ratios(error, predicted))
 
 
+def _of_x(along_y, limit, gain, what):
+    """Judge what a jump does to x: ``limit`` is x after it, ``gain`` what x moves by, told by ``what``."""
+    moves = sp.cancel(limit - pk.x - gain) == 0 and gain != 0
+    if along_y:
+        yield symbolic("x is then what it was: the jump is along y", limit == pk.x, limit)
+        yield symbolic_instead(what, moves, limit)
+    else:
+        yield symbolic_left_out(what, moves, limit)
+
+
 def _event(path, kind):
     return next(event for event in path.events if event.kind == kind)
 
 
 @claim(
+    "C18",
+    "3",
+    "A point that enters G1 (G2) makes “a jump to its edge” Gamma1 (Gamma2) and leaves into z > 0",
+    "a point that comes with y of the order of 1/mu, as all do that land, leaves with x + mu y in place of x",
+)
+def stick_ends_on_the_edge():
+    regions = stick_regions(pk.system())
+    rising = regions.up.spans(sigma=1)
+    between = tuple(regions.edges[::-1]) == (rising[0].start, rising[0].end)
+    yield symbolic("between Gamma2 and Gamma1 every motion crosses into z > 0", between, rising[0].as_set())
+    kind = next(spectrum for spectrum in eigenvalues(pk.system()) if spectrum.mode == "stick")
+    yield symbolic("in stick s falls to 0 with a stable fast eigenvalue", kind.kinds[0][0] == "stable node", kind.fast)
+    for s, edge in ((2, Fraction(1, 4)), (-2, Fraction(-1, 2))):
+        start = (_THIRD, s - _THIRD, 0)
+        left = [follow(start, mu).events[0] for mu in MUS]
+        name = "Gamma1" if s > 0 else "Gamma2"
+        above = all(event.kind == "slip_onset" for event in left) and all(follow(start, mu).final[2] > 0 for mu in MUS)
+        yield numeric(f"runs from s = {s} leave stick at {name} and rise", above)
+        times, shifts = _stick_to_edge(start, s, edge)
+        yield numeric(f"time to {name} over mu log(s / edge)", *tends_to_one(times))
+        yield numeric("change of x on the way over mu (s - edge - x log(s / edge))", *tends_to_one(shifts))
+    jump = _jump(_FROM_BELOW)
+    landing, leaving = jump.events
+    height = landing.y.coefficient(-1)
+    yield from _of_x(False, sp.cancel(_limit(leaving.x) - _limit(landing.x) + pk.x), height, _IN_STICK)
+    yield numeric_left_out("from mu y = 1 x gains 1 on the way, over the terms mu log(1/mu) and mu", *_gain_in_stick())
+
+
+_IN_STICK = "from landing to Gamma1 x gains the limit of mu y on landing"
+
+
+def _stick_to_edge(start, s, edge):
+    """Return the ratios of time and of the change of x in stick to their first terms, mu y' = -s and x' = s - x."""
+
+    def time(mu):
+        return number(mu) * M.log(number(s / edge))
+
+    def shift(mu):
+        return number(mu * (s - edge)) - number(start[0]) * time(mu)
+
+    return (
+        ratios(lambda mu: follow(start, mu).events[0].t, time),
+        ratios(lambda mu: follow(start, mu).events[0].x - number(start[0]), shift),
+    )
+
+
+def _gain_in_stick():
+    """Compare x on leaving from (1/3, 1/mu, 0), less 4/3, with its terms: x' = y, mu y' = -s, s from 1/mu to 1/4."""
+    after = _THIRD + 1
+
+    def error(mu):
+        return follow((_THIRD, 1 / mu, 0), mu).events[0].x - number(after)
+
+    def predicted(mu):
+        return number(mu) * (number(after + 1 - Fraction(1, 4)) - number(after) * M.log(4 / number(mu)))
+
+    return tends_to_one(ratios(error, predicted))
+
+
+@claim(
     "C23",
     "3",
-    "From anywhere in z < 0 the point jumps along +y and lands on z = 0 inside G1",
+    "From anywhere in z < 0 the point makes “a jump in the positive direction of the axis y” and lands on z = 0 inside "
+    "G1",
     "y reaches order 1/mu, so on landing x has grown by -z/(sigma + 1); and from |z| = O(mu), s < 0 the "
     "point can land in G2",
 )
@@ -66,15 +147,11 @@ def jump_from_below():
     yield symbolic(
         "mu y on landing tends to a positive limit, so the point lands in G1", _positive_below(height), height
     )
-    yield symbolic("x is then what it was: the jump is along y", _limit(landing.x) == pk.x, _limit(landing.x))
+    gained = "x grows by -z/(sigma + 1): y is of order 1/mu for a time of order mu log(1/mu)"
+    yield from _of_x(True, _limit(landing.x), -pk.z / (pk.sigma + 1), gained)
     starts = (_FROM_BELOW, (0, -2, -1))
     landed = [_event(follow(start, mu), "velocity_zero") for start in starts for mu in MUS]
     yield numeric("runs from s = 1/5 and -2, z = -1 land at s > 1/4", all(event.x + event.y > 1 for event in landed))
-    yield symbolic_instead(
-        "x grows by -z/(sigma + 1): y is of order 1/mu for a time of order mu log(1/mu)",
-        sp.cancel(_limit(landing.x) - pk.x + pk.z / (pk.sigma + 1)) == 0,
-        _limit(landing.x),
-    )
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_BELOW, landing.x)
     yield numeric_instead("x on landing less that, over the terms mu log(1/mu) and mu", *found)
     near = [follow((0, -2, -mu / 100), mu).events[0] for mu in MUS]
@@ -91,7 +168,7 @@ def _positive_below(expr):
 @claim(
     "C24",
     "3",
-    "Then it jumps to Gamma1, then to Pi1, where it stays",
+    "Then it makes “a jump to the edge Gamma1, then a jump to the half-plane Pi1”, where it stays",
     "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0",
 )
 def jump_to_the_first_plane():
@@ -105,11 +182,8 @@ def jump_to_the_first_plane():
     sequences = modes(_FROM_BELOW) + modes((0, -2, -1))
     expected = [jump.itinerary, ("slip_same", *jump.itinerary)]
     yield numeric("runs from s = 1/5 and -2, z = -1 do so", sequences == expected, told(sequences))
-    yield symbolic_left_out(
-        "x moves on by as much as z did: z -> 0, x -> x - z",
-        (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0),
-        first_integral(pk.system()).expr,
-    )
+    yield symbolic_left_out("z comes to 0 in the limit", _limit(jump.z) == 0, first_integral(pk.system()).expr)
+    yield from _of_x(False, _limit(jump.x), -pk.z, "x moves on by as much as z did: x -> x - z")
     leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_BELOW, jump.events[1].x)
     yield numeric_left_out("x on leaving Gamma1 less x - z, over the terms mu log(1/mu) and mu", *leaves)
     again = [follow((0, Fraction(1, 5), -_FAR / mu), mu, until=9).modes.count("stick") for mu in MUS]
@@ -124,7 +198,8 @@ _FAR = 10
 @claim(
     "C26",
     "3",
-    "From O6 (x + y < -1, z > 0) it jumps along -y into G2, along +y to Gamma2, then to Pi1",
+    "From O6 (x + y < -1, z > 0) it makes “a jump in the direction of negative values of y” into G2, “in the positive "
+    "direction of y” to Gamma2, then to Pi1",
     "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z",
 )
 def jump_from_beyond_the_divide():
@@ -133,18 +208,14 @@ def jump_from_beyond_the_divide():
     height = landing.y.coefficient(-1)
     falls = sp.cancel(height + pk.sigma * pk.z / (pk.sigma + 1)) == 0
     yield symbolic("mu y on landing tends to -sigma z/(sigma + 1) < 0, so the point lands in G2", falls, height)
-    yield symbolic("x is then what it was: the jump is along y", _limit(landing.x) == pk.x, _limit(landing.x))
+    yield from _of_x(True, _limit(landing.x), -pk.z / (pk.sigma + 1), "x falls by z/(sigma + 1) on landing")
     sequences = modes(_FROM_ABOVE)
     yield numeric(
         "runs from s = -3, z = 1 stick in G2, leave at Gamma2 and end on Pi1",
         sequences == [jump.itinerary],
         told(sequences),
     )
-    yield symbolic_instead(
-        "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z",
-        sp.cancel(_limit(landing.x) - pk.x + pk.z / (pk.sigma + 1)) == 0 and _limit(jump.x) == pk.x - pk.z,
-        _limit(jump.x),
-    )
+    yield symbolic_instead("and by z in all: z -> 0, x -> x - z", (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_ABOVE, landing.x)
     yield numeric_instead("x on landing less that, over the terms mu log(1/mu) and mu", *found)
     leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_ABOVE, jump.events[1].x)

@@ -1,58 +1,17 @@
-"""Section 3, how motions run and where they end (C18, C25, C27)."""
+"""Section 3, how motions run and where they end (C25, C27)."""
 
 import random
 from fractions import Fraction
 
 import sympy as sp
 
-from asympk.ledger.nouns import (
-    claim,
-    numeric,
-    symbolic,
-)
-from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, told
+from asympk.ledger.nouns import claim, numeric, symbolic
+from asympk.ledger.runs import M, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import eigenvalues
-from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
-
-_THIRD = Fraction(1, 3)
-
-
-@claim("C18", "3", "A point that enters G1 (G2) jumps to its edge Gamma1 (Gamma2) and leaves into z > 0")
-def stick_ends_on_the_edge():
-    regions = stick_regions(pk.system())
-    rising = regions.up.spans(sigma=1)
-    between = tuple(regions.edges[::-1]) == (rising[0].start, rising[0].end)
-    yield symbolic("between Gamma2 and Gamma1 every motion crosses into z > 0", between, rising[0].as_set())
-    kind = next(spectrum for spectrum in eigenvalues(pk.system()) if spectrum.mode == "stick")
-    yield symbolic("in stick s falls to 0 with a stable fast eigenvalue", kind.kinds[0][0] == "stable node", kind.fast)
-    for s, edge in ((2, Fraction(1, 4)), (-2, Fraction(-1, 2))):
-        start = (_THIRD, s - _THIRD, 0)
-        left = [follow(start, mu).events[0] for mu in MUS]
-        name = "Gamma1" if s > 0 else "Gamma2"
-        above = all(event.kind == "slip_onset" for event in left) and all(follow(start, mu).final[2] > 0 for mu in MUS)
-        yield numeric(f"runs from s = {s} leave stick at {name} and rise", above)
-        times, shifts = _stick_to_edge(start, s, edge)
-        yield numeric(f"time to {name} over mu log(s / edge)", *tends_to_one(times))
-        yield numeric("change of x on the way over mu (s - edge - x log(s / edge))", *tends_to_one(shifts))
-
-
-def _stick_to_edge(start, s, edge):
-    """Return the ratios of time and of the change of x in stick to their first terms, mu y' = -s and x' = s - x."""
-
-    def time(mu):
-        return number(mu) * M.log(number(s / edge))
-
-    def shift(mu):
-        return number(mu * (s - edge)) - number(start[0]) * time(mu)
-
-    return (
-        ratios(lambda mu: follow(start, mu).events[0].t, time),
-        ratios(lambda mu: follow(start, mu).events[0].x - number(start[0]), shift),
-    )
 
 
 @claim("C25", "3", "From O5 (x + y > -1, z > 0) it jumps straight to Pi1")

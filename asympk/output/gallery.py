@@ -8,14 +8,17 @@ from pathlib import Path
 
 from asympk.errors import MissingPackage
 from asympk.methods import solve
+from asympk.pictures import damping as jam
 from asympk.pictures import drawings, maps, portraits
 from asympk.pictures.decreasing import decreasing
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
+from asympk.studies.damping import TINY
 from asympk.studies.least import LADDER
 
 PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
 STEEP, SHALLOW = 1, Fraction(-1, 2)
+RINGING, RINGS = 0.5, 66  # epsilon of the undamped rod that is drawn, and for how long
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
 CHARTS = {
     "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-cost-ii": "work.csv",
@@ -43,13 +46,12 @@ def pictures(root):
         Picture("system", drawings.system),
         Picture("phase", phase),
         Picture("jump", jump),
-        Picture("slow", partial(portraits.slow_motions, STEEP, [k / 4 for k in range(-2, 7)])),
         Picture("regimes", maps.regime_map),
         Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
           for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
                              ("decreasing", decreasing),
-                             ("least", partial(maps.least_models, names=list(LADDER))))),
+                             ("least", partial(maps.least_models, names=list(LADDER))), ("damping", damping))),
     ]  # fmt: skip
     return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
 
@@ -74,6 +76,12 @@ def phase():
         paths = [solve(Scene(sigma, PHASE_MU, start, until)) for start, until in starts]
         groups.append((sigma, rf"{words} rod, $\sigma = {sigma}$", paths))
     return portraits.phase_space(groups)
+
+
+def damping(rows):
+    """Draw the time of the jam over the damping ratio, and the phase plane of the rod without damping."""
+    d = TINY * RINGING
+    return jam.damping(rows, solve(Scene(STEEP, (RINGING / d) ** 2, (0, 0, -1 / d), RINGS / d)))
 
 
 def jump(until=3):

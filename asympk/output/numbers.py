@@ -21,7 +21,7 @@ from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
-from asympk.studies import collisions, convergence, leastmap
+from asympk.studies import collisions, convergence, damping, leastmap
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
 from asympk.studies.least import LADDER
@@ -39,7 +39,7 @@ def macros(root):
     kept = Path(root) / "paper" / "generated" / "rows"
     found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
     told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
-            "plane": of_plane, "nonlinear": of_nonlinear}
+            "plane": of_plane, "nonlinear": of_nonlinear, "damping": of_damping}
     for name, tell in told.items():
         if (kept / f"{name}.csv").is_file():
             found |= tell(read_rows(kept / f"{name}.csv"))
@@ -204,12 +204,34 @@ def of_collisions(rows):
 
 def of_least(rows):
     """Return the atlas's parameters, and up to which mu the lowest models do for every velocity drawn."""
-    found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}"}
+    found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}",
+             "leastLoad": rf"\ensuremath{{{leastmap.START[1]:g}}}"}
     for name, sigma, side, rung in (("Shallow", "-1/2", 1, "rigid"), ("Steep", "1", -1, "jump-0")):
         here = [row for row in rows if row["sigma"] == sigma and row["z"] * side > 0]
         beyond = min(row["mu"] for row in here if row["rung"] > list(LADDER).index(rung))
         found[f"least{name}Mu"] = power(max(row["mu"] for row in here if row["mu"] < beyond), 1)
     return found
+
+
+def of_damping(rows):
+    """Return how near the times of the jam are to their laws, and what the undamped rod loses in a period."""
+    ratio = [row for row in rows if row["part"] == "ratio"]
+    least = min(row["epsilon"] for row in ratio)
+    away = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] > 1 and r["epsilon"] == least
+            and not damping.is_single(r)]  # fmt: skip
+    below = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] < 1 and r["epsilon"] == least]
+    at_border = {share: r["jam"] for share, r in zip(damping.BORDER, [r for r in rows if r["part"] == "border"
+                 and r["epsilon"] == least], strict=True)}  # fmt: skip
+    undamped = [row for row in rows if row["part"] == "undamped"]
+    return {
+        "dampingRuns": str(len(rows)), "dampingLeast": power(least), "dampingAbove": power(max(away), 1),
+        "dampingBelow": power(max(below), 1), "lossPerPeriod": decimal(damping.loss_per_period(1), 4),
+        "undampedFactor": decimal(damping.undamped_factor(1), 2),
+        "dampingDrop": power(at_border[0.99] / at_border[1.01], 1),
+        "undampedTimes": listed([f"{row['jam']:.0f}" for row in undamped]),
+        "undampedStops": listed([str(row["sticks"]) for row in undamped]),
+        "undampedEpsilons": listed([rf"$1/{round(1 / row['epsilon'])}$" for row in undamped]),
+    }
 
 
 def of_work(rows, scene="ii", accuracy=1e-5):
@@ -230,7 +252,10 @@ def of_work(rows, scene="ii", accuracy=1e-5):
     }  # fmt: skip
     for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
         mine = [row for row in rows if row["method"] == method]
-        found |= {f"{method}Runs": str(len(mine)), f"{method}Failed": str(_count(mine, kind))}
+        failed = [row for row in mine if outcome(row["status"]) == kind]
+        mine = [row for row in mine if row["scene"] in {failure["scene"] for failure in failed}]
+        found |= {f"{method}Runs": str(len(mine)), f"{method}Failed": str(len(failed))}
+    found["moreauCoarse"] = rounded(min(row["rtol"] / row["mu"] for row in failed))
     stiff = [row for row in rows if row["method"] in chart.IMPLICIT]
     short = [row for row in stiff if row["status"] != "finished"]
     steps = [row for row in here if row["method"] == "moreau"]

@@ -8,6 +8,7 @@ from asympk.output.chart import method_table
 from asympk.output.tabular import Cell, Table, words
 from asympk.storage.rows import read_rows
 from asympk.studies.convergence import groups, monotone_from
+from asympk.studies.damping import BORDER
 from asympk.studies.divide import MUS, OFFSETS
 
 SHOWN = (1e-4, 1e-8, 1e-12)
@@ -17,7 +18,8 @@ def tables_from_rows(root):
     """Return the tables that can be made in the checkout ``root``, name -> thunk."""
     kept = Path(root) / "paper" / "generated" / "rows"
     made = {"methods": ("work", method_table), "convergence": ("convergence", convergence_table),
-            "escape": ("escape", escape_table), "decreasing": ("decreasing", decreasing_table)}  # fmt: skip
+            "escape": ("escape", escape_table), "decreasing": ("decreasing", decreasing_table),
+            "damping": ("damping", damping_table)}  # fmt: skip
     files = {name: (kept / f"{stem}.csv", make) for name, (stem, make) in made.items()}
     return {name: lambda file=file, make=make: make(read_rows(file))
             for name, (file, make) in files.items() if file.is_file()}  # fmt: skip
@@ -85,6 +87,44 @@ def escape_table(rows):
         header += (Cell(rf"$T$ at $\mu={_scale(float(mu))}$", f"T{at}"),
                    *(Cell(name, f"{name}{at}") for name in ("quotient", "motion")))
     return Table("escape", "ll" + "lll" * len(MUS), header, tuple(body))
+
+
+def damping_table(rows):
+    """How often the mass comes to rest and how long it is jammed over the law, for damping from none to Fufaev's."""
+    body = []
+    for damping, law, chosen in _dampings(rows):
+        cells = [cell for row in chosen for cell in (str(row["sticks"]), f"{row['jam'] / row['law']:.4f}")]
+        body.append((damping, Cell(f"${law}$", law), *cells))
+    header = ("damping", "$T$ to leading order")
+    for epsilon in sorted({row["epsilon"] for row in rows if row["part"] == "ratio"}, reverse=True):
+        at = f" at epsilon = {_bare(epsilon)}"
+        header += (Cell(rf"$\varepsilon={_scale(epsilon)}$", f"times at rest{at}"), Cell("$T$/law", f"T over law{at}"))
+    return Table("damping", "ll" + "rl" * 3, header, tuple(body))
+
+
+def _dampings(rows):
+    """Yield (damping as a cell, law in LaTeX, rows from the largest epsilon down)."""
+    below, above = r"T_1+\varepsilon L/\zeta", r"T_1+\varepsilon L/(\zeta-\sqrt{\zeta^2-1})"
+    single = r"(\varepsilon^2/d)(1+1/\sigma)\log(d|z_0|/\varepsilon^2)"
+    ringing = [row for row in rows if row["part"] == "undamped"]
+    coarse = Cell(r"none; $\varepsilon=1/2$, $1/3$, $1/4$", "none; epsilon = 1/2, 1/3, 1/4")
+    yield coarse, r"\pi\varepsilon A^4/2C", sorted(ringing, key=lambda row: -row["epsilon"])
+    ratios = sorted({_to_three(row["zeta"]) for row in rows if row["part"] == "ratio"})
+    for place, law in ((3, below), (5, below), (8, above), (10, above), (len(ratios) - 1, single)):
+        chosen = [row for row in rows if row["part"] == "ratio" and _to_three(row["zeta"]) == ratios[place]]
+        ratio = f"{ratios[place]:g}"
+        yield Cell(rf"$\zeta={ratio}$", f"zeta = {ratio}"), law, chosen
+    for share, law in zip(BORDER, (above, above, single, single), strict=True):
+        chosen = [row for row in rows if row["part"] == "border" and _share(row) == share]
+        yield Cell(rf"$d={share}\,(\varepsilon^2|z_0|)^{{1/3}}$", f"d = {share} of the border"), law, chosen
+
+
+def _to_three(ratio):
+    return float(f"{ratio:.3g}")
+
+
+def _share(row):
+    return round(row["damping"] / row["epsilon"] ** (2 / 3), 6)
 
 
 def _escape(row):

@@ -104,7 +104,7 @@ def claims_table():
         rows.append((claim.id, words(claim.statement), claim.verdict))
         if claim.finding:
             rows.append(("", Cell(rf"\emph{{{words(claim.finding).latex}}}", claim.finding), ""))
-    return Table("claims", r"lp{0.76\linewidth}l", ("claim", "statement", "verdict"), tuple(rows))
+    return Table("claims", r"lp{0.82\linewidth}l", ("claim", "statement", "verdict"), tuple(rows))
 
 
 TABLES = (groups_table, modes_table, manifolds_table, eigenvalues_table, regimes_table, claims_table)

@@ -123,43 +123,36 @@ def _fill(ax, cell, parameter, fixed, limits, **looks):
         ax.fill_between(at, *ends, **looks)
 
 
-LINES = {"-17/10": ("-", "v"), "-6/5": ("--", "D"), "-1/2": (":", "^"),
-         "1/2": ("-", "o"), "1": ("--", "s"), "3": (":", "p")}  # fmt: skip
+ORDERS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
 
 
 def convergence(rows):
     """Draw the largest |error / first omitted term - 1| of all quantities against mu, from convergence rows.
 
-    A line of panels for each expansion, a column for each order.
+    One panel: a faint line for each expansion and sigma in the colour of its order, the median of them in marks.
     """
-    orders, expansions = sorted({row["order"] for row in rows}), list(dict.fromkeys(row["expansion"] for row in rows))
+    from statistics import median
+
     largest = {}
     for row in rows:
-        key = tuple(row[name] for name in ("expansion", "order", "sigma", "mu"))
+        key = tuple(row[name] for name in ("order", "expansion", "sigma", "mu"))
         largest[key] = max(abs(row["excess"]), largest.get(key, 0))
-    with plate(0.85 * len(expansions) + 0.75, len(expansions), len(orders), sharex=True, sharey=True) as (figure, axes):
-        for line, expansion in zip(axes, expansions, strict=True):
-            for ax, order in zip(line, orders, strict=True):
-                for sigma, (dash, mark) in LINES.items():
-                    here = {key[3]: size for key, size in largest.items() if key[:3] == (expansion, order, sigma)}
-                    ax.plot(list(here), list(here.values()), color=style.RED if sigma.startswith("-") else style.BLUE,
-                            ls=dash, marker=mark, ms=2.2, markerfacecolor="white", markeredgewidth=0.5,
-                            label=rf"$\sigma = {sigma}$")
-                ax.set(xscale="log", yscale="log", xticks=[1e-12, 1e-8, 1e-4], yticks=[1e-10, 1e-5, 1])
-                ax.minorticks_off()
-            line[0].set_ylabel(", ".join(map(_typeset, expansion.split(", "))))
-        for ax, order in zip(axes[0], orders, strict=True):
-            ax.set_title(f"order {order}", pad=3)
-        for ax in axes[-1]:
-            ax.set_xlabel(r"$\mu$")
-        figure.legend(*axes.flat[0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    with plate(2.3) as (figure, axes):
+        ax = axes.flat[0]
+        for order, (ink, mark) in zip(sorted({key[0] for key in largest}), ORDERS, strict=True):
+            lines = {}
+            for (n, expansion, sigma, mu), size in largest.items():
+                if n == order:
+                    lines.setdefault((expansion, sigma), {})[mu] = size
+            for line in lines.values():
+                ax.plot(list(line), list(line.values()), color=ink, lw=0.3, alpha=0.5)
+            mus = sorted({mu for line in lines.values() for mu in line})
+            ax.plot(mus, [median(line[mu] for line in lines.values()) for mu in mus], mark, color=ink, ms=3,
+                    mfc="white", mew=0.7, label=f"order {order}")
+        ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="|error / first omitted term \u2212 1|")
+        ax.minorticks_off()
+        ax.legend(loc="lower right")
     return figure
-
-
-def _typeset(part):
-    """Return a part of an expansion's name as mathtext, unless it is a word."""
-    formula = part.replace("sigma", r"\sigma").replace("Pi", r"\Pi_")
-    return part if part.isalpha() else f"${formula}$"
 
 
 def least_models(rows, names):

@@ -16,6 +16,7 @@ from asympk.symbolic.reading import rational
 SLOW, UNSTABLE, HELD = {"color": style.BLACK, "lw": 1.6}, {"color": style.BLACK, "lw": 1.2, "ls": (0, (4, 2))}, "0.82"
 LINEAR = 0.1  # loads below it are drawn to scale, larger ones by their logarithm
 LOADS = (-10, -1, -0.1, 0, 0.1, 1, 10)
+_FLOOR = -0.25  # of mu y in the picture of the jump, where its shadow falls
 INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 
 
@@ -148,24 +149,28 @@ def arrows(ax, u, v, ink, every=0.9):
 
 
 def jump_beside_the_vertical_one(paths, paper):
-    """Draw the jump from z < 0 as computed for several mu, and as the paper has it, with x fixed.
+    """Draw the jump from z < 0 as computed for several mu, and as the paper has it, with x fixed, over x, z and mu y.
 
     ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.
     """
-    with plate(2.15, 1, 2) as (figure, axes):
-        first, second = axes.flat
+    import numpy as np
+
+    with plate(2.7, subplot_kw={"projection": "3d"}) as (figure, axes):
+        ax = axes.flat[0]
         for path, ink, dash in zip(paths, INKS, ((0, (1, 1)), (0, (4, 1.5)), "-"), strict=False):
             _, (x, y, z) = traced(path)
             mu = float(path.scene.mu)
-            first.plot(x, z, color=ink, ls=dash, label=rf"$\mu = {_power(mu)}$")
-            second.plot(x, mu * y, color=ink, ls=dash)
-        arrows(first, x, z, ink)
-        arrows(second, x, mu * y, ink)
-        first.plot(*paper, color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)), label="$x$ held, as in the paper")
-        second.plot((0, 0), (0, max(mu * y)), color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)))
-        first.set(xlabel="$x$", ylabel="$z$", xlim=(-0.12, 1.15))
-        second.set(xlabel="$x$", ylabel=r"$\mu y$", xlim=(-0.12, 1.15))
-        figure.legend(*first.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+            ax.plot(x, z, mu * y, color=ink, ls=dash, label=rf"$\mu = {_power(mu)}$")
+            ax.plot(x, z, np.full_like(x, _FLOOR), color=ink, ls=dash, lw=0.4, alpha=0.6)
+        ax.plot(*paper, np.zeros_like(paper[0]), color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)), label="$x$ held")
+        ax.set(xlabel="$x$", ylabel="$z$", zlabel=r"$\mu y$", zlim=(_FLOOR, 0.5), xticks=(0, 0.5, 1),
+               yticks=(-1, -0.5, 0, 0.5), zticks=(0, 0.25, 0.5))
+        ax.view_init(elev=24, azim=-58)
+        ax.set_box_aspect((1.2, 1.2, 0.8), zoom=1.0)
+        ax.tick_params(pad=-2)
+        for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+            axis.labelpad = -7
+        figure.legend(*ax.get_legend_handles_labels(), loc="outside lower center", ncols=4, columnspacing=1.0)
     return figure
 
 
@@ -183,28 +188,6 @@ def _power(value):
     from math import log10
 
     return f"10^{{{round(log10(value))}}}"
-
-
-def slow_motions(sigma, offsets, until=1.6):
-    """Draw fig. 6: the integral curves of the slow motion on Pi1, and the line that all approach."""
-    import numpy as np
-
-    curve, rest = _curves("Pi1", sigma)
-    with plate(2.1) as (figure, axes):
-        ax = axes.flat[0]
-        ax.set(xlabel="$x$", ylabel="$z$", xlim=(rest - 1, rest + 1), ylim=(0, until))
-        for side, ink in ((-1, style.BLUE), (1, style.RED)):
-            x = rest + side * np.geomspace(1.2, 1e-4, 400)
-            for offset in offsets:
-                z = curve(x) + offset
-                seen = (z > 0) & (z < until) & (abs(x - rest) <= 1)
-                ax.plot(x[seen], z[seen], color=ink, lw=0.8)
-                apart = seen & (abs(x - rest) > 0.03)
-                arrows(ax, x[apart], z[apart], ink, every=0.8)
-        ax.plot((rest, rest), (0, until), **SLOW)
-        ax.annotate(rf"$x = 1/{round(1 / rest)},\ y = 0$", (rest, until), (0, 3), textcoords="offset points",
-                    ha="center", va="bottom")
-    return figure
 
 
 def _curves(name, sigma):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from asympk.storage.rows import provenance, write_rows
 from asympk.studies.least import LADDER, atlas
 
-SIGMAS, START, UNTIL, RTOL = ("1", "-1/2"), (0.0, 0.2), 3.0, 1e-3
+SIGMAS, START, UNTIL, RTOL = ("1", "-1/2"), (0.0, 0.5), 3.0, 1e-3  # the load lies on no slow plane
 EXPONENTS_MU, EXPONENTS_Z = (-8.03, -0.53), (-3.03, 0.97)
 CELLS = (31, 25)
 

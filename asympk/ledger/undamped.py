@@ -1,0 +1,68 @@
+r"""The rod without damping, R = R_1, that Pfeiffer and Butenin followed.
+
+    epsilon^2 s'' = 1 - 2 s + phi,    v' = 1 - s + phi,    s = R cos(alpha) / P,
+
+with w = epsilon s'; the unit of time is that in which the force P gives the mass the unit of velocity. It has no
+scales of its own, as Fufaev's need damping, so that epsilon, the period of the rod over 2 pi, is measured in that unit.
+"""
+
+from dataclasses import replace
+from functools import cache
+
+import sympy as sp
+
+from asympk.ledger.runs import DIGITS, M
+from asympk.methods import solve
+from asympk.scene import Scene
+from asympk.symbolic.system import System
+from asympk.systems import rod
+
+s, w, v, phi = sp.symbols("s w v phi", real=True)
+epsilon = sp.Symbol("epsilon", positive=True)
+sigma = sp.Symbol("sigma", real=True)
+
+
+@cache
+def system():
+    """Return the ``System`` of the undamped rod, derived from the rod's law R = R_1."""
+    elastic = rod.elastic_rod(rod.R1)
+    forces = {rod.R: rod.P * s / sp.cos(rod.alpha), rod.F: rod.P * phi, rod.ddR1: 0}
+    balance, acceleration = (expr.subs(forces) for expr in (elastic.balance, elastic.acceleration))
+    return System.with_friction(
+        slow={},
+        fast={s: w, w: sp.expand(-balance / rod.P)},
+        velocity={v: sp.expand(rod.m * acceleration / rod.P)},
+        force=phi,
+        load=s,
+        kinetic=sigma + 2,
+        static=sigma + 2,
+        small=epsilon,
+    )
+
+
+def eigenvalues(mode):
+    """Return the eigenvalues of one slip mode in the fast time t / epsilon, as a set."""
+    field = system().mode(mode).fast
+    return set(sp.Matrix([field[s], field[w]]).jacobian([s, w]).eigenvals())
+
+
+def follow(start, small, until):
+    """Follow (s, w, v) at sigma = 1 to 40 digits; ``small`` and ``until`` are exact numbers."""
+    path = solve(_scene(start, small, until), digits=DIGITS)
+    events = tuple(event._replace(t=M.mpf(event.t), state=tuple(map(M.mpf, event.state))) for event in path.events)
+    return replace(path, final=tuple(map(M.mpf, path.final)), events=events)
+
+
+def follow_doubles(start, small, until):
+    """Follow (s, w, v) at sigma = 1 in double precision."""
+    return solve(_scene(start, small, until))
+
+
+def _scene(start, small, until):
+    begin = dict(zip("swv", start, strict=True))
+    return Scene(system=system(), values={"epsilon": small, "sigma": 1}, start=begin, until=until)
+
+
+def growth(small, ratio):
+    """Return epsilon log(ratio), the time in which the growing motion of sigma = 1 gains a factor ``ratio``."""
+    return M.mpf(small.numerator) / small.denominator * M.log(ratio)

@@ -1,0 +1,190 @@
+r"""How much damping the resolution needs: one family from Butenin's undamped rod to Fufaev's.
+
+With the compliance epsilon^2 and the damping time d, in a unit of time that is neither, the rod is the exact flow at
+mu = (epsilon/d)^2 with z/d and t/d; the damping ratio is zeta = d/(2 epsilon). From z0 < 0, sigma > 0, the mass first
+stops after T_1 and then is jammed until it leaves for good. To leading order in L = log(|z0|/epsilon), zeta fixed,
+
+    T_1 = epsilon L / (sigma zeta + sqrt(sigma^2 zeta^2 + sigma)),
+    T - T_1 = epsilon L / zeta,  in sqrt(1 - zeta^2) L / (pi zeta) sticks          zeta < 1,
+    T - T_1 = epsilon L / (zeta - sqrt(zeta^2 - 1)),  in two sticks                zeta > 1,
+    T = (epsilon^2/d) (1 + 1/sigma) log(d |z0| / epsilon^2),  in one stick         d^3 > epsilon^2 |z0|.
+
+The last one is Fufaev's jump: in stick the load of a rod whose fast motion has died away is -mu x, x = |z0|/d, and as
+s' = (1 - mu x)/mu at s = 0, the mass goes on where mu x < 1 and comes back to rest where mu x > 1, for every sigma.
+
+``jam_law`` has the constants, too. Let l > 0 > k be the roots of mu l^2 = sigma (1 + l), r < q < 0 those of stick,
+mu r^2 + r + 1 = 0. The growing motion meets z = 0 with x = X, y = l X, X = l |z0| / (d (sigma + 1)(1 + l)), after
+(d/l) log(sigma X (k - l)/k); stick ends where its load has fallen to 1/(sigma + 3) at the rate -r (one stick), where
+the slow part of the load, (1 + q)(l - r)/(q - r) X exp(q t), has risen to -1/(sigma + 1) (two), or where the
+envelope of the ringing load has fallen to 1/(sigma + 1) (zeta < 1, up to half a period).
+
+Without damping the rod rings with the amplitude A (of the load), and each crossing of the gap between the edges of
+stick is a slip too short to stop the ringing: in one period the energy epsilon^2 A^2/2 loses C epsilon^2/A^2, so that
+
+    T = pi epsilon A^4 / (2 C),    A^2 -> sigma z0^2 / ((sigma + 1) epsilon^2),
+
+which is of the order of epsilon^-3. C is an integral over one slip down and one up (``loss_per_period``).
+"""
+
+from dataclasses import dataclass
+from math import log, pi, sqrt
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.methods import solve
+from asympk.scene import Scene
+from asympk.storage.rows import provenance, write_rows
+
+SIGMA, UNTIL = 1, 1.0
+EPSILONS = (1e-3, 1e-6, 1e-12)
+RATIOS = tuple(10 ** (k / 16) for k in range(-13, 65, 2))  # none is critical, where the roots of stick coincide
+BORDER = (0.9, 0.99, 1.01, 1.1)
+UNDAMPED = (1 / 2, 1 / 3, 1 / 4)
+TINY = 1e-13  # d/epsilon of what stands for no damping: it takes less than 1e-8 of the energy while the rod rings
+PIECE = 150  # in epsilon: an undamped run is cut there, as the number of events of one run is bounded
+
+
+@dataclass(frozen=True)
+class Row:
+    """A start (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at sigma = SIGMA.
+
+    ``part`` is "ratio" (zeta on a grid), "border" (d^3 near epsilon^2) or "undamped". ``stop`` is when the mass first
+    stops, ``jam`` when it leaves for good, both from the start, ``sticks`` how often it comes to rest, ``amplitude``
+    that of the load at the first stop; ``law`` is what the module's formulas give for ``jam``.
+    """
+
+    part: str
+    epsilon: float
+    damping: float
+    zeta: float
+    stop: float
+    jam: float
+    sticks: int
+    amplitude: float
+    law: float
+
+
+def rows(epsilons=EPSILONS, ratios=RATIOS, border=BORDER, undamped=UNDAMPED):
+    """Return the rows: epsilon by epsilon over the damping ratio, at the border of the single jump, and undamped."""
+    found = [_row("ratio", epsilon, 2 * zeta * epsilon) for epsilon in epsilons for zeta in ratios]
+    found += [_row("border", epsilon, share * epsilon ** (2 / 3)) for epsilon in epsilons for share in border]
+    return found + [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
+
+
+def write(out):
+    """Compute all rows and write them to ``out``/damping.csv; return the file."""
+    path = out / "damping.csv"
+    write_rows(path, rows(), provenance(sigma=SIGMA, start="(0, 0, -1)", tiny=TINY, method="exact flow"))
+    return path
+
+
+def _row(part, epsilon, damping):
+    stop, jam, sticks, amplitude = jammed(epsilon, damping)
+    zeta = damping / (2 * epsilon)
+    law = undamped_time(epsilon, amplitude) if part == "undamped" else jam_law(epsilon, damping)
+    return Row(part, epsilon, damping, zeta, stop, jam, sticks, amplitude, law)
+
+
+def jammed(epsilon, damping, sigma=SIGMA, digits=None):
+    """Return when the mass first stops and when it leaves for good, how often it stops, and the amplitude then.
+
+    From (0, 0, -1) in physical units. Raises ``InputError`` for numbers that are not positive, and where the mass is
+    jammed still at UNTIL although there is damping.
+    """
+    if not (0 < epsilon < 1 and damping > 0 and sigma > 0):
+        given = f"epsilon = {epsilon}, damping = {damping}, sigma = {sigma}"
+        raise InputError(f"{given}: give 0 < epsilon < 1 and positive numbers for both others")
+    mu, undamped = (epsilon / damping) ** 2, damping <= TINY * epsilon
+    until = (PIECE * epsilon if undamped else UNTIL) / damping
+    options = {"digits": digits} if digits else {}
+    state, began, stops, leaves, amplitude = (0, 0, -1 / damping), 0, [], [], 0
+    while True:
+        path = solve(Scene(sigma, mu, state, until), **options)
+        here = [(event, began + event.t) for event in path.events]
+        leaves += [t for event, t in here if event.kind == "slip_onset"]
+        stops += [t for event, t in here if event.kind == "velocity_zero"]
+        amplitude = amplitude or next(_amplitude(e, mu) for e, _ in here if e.kind == "velocity_zero")
+        if not (undamped and any(event.kind == "slip_onset" for event, _ in here)):
+            break
+        state, began = path.final, began + until
+    if path.modes[-1] == "stick":
+        raise InputError(f"epsilon = {epsilon}, damping = {damping}: the mass is jammed still at {UNTIL}")
+    return float(stops[0] * damping), float(leaves[-1] * damping), len(stops), amplitude
+
+
+def _amplitude(event, mu):
+    """Return sqrt(s^2 + (epsilon ds/dt)^2) of an undamped rod, where s = x and epsilon ds/dt = sqrt(mu) y."""
+    return sqrt(float(event.x) ** 2 + mu * float(event.y) ** 2)
+
+
+def is_single(row):
+    """Tell whether a row's damping is beyond the border of the single jump, d^3 = epsilon^2."""
+    return row["damping"] ** 3 > row["epsilon"] ** 2
+
+
+def jam_law(epsilon, damping, sigma=SIGMA):
+    """Return T for z0 = -1, on its side of critical damping and of d^3 = epsilon^2, with the constants."""
+    mu = (epsilon / damping) ** 2
+    growing, shrinking = _roots(mu, -sigma)
+    landing = growing / (damping * (sigma + 1) * (1 + growing))
+    first = log(sigma * landing * (shrinking - growing) / shrinking) / growing
+    fast, slow = _roots(mu, 1)
+    if damping**3 > epsilon**2:
+        return damping * (first - log((sigma + 3) * (1 + growing) * landing) / fast)
+    part = mu * slow**2 * (growing - fast) / (slow - fast) * landing
+    size = 2 * abs(part) if mu > 1 / 4 else abs(part)
+    return damping * (first - log((sigma + 1) * size) / slow.real)
+
+
+def leading_law(epsilon, zeta, sigma=SIGMA):
+    """Return T to leading order in log(1/epsilon) for a fixed damping ratio and z0 = -1."""
+    first = 1 / (sigma * zeta + sqrt(sigma**2 * zeta**2 + sigma))
+    slow = zeta if zeta < 1 else zeta - sqrt(zeta**2 - 1)
+    return epsilon * log(1 / epsilon) * (first + 1 / slow)
+
+
+def _roots(mu, b):
+    """Return the roots of mu r^2 + b r + b = 0, complex or real, that of larger modulus first, without cancellation."""
+    swing = b * b - 4 * mu * b
+    half = -(b + (1 if b > 0 else -1) * (sqrt(swing) if swing >= 0 else 1j * sqrt(-swing))) / 2
+    return half / mu, b / half
+
+
+def stick_law(epsilon, zeta):
+    """Return how often the mass comes to rest below critical damping, to leading order."""
+    return sqrt(1 - zeta**2) * log(1 / epsilon) / (pi * zeta)
+
+
+def undamped_time(epsilon, amplitude, sigma=SIGMA):
+    """Return how long the undamped rod rings from ``amplitude``: pi epsilon A^4 / (2 C)."""
+    return pi * epsilon * amplitude**4 / (2 * float(loss_per_period(sigma)))
+
+
+def undamped_factor(sigma=SIGMA):
+    """Return the limit of epsilon^3 T without damping, from z0 = -1: pi sigma^2 / (2 (sigma + 1)^2 C)."""
+    return pi * sigma**2 / (2 * (sigma + 1) ** 2 * float(loss_per_period(sigma)))
+
+
+def loss_per_period(sigma):
+    r"""Return C, exactly: minus the work on the mass during one slip down and one up through the gap of stick.
+
+    The load runs through the gap at the steady rate A/epsilon, downwards from 1/(sigma + 3), upwards from
+    -1/(sigma + 1), and v = (epsilon/A) V with dV = v' ds until V is 0 again. P and friction together give the energy
+    (epsilon/A)^2 times the integral of V (1 - (sigma + 2)|s|).
+    """
+    sigma = sp.nsimplify(sigma)
+    falling, rising = sigma + 3, sigma + 1
+    return -sp.simplify(_work(falling, rising, sigma) + _work(rising, falling, sigma))
+
+
+def _work(first, second, sigma):
+    """Integrate V (1 - (sigma + 2) u) over u = |s| to s = 0 with v' = 1 - first u, and beyond with 1 - second u."""
+    u = sp.Symbol("u", positive=True)
+    start = 1 / first
+    before = first * (start - u) ** 2 / 2
+    middle = before.subs(u, 0)
+    after = middle + u - second * u**2 / 2
+    end = (1 + sp.sqrt(1 + 2 * second * middle)) / second
+    power = 1 - (sigma + 2) * u
+    return sp.integrate(sp.expand(before * power), (u, 0, start)) + sp.integrate(sp.expand(after * power), (u, 0, end))
