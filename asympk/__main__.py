@@ -4,7 +4,7 @@ import argparse
 import os
 import re
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 
 from asympk import __version__
 
@@ -284,7 +284,10 @@ def _solve(options):
     from asympk.output.terminal import path_as_json, path_as_text
 
     given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
-    path = solve(_scene_file(options).scene, options.method, **{k: v for k, v in given.items() if v is not None})
+    given = {name: value for name, value in given.items() if value is not None}
+    scene = _scene_file(options).scene
+    with _reaching(scene, options) as progress:
+        path = solve(scene, options.method, **given, **progress)
     if options.physical:
         path = path.physical()
     if options.csv:
@@ -292,6 +295,19 @@ def _solve(options):
     if options.plot:
         path.plot(options.plot)
     print(path_as_json(path, options.digits) if options.json else path_as_text(path, options.digits))
+
+
+@contextmanager
+def _reaching(scene, options):
+    """Yield the option that tells how far the rod's exact flow with many digits has come; others have none."""
+    from asympk.sweep.meter import Steps
+
+    steps = Steps(sys.stderr, pause=0.2)
+    tell = lambda t, until, digits: steps.tell(f"t = {t:.6g} of {until:.6g}, with {digits} digits")  # noqa: E731
+    try:
+        yield {"progress": tell} if options.digits and options.method == "exact" and scene.system is None else {}
+    finally:
+        steps.close()
 
 
 def _least(options):

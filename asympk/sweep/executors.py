@@ -99,12 +99,23 @@ def _client(address):
         raise MissingPackage("--dask needs dask.distributed: pip install 'asympk[sweep]'")
     if not address.startswith("inproc://"):
         _knock(address)
+    found = []
+    asking = threading.Thread(target=_ask, args=(address, found), daemon=True)
+    asking.start()
+    asking.join(_PATIENCE + 1.5)  # what answers may be anything, and may keep silent
+    answer = found[0] if found else "what answers there does not speak as one"
+    if isinstance(answer, Exception | str):
+        raise InputError(f"--dask {short(address)}: there is no dask scheduler ({str(answer)[:80]})") from None
+    return answer
+
+
+def _ask(address, found):
     from distributed import Client
 
     try:
-        return Client(address, timeout=_PATIENCE, set_as_default=False)
-    except Exception as error:  # what answers may be anything
-        raise InputError(f"--dask {short(address)}: there is no dask scheduler ({str(error)[:80]})") from None
+        found.append(Client(address, timeout=_PATIENCE, set_as_default=False))
+    except Exception as error:
+        found.append(error)
 
 
 def _knock(address):
