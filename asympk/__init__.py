@@ -1,23 +1,26 @@
 """asympk: verified asymptotics for mechanical systems with dry friction.
 
-    System -> manifolds, stability, regions, jump map -> callables -> Path -> Row -> table
+    Mechanism -> System -> manifolds, stability, regions, jump map
+                   |
+                   +-> Automaton -> flow -> Path -> Row -> table
 
-Each arrow is a module that imports only from its left; nothing is loaded until it is used.
+Imports go one way along the arrows; nothing is loaded until it is used.
 
 >>> import asympk as ap
 >>> path = ap.solve(ap.Scene(sigma=1, mu="1e-6", start=(0, "0.2", -1), until=5))
 >>> path.modes
 ('slip_opposite', 'stick', 'slip_same')
 
-One motion      Scene, read_scene (TOML, or a scene that ships), solve (method=, digits=), Path, Event
-Many motions    solve_many (method=) for arrays; asympk.sweep for more than memory holds
-Proofs          asympk.certify encloses the exact flow in balls; claims() is the ledger of the paper's claims
-The system      systems.painleve_klein.system(), or System.smooth, System.with_friction and System.with_frictions
 Mechanisms      Mechanism and Contact: rigid motions, the paradox, the elastic contact as a System, the jump law
+Systems         System.smooth, System.with_friction, System.with_frictions with Friction; the catalogue is systems
+One motion      Scene(system=, values=, start=, until=), or of the rod as above; read_scene (TOML, or one that ships)
+                solve (method=, digits=) returns a Path with its Events; least_model says which model will do
+Many motions    solve_many for arrays; asympk.sweep for more than memory holds
+Proofs          asympk.certify encloses the exact flow in balls; claims() is the ledger of the paper's claims
 Its geometry    slow_manifolds, slow_manifold, eigenvalues, stick_regions, jump_map
 Its numbers     lower turns expressions into NumPy, math, mpmath or C
 
-Quantities are nondimensional: time in h l, x = rho the elastic reaction, y its rate, z = v the velocity of the rough
+Those of the rod are nondimensional: time in h l, x = rho the elastic reaction, y its rate, z = v the velocity of the rough
 mass. A string such as "0.2" is the decimal it spells. Every error is an AsympkError and says what to do. The command
 line has the same parts: asympk --help.
 """
