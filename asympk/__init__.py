@@ -20,9 +20,9 @@ Proofs          asympk.certify encloses the exact flow in balls; claims() is the
 Its geometry    slow_manifolds, slow_manifold, eigenvalues, stick_regions, jump_map
 Its numbers     lower turns expressions into NumPy, math, mpmath or C
 
-Those of the rod are nondimensional: time in h l, x = rho the elastic reaction, y its rate, z = v the velocity of the rough
-mass. A string such as "0.2" is the decimal it spells. Every error is an AsympkError and says what to do. The command
-line has the same parts: asympk --help.
+The rod's quantities are nondimensional: time in h l, x = rho the elastic reaction, y its rate, z = v the velocity of
+the rough mass. A string such as "0.2" is the decimal it spells. Every error is an AsympkError and says what to do. The
+command line has the same parts: asympk --help.
 """
 
 from importlib import import_module
