@@ -7,7 +7,7 @@ from typing import Any
 from asympk.errors import InputError, UnknownName
 from asympk.numbers import short
 from asympk.path import Path
-from asympk.scene import Scene
+from asympk.scene import Scene, require_scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
 METHODS = {
@@ -48,7 +48,7 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     Options belong to the method. Raises ``UnknownName`` for a method that does not exist, ``InputError`` for an option
     it does not have and for what is no ``Scene``.
     """
-    _require_scene(scene)
+    require_scene(scene, "solve")
     name = _known(method, METHODS)
     if scene.system is None:
         return _run(METHODS, name, scene, options)
@@ -67,15 +67,6 @@ def _run(registry: dict[str, str], method: str, scene: Any, options: dict[str, A
     if options:
         _require_known(method, run, options)
     return run(scene, method, **options)
-
-
-def _require_scene(scene: Any) -> None:
-    if isinstance(scene, Scene):
-        return
-    if isinstance(scene, str):
-        raise InputError(f"solve takes a Scene, not the name {scene!r}; read it first with ap.read_scene")
-    numbers = "system=, values={...}, start={...}" if hasattr(scene, "placed") else "sigma=, mu=, start="
-    raise InputError(f"solve takes a Scene, not {type(scene).__name__}; build one: ap.Scene({numbers}, until=)")
 
 
 def _known(method: Any, registry: dict[str, str]) -> str:

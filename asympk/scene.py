@@ -158,3 +158,13 @@ def _triple(start: Any) -> tuple:
     if len(values) != 3:
         raise InputError(f"start = {short(start)}: it must be three numbers (x, y, z)")
     return tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True))
+
+
+def require_scene(scene: Any, verb: str) -> None:
+    """Raise ``InputError`` unless ``scene`` is one, saying how ``verb`` is given one."""
+    if isinstance(scene, Scene):
+        return
+    if isinstance(scene, str):
+        raise InputError(f"{verb} takes a Scene, not the name {short(scene)}; read it first with ap.read_scene")
+    numbers = "system=, values={...}, start={...}" if hasattr(scene, "placed") else "sigma=, mu=, start="
+    raise InputError(f"{verb} takes a Scene, not {type(scene).__name__}; build one: ap.Scene({numbers}, until=)")

@@ -9,6 +9,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
+from asympk.certify import certify
 from asympk.errors import Accumulation, InputError, NoMotion, TwoMotions, UnboundedReaction
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
@@ -242,3 +243,12 @@ def test_what_is_no_scene_is_refused_in_one_line(make, match):
     with pytest.raises(InputError, match=match) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("verb", [ap.least_model, certify])
+@pytest.mark.parametrize(("given", "match"), [("backward", "read it first"), (None, "NoneType"), (block(), "System")])
+def test_other_verbs_refuse_what_is_no_scene_as_solve_does(verb, given, match):
+    with pytest.raises(InputError, match=match):
+        verb(given)
+    with pytest.raises(InputError, match="not dict"):
+        ap.read_scene({})

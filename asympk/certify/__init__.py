@@ -18,6 +18,7 @@ from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
 from asympk.numbers import number, whole
 from asympk.path import Event
+from asympk.scene import require_scene
 from asympk.shown import Card, ShownAsTable
 from asympk.storage.tomlfile import nearest
 
@@ -84,6 +85,7 @@ def certify(scene, box=None, digits=15):
     1, |x|, |z|, or the work allowed is spent and the certificate is ``undecided``. Raises ``InputError`` for a box that
     is not one.
     """
+    require_scene(scene, "certify")
     digits = whole("digits", digits, 1, MOST_DIGITS)
     sides = _sides(scene, box or {})
     last, budget = None, Budget(WORK)
@@ -102,6 +104,7 @@ def cover(scene, box, pieces=64):
 
     The largest refused piece and the smallest are halved in turn: so parts of a wide box are proven as well.
     """
+    require_scene(scene, "cover")
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
     done, todo, smallest = [], [certify(scene, box)], False
     while todo:

@@ -51,6 +51,8 @@ def read_scene(where):
 
 def load(where):
     """Return the ``SceneFile`` of a file or of a scene that ships; raises as ``read_scene`` does."""
+    if not isinstance(where, str | Path):
+        raise InputError(f"read_scene takes the name of a scene or of a file, not {type(where).__name__}")
     if str(where) in names():
         return _told(parse_table(shipped(where).encode(), where), str(where))
     if not (str(where).endswith(".toml") or Path(where).is_file()):

@@ -10,6 +10,7 @@ from asympk.arrays.columns import scenes
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
 from asympk.numbers import number, short
+from asympk.scene import require_scene
 from asympk.shown import Card, ShownAsTable
 from asympk.studies import general
 from asympk.studies.general import Rung
@@ -50,6 +51,7 @@ def least_model(scene, rtol=1e-3):
     The scene of a system that is not the rod has the ladder of ``general.rungs``: slow, jump of orders 0, 1, 2, exact.
     Raises ``InputError`` for an rtol that is not a positive number, or below what doubles hold.
     """
+    require_scene(scene, "least_model")
     rtol = _tolerance(rtol)
     if scene.system is not None:
         inside = kernel_scene(scene)
