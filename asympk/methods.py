@@ -109,7 +109,7 @@ def solve_many(
                           "or solve scene by scene")  # fmt: skip
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
     if missing := [name for name, value in given.items() if value is None]:
-        raise InputError(f"solve_many needs {', '.join(missing)}; or system=, values=, start= and until=")
+        raise InputError(f"{', '.join(missing)} = None: give numbers or arrays, or system=, values=, start=, until=")
     run = _found(FOR_ARRAYS[method], "solve_many")
     if options:
         _require_known(method, run, options)

@@ -13,7 +13,7 @@ from mpmath.ctx_mp_python import PythonMPContext
 import asympk as ap
 from asympk.certify import certify
 from asympk.ledger import claims
-from asympk.scenes import scenefile, units
+from asympk.scenes import scenefile
 from asympk.storage.files import write_text
 from asympk.studies import convergence, divide
 from asympk.systems import painleve_klein as pk
@@ -34,7 +34,7 @@ until = 0.5
 def _physical(tmp_path):
     (tmp_path / "rod.toml").write_text(PHYSICAL)
     found = scenefile.load(tmp_path / "rod.toml")
-    return units.physical(ap.solve(found.scene, digits=30), found.units)
+    return ap.solve(found.scene, digits=30).physical()
 
 
 CALLS = {

@@ -15,7 +15,7 @@ from asympk.storage.files import write_text
 ROOT = Path(__file__).parent.parent
 COMMITTED = ROOT / "paper" / "generated"
 FROM_ROWS = {
-    f"{name}.{end}" for name in ("methods", "convergence", "escape", "damping") for end in ("tex", "csv")
+    f"{name}.{end}" for name in ("methods", "convergence", "escape", "damping", "decreasing") for end in ("tex", "csv")
 }
 
 

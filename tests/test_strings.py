@@ -13,7 +13,6 @@ import asympk as ap
 from asympk.asymptotics.jump import OFFSET
 from asympk.asymptotics.series import series
 from asympk.certify import certify, cover
-from asympk.pictures.portraits import slow_motions
 from asympk.pictures.trace import trace
 from asympk.scenes import units
 from asympk.studies import divide
@@ -106,7 +105,6 @@ CALLS = {
     "escapes digits": lambda text: divide.escapes(1, "1e-3", 0, 1, ["1e-2"], text),
     "units": lambda text: units.quantity("m", text),
     "units angle": lambda text: units.quantity("alpha", f"{text} deg"),
-    "slow_motions": lambda text: slow_motions(text, (0,)),
     "trace": lambda text: trace(PATH, samples=text),
     "sweep": lambda text: parse_sweep(f'sigma = """{text}"""\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 5'),
 }  # fmt: skip

@@ -2,15 +2,12 @@
 
 from types import ModuleType
 
-from asympk.errors import MissingPackage
-
 
 def sheets() -> ModuleType:
-    """Return the module ``asympk.pictures.sheet``; raises ``MissingPackage`` where matplotlib is not installed."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError:
-        raise MissingPackage("a plot needs matplotlib: pip install 'asympk[plot]'") from None
+    """Return the module ``asympk.pictures.sheet``; raises as ``style.matplotlib`` does."""
+    from asympk.pictures import style
+
+    style.matplotlib()
     from asympk.pictures import sheet
 
     return sheet
