@@ -76,9 +76,9 @@ def _known(method: Any, registry: dict[str, str]) -> str:
         return name
     from difflib import get_close_matches
 
-    near = get_close_matches(str(name), registry, 1)
+    near = get_close_matches(str(name)[:60], registry, 1)
     hint = f"did you mean {near[0]!r}? " if near else ""
-    raise UnknownName(f"method {method!r} is unknown; {hint}choose one of {', '.join(registry)}")
+    raise UnknownName(f"method {short(method)} is unknown; {hint}choose one of {', '.join(registry)}")
 
 
 def solve_many(

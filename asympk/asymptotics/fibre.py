@@ -172,7 +172,7 @@ class _Field:
         states = (*self.slow_states, *self.fast_states)
         tape, values = self.tape(*(f"v{i}_0" for i in range(len(states))))
         values |= {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
-        return tape.function(tuple(along(sp.sympify(e), values, tape) for e in exprs), self.library)
+        return tape.function(tuple(along(sp.sympify(e, strict=True), values, tape) for e in exprs), self.library)
 
     def _at_rest(self, order):
         """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
@@ -209,7 +209,7 @@ class _Field:
 
     def _along(self, exprs, values, tape, degree):
         cut = {s: v.cut(degree) if isinstance(v, Taylor) else v for s, v in values.items()}
-        return [as_taylor(along(sp.sympify(e), cut, tape), degree) for e in exprs]
+        return [as_taylor(along(sp.sympify(e, strict=True), cut, tape), degree) for e in exprs]
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: nothing is compared."""

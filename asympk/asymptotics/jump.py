@@ -22,6 +22,7 @@ from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable, OrderError
+from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import follows
@@ -135,7 +136,7 @@ def jump_map(system, order=1, start=None, arrival=None, near=None):
         return base_point(system, order)
     if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
         raise OrderError(
-            f"order = {order!r}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
+            f"order = {short(order)}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
             "solve(scene, method='jump', order=n) takes higher orders in numbers"
         )
     model = linear(system)
@@ -245,7 +246,7 @@ class _Signs:
         self.values, self.asked = values, []
 
     def __call__(self, expr):
-        expr = sp.sympify(expr)
+        expr = sp.sympify(expr, strict=True)
         sign = int(sp.sign(expr.subs(self.values)))
         if expr.free_symbols:
             self.asked.append(sp.Eq(expr, 0) if sign == 0 else sp.expand(sign * expr) > 0)

@@ -329,8 +329,9 @@ def _product(printer, c, monomial):
 
     if monomial and c in (1, -1):
         return monomial if c == 1 else f"-{monomial}"
-    told = printer.doprint(sp.sympify(c))
-    return rf"\left({told}\right) {monomial}" if monomial and sp.sympify(c).is_Add else f"{told} {monomial}".strip()
+    told = printer.doprint(sp.sympify(c, strict=True))
+    bracketed = monomial and sp.sympify(c, strict=True).is_Add
+    return rf"\left({told}\right) {monomial}" if bracketed else f"{told} {monomial}".strip()
 
 
 def _logarithm(mu):

@@ -123,8 +123,8 @@ def _counts_of_a_rod():
     theta = mechanism.coordinates[2]
     found = []
     for angle in (sp.Rational(n, 10) for n in (6, 9, 11, 14)):
-        critical = mechanism.critical_friction.subs(theta, angle)
+        critical = float(mechanism.evaluate(mechanism.critical_friction, {theta: angle}))
         for share in (sp.Rational(9, 10), sp.Rational(11, 10)):
-            values = {theta: angle, rod.f: sp.Rational(str(round(float(share * critical), 6)))}
+            values = {theta: angle, rod.f: sp.Rational(str(round(float(share) * critical, 6)))}
             found.append(sorted(_slips(mechanism, values, velocity) for velocity in (1, -1)))
     return found == [[1, 1], [0, 2]] * 4, found

@@ -20,6 +20,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import tidy, vanishes
+from asympk.symbolic.reading import expression
 from asympk.symbolic.system import System
 
 NORMAL, FORCE = sp.symbols("N F", real=True)
@@ -52,7 +53,7 @@ class Scaling:
 
 
 def _scaling(compliance: Any, damping: Any) -> Scaling:
-    compliance, damping = sp.sympify(compliance), sp.sympify(damping)
+    compliance, damping = expression("compliance", compliance), expression("damping", damping)
     if isinstance(compliance, sp.Symbol):
         if vanishes(damping) or damping.has(compliance):
             raise InputError(

@@ -30,6 +30,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
+from asympk.symbolic.reading import expression
 
 DAMPING = sp.Symbol("h", positive=True)
 
@@ -72,7 +73,7 @@ def jump_law(
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
-        return _law(kinetics, own, sp.S.Zero, condition, DAMPING if damping is None else sp.sympify(damping))
+        return _law(kinetics, own, sp.S.Zero, condition, DAMPING if damping is None else expression("damping", damping))
     ratio = _ratio(ratio)
     return _law(kinetics, own, rebound(kinetics, ratio), sp.And(condition, kinetics.free[0] < 0), None)
 
@@ -102,7 +103,7 @@ def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
 
 
 def _ratio(ratio: Any) -> sp.Expr:
-    ratio = sp.sympify(ratio)
+    ratio = expression("ratio", ratio)
     if not isinstance(ratio, sp.Expr) or ratio.is_negative or ratio.has(sp.Float, sp.oo, sp.nan):
         raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
     return ratio

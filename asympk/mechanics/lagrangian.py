@@ -6,6 +6,7 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
+from asympk.symbolic.reading import expression
 
 
 def equations_of(source: Any, coordinates: Any = None, forces: Any = None) -> tuple[tuple, sp.Matrix, sp.Matrix]:
@@ -40,7 +41,7 @@ def _forces(forces: Any, coordinates: tuple) -> list:
     if isinstance(forces, dict):
         if unknown := forces.keys() - {*coordinates}:
             raise InputError(f"forces: {', '.join(sorted(map(str, unknown)))} is no coordinate")
-        return [sp.sympify(forces.get(q, 0)) for q in coordinates]
+        return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
     forces = [*forces]
     if len(forces) != len(coordinates):
         raise InputError(f"{len(forces)} forces for {len(coordinates)} coordinates; give one for each, or a dict")
@@ -64,7 +65,7 @@ def _from_kane(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix]:
     time = method.q[0].args[0]
     rates = q.diff(time)
     kinematics = method.kindiffdict()
-    flow = rates.applyfunc(lambda rate: sp.sympify(kinematics[rate]))
+    flow = rates.applyfunc(lambda rate: sp.sympify(kinematics[rate], strict=True))
     inverse = flow.jacobian(u).inv().applyfunc(sp.simplify)
     drift = flow.subs(dict.fromkeys(u, 0))
     speeds = inverse * (rates - drift)

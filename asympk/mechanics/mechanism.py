@@ -23,6 +23,7 @@ from asympk.mechanics.names import keyed, plain_names, plainly
 from asympk.mechanics.paradox import LeastFriction, ParadoxSet
 from asympk.mechanics.rigid import Motion, MotionMap
 from asympk.shown import Card, ShownAsFormulas
+from asympk.symbolic.reading import expression
 from asympk.symbolic.system import System
 
 
@@ -89,7 +90,7 @@ class Mechanism(ShownAsFormulas):
         put(self, "mass", _matrix(self.mass))
         if not isinstance(self.contact, Contact):
             raise InputError(f"contact = {self.contact!r:.60}: it must be an ap.Contact")
-        put(self, "time", _time(self.coordinates) if self.time is None else sp.sympify(self.time))
+        put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
         check(self.plain, self.contact)
 
     @classmethod
@@ -148,7 +149,7 @@ class Mechanism(ShownAsFormulas):
 
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers."""
-        (found,) = evaluate((plainly(sp.sympify(expr), self._names, self.time),), self.keyed(values))
+        (found,) = evaluate((plainly(expression("expr", expr), self._names, self.time),), self.keyed(values))
         return found
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
@@ -223,11 +224,8 @@ def _listed(values, name):
 
 
 def _expression(name, value):
-    try:
-        found = sp.sympify(value)
-    except (sp.SympifyError, TypeError, SyntaxError):
-        found = None
-    if not isinstance(found, sp.Expr) or isinstance(value, str):
+    found = expression(name, value)
+    if not isinstance(found, sp.Expr):
         raise InputError(f"{name} = {value!r:.60}: it must be an expression in symbols")
     return _exact(found)
 

@@ -35,6 +35,7 @@ from asympk.errors import InputError
 from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import provenance, write_rows
+from asympk.symbolic.reading import rational
 
 SIGMA, UNTIL = 1, 1.0
 EPSILONS = (1e-3, 1e-6, 1e-12)
@@ -173,7 +174,7 @@ def loss_per_period(sigma):
     -1/(sigma + 1), and v = (epsilon/A) V with dV = v' ds until V is 0 again. P and friction together give the energy
     (epsilon/A)^2 times the integral of V (1 - (sigma + 2)|s|).
     """
-    sigma = sp.nsimplify(sigma)
+    sigma = rational("sigma", sigma)
     falling, rising = sigma + 3, sigma + 1
     return -sp.simplify(_work(falling, rising, sigma) + _work(rising, falling, sigma))
 

@@ -83,7 +83,7 @@ def _no_negative_root(poly, assumptions):
         complex_pair = positive(4 * lead * rest[1] - rest[0] ** 2, assumptions)
         return sp.Or(complex_pair, conjunction([(lead * rest[1], 1), (-lead * rest[0], 1)], assumptions))
     if not poly.free_symbols_in_domain:
-        return sp.sympify(poly.count_roots(None, 0) == 0)
+        return sp.sympify(poly.count_roots(None, 0) == 0, strict=True)
     raise NotDerivable(
         f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for "
         f"{names(poly.free_symbols_in_domain)} to tell centres from saddles"

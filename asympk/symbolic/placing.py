@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.numbers import number
+from asympk.numbers import number, short
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
@@ -38,7 +38,7 @@ def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -
             raise InputError(f"{what} has {len(given)} numbers for {len(symbols)}: {_names(symbols)}")
         given = dict(zip(symbols, given, strict=True))
     if not isinstance(given, Mapping):
-        raise InputError(f"{what} = {given!r}: it must be a mapping from each {kind} ({_names(symbols)}) to a number")
+        raise InputError(f"{what} = {short(given)}: it must map each {kind}, {_names(symbols)}, to a number")
     by_name = {}
     for key, value in given.items():
         name = _known(what, key, symbols, kind)
@@ -89,7 +89,7 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
             given = ", ".join(f"{s} = {values[s]}" for s in sorted(assumption.free_symbols & values.keys(), key=str))
             raise InputError(f"values: {given} is refused; the system assumes {assumption}")
     for friction in system.frictions:
-        kinetic, static = (sp.sympify(b).subs(rational) for b in (friction.kinetic, friction.static))
+        kinetic, static = (sp.sympify(b, strict=True).subs(rational) for b in (friction.kinetic, friction.static))
         if kinetic.is_negative:
             raise InputError(f"values: kinetic friction {kinetic} is negative; friction opposes the velocity")
         if (static - kinetic).is_negative:

@@ -133,7 +133,7 @@ def _apart(expr, known, assumptions, even):
 def _relation(expr, assumptions):
     """Return ``expr > 0``, True or False where that follows from the symbols being real and the assumptions."""
     real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
-    known = sp.sympify(expr.subs(real) > 0)
+    known = sp.sympify(expr.subs(real) > 0, strict=True)
     return known if known in (sp.true, sp.false) else _reduced(expr > 0, assumptions)
 
 

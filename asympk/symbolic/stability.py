@@ -13,6 +13,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.numbers import short
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
 from asympk.symbolic.expansion import vanishes
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
@@ -148,7 +149,7 @@ def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr
     a whole number >= 0, ``InputError`` for another value.
     """
     if isinstance(order, bool) or not isinstance(order, int) or order < 0:
-        raise OrderError(f"order = {order!r} is not a whole number >= 0")
+        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
     if value not in ("slow", "fast") or not isinstance(spectrum, Eigenvalues):
         raise InputError(f"{value!r}: give 'slow' or 'fast', and a spectrum of one slow and one fast eigenvalue")
     small = spectrum.small

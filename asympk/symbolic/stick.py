@@ -226,7 +226,7 @@ def _sample(signs, slopes):
         pairs = [(a, b) for a in fitting[0] for b in fitting[-1] if a <= b]
         if pairs:
             slip, hold = min(pairs, key=lambda pair: (pair[0] == pair[1] and len(fitting) > 1, pairs.index(pair)))
-            return sp.sympify(constant), slope, slip, hold
+            return sp.sympify(constant, strict=True), slope, slip, hold
     return None
 
 

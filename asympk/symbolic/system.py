@@ -21,6 +21,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
 from asympk.symbolic.placing import place
@@ -76,7 +77,7 @@ class Friction(ShownAsFormulas):
         for name in ("force", "normal"):
             symbol = getattr(self, name)
             if not (isinstance(symbol, sp.Symbol) or (symbol is None and name == "normal")):
-                raise InputError(f"friction: {name} = {symbol!r} must be a Symbol, the one that stands in the rates")
+                raise InputError(f"friction: {name} = {short(symbol)} must be a Symbol, as it stands in the rates")
         if self.constraint is not None and self.normal is None:
             raise InputError("friction: a constraint needs normal=, the symbol of the reaction that it determines")
 
@@ -134,7 +135,8 @@ class System(ShownAsFormulas):
         slow, fast = _rates("slow", slow), _rates("fast", fast)
         if not fast and small is not None:
             raise InputError(f"there is no fast state; give fast={{y: g}} with {small} y' = g, or small=None")
-        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, (), time, sp.sympify(assumptions))
+        assumed = expression("assumptions", assumptions)
+        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, (), time, assumed)
 
     @classmethod
     def with_friction(
@@ -166,7 +168,8 @@ class System(ShownAsFormulas):
             raise InputError(f"the velocity {z} has a rate of its own; leave it out of slow and fast")
         friction = Friction(z, force, load, kinetic, static, gap, normal)
         rates, order = {**slow, z: rate}, (*slow, *fast, z)
-        return cls(sp.Dict(rates), sp.Dict(fast), order, small, (friction,), time, sp.sympify(assumptions))
+        assumed = expression("assumptions", assumptions)
+        return cls(sp.Dict(rates), sp.Dict(fast), order, small, (friction,), time, assumed)
 
     @classmethod
     def with_frictions(
@@ -194,7 +197,8 @@ class System(ShownAsFormulas):
             frictions = (None,)
         if not all(isinstance(f, Friction) for f in frictions):
             raise InputError("frictions must be a sequence of ap.Friction(velocity=, force=, load=, kinetic=)")
-        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, frictions, time, sp.sympify(assumptions))
+        assumed = expression("assumptions", assumptions)
+        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, frictions, time, assumed)
 
     @property
     def friction(self) -> Friction | None:
@@ -263,11 +267,11 @@ def _put(record: Any, name: str, value: Any) -> None:
 
 def _rates(what: str, rates: Any) -> dict[sp.Symbol, sp.Expr]:
     if not isinstance(rates, Mapping | sp.Dict):
-        raise InputError(f"{what} = {rates!r}: it must be a mapping from each state to its rate, {{x: x'}}")
+        raise InputError(f"{what} = {short(rates)}: it must be a mapping from each state to its rate, {{x: x'}}")
     found = {}
     for state, rate in rates.items():
         if not isinstance(state, sp.Symbol):
-            raise InputError(f"{what}: the state {state!r} is not a Symbol")
+            raise InputError(f"{what}: the state {short(state)} is not a Symbol")
         found[state] = expression(f"{what}: the rate of {state}", rate)
     return found
 
@@ -277,7 +281,7 @@ def _check(system: System) -> None:
     if not states:
         raise InputError("a system needs states; give slow={x: x'}")
     if not (isinstance(small, sp.Symbol) or (small is None and not system.fast)):
-        raise InputError(f"small = {small!r}: it must be a Symbol, the parameter to expand in; put a number in later")
+        raise InputError(f"small = {short(small)}: it must be a Symbol; the number is put in later")
     names = [s.name for s in states]
     if twice := sorted({n for n in names if names.count(n) > 1}):
         raise InputError(f"the state {twice[0]} is given twice")
