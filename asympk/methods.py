@@ -1,5 +1,6 @@
 """The doors to every model: ``solve`` and ``solve_many`` look the method up and load its module only then."""
 
+from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -8,13 +9,15 @@ from asympk.errors import InputError, UnknownName
 from asympk.numbers import short
 from asympk.path import Path
 from asympk.scene import Scene, require_scene
+from asympk.systems.kernels import ROD, kernel_scene, named
 
-# method -> module of asympk that has ``run(scene, method, **options) -> Path``
+# method -> module of asympk that has ``run(scene, method, **options) -> Path`` for the scene of any system; a kernel
+# has modules of its own (``asympk.systems.kernels``), and "rigid" and "moreau" are offered by kernels alone
 METHODS = {
-    "exact": "flow.exact",
-    "rigid": "asymptotics.models",
-    "slow": "asymptotics.models",
-    "jump": "asymptotics.models",
+    "exact": "integrators.stepped",
+    "rigid": None,
+    "slow": "asymptotics.general",
+    "jump": "asymptotics.general",
     "rk45": "integrators.integrate",
     "dop853": "integrators.integrate",
     "radau": "integrators.integrate",
@@ -25,18 +28,7 @@ METHODS = {
     "kvaerno5": "integrators.integrate",
     "sign": "integrators.sign",
     "tanh": "integrators.tanh",
-    "moreau": "integrators.moreau",
-}
-# the same for the scene of a system without a kernel of its own
-FOR_SYSTEMS = {
-    name: module for name, module in METHODS.items() if module.startswith("integrators") and name != "moreau"
-} | {"exact": "integrators.stepped", "slow": "asymptotics.general", "jump": "asymptotics.general"}
-# method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
-FOR_ARRAYS = {
-    "exact": "arrays.ensemble",
-    "rigid": "asymptotics.finals",
-    "slow": "asymptotics.finals",
-    "jump": "asymptotics.finals",
+    "moreau": None,
 }
 
 
@@ -50,33 +42,31 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     """
     require_scene(scene, "solve")
     name = _known(method, METHODS)
-    if scene.system is None:
-        return _run(METHODS, name, scene, options)
-    if inside := _found("systems.kernels", "kernel_scene")(scene):
-        return _found("systems.kernels", "named")(_run(METHODS, name, inside, options), scene)
-    if name not in FOR_SYSTEMS:
-        raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
-                         f"{', '.join(FOR_SYSTEMS)}")  # fmt: skip
+    if inside := kernel_scene(scene):
+        return named(_run(ROD.scenes.get(name) or METHODS[name], name, inside, options), scene)
     if name == "exact" and _found("affine.run", "affine")(scene.system):
-        return _run({name: "affine.run"}, name, scene, options)
-    return _run(FOR_SYSTEMS, name, scene, options)
+        return _run("affine.run", name, scene, options)
+    if METHODS[name] is None:
+        raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
+                         f"{', '.join(n for n, module in METHODS.items() if module)}")  # fmt: skip
+    return _run(METHODS[name], name, scene, options)
 
 
-def _run(registry: dict[str, str], method: str, scene: Any, options: dict[str, Any]) -> Path:
-    run = _found(registry[method], "run")
+def _run(module: str, method: str, scene: Any, options: dict[str, Any]) -> Path:
+    run = _found(module, "run")
     if options:
         _require_known(method, run, options)
     return run(scene, method, **options)
 
 
-def _known(method: Any, registry: dict[str, str]) -> str:
+def _known(method: Any, registry: Iterable[str]) -> str:
     """Return the name of a method, in any case; raises ``UnknownName`` with the nearest."""
     name = method.lower() if isinstance(method, str) else method
     if isinstance(name, str) and name in registry:
         return name
     from difflib import get_close_matches
 
-    near = get_close_matches(str(name)[:60], registry, 1)
+    near = get_close_matches(str(name)[:60], list(registry), 1)
     hint = f"did you mean {near[0]!r}? " if near else ""
     raise UnknownName(f"method {short(method)} is unknown; {hint}choose one of {', '.join(registry)}")
 
@@ -104,13 +94,13 @@ def solve_many(
             system=system, values={} if values is None else values, start=start, until=until, **options
         )
     method = _known(method, METHODS)
-    if method not in FOR_ARRAYS:
-        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
+    if method not in ROD.arrays:
+        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(ROD.arrays)}, "
                           "or solve scene by scene")  # fmt: skip
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
     if missing := [name for name, value in given.items() if value is None]:
         raise InputError(f"{', '.join(missing)} = None: give numbers or arrays, or system=, values=, start=, until=")
-    run = _found(FOR_ARRAYS[method], "solve_many")
+    run = _found(ROD.arrays[method], "solve_many")
     if options:
         _require_known(method, run, options)
     return run(sigma, mu, x, y, z, until, sigma0, method, **options)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from asympk.affine.mode import AffineMode, Segment, in_digits
+from asympk.arithmetic import context, set_digits
 from asympk.errors import InputError, TooLarge, Undecided
-from asympk.flow.arithmetic import context, set_digits
 
 
 def digits(n):

@@ -96,7 +96,7 @@ def refined(scene, path):
 
 def _guard(automaton, branch, leg):
 
-    from asympk.flow.arithmetic import Doubles
+    from asympk.arithmetic import Doubles
 
     return flows(automaton).of(Doubles, branch)[2][leg.guard]
 

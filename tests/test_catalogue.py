@@ -7,8 +7,9 @@ import sympy as sp
 import asympk as ap
 from asympk.__main__ import main
 from asympk.mechanics.described import read_mechanism
-from asympk.systems import MECHANISMS, rod
+from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described
+from asympk.systems.painleve_klein import rod
 
 ROD = """
 about = "a slender rod on the ground"

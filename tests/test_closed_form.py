@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asympk.flow import fastslow, legs, ordinary, smooth, starts
-from asympk.flow.arithmetic import Doubles, context, set_digits
-from asympk.flow.fastslow import FastSlow
-from asympk.flow.legs import Flow, follow, on_level, on_plane
-from asympk.flow.roots import smooth_root
-from asympk.flow.rounding import largest
-from asympk.flow.smooth import Smooth, short_responses, superposed
-from asympk.flow.starts import beginning
+from asympk.arithmetic import Doubles, context, set_digits
+from asympk.systems.painleve_klein.flow import fastslow, legs, shortcut, smooth, starts
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow
+from asympk.systems.painleve_klein.flow.legs import Flow, follow, on_level, on_plane
+from asympk.systems.painleve_klein.flow.roots import smooth_root
+from asympk.systems.painleve_klein.flow.rounding import largest
+from asympk.systems.painleve_klein.flow.smooth import Smooth, short_responses, superposed
+from asympk.systems.painleve_klein.flow.starts import beginning
 
 BOUND = 2e-15
-balance = ordinary._balance
+balance = shortcut._balance
 settings.register_profile("theorems", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("theorems")
 
@@ -102,7 +102,7 @@ def test_a_state_in_doubles_is_right_to_the_rounding_of_its_terms(a, b, mu, star
 
 def solved(m, sigma, mu, start, until, sigma0=None):
     """Return the legs of a scene in the numbers of ``m``, with no account of rounding and no second run."""
-    from asympk.flow.exact import Case
+    from asympk.systems.painleve_klein.flow.exact import Case
 
     case = Case(sigma, sigma if sigma0 is None else sigma0, mu, *start, until, None)
     of_scene = Flow(m, m.number(case.sigma), m.number(case.sigma0), m.number(mu))
@@ -215,7 +215,7 @@ SWAPS = {
     "expm1": ([Doubles], "expm1", staticmethod(lambda p: math.exp(p) - 1), (0.6, 0.05, (0.0, 1e9, 1.0), 1e-9)),
     "superposition": ([smooth, fastslow], "superposed", textbook_superposition, (1e-8, 1e-3, (0.4, 0.3, -0.2), 5.0)),
     "state where z = 0": ([legs], "on_plane", coarse_plane, (1.86, 6.38, (-0.265, 0.0263, -173.6), 11.1)),
-    "fast part at an event": ([ordinary], "_balance", exponential_balance, (2.41, 1e-295, (-1.75, 0.46, -1.3), 3.0)),
+    "fast part at an event": ([shortcut], "_balance", exponential_balance, (2.41, 1e-295, (-1.75, 0.46, -1.3), 3.0)),
     "state on an edge": (
         [legs],
         "on_level",

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import asympk as ap
-from asympk.arrays import careful, columns, courses, ensemble, kernels
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
-from asympk.flow import legs
 from asympk.path import KINDS
+from asympk.systems.painleve_klein.arrays import ensemble, inputs, itineraries, kernels, safeguarded
+from asympk.systems.painleve_klein.flow import legs
 
 PARAMETERS = [
     (1, 1, 1e-3), (1, 1, 1e-6), (1, 1.5, 1e-2), (0.3, 0.3, 1e-3), (20, 25, 1e-4), (1, 1, 0.2), (1, 1, 1.5),
@@ -152,10 +152,10 @@ def both_ways(sigma, sigma0, mu, x, y, z, until):
     """Follow by courses and by the safeguarded flow; return (common rows, final, count, events) and the story."""
     final, count, notes = np.empty((3, x.size)), np.zeros(x.size, dtype=int), []
     with np.errstate(all="ignore"):
-        others = courses.follow(courses.Setting(sigma, sigma0, mu), x, y, z, until, final, count,
+        others = itineraries.follow(itineraries.Setting(sigma, sigma0, mu), x, y, z, until, final, count,
                                 lambda kind, rows, *state: notes.append((rows, KINDS.index(kind), *state)))
         full = [np.broadcast_to(v, x.shape).astype(float) for v in (sigma, sigma0, mu, x, y, z, until)]
-        story = careful.certain(*full)
+        story = safeguarded.certain(*full)
     common = ~story.doubtful
     common[np.concatenate(others)] = False
     return common, final, count, ensemble._in_order(notes), story
@@ -235,7 +235,7 @@ def test_results_do_not_depend_on_where_chunks_end(monkeypatch, chunk, block):
     usual = ap.solve_many(*given, events=True)
     monkeypatch.setattr(ensemble, "CHUNK", chunk)
     monkeypatch.setattr(ensemble, "BATCH", chunk // 2)
-    monkeypatch.setattr(courses, "BLOCK", block)
+    monkeypatch.setattr(itineraries, "BLOCK", block)
     other = ap.solve_many(*given, events=True)
     assert same_bits(other.final, usual.final)
     assert all(np.array_equal(a, b) for a, b in zip(other.events(), usual.events(), strict=True))
@@ -332,7 +332,7 @@ def test_progress_is_told_after_each_chunk(monkeypatch):
 def test_memory_beyond_the_result_does_not_grow_with_the_number_of_trajectories(monkeypatch, sigma, few):
     monkeypatch.setattr(ensemble, "CHUNK", 1024)
     monkeypatch.setattr(ensemble, "BATCH", 1024)
-    monkeypatch.setattr(courses, "BLOCK", 512)
+    monkeypatch.setattr(itineraries, "BLOCK", 512)
     peaks = []
     for n in (few, 4 * few):
         x, y, z = starts(3, n)
@@ -368,7 +368,7 @@ def test_shapes_that_do_not_broadcast_are_refused_by_name():
 
 
 def test_too_many_events_name_the_trajectory_and_the_state(monkeypatch):
-    for module in (careful, ensemble):
+    for module in (safeguarded, ensemble):
         monkeypatch.setattr(module, "MOST_EVENTS", 20)
     with pytest.raises(TooManyEvents, match=r"trajectory 2: more than 20 events by t = .* where \(x, y, z\) = \("):
         ap.solve_many(5, 10, [0, 0.1, 1e3], 0, -1, 1e3, strict=True)
@@ -380,7 +380,7 @@ def test_states_beyond_the_range_of_doubles_are_refused_by_name():
 
 
 def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its_own(monkeypatch):
-    for module in (careful, ensemble, legs):
+    for module in (safeguarded, ensemble, legs):
         monkeypatch.setattr(module, "MOST_EVENTS", 20)
     sigma, mu = np.array([5, 5, 5, 1, 1]), np.array([10, 10, 10, 10, 1e-3])
     x, y, until = np.array([0, 0.1, 1e3, 0, 0]), np.array([0, 0, 0, 8e307, 0.2]), np.array([1e3, 1e3, 1e3, 5, 5])
@@ -437,7 +437,7 @@ def test_events_take_memory_as_they_are_many(monkeypatch):
 def test_extended_precision_is_not_needed_for_being_right(monkeypatch):
     x, y, z = starts(12, 6)
     usual = ap.solve_many(-0.5, 1e-2, x, y, z, 5)
-    monkeypatch.setattr(careful, "EXTENDED", None)
+    monkeypatch.setattr(safeguarded, "EXTENDED", None)
     other = ap.solve_many(-0.5, 1e-2, x, y, z, 5)
     assert np.array_equal(usual.n_events, other.n_events)
     assert np.abs(usual.final - other.final)[::2].max() < 3e-15
@@ -452,13 +452,13 @@ def test_the_textbook_slow_root_would_lose_digits(monkeypatch):
         slow = (-b + np.sign(b) * np.sqrt(b * b - 4 * mu * b)) / (2 * mu)
         return exact(a, b, mu)._replace(slow=slow, lag=1 + slow)
 
-    monkeypatch.setattr(courses, "mode", textbook)
+    monkeypatch.setattr(itineraries, "mode", textbook)
     wrong = ap.solve_many(1, 1e-8, x, y, z, 5)
     assert np.abs(wrong.final - right.final).max() > 1e-10
 
 
 def test_rows_of_a_column_are_those_of_the_broadcast_array():
-    shape, found = columns.columns({}, a=np.arange(3.0)[:, None], b=np.arange(4), c=2)
+    shape, found = inputs.columns({}, a=np.arange(3.0)[:, None], b=np.arange(4), c=2)
     assert shape == (3, 4)
     assert found["a"].rows(slice(2, 7)).tolist() == [0, 0, 1, 1, 1]
     assert found["b"].rows(np.array([0, 5, 11])).tolist() == [0, 1, 3]

@@ -12,9 +12,9 @@ from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 
 import asympk as ap
+from asympk.arithmetic import Doubles
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
-from asympk.flow.arithmetic import Doubles
-from asympk.flow.exact import Case, legs_of
+from asympk.systems.painleve_klein.flow.exact import Case, legs_of
 
 BOUND = 2e-15
 theorem = settings(derandomize=True, deadline=None, max_examples=60, phases=[Phase.explicit, Phase.generate])

@@ -13,12 +13,12 @@ import sympy as sp
 from peers import here
 
 import asympk as ap
-from asympk import rodmodes
 from asympk.errors import InputError, MissingPackage, OutOfRange, Unfinished, UnknownName
 from asympk.integrators.integrate import FAMILIES, FINISHED, PEERS, absent
 from asympk.symbolic.branches import Phase
 from asympk.systems import painleve_klein
 from asympk.systems.automata import automaton_of
+from asympk.systems.painleve_klein import modes
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
 STIFF = ("radau", "bdf", "lsoda", "cvode", "kvaerno5")
@@ -178,13 +178,13 @@ def test_the_modes_of_the_rod_in_numbers_are_those_of_its_derived_system(name):
     system, (sigma, mu) = painleve_klein.system(), sp.symbols("sigma mu", real=True)
     mode, (x, y, z) = system.mode(name), system.states
     named = {s: {"sigma": sigma, "mu": mu}.get(s.name, s) for s in system.parameters}
-    a, b = rodmodes.coefficients(name, sigma)
+    a, b = modes.coefficients(name, sigma)
     assert sp.expand(mode.fast[y].subs(named) - (a - b * (x + y))) == 0
     assert sp.expand(mode.slow[z].subs(named) - (a - (b - 1) * (x + y)) * int(name != "stick")) == 0
-    assert {rodmodes.mode_name(*signs) for signs in ((1, 1), (-1, 1), (1, 0))} == {m.name for m in system.modes}
+    assert {modes.mode_name(*signs) for signs in ((1, 1), (-1, 1), (1, 0))} == {m.name for m in system.modes}
 
 
 def test_the_edges_of_stick_in_numbers_are_those_of_the_derived_system():
     sigma0 = next(s for s in painleve_klein.system().parameters if s.name == "sigma0")
     assert ap.stick_regions(painleve_klein.system()).edges == (
-        rodmodes.positive_edge(sigma0), rodmodes.other_edge(sigma0))  # fmt: skip
+        modes.positive_edge(sigma0), modes.other_edge(sigma0))  # fmt: skip

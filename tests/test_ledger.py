@@ -7,7 +7,7 @@ import pytest
 
 from asympk import ledger
 from asympk.errors import UnknownName
-from asympk.ledger import nouns
+from asympk.ledger import verdicts
 from asympk.ledger.trend import tends_to_one, vanishes
 from asympk.output.terminal import claims_as_json, exit_status, summary
 
@@ -18,7 +18,7 @@ CLAIMS = {claim.id: claim for claim in ledger.claims()}
 
 def test_every_claim_has_a_verdict():
     assert list(CLAIMS) == [f"C{n:02d}" for n in range(1, 44)]
-    assert {claim.verdict for claim in CLAIMS.values()} == set(nouns.VERDICTS)
+    assert {claim.verdict for claim in CLAIMS.values()} == set(verdicts.VERDICTS)
 
 
 @pytest.mark.parametrize("identifier", sorted(CLAIMS))
@@ -52,7 +52,7 @@ def test_one_rule_judges_what_the_jumps_do_to_x():
 
 def _checks(*pairs):
     kinds = ("symbolic", "numeric")
-    return tuple(nouns.Check(role, kinds[n % 2], "", holds) for n, (role, holds) in enumerate(pairs))
+    return tuple(verdicts.Check(role, kinds[n % 2], "", holds) for n, (role, holds) in enumerate(pairs))
 
 
 @pytest.mark.parametrize(
@@ -70,11 +70,11 @@ def _checks(*pairs):
     ],
 )
 def test_the_verdict_follows_from_the_checks(pairs, verdict):
-    assert nouns.verdict(_checks(*pairs)) == verdict
+    assert verdicts.verdict(_checks(*pairs)) == verdict
 
 
 def test_an_unsettled_claim_makes_the_exit_status_one():
-    lost = nouns.Claim("C99", "3", "a slow plane in z < 0", nouns.UNSETTLED, _checks(("as written", False)))
+    lost = verdicts.Claim("C99", "3", "a slow plane in z < 0", verdicts.UNSETTLED, _checks(("as written", False)))
     assert exit_status(CLAIMS.values()) == 0
     assert exit_status([*CLAIMS.values(), lost]) == 1
     assert "Not settled:\n  C99" in summary([lost], 0)

@@ -5,7 +5,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 
 def test_the_rigid_reaction_is_the_one_of_a_constrained_pair():

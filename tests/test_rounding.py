@@ -5,10 +5,10 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
+from asympk.arithmetic import Doubles, context, set_digits
 from asympk.errors import Undecided
-from asympk.flow.arithmetic import Doubles, context, set_digits
-from asympk.flow.exact import TRUSTED, Case, legs_of
-from asympk.flow.rounding import backward, estimate, forward, largest
+from asympk.systems.painleve_klein.flow.exact import TRUSTED, Case, legs_of
+from asympk.systems.painleve_klein.flow.rounding import backward, estimate, forward, largest
 
 
 def digits(n):
@@ -62,7 +62,7 @@ def test_bounds_carried_forward_grow_over_many_events_where_derivatives_carried_
 
 
 def test_a_start_that_amplifies_the_rounding_of_its_deviation_is_not_trusted_without_it(monkeypatch):
-    monkeypatch.setattr("asympk.flow.starts._from_unstable_line", lambda *_: None)
+    monkeypatch.setattr("asympk.systems.painleve_klein.flow.starts._from_unstable_line", lambda *_: None)
     estimated, true = account(Case(1.0, 1.0, 1e-3, 0.3, -1.2987025935171457 + 1e-12, 1.0, 5.0, None))
     assert true > 1e-9
     assert estimated > 1e-9

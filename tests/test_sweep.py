@@ -330,7 +330,7 @@ def test_parquet_chunks_hold_the_same_and_are_checked_too(plain, tmp_path):
 
 
 def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
-    from asympk.flow import exact
+    from asympk.systems.painleve_klein.flow import exact
 
     real = exact.run
 

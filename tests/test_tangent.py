@@ -4,9 +4,9 @@ import pytest
 from tangent import FAMILIES, differences, draws
 
 import asympk as ap
+from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
-from asympk.flow.arithmetic import Doubles
-from asympk.flow.exact import Case, legs_of
+from asympk.systems.painleve_klein.flow.exact import Case, legs_of
 
 SCENES = list(draws(20 * len(FAMILIES), seed=1))
 

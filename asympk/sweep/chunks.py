@@ -9,11 +9,11 @@ import re
 from pathlib import Path
 
 from asympk import __version__
-from asympk.arrays import OUTCOMES
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
 from asympk.path import KINDS, MODES
 from asympk.sweep import stored
+from asympk.systems.painleve_klein.arrays import OUTCOMES
 
 _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 _LONGEST = 30  # events that fit into an itinerary, two bits each
@@ -39,7 +39,7 @@ def follow(columns, size, itineraries=True):
     """Return {name: array} of what becomes of ``size`` trajectories."""
     import numpy as np
 
-    from asympk.arrays.ensemble import solve_many
+    from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
     arrays = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}
     many = solve_many(**arrays, events=itineraries)

@@ -4,10 +4,10 @@ import json
 from collections import Counter
 from pathlib import Path
 
-from asympk.arrays import OUTCOMES
 from asympk.storage.files import write_text
 from asympk.sweep import results
 from asympk.sweep.chunks import itinerary
+from asympk.systems.painleve_klein.arrays import OUTCOMES
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
 _WIDTHS = (20, 16, 14, 14)  # bits of a double that one pass decides

@@ -1,17 +1,54 @@
-"""Systems with a kernel of their own: which scenes it follows, and what it makes of them."""
+"""Systems with a kernel of their own: a registry of what follows their scenes faster than the general engine.
 
-from dataclasses import replace
+A kernel is held to the general engine by one contract test over random scenes. It offers every method in the first
+table for one scene, as ``run(scene, method, **options) -> Path``, and every method in the second for arrays, as
+``solve_many(*columns, method, **options)``. A method that it does not offer is the general one.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib import import_module
 from typing import Any
 
 from asympk.scene import Scene
 
 
+@dataclass(frozen=True)
+class Kernel:
+    """A system in ``asympk.systems``, and the modules of asympk that follow its scenes and arrays, by method."""
+
+    system: str
+    scenes: dict[str, str]
+    arrays: dict[str, str]
+
+
+KERNELS = (
+    Kernel(
+        "painleve_klein",
+        {
+            "exact": "systems.painleve_klein.flow.exact",
+            "rigid": "asymptotics.models",
+            "slow": "asymptotics.models",
+            "jump": "asymptotics.models",
+            "moreau": "integrators.moreau",
+        },
+        {
+            "exact": "systems.painleve_klein.arrays.ensemble",
+            "rigid": "asymptotics.arrays",
+            "slow": "asymptotics.arrays",
+            "jump": "asymptotics.arrays",
+        },
+    ),
+)
+ROD = KERNELS[0]
+
+
 def kernel_scene(scene: Any) -> Scene | None:
     """Return ``scene`` as one of the Painlevé-Klein rod, where its system is the rod's; else None."""
-    from asympk.systems import painleve_klein as pk
-
+    if scene.system is None:
+        return scene
     names = ("mu", "sigma", "sigma0")
-    if tuple(s.name for s in scene.system.parameters) != names or scene.system != pk.system():
+    if tuple(s.name for s in scene.system.parameters) != names or scene.system != _system(ROD.system):
         return None
     mu, sigma, sigma0 = scene.values
     return Scene(sigma, mu, scene.start, scene.until, sigma0, scene.name)
@@ -19,4 +56,9 @@ def kernel_scene(scene: Any) -> Scene | None:
 
 def named(path: Any, scene: Any) -> Any:
     """Return a path of a kernel as one of the scene that was asked for."""
-    return replace(path, scene=scene)
+    return path if path.scene is scene else replace(path, scene=scene)
+
+
+@cache
+def _system(name: str) -> Any:
+    return import_module(f"asympk.systems.{name}").system()

@@ -19,7 +19,8 @@ from asympk.path import Path
 from asympk.scene import Scene
 from asympk.shown import number as shown
 from asympk.symbolic.lowering import lower
-from asympk.systems import painleve_klein, rod
+from asympk.systems import painleve_klein
+from asympk.systems.painleve_klein import rod
 
 DIGITS = 100
 STATE = ("R1", "dR1", "u", "t")

@@ -8,8 +8,8 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the st
     z = z0 + (a/b) t + k (b-1)(y - y0).
 """
 
-from asympk.flow.roots import fast_slow_root
-from asympk.flow.smooth import s_root, short_responses, short_time, slope, superposed, z_root
+from asympk.systems.painleve_klein.flow.roots import fast_slow_root
+from asympk.systems.painleve_klein.flow.smooth import s_root, short_responses, short_time, slope, superposed, z_root
 
 SOON = 2.0**-10
 

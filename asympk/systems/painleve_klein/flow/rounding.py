@@ -7,7 +7,7 @@ and tight for a few events. Over many events such bounds grow without reason, an
 of the final state instead, from the end to the start, so that each error is weighed by what becomes of it.
 """
 
-from asympk.flow.fastslow import FastSlowSegment
+from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
 
 UNIT = 2.0**-53
 CALM_LEGS = 6

@@ -10,7 +10,7 @@ whatever the roots: real, complex, coalescing at 4 mu = b, or all zero at b = 0.
 g, h and H without cancellation, otherwise exponentials or sines do.
 """
 
-from asympk.flow.roots import smooth_root
+from asympk.systems.painleve_klein.flow.roots import smooth_root
 
 
 class Smooth:

@@ -7,12 +7,12 @@ its first member and setting aside those that answer otherwise.
 from dataclasses import dataclass
 from typing import Any
 
-from asympk.arrays.columns import ORDER, require, scenes
 from asympk.asymptotics import composite
 from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
 from asympk.asymptotics.ranges import checks
 from asympk.errors import AsympkError, OutOfRange
 from asympk.shown import Card, ShownAsTable
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
 
 CHUNK = 1 << 15
 

@@ -15,12 +15,12 @@ numbers in use cannot decide raises ``Undecided``, and the flow is followed agai
 
 from typing import Any, NamedTuple
 
+from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, TooManyEvents, Undecided
-from asympk.flow import ordinary
-from asympk.flow.arithmetic import Doubles
-from asympk.flow.fastslow import FastSlow
-from asympk.flow.smooth import Smooth, slope
-from asympk.rodmodes import coefficients, mode_name, other_edge, positive_edge
+from asympk.systems.painleve_klein.flow import shortcut
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow
+from asympk.systems.painleve_klein.flow.smooth import Smooth, slope
+from asympk.systems.painleve_klein.modes import coefficients, mode_name, other_edge, positive_edge
 
 MOST_EVENTS = 1000
 WIDEST = 1e100
@@ -118,10 +118,10 @@ def follow(flow, start, until, deviation=None, known=None, told=None):
         if known:
             found = settle(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
         elif z_sign:
-            found = (m is Doubles and ordinary.slip_end(segment, s_sign, z_sign, until - t)) or slip(
+            found = (m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, until - t)) or slip(
                 segment, s_sign, z_sign, until - t)
         else:
-            found = (m is Doubles and ordinary.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
+            found = (m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
                 flow, segment, s_sign, until - t)
         kind, span, state = found
         legs.append(Leg(name, t, segment, kind, span, state))

@@ -8,11 +8,11 @@ from fractions import Fraction
 from functools import lru_cache, partial
 from math import isqrt
 
+from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
-from asympk.flow.arithmetic import Doubles
-from asympk.flow.fastslow import FastSlow
-from asympk.flow.legs import decided, sign_of
 from asympk.scene import MANIFOLDS
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow
+from asympk.systems.painleve_klein.flow.legs import decided, sign_of
 
 
 def beginning(flow, case):

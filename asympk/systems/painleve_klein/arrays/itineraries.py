@@ -20,8 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from asympk.arrays.careful import EXTENDED
-from asympk.arrays.kernels import (
+from asympk.systems.painleve_klein.arrays.kernels import (
     deviation,
     force_zero,
     mode,
@@ -32,7 +31,8 @@ from asympk.arrays.kernels import (
     velocity_zero,
     velocity_zero_slowly,
 )
-from asympk.rodmodes import coefficients, other_edge, positive_edge
+from asympk.systems.painleve_klein.arrays.safeguarded import EXTENDED
+from asympk.systems.painleve_klein.modes import coefficients, other_edge, positive_edge
 
 SAFE = 1e-10
 NEAR = 1e-6

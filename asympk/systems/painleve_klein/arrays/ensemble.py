@@ -15,15 +15,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.arrays import OUTCOMES, careful, courses
-from asympk.arrays.columns import ORDER, require, scenes
-from asympk.arrays.courses import Setting
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
-from asympk.flow import exact
-from asympk.flow.legs import MOST_EVENTS
 from asympk.many import Many, axes_of
 from asympk.path import KINDS
 from asympk.scene import Scene
+from asympk.systems.painleve_klein.arrays import OUTCOMES, itineraries, safeguarded
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
+from asympk.systems.painleve_klein.arrays.itineraries import Setting
+from asympk.systems.painleve_klein.flow import exact
+from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
 
 CHUNK = 131072
 BATCH = 16384
@@ -188,7 +188,7 @@ def _common(arguments, start, stop, result):
     sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))
     x, y, z = (arguments[name].array(rows) for name in "xyz")
     setting = Setting(sigma, sigma0, mu)
-    others, misfits = courses.follow(setting, x, y, z, until, result.final[:, own], result.count[own],
+    others, misfits = itineraries.follow(setting, x, y, z, until, result.final[:, own], result.count[own],
                                      result.note(start))
     few = misfits[np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]]
     _one_by_one(arguments, few + start, result)
@@ -201,7 +201,7 @@ def _uncommon(arguments, rows, result):
     for name in "xyz":
         if not np.isfinite(given[name]).all():
             require(name, arguments[name].values)
-    story = careful.certain(*given.values())
+    story = safeguarded.certain(*given.values())
     final = np.array([v.astype(float) for v in story.final])
     doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
     endless = ~doubtful & (story.count > MOST_EVENTS)

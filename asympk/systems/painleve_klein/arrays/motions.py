@@ -6,7 +6,7 @@ length. Rows are told apart by masks, never by what the other rows are.
 
 import numpy as np
 
-from asympk.arrays.brackets import balance, newton, roots
+from asympk.systems.painleve_klein.arrays.brackets import balance, newton, roots
 
 MOST_TERMS = 64
 REFINED = 1e-9

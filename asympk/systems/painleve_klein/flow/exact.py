@@ -9,15 +9,15 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from asympk.arithmetic import Doubles, context, set_digits
 from asympk.digits import carried
 from asympk.errors import InputError, TooLarge, Undecided
-from asympk.flow.arithmetic import Doubles, context, set_digits
-from asympk.flow.dense import Dense
-from asympk.flow.legs import Flow, follow
-from asympk.flow.rounding import calm, estimate, largest
-from asympk.flow.starts import beginning
 from asympk.numbers import whole
 from asympk.path import Event, Path
+from asympk.systems.painleve_klein.flow.dense import Dense
+from asympk.systems.painleve_klein.flow.legs import Flow, follow
+from asympk.systems.painleve_klein.flow.rounding import calm, estimate, largest
+from asympk.systems.painleve_klein.flow.starts import beginning
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from asympk.arrays.motions import Separate, Smooth
-from asympk.flow.legs import MOST_EVENTS
-from asympk.rodmodes import coefficients, other_edge, positive_edge
+from asympk.systems.painleve_klein.arrays.motions import Separate, Smooth
+from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
+from asympk.systems.painleve_klein.modes import coefficients, other_edge, positive_edge
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 AGREED = 2e-14

@@ -12,7 +12,7 @@ from functools import cache
 import sympy as sp
 
 from asympk.symbolic.system import System
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 x, y, z = sp.symbols("x y z", real=True)
 mu = sp.Symbol("mu", positive=True)

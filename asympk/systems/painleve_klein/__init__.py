@@ -1,0 +1,38 @@
+"""The Painlevé-Klein rod: its mechanics, its equations (2.7)-(2.9), its units, and a flow in closed form of its own.
+
+    rod -> equations -> units        in symbols, from first principles
+    modes -> flow -> arrays          in numbers: the kernel that ``systems.kernels`` plugs in
+
+The names of ``equations`` are those of this package; they are loaded when one is asked for, since the kernel follows a
+scene without any symbols.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from asympk.systems.painleve_klein.equations import ASSUMPTIONS as ASSUMPTIONS
+    from asympk.systems.painleve_klein.equations import Group as Group
+    from asympk.systems.painleve_klein.equations import friction_parameter as friction_parameter
+    from asympk.systems.painleve_klein.equations import groups as groups
+    from asympk.systems.painleve_klein.equations import kinetic_ratio as kinetic_ratio
+    from asympk.systems.painleve_klein.equations import mechanism as mechanism
+    from asympk.systems.painleve_klein.equations import mu as mu
+    from asympk.systems.painleve_klein.equations import phi as phi
+    from asympk.systems.painleve_klein.equations import scenes as scenes
+    from asympk.systems.painleve_klein.equations import sigma as sigma
+    from asympk.systems.painleve_klein.equations import sigma0 as sigma0
+    from asympk.systems.painleve_klein.equations import system as system
+    from asympk.systems.painleve_klein.equations import x as x
+    from asympk.systems.painleve_klein.equations import y as y
+    from asympk.systems.painleve_klein.equations import z as z
+
+
+def _load(name: str) -> Any:
+    if name.startswith("__"):
+        raise AttributeError(f"module 'asympk.systems.painleve_klein' has no attribute {name!r}")
+    return getattr(import_module("asympk.systems.painleve_klein.equations"), name)
+
+
+if not TYPE_CHECKING:
+    __getattr__ = _load
