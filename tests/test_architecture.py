@@ -17,7 +17,7 @@ ARROW = (
     "errors", "numbers", "systems.painleve_klein.modes", "multiprecision", "arithmetic", "digits", "doors", "shown",
     "formulas", "storage", "path", "many", "scene", "symbolic", "automaton", "mechanics", "systems", "affine",
     "asymptotics", "integrators", "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output",
-    "__main__",
+    "cli", "__main__",
 )  # fmt: skip
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
 

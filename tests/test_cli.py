@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from asympk import cli
 from asympk.__main__ import main
 
 GOOD = ["solve", "--sigma", "1", "--mu", "1e-6", "--start", "0", "0.2", "-1", "--until", "5"]
@@ -20,6 +21,11 @@ def _run(capsys, *arguments):
         status = stop.code
     out, err = capsys.readouterr()
     return status, out, err
+
+
+def test_every_file_of_the_command_line_is_a_command_or_one_of_the_shared_ones():
+    files = {path.stem for path in Path(cli.__file__).parent.glob("*.py")}
+    assert files == {*cli.COMMANDS, "__init__", "main", "options", "everything"}
 
 
 def test_solve_prints_the_path_as_a_table(capsys):

@@ -1,0 +1,49 @@
+"""``asympk certify``: proofs in ball arithmetic."""
+
+from argparse import ArgumentParser, Namespace
+
+from asympk.cli.options import add_scene, numbers, scene_file, whole
+
+HELP = "prove what a scene does, in ball arithmetic"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_scene(parser)
+    parser.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
+                        help="let sigma, mu, sigma0, x, y, z or until vary; may be repeated")  # fmt: skip
+    parser.add_argument("--pieces", type=whole, default=64, help="cut the box into at most so many pieces (64)")
+    parser.add_argument("--digits", type=whole, default=15, help="digits of the final state (15)")
+    parser.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
+    parser.add_argument("--json", action="store_true")
+
+
+def run(options: Namespace) -> int:
+    """Prove what the scene, or the box around it, does, or the inequalities; returns 1 where one is not proven."""
+    from asympk.errors import InputError
+    from asympk.numbers import whole as require_whole
+
+    if options.claims and (options.box or options.scene is not None or numbers(options)):
+        raise InputError("certify takes either a scene, with a --box or without, or --claims")
+    require_whole("--digits", options.digits, 1, 300)
+    return _prove_claims() if options.claims else _prove_scene(options)
+
+
+def _prove_claims() -> int:
+    from asympk.certify.proofs import inequalities, prove
+    from asympk.output.terminal import proofs_as_text
+
+    found = [prove(inequality) for inequality in inequalities()]
+    print(proofs_as_text(found))
+    return 0 if all(proof.proven for proof in found) else 1
+
+
+def _prove_scene(options: Namespace) -> int:
+    from asympk.certify import certify, cover
+    from asympk.output.terminal import certificates_as_json, certificates_as_text
+
+    box = {name: ends for name, *ends in options.box or ()}
+    scene = scene_file(options).scene
+    found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
+    print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
+    return 0 if all(one.proven for one in found) else 1

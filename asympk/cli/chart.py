@@ -1,0 +1,28 @@
+"""``asympk chart``: the chart of cost and error."""
+
+import sys
+from argparse import ArgumentParser, Namespace
+
+from asympk.cli.options import add_root
+
+HELP = "run every method on every scene; write what each costs and gets wrong"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("--quick", action="store_true", help="under a minute, into paper/generated/quick")
+    add_root(parser)
+
+
+def run(options: Namespace) -> None:
+    """Measure every method on every scene and print the files written."""
+    from asympk.output.chart import main as chart
+    from asympk.output.regenerate import project
+    from asympk.sweep.meter import Steps
+
+    steps = Steps(sys.stderr)
+    try:
+        files = chart(options.quick, project(options.root) / "paper" / "generated", steps.tell)
+    finally:
+        steps.close()
+    print(*files, sep="\n")

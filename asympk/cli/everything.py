@@ -1,0 +1,17 @@
+"""``asympk`` without a command: regenerate derivations, claims and tables."""
+
+from argparse import ArgumentParser, Namespace
+
+from asympk.cli.options import add_root, progress
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_root(parser)
+
+
+def run(options: Namespace) -> int:
+    """Do the main job and print its summary; returns 1 where a claim is not settled."""
+    from asympk.output.regenerate import everything
+
+    return everything(options.root, progress)

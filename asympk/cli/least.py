@@ -1,0 +1,23 @@
+"""``asympk least``: the least model that will do."""
+
+from argparse import ArgumentParser, Namespace
+
+from asympk.cli.options import add_scene, scene_file
+
+HELP = "find the least model that a scene needs"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_scene(parser)
+    parser.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1, |x|, |z| (1e-3)")
+    parser.add_argument("--json", action="store_true")
+
+
+def run(options: Namespace) -> None:
+    """Climb the ladder of models and print its rungs."""
+    from asympk.output.terminal import ladder_as_json, ladder_as_text
+    from asympk.studies.least import least_model
+
+    ladder = least_model(scene_file(options).scene, options.rtol)
+    print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))

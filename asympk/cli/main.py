@@ -1,0 +1,89 @@
+"""From arguments to an exit status: the parser of all commands, and one line on stderr for whatever is wrong."""
+
+import argparse
+import os
+import re
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib import import_module
+from typing import Any, NoReturn
+
+from asympk import __version__
+from asympk.cli import COMMANDS
+from asympk.errors import AsympkError
+
+_NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where argparse would see options
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input."""
+    _open_streams()
+    options = parser().parse_args(arguments)
+    try:
+        return options.run(options) or 0
+    except BrokenPipeError:  # whoever read the output has seen enough
+        sys.stdout = None
+        return 141
+    except (AsympkError, OSError) as error:
+        if options.debug:
+            raise
+        _complain(f"asympk: {_one_line(error)}")
+        return 2
+    except KeyboardInterrupt:
+        _complain("asympk: interrupted")
+        return 130
+
+
+def _open_streams() -> None:
+    """Let output go nowhere where it is closed, so that no file takes its place, and print in any character set."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - it stays open
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _complain(line: str) -> None:
+    """Print a line on stderr; where that is full or gone the exit status has to do."""
+    with suppress(OSError, ValueError):
+        print(line, file=sys.stderr, flush=True)
+
+
+def _one_line(error: object) -> str:
+    return " ".join(str(error).split())
+
+
+class _Parser(argparse.ArgumentParser):
+    """An argument parser that reads any negative number as a value, and whose complaint is one line."""
+
+    def __init__(self, *arguments: Any, **options: Any):
+        super().__init__(*arguments, **options)
+        self._negative_number_matcher = _NEGATIVE
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {_one_line(message)}; see {self.prog} --help\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line, with a sub-command for each of ``COMMANDS``."""
+    whole = _Parser(
+        prog="asympk",
+        description="Verified asymptotics for the Painlevé-Klein system with dry friction. Without a command: "
+        "regenerate derivations, claims and tables, and summarise them.",
+    )
+    whole.set_defaults(debug=False)
+    whole.add_argument("--version", action="version", version=f"asympk {__version__}")
+    whole.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    _add(whole, "everything")
+    commands = whole.add_subparsers(title="commands", metavar="COMMAND")
+    for name in COMMANDS:
+        _add(commands.add_parser(name, help=import_module(f"asympk.cli.{name}").HELP), name)
+    return whole
+
+
+def _add(part: argparse.ArgumentParser, name: str) -> None:
+    command = import_module(f"asympk.cli.{name}")
+    command.arguments(part)
+    part.set_defaults(run=command.run)

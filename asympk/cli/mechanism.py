@@ -1,0 +1,38 @@
+"""``asympk mechanism``: a mechanism's paradox and its jump."""
+
+from argparse import ArgumentParser, Namespace
+from typing import Any
+
+HELP = "tell a mechanism's paradox, and the jump through it"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
+    parser.add_argument("--plot", metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
+
+
+def run(options: Namespace) -> None:
+    """Print the catalogue, or what a mechanism does, or draw the map of its rigid motions."""
+    from asympk.output.mechanisms import catalogue_as_text, changes, load, mechanism_as_text
+
+    if options.name is None:
+        print(catalogue_as_text())
+        return
+    described = load(options.name).changed(changes(options.set))
+    if options.plot:
+        _plot(described, options.plot)
+    else:
+        print(mechanism_as_text(described))
+
+
+def _plot(described: Any, file: str) -> None:
+    from asympk.pictures import sheets
+    from asympk.pictures.rigid import motion_plot
+
+    sheet = sheets()
+    sheet.suffix_of(file)
+    with sheet.in_style():
+        sheet.kept(motion_plot(described), file)
+    print(f"wrote {file}")

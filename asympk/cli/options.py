@@ -1,0 +1,65 @@
+"""What several commands share: their options, the scene that these name, and a line of progress."""
+
+import sys
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from asympk.scenes.scenefile import SceneFile
+
+_REQUIRED = ("sigma", "mu", "start", "until")
+
+
+def add_root(parser: ArgumentParser) -> None:
+    """Add the option that names the checkout."""
+    parser.add_argument("--root", default=".", metavar="DIR", help="the checkout with derivations/ and paper/ (here)")
+
+
+def add_scene(parser: ArgumentParser) -> None:
+    """Add a scene, by name, file or numbers."""
+    parser.add_argument("scene", nargs="?", help="a scene that ships (asympk scenes), or a TOML file")
+    parser.add_argument("--sigma", help="friction parameter f tan(alpha) - 2, above -2")
+    parser.add_argument("--mu", help="compliance, above 0")
+    parser.add_argument("--start", nargs=3, metavar=("X", "Y", "Z"), help="rho, rho', v")
+    parser.add_argument("--until", help="horizon in units of h l")
+    parser.add_argument("--sigma0", help="static friction, sigma by default")
+
+
+def numbers(options: Namespace) -> dict:
+    """Return the numbers of a scene that the options give."""
+    given = {name: getattr(options, name) for name in (*_REQUIRED, "sigma0")}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def scene_file(options: Namespace) -> "SceneFile":
+    """Return the ``SceneFile`` that the options name, their own numbers replacing the file's; raises ``InputError``."""
+    from asympk.errors import InputError
+    from asympk.scene import Scene
+    from asympk.scenes.scenefile import SceneFile, changed, load
+
+    given = numbers(options)
+    if options.scene is not None:
+        found = load(options.scene)
+        return SceneFile(changed(found, given), found.about)
+    missing = [f"--{name}" for name in _REQUIRED if name not in given]
+    if missing:
+        raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that ship")
+    return SceneFile(Scene(**{**given, "start": tuple(given["start"])}))
+
+
+def whole(text: str) -> int:
+    """Read a whole number; argparse tells what it was."""
+    from asympk.numbers import short
+
+    try:
+        return int(text)
+    except ValueError:
+        raise ArgumentTypeError(f"invalid int value {short(text)}: it must be a whole number") from None
+
+
+def progress(message: str) -> None:
+    """Rewrite the line of a terminal on stderr; elsewhere tell nothing."""
+    if sys.stderr.isatty():
+        with suppress(OSError):
+            print(f"\r\033[K{message}", end="", file=sys.stderr, flush=True)

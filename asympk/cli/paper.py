@@ -1,0 +1,25 @@
+"""``asympk paper``: the paper's figures, tables and numbers, and its PDF."""
+
+from argparse import ArgumentParser, Namespace
+
+from asympk.cli.options import add_root, progress
+
+HELP = "write the figures, tables and numbers of the paper, and its PDF"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("--only", metavar="PICTURE", help="draw one picture as PDF and SVG, and nothing else")
+    add_root(parser)
+
+
+def run(options: Namespace) -> None:
+    """Build the paper, or draw one picture, and print what was written."""
+    from asympk.output.paper import build, draw
+
+    if options.only:
+        print(*draw(options.root, options.only), sep="\n")
+        return
+    lines = build(options.root, progress)
+    progress("")
+    print("\n".join(lines))

@@ -1,0 +1,60 @@
+"""``asympk solve``: the path of a scene."""
+
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from asympk.cli.options import add_scene, scene_file, whole
+
+if TYPE_CHECKING:
+    from asympk.scene import Scene
+
+HELP = "follow one scene"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    add_scene(parser)
+    parser.add_argument("--physical", action="store_true", help="tell the path in the units of the scene's file")
+    parser.add_argument("--csv", metavar="FILE", help="write the path as CSV")
+    parser.add_argument("--plot", metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
+    parser.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
+    parser.add_argument("--digits", type=whole, help="run on that many digits")
+    parser.add_argument("--order", type=whole, help="order in mu, of the asymptotic models")
+    parser.add_argument("--rtol", help="relative tolerance, of the integrators")
+    parser.add_argument("--atol", help="absolute tolerance, of the integrators")
+    parser.add_argument("--json", action="store_true")
+
+
+def run(options: Namespace) -> None:
+    """Follow the scene, write the files asked for and print the path."""
+    from asympk.methods import solve
+    from asympk.output.terminal import path_as_json, path_as_text
+
+    given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
+    given = {name: value for name, value in given.items() if value is not None}
+    scene = scene_file(options).scene
+    with _reaching(scene, options) as progress:
+        path = solve(scene, options.method, **given, **progress)
+    if options.physical:
+        path = path.physical()
+    if options.csv:
+        path.to_csv(options.csv)
+    if options.plot:
+        path.plot(options.plot)
+    print(path_as_json(path, options.digits) if options.json else path_as_text(path, options.digits))
+
+
+@contextmanager
+def _reaching(scene: "Scene", options: Namespace) -> Iterator[dict]:
+    """Yield the option that tells how far the rod's exact flow with many digits has come; others have none."""
+    from asympk.sweep.meter import Steps
+
+    steps = Steps(sys.stderr, pause=0.2)
+    tell = lambda t, until, digits: steps.tell(f"t = {t:.6g} of {until:.6g}, with {digits} digits")  # noqa: E731
+    try:
+        yield {"progress": tell} if options.digits and options.method == "exact" and scene.system is None else {}
+    finally:
+        steps.close()
