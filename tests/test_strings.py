@@ -132,15 +132,15 @@ WITHOUT = {"AsympkError", "Mode", "phase", "Mechanism", "Path", "Event", "System
 @contextmanager
 def seconds(limit):
     def late(*_):
-        raise TimeoutError(f"not refused within {limit} s")
+        raise TimeoutError(f"not refused within {limit} s of computing")
 
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, limit)
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
 @pytest.mark.parametrize("call", CALLS)
