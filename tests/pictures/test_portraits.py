@@ -15,7 +15,7 @@ from asympk.storage.rows import read_rows
 from asympk.studies.convergence import CASES
 from asympk.studies.least import LADDER
 
-ROWS = Path(__file__).parent.parent / "paper" / "generated" / "rows"
+ROWS = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 PICTURES = {
     "phase": gallery.phase,
     "jump": gallery.jump,

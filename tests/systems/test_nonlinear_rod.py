@@ -108,7 +108,7 @@ def stored():
 
     from asympk.storage.rows import read_rows
 
-    file = Path(__file__).parent.parent / "paper" / "generated" / "rows" / "nonlinear-reference.csv"
+    file = Path(__file__).parents[2] / "paper" / "generated" / "rows" / "nonlinear-reference.csv"
     return {(row["kappa"], row["mu"]): row for row in read_rows(file)}
 
 

@@ -12,7 +12,7 @@ from asympk.output import numbers, paper
 from asympk.output.page import with_sections
 from asympk.storage.rows import read_rows
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PAPER = ROOT / "paper"
 MAIN = with_sections((PAPER / "main.tex").read_text(encoding="utf-8"), PAPER)
 BODY = MAIN.split(r"\begin{document}")[1]

@@ -10,7 +10,7 @@ from asympk.errors import InputError
 from asympk.output import page
 from asympk.output.mathml import mathml
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from asympk.storage import rows
 from asympk.studies import compare
 from asympk.studies.compare import Row, errors_of, path_distance, quiet_times, status_of, timed, workprec
 
-KEPT = File(__file__).parent.parent / "paper" / "generated" / "rows"
+KEPT = File(__file__).parents[2] / "paper" / "generated" / "rows"
 
 
 def scene(mu="1e-3", name="iii"):

@@ -13,7 +13,7 @@ rho, alpha, beta, delta, eta, theta = sp.symbols("rho alpha beta delta eta theta
 
 @pytest.fixture(scope="module")
 def found():
-    return runpy.run_path(str(Path(__file__).parent.parent / "derivations" / "reductions_of_others.py"))["RESULTS"]
+    return runpy.run_path(str(Path(__file__).parents[2] / "derivations" / "reductions_of_others.py"))["RESULTS"]
 
 
 def test_the_standard_quasi_steady_state_has_its_first_correction(found):

@@ -11,7 +11,7 @@ from asympk.storage.rows import read_rows
 from asympk.studies import divide
 from asympk.studies.convergence import CASES, MUS, ORDERS, SIGMAS, groups, monotone_from, rows
 
-KEPT = Path(__file__).parent.parent / "paper" / "generated" / "rows"
+KEPT = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 BEYOND = "z > 0, s < -1/sigma"
 FEW = ("1e-3", "1e-7", "1e-11")
 

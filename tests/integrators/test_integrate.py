@@ -152,7 +152,7 @@ def test_a_missing_peer_is_one_line_with_the_way_to_get_it(monkeypatch, method, 
 
 
 def test_the_extra_peers_has_every_package_that_a_method_may_lack():
-    extra = tomllib.loads((Path(__file__).parent.parent / "pyproject.toml").read_text())["project"]
+    extra = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
     named = {re.match(r"[\w-]+", line)[0] for line in extra["optional-dependencies"]["peers"]}
     assert {package for _, package in PEERS.values()} == named
     assert {method for method, (module, _) in PEERS.items() if not find_spec(module)} == set(absent())

@@ -109,7 +109,7 @@ def tiny(tmp_path, monkeypatch):
     kept = tmp_path / "paper" / "generated" / "rows"
     kept.mkdir(parents=True)
     (tmp_path / "derivations").mkdir()
-    for file in (Path(__file__).parent.parent / "paper" / "generated" / "rows").glob("nonlinear-reference.*"):
+    for file in (Path(__file__).parents[2] / "paper" / "generated" / "rows").glob("nonlinear-reference.*"):
         shutil.copy(file, kept)
     monkeypatch.setattr(chart, "QUICK", TINY)
     monkeypatch.setattr(chart, "FULL", TINY)
@@ -129,7 +129,7 @@ def test_the_quick_chart_prints_its_files_and_leaves_the_kept_rows_alone(tiny, c
     assert {"work.csv", "plane.csv", "nonlinear.csv", "methods.tex", "chart-cost.pdf"} <= {file.name for file in files}
     assert all(file.is_file() and (kept / "quick") in file.parents for file in files)
     assert {path: path.read_bytes() for path in kept.rglob("*.*") if kept / "quick" not in path.parents} == before
-    assert "quick/" in (Path(__file__).parent.parent / ".gitignore").read_text()
+    assert "quick/" in (Path(__file__).parents[2] / ".gitignore").read_text()
 
 
 def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys):

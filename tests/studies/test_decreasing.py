@@ -10,7 +10,7 @@ from asympk.output.tabular import plain
 from asympk.storage.rows import read_rows
 from asympk.studies.decreasing import ORDERS, cases, rows
 
-KEPT = Path(__file__).parent.parent / "paper" / "generated" / "rows"
+KEPT = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from asympk.output.rowtables import tables_from_rows
 from asympk.output.tabular import latex, text
 from asympk.storage.files import write_text
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "paper" / "generated"
 FROM_ROWS = {
     f"{name}.{end}" for name in ("methods", "convergence", "escape", "damping", "decreasing") for end in ("tex", "csv")
