@@ -11,8 +11,9 @@ from asympk.path import Path
 from asympk.scene import Scene, require_scene
 from asympk.systems.kernels import ROD, kernel_scene, named
 
-# method -> module of asympk that has ``run(scene, method, **options) -> Path`` for the scene of any system; a kernel
-# has modules of its own (``asympk.systems.kernels``), and "rigid" and "moreau" are offered by kernels alone
+# method -> module of asympk that has ``run(scene, method, **options) -> Path`` for the scene of any system, or
+# module:function; a kernel has modules of its own (``asympk.systems.kernels``), and "rigid" and "moreau" are offered
+# by kernels alone
 METHODS = {
     "exact": "integrators.stepped",
     "rigid": None,
@@ -26,8 +27,8 @@ METHODS = {
     "heyoka": "integrators.integrate",
     "cvode": "integrators.integrate",
     "kvaerno5": "integrators.integrate",
-    "sign": "integrators.sign",
-    "tanh": "integrators.tanh",
+    "sign": "integrators.onefield:sign",
+    "tanh": "integrators.onefield:tanh",
     "moreau": None,
 }
 
@@ -53,7 +54,8 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
 
 
 def _run(module: str, method: str, scene: Any, options: dict[str, Any]) -> Path:
-    run = _found(module, "run")
+    home, _, name = module.partition(":")
+    run = _found(home, name or "run")
     if options:
         _require_known(method, run, options)
     return run(scene, method, **options)

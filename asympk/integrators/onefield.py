@@ -1,4 +1,4 @@
-"""One right-hand side for the whole motion, as customary ways have it: no modes, no guards, no events."""
+"""The customary crude ways: one right-hand side with sign(v), or tanh(v / eps), in it; no modes, guards or events."""
 
 import math
 from collections.abc import Callable
@@ -12,8 +12,9 @@ from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
 from asympk.integrators.integrate import Dense, Limits, bounds, endpoints, finished, report, tolerances
-from asympk.numbers import short
+from asympk.numbers import number, short
 from asympk.path import Path
+from asympk.symbolic.placing import exact
 from asympk.systems.automata import automaton_of
 
 
@@ -34,7 +35,27 @@ class Field:
     guard_rates = guard_values
 
 
-def follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):
+def sign(scene, method="sign", *, rtol=1e-6, atol=None, solver="lsoda", steps=20_000, seconds=60.0):
+    """Follow ``scene`` with F = -kinetic |load| sign(v): right until it sticks, where it chatters."""
+    return _follow(scene, method, sp.sign, solver, rtol, atol, steps, seconds)
+
+
+def tanh(scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau", steps=20_000, seconds=60.0):
+    """Follow ``scene`` with F = -kinetic |load| tanh(v / eps); ``eps`` is ``rtol`` by default.
+
+    The stick phase becomes a creep with |v| < eps, an error that no tolerance of the solver removes.
+    """
+    eps = float(number("eps", rtol if eps is None else eps))
+    if eps <= 0:
+        raise InputError(f"eps = {eps:g}: the width of the regularised friction law must be positive")
+    return _follow(scene, method, partial(_regularised, eps), solver, rtol, atol, steps, seconds, eps=eps)
+
+
+def _regularised(eps, velocity):
+    return sp.tanh(velocity / exact(eps))
+
+
+def _follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):
     """Follow ``scene`` with F = -kinetic |load| direction(v), by one of scipy's solvers; the ``Path`` has one mode."""
     if not isinstance(solver, str) or solver not in scipy_ivp.CLASSES:
         raise InputError(f"solver {short(solver)} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
