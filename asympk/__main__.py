@@ -375,7 +375,7 @@ def _mechanism(options):
     described = load(options.name).changed(changes(options.set))
     if options.plot:
         from asympk.pictures import sheets
-        from asympk.pictures.motions import motion_plot
+        from asympk.pictures.rigid import motion_plot
 
         sheet = sheets()
         sheet.suffix_of(options.plot)

@@ -10,13 +10,13 @@ from typing import Any
 
 # noun.method -> module of asympk and the function there, whose first argument is the noun (or its class)
 DOORS = {
-    "Path.plot": ("pictures.motion", "plot"),
+    "Path.plot": ("pictures.paths", "plot"),
     "Path.frame": ("pictures.trace", "frame"),
     "Path.to_csv": ("pictures.trace", "write_csv"),
-    "Path.physical": ("scenes.units", "physical"),
-    "Path._repr_html_": ("pictures.motion", "html"),
+    "Path.physical": ("systems.painleve_klein.units", "physical"),
+    "Path._repr_html_": ("pictures.paths", "html"),
     "Many.plot": ("pictures.crowd", "plot"),
-    "Scene.physical": ("scenes.units", "scene"),
+    "Scene.physical": ("systems.painleve_klein.units", "scene"),
 }
 
 

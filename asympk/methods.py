@@ -11,7 +11,7 @@ from asympk.scene import Scene, require_scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path``
 METHODS = {
-    "exact": "flow.exact",
+    "exact": "systems.painleve_klein.flow.exact",
     "rigid": "asymptotics.models",
     "slow": "asymptotics.models",
     "jump": "asymptotics.models",
@@ -33,10 +33,10 @@ FOR_SYSTEMS = {
 } | {"exact": "integrators.stepped", "slow": "asymptotics.general", "jump": "asymptotics.general"}
 # method -> module of asympk that has ``solve_many(sigma, mu, x, y, z, until, sigma0, method, **options)``
 FOR_ARRAYS = {
-    "exact": "arrays.ensemble",
-    "rigid": "asymptotics.finals",
-    "slow": "asymptotics.finals",
-    "jump": "asymptotics.finals",
+    "exact": "systems.painleve_klein.arrays.ensemble",
+    "rigid": "asymptotics.arrays",
+    "slow": "asymptotics.arrays",
+    "jump": "asymptotics.arrays",
 }
 
 

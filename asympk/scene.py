@@ -8,9 +8,9 @@ from typing import Any
 from asympk.doors import through
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import number, short
-from asympk.rodmodes import coefficients
 from asympk.shown import Card, ShownAsTable
 from asympk.shown import number as shown
+from asympk.systems.painleve_klein.modes import coefficients
 
 # manifold -> (mode that holds it, sign of s z in that mode)
 MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}

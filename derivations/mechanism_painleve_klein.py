@@ -6,7 +6,7 @@
 import sympy as sp
 
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 mechanism = pk.mechanism()
 

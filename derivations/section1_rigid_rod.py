@@ -5,7 +5,7 @@
 # carries N1 = R sin(alpha), and Coulomb's friction on M1 is kappa N1 with kappa = +-f.
 import sympy as sp
 
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 forces = rod.newton(rod.alpha)
 friction = rod.coulomb()

@@ -5,7 +5,7 @@
 import sympy as sp
 
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 compression, turn = rod.small_angle()
 

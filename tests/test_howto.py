@@ -9,7 +9,7 @@ import pytest
 
 from asympk.__main__ import main
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[1]
 HOWTO = (ROOT / "README.md").read_text(encoding="utf-8").partition("## How to\n")[2]
 
 

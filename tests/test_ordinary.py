@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
-from asympk.flow import ordinary
-from asympk.flow.arithmetic import Doubles
-from asympk.flow.exact import Case, legs_of
-from asympk.flow.rounding import largest
+from asympk.systems.painleve_klein.flow import shortcut
+from asympk.systems.painleve_klein.flow.exact import Case, legs_of
+from asympk.systems.painleve_klein.flow.rounding import largest
 
 
 def cases(n, seed):
@@ -28,8 +28,8 @@ def followed(case):
 def test_the_short_cut_and_the_general_text_agree(monkeypatch):
     scenes = list(cases(600, 1))
     quick = [followed(case) for case in scenes]
-    monkeypatch.setattr(ordinary, "slip_end", lambda *_: None)
-    monkeypatch.setattr(ordinary, "stick_end", lambda *_: None)
+    monkeypatch.setattr(shortcut, "slip_end", lambda *_: None)
+    monkeypatch.setattr(shortcut, "stick_end", lambda *_: None)
     general = [followed(case) for case in scenes]
     pairs = [(p, q) for p, q in zip(quick, general, strict=True) if p and q]
     assert len(pairs) > 580
@@ -50,7 +50,7 @@ def test_the_general_text_is_seldom_needed_for_small_mu(mu, monkeypatch):
             answered.append(bool(found))
             return found
 
-        monkeypatch.setattr(ordinary, name, counting)
+        monkeypatch.setattr(shortcut, name, counting)
     random = np.random.default_rng(2)
     for _ in range(100):
         followed(Case(1.0, 1.0, mu, *map(float, random.uniform(-2, 2, 3)), 5.0, None))
@@ -59,7 +59,7 @@ def test_the_general_text_is_seldom_needed_for_small_mu(mu, monkeypatch):
 
 def test_a_balance_is_a_root_of_its_equation():
     base, k, fast, rate, slow, slow_rate = 0.5, 0.2, -3.0, -40.0, 0.01, -1.1
-    t, r, lost = ordinary._balance(base, k, fast, rate, slow, slow_rate, 5.0)
+    t, r, lost = shortcut._balance(base, k, fast, rate, slow, slow_rate, 5.0)
     assert r == pytest.approx(fast * np.exp(rate * t), rel=1e-14)
     assert r == pytest.approx(-(base + k * t + slow * np.expm1(slow_rate * t)), rel=1e-14)
     assert lost == pytest.approx(np.expm1(slow_rate * t), rel=1e-14)
@@ -76,4 +76,4 @@ def test_a_balance_is_a_root_of_its_equation():
     ],
 )
 def test_no_balance_is_claimed_where_there_is_none(base, fast, rate, end):
-    assert ordinary._balance(base, 0.0, fast, rate, 0.0, -1.0, end) is None
+    assert shortcut._balance(base, 0.0, fast, rate, 0.0, -1.0, end) is None

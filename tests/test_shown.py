@@ -15,7 +15,7 @@ from asympk.digits import carried
 from asympk.doors import DOORS
 from asympk.errors import InputError, MissingPackage, Unfinished
 from asympk.many import Many
-from asympk.pictures.motion import shade
+from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
 
 x, v, F = sp.symbols("x v F", real=True)
@@ -233,7 +233,7 @@ def test_latex_of_a_series_has_its_terms_and_its_remainder():
 
 def test_the_ladder_the_claims_and_the_certificates_are_tables():
     from asympk.certify import certify
-    from asympk.ledger.nouns import Check, Claim, Claims
+    from asympk.ledger.verdicts import Check, Claim, Claims
 
     claim = Claim("C0", "1", "It holds <always>.", "confirmed", (Check("as written", "symbolic", "it does", True),))
     for noun in (ap.least_model(ROD), claim, Claims([claim] * 30), certify(ROD)):

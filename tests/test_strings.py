@@ -14,13 +14,12 @@ from asympk.asymptotics.jump import OFFSET
 from asympk.asymptotics.series import series
 from asympk.certify import certify, cover
 from asympk.pictures.trace import trace
-from asympk.scenes import units
 from asympk.studies import divide
 from asympk.sweep.sweepfile import parse_sweep
 from asympk.symbolic.export import functions
 from asympk.symbolic.stability import series_in_mu
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod, units
 
 SECONDS = 2
 WITNESS = "evaluated"

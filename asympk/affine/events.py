@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.functions import MOST_EXPONENT, functions, initial, sizes, tremors
+from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, Undecided
-from asympk.flow.arithmetic import Doubles
 
 _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.polynomial import resolvent, roots
+from asympk.arithmetic import context, set_digits
 from asympk.errors import InputError
-from asympk.flow.arithmetic import context, set_digits
 
 MOST_STATES = 48
 DIGITS_FOR_DOUBLES = 24

@@ -14,9 +14,9 @@ import sympy as sp
 from asympk.affine.exponential import LARGEST
 from asympk.affine.forcing import CONSTANT, Wave, closed, rate, waves_of
 from asympk.affine.mode import AffineMode
+from asympk.arithmetic import context, set_digits
 from asympk.automaton.modes import Mode, library, source
 from asympk.errors import InputError, OutOfRange
-from asympk.flow.arithmetic import context, set_digits
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.system import System
 

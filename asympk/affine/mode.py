@@ -15,8 +15,8 @@ from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
 from asympk.affine.functions import functions, initial, rate_of
 from asympk.affine.mesh import Mesh
+from asympk.arithmetic import Doubles
 from asympk.errors import InputError, Undecided
-from asympk.flow.arithmetic import Doubles
 
 _LEAST_DIGITS = 40
 _ULPS = 64

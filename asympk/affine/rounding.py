@@ -11,7 +11,7 @@ c the gradient of the guard; so every error is weighed by what becomes of it.
 import numpy as np
 
 from asympk.affine.functions import functions, initial, tremors
-from asympk.flow.arithmetic import Doubles
+from asympk.arithmetic import Doubles
 
 UNIT = 2.0**-53
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, sizes, tremors
 from asympk.affine.mesh import Window
-from asympk.flow.arithmetic import Doubles
+from asympk.arithmetic import Doubles
 
 _MARGIN = Doubles.margin
 _ULPS = 64

@@ -14,12 +14,12 @@ from asympk.affine.form import form_of, placed
 from asympk.affine.mode import Segment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
+from asympk.arithmetic import Doubles, context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.digits import carried
 from asympk.errors import InputError, OutOfRange, TooLarge, TooManyEvents, Undecided
-from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.path import Path
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch

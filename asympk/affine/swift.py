@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.forcing import value
+from asympk.arithmetic import Doubles
 from asympk.automaton.modes import function
 from asympk.errors import InputError
-from asympk.flow.arithmetic import Doubles
 from asympk.symbolic.branches import Branch, Phase, conditions
 
 _ZERO, _CLEAR = 1e-13, 1e-11

@@ -214,7 +214,7 @@ def _case(scene, sides):
 
 def _from_rod(quantities):
     """Enclose the nondimensional numbers of a physical scene from its exact quantities."""
-    from asympk.scenes.units import Degrees, formulas, symbols
+    from asympk.systems.painleve_klein.units import Degrees, formulas, symbols
 
     known = symbols()
     balls = {

@@ -15,10 +15,10 @@ from asympk.errors import InputError
 from asympk.integrators.integrate import Dense, Work, bounds, endpoints, finished, report
 from asympk.numbers import number
 from asympk.path import Event, Path
-from asympk.rodmodes import coefficients
 from asympk.scene import in_doubles
 from asympk.symbolic.branches import Phase
 from asympk.systems.automata import automaton_of
+from asympk.systems.painleve_klein.modes import coefficients
 
 COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps with three solutions"}
 

@@ -8,7 +8,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import UnknownName
-from asympk.ledger.nouns import Check, Claim, Claims
+from asympk.ledger.verdicts import Check, Claim, Claims
 
 __all__ = ["Check", "Claim", "claim", "claims", "evaluate"]
 

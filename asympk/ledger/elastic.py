@@ -2,13 +2,13 @@
 
 import sympy as sp
 
-from asympk.ledger.nouns import claim, numeric, symbolic, symbolic_left_out
 from asympk.ledger.runs import evaluated
 from asympk.ledger.trend import tends_to_one, vanishes
+from asympk.ledger.verdicts import claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.regimes import thresholds
 from asympk.symbolic.stability import eigenvalues
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 _NUMBERS = {
     rod.m: sp.Rational(3, 2), rod.P: 7, rod.f: 3, rod.l: 2, rod.k: 1000, rod.h: sp.Rational(1, 5),

@@ -5,15 +5,15 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.ledger.nouns import claim, numeric, symbolic, symbolic_left_out
 from asympk.ledger.runs import MUS, M, escape_time, follow, modes, number, ratios, symbolic_number, told
 from asympk.ledger.trend import tends_to_one
+from asympk.ledger.verdicts import claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import eigenvalues
 from asympk.symbolic.stick import drive_of_load, stick_regions
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 
 def _planes(order=1):

@@ -12,7 +12,9 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
-from asympk.ledger.nouns import (
+from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, symbolic_number, told
+from asympk.ledger.trend import tends_to_one
+from asympk.ledger.verdicts import (
     claim,
     numeric,
     numeric_instead,
@@ -21,8 +23,6 @@ from asympk.ledger.nouns import (
     symbolic_instead,
     symbolic_left_out,
 )
-from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, symbolic_number, told
-from asympk.ledger.trend import tends_to_one
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import eigenvalues

@@ -5,9 +5,9 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.ledger.nouns import claim, numeric, symbolic
 from asympk.ledger.runs import M, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
+from asympk.ledger.verdicts import claim, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import eigenvalues

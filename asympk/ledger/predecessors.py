@@ -6,13 +6,13 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.ledger import undamped
-from asympk.ledger.nouns import claim, numeric, numeric_left_out, symbolic, symbolic_left_out
 from asympk.ledger.runs import MUS, M, follow, number, ratios
 from asympk.ledger.trend import tends_to_one
+from asympk.ledger.verdicts import claim, numeric, numeric_left_out, symbolic, symbolic_left_out
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 _SMALLS = tuple(Fraction(1, 10**n) for n in (2, 4, 6))
 _COARSE = (Fraction(1, 10), Fraction(1, 20))

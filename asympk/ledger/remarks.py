@@ -6,7 +6,9 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
-from asympk.ledger.nouns import (
+from asympk.ledger.runs import MUS, M, follow, number, ratios
+from asympk.ledger.trend import tends_to_one, vanishes
+from asympk.ledger.verdicts import (
     claim,
     numeric,
     numeric_instead,
@@ -15,13 +17,11 @@ from asympk.ledger.nouns import (
     symbolic_instead,
     symbolic_left_out,
 )
-from asympk.ledger.runs import MUS, M, follow, number, ratios
-from asympk.ledger.trend import tends_to_one, vanishes
 from asympk.symbolic.manifold import rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 _S = pk.x + pk.y
 _BELOW = (0, Fraction(1, 5), -1)

@@ -4,11 +4,11 @@ from itertools import product
 
 import sympy as sp
 
-from asympk.ledger.nouns import claim, numeric, symbolic
 from asympk.ledger.runs import evaluated
 from asympk.ledger.trend import vanishes
+from asympk.ledger.verdicts import claim, numeric, symbolic
 from asympk.symbolic.lowering import lower
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 _STEEP = sp.Interval.open(-1, 1)
 _SHALLOW = sp.Union(sp.Interval.open(-sp.oo, -1), sp.Interval.open(1, sp.oo))

@@ -15,7 +15,7 @@ from asympk.ledger.runs import DIGITS, M
 from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems import rod
+from asympk.systems.painleve_klein import rod
 
 s, w, v, phi = sp.symbols("s w v phi", real=True)
 epsilon = sp.Symbol("epsilon", positive=True)

@@ -13,7 +13,7 @@ import sympy as sp
 from asympk.asymptotics.jump import first_integral, jump_map
 from asympk.errors import InputError
 from asympk.ledger import claims
-from asympk.ledger.nouns import VERDICTS
+from asympk.ledger.verdicts import VERDICTS
 from asympk.methods import solve
 from asympk.output import chart, gallery
 from asympk.pictures import style

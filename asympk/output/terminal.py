@@ -5,7 +5,7 @@ from collections import Counter
 from math import prod
 from textwrap import wrap
 
-from asympk.ledger.nouns import VERDICTS
+from asympk.ledger.verdicts import VERDICTS
 
 _WIDTH = 110
 

@@ -23,7 +23,7 @@ def rows(mus=MUS, cells=CELLS):
     """Return the rows of a logarithmic grid for every mu, both signs of z0."""
     import numpy as np
 
-    from asympk.arrays.ensemble import solve_many
+    from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
     scaled, height = (_grid(*ends, n) for ends, n in zip((EXPONENTS_X, EXPONENTS_Z), cells, strict=True))
     places = [(mu, x, z) for mu in mus for x in scaled for h in height for z in (-h, h)]

@@ -6,7 +6,6 @@ prediction is below the tolerance. That the prediction bounds the true error is 
 
 from dataclasses import asdict, dataclass, replace
 
-from asympk.arrays.columns import scenes
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
 from asympk.numbers import number, short
@@ -15,6 +14,7 @@ from asympk.shown import Card, ShownAsTable
 from asympk.studies import general
 from asympk.studies.general import Rung
 from asympk.systems.kernels import kernel_scene
+from asympk.systems.painleve_klein.arrays.inputs import scenes
 
 LADDER = {
     "rigid": ("rigid", {}),

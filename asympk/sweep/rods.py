@@ -51,7 +51,7 @@ class Rod:
         """Return what becomes of trajectories."""
         import numpy as np
 
-        from asympk.arrays.ensemble import solve_many
+        from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
         arrays = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}
         many = solve_many(**arrays, events=itineraries)
@@ -83,7 +83,7 @@ class PhysicalRod(Rod):
 
     def number(self, field, value):
         """Return one of the numbers of a field as it is read, an angle in radians."""
-        from asympk.scenes.units import Degrees, quantity
+        from asympk.systems.painleve_klein.units import Degrees, quantity
 
         if field in self.states:
             return number(field, value)
@@ -100,7 +100,7 @@ class PhysicalRod(Rod):
         """Return what becomes of trajectories."""
         import numpy as np
 
-        from asympk.scenes.units import in_arrays
+        from asympk.systems.painleve_klein.units import in_arrays
 
         quantities = {"f0": columns["f"], **columns}
         numbers, units = in_arrays([np.asarray(quantities[field]) for field in self.fields])

@@ -16,8 +16,7 @@ from functools import cache
 import sympy as sp
 
 from asympk.symbolic.system import System
-from asympk.systems import rod
-from asympk.systems.painleve_klein import ASSUMPTIONS, mu, phi, sigma, sigma0, x, y, z
+from asympk.systems.painleve_klein import ASSUMPTIONS, mu, phi, rod, sigma, sigma0, x, y, z
 
 kappa = sp.Symbol("kappa", nonnegative=True)
 c2 = sp.Symbol("c2", positive=True)  # cos(alpha)^2

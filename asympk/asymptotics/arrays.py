@@ -1,0 +1,110 @@
+"""The asymptotic models for arrays of starts and parameters: states at the end, and the error to expect of them.
+
+Starts with the same course are expanded together. ``course_of`` asks only for signs, so a group is found by following
+its first member and setting aside those that answer otherwise.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+from asympk.asymptotics import composite
+from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
+from asympk.asymptotics.ranges import checks
+from asympk.errors import AsympkError, OutOfRange
+from asympk.shown import Card, ShownAsTable
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
+
+CHUNK = 1 << 15
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Finals(ShownAsTable):
+    """States at the end and the error to expect of them, relative to the largest of 1, |x|, |z|.
+
+    ``final`` has the shape (3, ...), ``error`` and ``reason`` the broadcast shape (...). Where the model refuses,
+    ``final`` and ``error`` are inf and ``reason`` is an index of ``reasons``, the words; elsewhere it is -1.
+    """
+
+    model: str
+    final: Any
+    error: Any
+    reason: Any
+    reasons: tuple[str, ...]
+
+    def _card(self):
+        import numpy as np
+
+        known = np.isfinite(self.error)
+        rows = [("shape", str(self.error.shape)), ("predicted", f"{known.sum()} of {known.size}")]
+        rows += [("largest error", f"{self.error[known].max():.1e}")] if known.any() else []
+        return Card(f"Finals by {self.model!r}", (*rows, *(("refused", reason) for reason in self.reasons)))
+
+
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="jump", *, order=None):
+    """Return the ``Finals`` of ``"jump"``, ``"slow"`` or ``"rigid"`` at ``until`` for arguments that broadcast.
+
+    Raises ``InputError`` and ``OrderError``; what ``solve`` would raise for one scene is told by its ``reason``.
+    """
+    import numpy as np
+
+    order = checked_order(method, order)
+    shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
+    for name in "xyz":
+        require(name, job[name].values)
+    size = int(np.prod(shape))
+    final, error = np.full((3, size), np.inf), np.full(size, np.inf)
+    reason, reasons = np.full(size, -1), {}
+    with np.errstate(all="ignore"):
+        for start in range(0, size, CHUNK):
+            flat = [job[name].array(slice(start, min(start + CHUNK, size))) for name in ORDER]
+            for members, course in _groups(method, *flat):
+                results = (None, None, [(np.zeros(members.size, bool), course)])
+                if not isinstance(course, str):
+                    results = _follow(course, order, method == "jump", *(v[members] for v in flat))
+                _store(start + members, results, final, error, reason, reasons)
+    return Finals(method, final.reshape(3, *shape), error.reshape(shape), reason.reshape(shape), tuple(reasons))
+
+
+def _groups(method, sigma, sigma0, mu, x, y, z, until):
+    """Yield (indices, course, or the words that refuse it) for the starts that share a course."""
+    import numpy as np
+
+    left = np.arange(sigma.size)
+    while left.size:
+        agree = np.ones(left.size, bool)
+
+        def sign(values, agree=agree):
+            signs = np.sign(np.broadcast_to(values, agree.shape))
+            agree &= signs == signs[0]
+            return int(signs[0])
+
+        try:
+            line = line_of(sigma[left], sigma0[left])
+            course = course_for(method, line, (x + y)[left], z[left], sign, "")
+        except AsympkError as refused:
+            course = f"{type(refused).__name__}: {str(refused).partition(' (')[0]}"
+        yield left[agree], course
+        left = left[~agree]
+
+
+def _follow(course, order, layers, sigma, sigma0, mu, x, y, z, until):
+    m = arrays()
+    found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
+    motion, error = composite.chosen(found, layers, until, m)
+    problems = checks(course, found, error, line_of(sigma, sigma0), mu, until, m)
+    return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in problems)
+
+
+def _store(at, results, final, error, reason, reasons):
+    import numpy as np
+
+    states, errors, problems = results
+    good = np.ones(at.size, bool)
+    for holds, words in problems:
+        broken = good & ~np.broadcast_to(holds, good.shape)
+        if broken.any():
+            reason[at[broken]] = reasons.setdefault(words, len(reasons))
+        good &= ~broken
+    if good.any():
+        final[:, at[good]] = [np.broadcast_to(v, good.shape)[good] for v in states]
+        error[at[good]] = np.broadcast_to(errors, good.shape)[good]

@@ -1,0 +1,239 @@
+r"""The exact flow of many trajectories: arrays in, arrays out.
+
+    rows of the arguments -> common courses, by branch-free kernels
+                          -> the others, by the safeguarded flow over arrays
+                          -> what is left, one by one by the scalar flow
+
+Work goes through the rows in chunks, so that beyond the result the memory in use does not grow with their number. What
+happens to a trajectory depends on its own numbers alone: results are the same bit for bit however rows are grouped.
+A trajectory that no flow can follow to its end is left out, and its outcome says why.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
+from asympk.many import Many, axes_of, outcome_of
+from asympk.path import KINDS
+from asympk.scene import Scene
+from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
+from asympk.systems.painleve_klein.arrays.itineraries import Setting
+from asympk.systems.painleve_klein.flow import exact
+from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
+
+CHUNK = 131072
+BATCH = 16384
+_KINDS = np.array(KINDS)
+_REFUSALS = (TooManyEvents, TooLarge, Undecided)
+
+
+class Events(NamedTuple):
+    """Events of many trajectories, one after the other: arrays of one length, in order of time per trajectory.
+
+    ``trajectory`` counts the trajectories in the order of ``final.reshape(3, -1)``; ``kind`` is as in ``Path``.
+    """
+
+    trajectory: np.ndarray
+    kind: np.ndarray
+    t: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Ensemble(Many):
+    """What became of many trajectories of the rod, as ``Many`` tells."""
+
+    final: np.ndarray
+    n_events: np.ndarray
+    _left: dict = field(repr=False)
+    _job: Any = field(repr=False)
+    _events: Events | None = field(repr=False)
+
+    def events(self):
+        """Return the ``Events``; where they were not kept, the trajectories are followed once more for them.
+
+        Raises ``InputError`` when the arrays given to ``solve_many`` have been changed since.
+        """
+        if self._events is not None:
+            return self._events
+        total, done = int(self.n_events.sum(dtype=np.int64)), 0
+        found = Events(np.empty(total, np.intp), np.empty(total, _KINDS.dtype), *(np.empty(total) for _ in "txyz"))
+        for part in self.events_in_chunks(CHUNK):
+            for whole, some in zip(found, part, strict=True):
+                whole[done:done + some.size] = some
+            done += part.t.size
+        return found
+
+    def events_in_chunks(self, rows=CHUNK):
+        """Yield the ``Events`` of ``rows`` trajectories at a time, in memory that does not grow with their number.
+
+        Raises ``InputError`` as ``events`` does, and for ``rows`` that are not a positive number.
+        """
+        if isinstance(rows, bool) or not isinstance(rows, int) or rows < 1:
+            raise InputError(f"rows = {rows!r:.40}: it must be a positive whole number")
+        for start in range(0, self.n_events.size, rows):
+            yield self._events_of(start, min(start + rows, self.n_events.size))
+
+    def _events_of(self, start, stop):
+        if self._events is not None:
+            ends = np.searchsorted(self._events.trajectory, (start, stop))
+            return Events(*(values[slice(*ends)] for values in self._events))
+        again = _follow(self._job[1], start, stop, [])
+        there = self.final.reshape(3, -1)[:, start:stop], self.n_events.reshape(-1)[start:stop]
+        if not all(map(_equal, (again.final, again.count), there)):
+            raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
+        return _in_order(again.notes)
+
+    @property
+    def names(self):
+        """The names of the states."""
+        return ("x", "y", "z")
+
+    def _at_rest(self):
+        return self.final[2] == 0
+
+    def _axes(self):
+        shape, arguments = self._job
+        return axes_of(shape, {name: arguments[name].values for name in ORDER})
+
+
+def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None, strict=False):
+    """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
+
+    ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not
+    copied. A trajectory that cannot be followed has an ``outcome`` that says why; with ``strict=True`` it is raised
+    as ``TooManyEvents``, ``TooLarge`` or ``Undecided``. ``progress(done, total)`` is called after each chunk. Raises
+    ``InputError``.
+    """
+    shape, arguments = scenes(sigma, mu, x, y, z, until, sigma0)
+    size = int(np.prod(shape))
+    found = _follow(arguments, 0, size, [] if events else None, strict, progress)
+    kept = _in_order(found.notes) if events else None
+    return Ensemble(found.final.reshape(3, *shape), found.count.reshape(shape), found.left, (shape, arguments), kept)
+
+
+def _follow(arguments, first, last, notes, strict=False, progress=None):
+    """Return the ``_Result`` of the trajectories from ``first`` to ``last``."""
+    size = last - first
+    result = _Result(first, np.empty((3, size)), np.empty(size, dtype=np.int32), {}, notes, strict)
+    waiting = np.zeros(0, dtype=np.intp)
+    with np.errstate(all="ignore"):
+        for start in range(first, last, CHUNK):
+            stop = min(start + CHUNK, last)
+            waiting = np.concatenate([waiting, _common(arguments, start, stop, result)])
+            while waiting.size >= BATCH or (stop == last and waiting.size):
+                _uncommon(arguments, waiting[:BATCH], result)
+                waiting = waiting[BATCH:]
+            if progress:
+                progress(stop, last)
+    return result
+
+
+class _Result(NamedTuple):
+    """Where results go, by flat index less ``first``; ``notes`` are blocks (trajectory, kind, t, x, y, z) or None.
+
+    ``left`` are the outcomes of the trajectories that are left out.
+    """
+
+    first: int
+    final: np.ndarray
+    count: np.ndarray
+    left: dict
+    notes: list | None
+    strict: bool
+
+    def note(self, offset):
+        """Return the function that takes note of events of the rows from ``offset`` on, or None."""
+        if self.notes is None:
+            return None
+        return lambda kind, rows, *state: self.notes.append((rows + offset, KINDS.index(kind), *state))
+
+    def put(self, rows, final, count):
+        """Put in place what became of trajectories."""
+        rows = rows - self.first
+        self.final[:, rows], self.count[rows] = final, count
+
+    def leave(self, row, reason):
+        """Leave out a trajectory for a reason, or raise it."""
+        if self.strict:
+            raise type(reason)(f"trajectory {row}: {reason}") from None
+        at = row - self.first
+        self.final[:, at], self.count[at] = np.nan, 0
+        self.left[row] = outcome_of(reason)
+
+
+def _common(arguments, start, stop, result):
+    """Follow those of the trajectories from ``start`` to ``stop`` that take a common course; return the others."""
+    rows = slice(start, stop)
+    own = slice(start - result.first, stop - result.first)
+    sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))
+    x, y, z = (arguments[name].array(rows) for name in "xyz")
+    setting = Setting(sigma, sigma0, mu)
+    others, misfits = itineraries.follow(setting, x, y, z, until, result.final[:, own], result.count[own],
+                                     result.note(start))
+    few = misfits[np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]]
+    _one_by_one(arguments, few + start, result)
+    return np.concatenate([others, np.setdiff1d(misfits, few, assume_unique=True)]) + start
+
+
+def _uncommon(arguments, rows, result):
+    """Follow trajectories by the safeguarded flow, and those that it leaves in doubt one by one."""
+    given = {name: arguments[name].array(rows) for name in ORDER}
+    for name in "xyz":
+        if not np.isfinite(given[name]).all():
+            require(name, arguments[name].values)
+    story = safeguarded.certain(*given.values())
+    final = np.array([v.astype(float) for v in story.final])
+    doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
+    endless = ~doubtful & (story.count > MOST_EVENTS)
+    result.put(rows, final, story.count)
+    for i in np.flatnonzero(endless).tolist():
+        result.leave(int(rows[i]), _too_many(story, i))
+    if result.notes is not None:
+        known = ~(doubtful | endless)[story.events[0]]
+        trajectory, kind, *state = (v[known] for v in story.events)
+        result.notes.append((rows[trajectory], kind, *(v.astype(float) for v in state)))
+    _one_by_one(arguments, rows[doubtful], result)
+
+
+def _too_many(story, i):
+    t, x, y, z = (float(v[i]) for v in (story.reached, *story.final))
+    return TooManyEvents(f"more than {MOST_EVENTS} events by t = {t:.6g}, where (x, y, z) = "
+                         f"({x:.6g}, {y:.6g}, {z:.6g}); take a smaller until")  # fmt: skip
+
+
+def _one_by_one(arguments, rows, result):
+    """Follow trajectories by the scalar flow."""
+    given = (arguments[name].array(rows).tolist() for name in ORDER)
+    for row, sigma, sigma0, mu, *start, until in zip(rows.tolist(), *given, strict=True):
+        try:
+            _put(exact.run(Scene(sigma, mu, tuple(start), until, sigma0)), row, result)
+        except _REFUSALS as reason:
+            result.leave(row, reason)
+
+
+def _put(path, row, result):
+    at = row - result.first
+    result.final[:, at], result.count[at] = path.final, len(path.events)
+    if result.notes is not None and path.events:
+        kinds = np.array([KINDS.index(event.kind) for event in path.events])
+        state = zip(*((event.t, *event.state) for event in path.events), strict=True)
+        result.notes.append((np.full(kinds.size, row), kinds, *(np.array(v, dtype=float) for v in state)))
+
+
+def _equal(one, other):
+    return np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+
+
+def _in_order(notes):
+    """Join blocks of events, in which and from each to the next the time of a trajectory grows."""
+    empty = [np.zeros(0, np.intp), np.zeros(0, np.intp), *([np.zeros(0)] * 4)]
+    blocks = [empty, *(np.broadcast_arrays(*block) for block in notes)]
+    trajectory, kind, *state = (np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    order = np.argsort(trajectory, kind="stable")
+    return Events(trajectory[order], _KINDS[kind[order]], *(v[order] for v in state))

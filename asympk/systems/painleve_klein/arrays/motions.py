@@ -1,0 +1,295 @@
+r"""One mode in closed form for arrays of starts and parameters: the forms of ``fastslow`` and ``smooth``, row by row.
+
+A motion holds arrays of one length in the precision of its numbers; ``state(t)`` is (x, y, s, z) at times of that
+length. Rows are told apart by masks, never by what the other rows are.
+"""
+
+import numpy as np
+
+from asympk.systems.painleve_klein.arrays.brackets import balance, newton, roots
+
+MOST_TERMS = 64
+REFINED = 1e-9
+
+
+class Motion:
+    """The motion from (x0, y0, s0, z0) in the mode ``mu y' = a - b s``; ``a`` is one number, all else is arrays."""
+
+    def __init__(self, a, b, mu, x, y, s, z):
+        self.a, self.b, self.mu = a, b, mu
+        self.x0, self.y0, self.s0, self.z0 = x, y, s, z
+        self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
+        short = np.minimum(mu / np.abs(b), np.sqrt(mu / np.abs(b))) * np.where(np.abs(b) < 0.5, 0.5, 0.06)
+        self.short = np.where(b == 0, np.inf, short)
+        self.most_exponent = np.log(np.finfo(x.dtype).max) - 10
+
+    def rows(self, which):
+        """Return the motions of some rows, in order and each once."""
+        if which.dtype == bool:
+            which = np.flatnonzero(which)
+        if which.size == self.x0.size:
+            return self
+        part = object.__new__(type(self))
+        for name, value in vars(self).items():
+            setattr(part, name, value[which] if isinstance(value, np.ndarray) else value)
+        return part
+
+    def state(self, t):
+        """Return (x, y, s, z) at t."""
+        state = self._soon(t, self._state(t))
+        begin, start = (self.x0, self.y0, self.s0, self.z0), t == 0
+        return tuple(np.where(start, *pair) for pair in zip(begin, state, strict=True)) if start.any() else state
+
+    def on_level(self, level, t):
+        """Return the state at the times t at which s is ``level``."""
+        x, _, _, z = self.state(t)
+        return x, level - x, level, z
+
+    def on_plane(self, t):
+        """Return the state at the times t at which z = 0."""
+        x, y, s, _ = self.state(t)
+        return x, y, s, np.zeros_like(x)
+
+    def refined(self, t, axis, level, again=True):
+        """Return better times, from nearly right ones, at which s (axis 2) or z (axis 3) is ``level``."""
+        state = self.state(t)
+        _, y, s, _ = state
+        slope = self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
+        step = (state[axis] - level) / slope
+        t = t - step
+        far = np.flatnonzero(np.abs(step) * self.pace > REFINED) if again else ()
+        if len(far):
+            t[far] = self.rows(far).refined(t[far], axis, level[far], again=False)
+        return t
+
+    def _soon(self, t, state):
+        """Replace the states at short times by those of the series."""
+        soon = np.flatnonzero(t < self.short)
+        if soon.size:
+            part = self.rows(soon)
+            series = part.superposed(t[soon], short_responses(part.beta, t[soon]))
+            for axis, values in zip(state, series, strict=True):
+                axis[soon] = values
+        return state
+
+    def superposed(self, t, responses):
+        """Return the state at t from the responses (g', g, h, h + H) there, as in ``smooth``."""
+        rate, g, h, k = responses
+        return [
+            self.x0 * (1 - self.beta * h) + self.y0 * g + self.load * h,
+            self.y0 * rate + (self.load - self.beta * self.x0) * g,
+            self.s0 * rate + self.y0 * g + self.load * (g + h),
+            self.z0 + self.a * t + self.fall * (self.s0 * g + self.y0 * h + self.load * k),
+        ]
+
+    def s_root(self, level, lo, hi, rising):
+        """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
+
+        def value_and_slope(rows, t):
+            part = self.rows(rows)
+            _, y, s, _ = part.state(t)
+            return s - level[rows], y + (part.a - part.b * s) / part.mu
+
+        return roots(newton(value_and_slope), lo, hi, rising, (lo + hi) / 2)
+
+    def z_root(self, lo, hi, rising):
+        """Return the times in (lo, hi) at which z = 0."""
+
+        def value_and_slope(rows, t):
+            part = self.rows(rows)
+            _, _, s, z = part.state(t)
+            return z, part.a + part.fall * s
+
+        return roots(newton(value_and_slope), lo, hi, rising, (lo + hi) / 2)
+
+
+class Separate(Motion):
+    """Two real exponentials well apart, as in ``fastslow``."""
+
+    half_period = np.inf
+
+    def __init__(self, a, b, mu, x, y, s, z):
+        super().__init__(a, b, mu, x, y, s, z)
+        k = mu / b
+        root = np.sqrt(1 - 4 * k)
+        rho = (1 + root) / 2
+        self.fast_rate, self.slow_rate, self.gap = -rho / k, -1 / rho, -root / k
+        self.lift, self.rest, self.line = -k / (rho * rho), a / b, a / (b * rho)
+        self.fast_x, self.fast_y = 1 / self.gap, self.fast_rate / self.gap
+        self.fast_s, self.fast_z = (1 + self.fast_rate) / self.gap, self.fall * rho / self.gap
+        self.slow_z, self.pace = self.fall * k / rho, np.abs(self.fast_rate)
+        self.fast = s - self.line - self.lift * x
+        self.slow = x - self.rest - self.fast * self.fast_x
+        delicate = (np.abs(b) < 0.5) | (np.abs(self.lift * self.slow) >= 1)
+        self.short = np.where(delicate, self.short, 0)
+
+    def horizon(self, until):
+        """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
+        grows = (self.fast_rate * until > self.most_exponent) & (self.fast != 0)
+        room = self.most_exponent - np.maximum(0, np.log(np.abs(self.fast)))
+        return np.where(grows, np.minimum(until, room / self.fast_rate), until)
+
+    def turning(self):
+        """Return the times after 0 at which s has its extremum, or inf."""
+        ratio = -(self.lift * self.slow_rate * self.slow) / (self.fast_s * self.fast_rate * self.fast)
+        t = np.log(ratio) / self.gap
+        return np.where((ratio > 0) & (t > 0), t, np.inf)
+
+    def _state(self, t):
+        p = self.fast_rate * t
+        return self._joined(t, self.fast * np.exp(p), self.fast * np.expm1(p))
+
+    def _joined(self, t, fast, gained):
+        p = self.slow_rate * t
+        kept, lost = self.slow * np.exp(p), self.slow * np.expm1(p)
+        near = np.abs(gained) < np.abs(fast)
+        return [
+            self.x0 + self.fast_x * gained + lost,
+            self.fast_y * fast + self.slow_rate * kept,
+            np.where(near, self.s0 + self.fast_s * gained + self.lift * lost,
+                     self.rest + self.fast_s * fast + self.lift * kept),
+            self.z0 + self.rest * t + self.fast_z * gained + self.slow_z * lost,
+        ]
+
+    def s_size(self, t):
+        """Bound the terms that make up s where s is small."""
+        return np.abs(self.rest) + np.abs(self.lift * self.slow)
+
+    def z_size(self, t):
+        """Bound the terms that make up z where z is small."""
+        return np.abs(self.z0) + np.abs(self.rest * t) + np.abs(self.slow_z * self.slow)
+
+    def s_root(self, level, lo, hi, rising):
+        """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
+        fast, slow = self.fast_s * self.fast, self.lift * self.slow
+        terms = self.s0 - level, self.rest - level, np.zeros_like(lo), fast, slow
+        soon = self._early(lambda state: state[2] - level, lo, hi, rising)
+
+        def soon_root(part, *bracket):
+            return Motion.s_root(part, level[soon], *bracket)
+
+        return self._root(soon, soon_root, terms, lo, hi, rising)
+
+    def z_root(self, lo, hi, rising):
+        """Return the times in (lo, hi) at which z = 0."""
+        fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
+        terms = self.z0, self.z0 - fast - slow, self.rest + np.zeros_like(lo), fast, slow
+        soon = self._early(lambda state: state[3], lo, hi, rising)
+        return self._root(soon, Motion.z_root, terms, lo, hi, rising)
+
+    def _early(self, value, lo, hi, rising):
+        """Tell where the root is at a short time, at which the exponentials would cancel."""
+        if not (lo < self.short).any():
+            return np.zeros(lo.size, bool)
+        return (lo < self.short) & ((hi <= self.short) | ((value(self.state(self.short)) > 0) == rising))
+
+    def _root(self, soon, soon_root, terms, lo, hi, rising):
+        value, u, k, fast, slow = terms
+        step = balance(value, u, k, fast, self.fast_rate, slow, self.slow_rate)
+        start = np.maximum(lo, self.short)
+        found = roots(step, start, hi, rising, start, 4 / np.abs(self.fast_rate))
+        if soon.any():
+            part = self.rows(soon)
+            found[soon] = soon_root(part, lo[soon], np.minimum(hi[soon], part.short), rising[soon])
+        return found
+
+    def on_level(self, level, t):
+        """Return the state at the times t at which s = level.
+
+        A fast part that has changed by orders of magnitude is read off the equation, not off its exponent.
+        """
+        p = self.fast_rate * t
+        fast = self.fast * np.exp(p)
+        rest = self.rest + self.lift * self.slow * np.exp(self.slow_rate * t)
+        steep = np.abs(p * fast * self.fast_s) > np.abs(level) + np.abs(rest)
+        read = (level - rest) / self.fast_s
+        gained = np.where(steep, read - self.fast, self.fast * np.expm1(p))
+        x, _, _, z = self._soon(t, self._joined(t, np.where(steep, read, fast), gained))
+        return x, level - x, level, z
+
+    def on_plane(self, t):
+        """Return the state at the times t at which z = 0, the fast part likewise."""
+        p = self.fast_rate * t
+        fast, gained = self.fast * np.exp(p), self.fast * np.expm1(p)
+        drifted, lost = self.rest * t, self.slow_z * self.slow * np.expm1(self.slow_rate * t)
+        steep = np.abs(p * fast * self.fast_z) > np.abs(self.z0) + np.abs(drifted) + np.abs(lost)
+        read = -(self.z0 + drifted + lost) / self.fast_z
+        fast, gained = np.where(steep, self.fast + read, fast), np.where(steep, read, gained)
+        x, y, s, _ = self._soon(t, self._joined(t, fast, gained))
+        return x, y, s, np.zeros_like(x)
+
+
+class Smooth(Motion):
+    """Superposed responses, as in ``smooth``: where exponentials are complex, coalesce or degenerate."""
+
+    def __init__(self, a, b, mu, x, y, s, z):
+        super().__init__(a, b, mu, x, y, s, z)
+        self.gamma = self.beta / 2
+        square = self.gamma * self.gamma - self.beta
+        self.real = square >= 0
+        self.omega = np.sqrt(np.abs(square))
+        self.pace = np.abs(self.gamma) + self.omega
+        falling = -self.beta / (self.gamma + self.omega)
+        self.tail = np.where((b > 0) & self.real, falling, self.omega - self.gamma)
+        self.half_period = np.where(self.real, np.inf, np.pi / self.omega)
+
+    def horizon(self, until):
+        """Return ``until``, or the time at which growth would end the range of the numbers."""
+        grows = self.real & (self.tail * until > self.most_exponent - 300)
+        return np.where(grows, (self.most_exponent - 300) / self.tail, until)
+
+    def turning(self):
+        """Return the times after 0 at which s has its first extremum, or inf."""
+        push = self.load - self.beta * self.s0
+        slope = self.y0 + push
+        w = push - self.gamma * slope
+        angle = np.arctan2(-slope * self.omega, w)
+        turned = np.where(angle > 0, angle, angle + np.pi) / self.omega
+        p = -self.omega * slope / w
+        bent = np.where(p > 0, np.log1p(2 * p / (1 - p)) / (2 * self.omega), -slope / w)
+        return np.where(self.real, np.where((slope / w < 0) & (p < 1), bent, np.inf), turned)
+
+    def _state(self, t):
+        return self.superposed(t, self.responses(t))
+
+    def responses(self, t):
+        """Return (g', g, h, h + H) at t."""
+        real, p = self.real, self.omega * t
+        e = np.exp(np.where(real, self.tail, -self.gamma) * t)
+        g = e * np.where(real, np.where(p > 0, -np.expm1(-2 * p) / (2 * self.omega), t), np.sin(p) / self.omega)
+        rate = e * np.where(real, (1 + np.exp(-2 * p)) / 2, np.cos(p)) - self.gamma * g
+        return rate, g, (1 - rate) / self.beta - g, (t - g) / self.beta
+
+    def s_size(self, t):
+        """Bound the terms that make up s."""
+        rate, g, h, _ = self._sizes(t)
+        return np.abs(self.s0 * rate) + np.abs(self.y0 * g) + np.abs(self.load * (g + h))
+
+    def z_size(self, t):
+        """Bound the terms that make up z."""
+        _, g, h, k = self._sizes(t)
+        sizes = np.abs(self.s0 * g) + np.abs(self.y0 * h) + np.abs(self.load * k)
+        return np.abs(self.z0) + np.abs(self.a * t) + np.abs(self.fall) * sizes
+
+    def _sizes(self, t):
+        soon = t < self.short
+        pairs = zip(short_responses(self.beta, np.where(soon, t, 0)), self.responses(t), strict=True)
+        return [np.where(soon, *pair) for pair in pairs]
+
+
+def short_responses(beta, t):
+    """Return (g', g, h, h + H) at short times from the Taylor series of g, whose terms obey a recurrence of two."""
+    rate, g, h, k = np.ones_like(t), t.copy(), t * t / 2, t * t / 2 + t * t * t / 6
+    older, term = np.zeros_like(t), np.ones_like(t)
+    least = np.finfo(t.dtype).eps / 64
+    for n in range(2, MOST_TERMS):
+        older, term = term, -beta * t * (term + older * t / (n - 1)) / n
+        rate += n * term
+        g += term * t
+        h += term * t * t / (n + 1)
+        k += term * t * t * (1 + t / (n + 2)) / (n + 1)
+        goes_on = n * (np.abs(term) + np.abs(older)) > least
+        if not goes_on.any():
+            break
+        term, older = np.where(goes_on, term, 0), np.where(goes_on, older, 0)
+    return rate, g, h, k

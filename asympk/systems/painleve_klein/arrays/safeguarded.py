@@ -1,0 +1,353 @@
+r"""The mode logic of ``flow`` for arrays: every event bracketed by monotonicity, every sign watched.
+
+``follow`` searches the events in doubles. ``certain`` then lets the same course of events run in extended precision,
+which is 2048 times finer, from event times that are nearly right: where the states hardly change, they are now right
+to all digits of a double. A trajectory where they do, or which hangs on a sign that is hard to tell, is in doubt.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from asympk.systems.painleve_klein.arrays.motions import Separate, Smooth
+from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
+from asympk.systems.painleve_klein.modes import coefficients, other_edge, positive_edge
+
+FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
+AGREED = 2e-14
+MARGIN = 1e-12
+EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None
+
+
+class Story(NamedTuple):
+    """What became of trajectories: ``final`` (x, y, z) at the time ``reached``, number of events, and doubts.
+
+    A trajectory with more than ``MOST_EVENTS`` events is left there.
+
+    ``events`` are arrays (trajectory, kind, t, x, y, z) in order of trajectory and time; ``rounds`` are arrays (rows,
+    kind, duration), one of them for the first stretch of each trajectory, one for the second ...
+    """
+
+    final: tuple
+    reached: np.ndarray
+    count: np.ndarray
+    doubtful: np.ndarray
+    events: tuple
+    rounds: list
+
+
+def certain(*given):
+    """Follow trajectories from (sigma, sigma0, mu, x, y, z, until), arrays of doubles of one length, in two precisions.
+
+    Return the ``Story`` in the finer one.
+    """
+    coarse = follow(*given)
+    if EXTENDED is None:
+        return coarse._replace(doubtful=np.ones_like(coarse.doubtful))
+    fine = follow(*(v.astype(EXTENDED) for v in given), told=coarse)
+    _, _, _, x, _, z, _ = given
+    apart = _distance(coarse, fine, np.maximum(np.abs(x), np.abs(z)))
+    return fine._replace(doubtful=coarse.doubtful | ~(apart <= AGREED))
+
+
+def _distance(coarse, fine, largest):
+    """Return the distance in x and z at events and the end, relative to the largest of 1, |x|, |z|; inf at odds."""
+    same = coarse.count == fine.count
+    coarse_events, fine_events = ([v[same[events[0]]] for v in events] for events in (coarse.events, fine.events))
+    rows = fine_events[0]
+    largest = np.maximum(1, largest)
+    apart = np.where(same, 0.0, np.inf)
+    apart[rows[coarse_events[1] != fine_events[1]]] = np.inf
+    for axis in (3, 5):
+        np.maximum.at(largest, rows, np.abs(fine_events[axis]).astype(float))
+        np.maximum.at(apart, rows, np.abs(fine_events[axis] - coarse_events[axis]).astype(float))
+    for axis in (0, 2):
+        largest = np.maximum(largest, np.abs(fine.final[axis]))
+        apart = np.maximum(apart, np.abs(fine.final[axis] - coarse.final[axis]))
+    return (apart / largest).astype(float)
+
+
+def follow(sigma, sigma0, mu, x, y, z, until, told=None):
+    """Follow trajectories, given as arrays of one length; ``told`` is their ``Story`` in coarser numbers."""
+    s = x + y
+    s_sign, z_sign, doubtful = _first_signs(sigma0, mu, x, y, s, z)
+    flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
+    rounds = []
+    live = np.flatnonzero(~(doubtful if told is None else told.doubtful))
+    while live.size:
+        known = told and told.rounds[len(rounds)]
+        kind, span = np.empty(live.size, np.intp), np.empty_like(until[live])
+        for at, form, a, b in flight.groups(live):
+            rows = live[at]
+            motion = form(a, b, mu[rows], *(v[rows] for v in flight.state))
+            kind[at], span[at] = flight.advance(rows, motion, known)
+        rounds.append((live, kind, span))
+        live = live[(kind != NOTHING) & ~flight.doubtful[live] & (flight.count[live] <= MOST_EVENTS)]
+    x, y, _, z = flight.state
+    return Story((x, y, z), flight.t, flight.count, flight.doubtful, flight.events(), rounds)
+
+
+def _first_signs(sigma0, mu, x, y, s, z):
+    """Return the signs of s and z just after the start, as in ``starts.first_signs``, and where they are in doubt."""
+    rate = 1 + mu * y
+    grip = (sigma0 + 2) * np.abs(s) - np.abs(1 - s)
+    s_sign = np.where(s == 0, np.sign(rate), np.sign(s))
+    z_sign = np.where(z != 0, np.sign(z), np.where(grip > 0, 0, np.sign(1 - s)))
+    doubtful = (s == 0) & ~(np.abs(rate) > MARGIN) | (z == 0) & ~(np.abs(grip) > MARGIN * (1 + np.abs(s)))
+    return s_sign, z_sign, doubtful
+
+
+class _Flight:
+    """Trajectories under way: ``state`` (x, y, s, z) at time ``t`` of each, and the events so far."""
+
+    def __init__(self, sigma, sigma0, mu, until, state, s_sign, z_sign, doubtful):
+        self.sigma, self.sigma0, self.mu, self.until = sigma, sigma0, mu, until
+        self.state, self.s_sign, self.z_sign, self.doubtful = state, s_sign, z_sign, doubtful
+        self.t = np.zeros_like(until)
+        self.count = np.zeros(until.size, dtype=np.int64)
+        self.blocks = []
+
+    def groups(self, live):
+        """Yield (which of the live rows, form of the motion, a, b) for those that stick, or slip, in one form."""
+        side, sigma = self.z_sign[live] * self.s_sign[live], self.sigma[live]
+        stick, same, opposite = (coefficients(name, sigma)[1] for name in ("stick", "slip_same", "slip_opposite"))
+        b = np.where(side == 0, stick, np.where(side > 0, same, opposite))
+        k = self.mu[live] / b
+        apart = (k >= -2) & (k <= 0.125)
+        for inside, a in ((side == 0, 0), (side != 0, 1)):
+            for form, mask in ((Separate, inside & apart), (Smooth, inside & ~apart)):
+                if mask.any():
+                    yield np.flatnonzero(mask), form, a, b[mask]
+
+    def advance(self, rows, motion, known):
+        """Go on to the next event of the rows, or to their end; return its kind and the time until then."""
+        left = self.until[rows] - self.t[rows]
+        if known:
+            found = settle(motion, self.sigma0[rows], left, *_of_rows(rows, *known))
+        elif motion.a:
+            found = slip(motion, self.s_sign[rows], self.z_sign[rows], left)
+        else:
+            found = stick(motion, self.sigma0[rows], self.s_sign[rows], left)
+        kind, span, state, doubtful = found
+        self.t[rows] += span
+        for axis, values in zip(self.state, state, strict=True):
+            axis[rows] = values
+        self.doubtful[rows] |= doubtful
+        self._watch_end(rows[kind == NOTHING], motion.rows(kind == NOTHING), left[kind == NOTHING])
+        self._note(rows[kind != NOTHING], kind[kind != NOTHING])
+        self._cross(rows, kind)
+        return kind, span
+
+    def _watch_end(self, rows, motion, left):
+        """Put in doubt the rows in which an end that is wrong by the rounding of the time changes the events."""
+        late, slips = MARGIN * self.until[rows], self.z_sign[rows] != 0
+        _, y, s, z = (v[rows] for v in self.state)
+        moved = late * np.abs(y + (motion.a - motion.b * s) / motion.mu)
+        near, far = edges(self.sigma0[rows], s)
+        off = np.where(slips, np.abs(s), np.minimum(np.abs(s - near), np.abs(far - s)))
+        clear = (moved <= off) & (~slips | (late * np.abs(motion.a + motion.fall * s) <= np.abs(z)))
+        self.doubtful[rows] |= ~clear | ((self.count[rows] > 0) & (left < late))
+
+    def _note(self, rows, kind):
+        x, y, _, z = (v[rows] for v in self.state)
+        self.blocks.append((rows, kind, self.t[rows], x, y, z))
+        self.count[rows] += 1
+
+    def _cross(self, rows, kind):
+        """Set the signs that hold after the events."""
+        turned, landed, freed = (rows[kind == k] for k in (FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET))
+        self.s_sign[turned] *= -1
+        self.z_sign[freed] = np.where(self.state[2][freed] < 1, 1, -1)
+        grips, doubtful = _sticks(self.sigma0[landed], self.state[2][landed])
+        self.z_sign[landed] = np.where(grips, 0, -self.z_sign[landed])
+        self.doubtful[landed] |= doubtful
+
+    def events(self):
+        """Return the arrays (trajectory, kind, t, x, y, z) in order of trajectory and time."""
+        empty = [np.zeros(0, np.intp), np.zeros(0, np.intp), *([self.until[:0]] * 4)]
+        joined = [np.concatenate(parts) for parts in zip(empty, *self.blocks, strict=True)]
+        order = np.argsort(joined[0], kind="stable")
+        return tuple(v[order] for v in joined)
+
+
+def edges(sigma0, s):
+    """Return the edges (near zero, far from zero) of the static cone's part on the side of s, or inf."""
+    lower = np.where(sigma0 == -1, np.inf, other_edge(sigma0))
+    left = np.where(sigma0 > -1, lower, -np.inf)
+    return np.where(s < 0, left, positive_edge(sigma0)), np.where((s > 0) & (sigma0 < -1), lower, np.inf)
+
+
+def _sticks(sigma0, s):
+    """Tell whether s lies in the static cone, and where that is in doubt."""
+    near, far = edges(sigma0, s)
+    above, below = np.abs(s) - np.abs(near), far - s
+    doubtful = ~(np.abs(above) > MARGIN * np.abs(s)) | ~(np.abs(below) > MARGIN * np.abs(s))
+    return (above >= 0) & (below >= 0), doubtful
+
+
+def slip(motion, s_sign, z_sign, left):
+    """Return (kind, time, state, doubt) of the event that ends a slip within the time left, or of the end."""
+    end = motion.horizon(left)
+    search = _Search(motion, left)
+    opening = search.opening(z_sign)
+    for rows, lo, hi in search.stretches(end):
+        part, own, side = motion.rows(rows), s_sign[rows], z_sign[rows]
+        state = part.state(hi)
+        opens = side * (part.a + part.fall * state[2]) > 0
+        t, s, landed = _landing(search, rows, part, own, side, lo, hi, state, opening[rows], opens)
+        search.watch(rows, own * s, part.s_size(t), ~landed)
+        turned = np.flatnonzero(~landed & (own * s < 0))
+        search.require_off(rows[turned], (lo[turned] > 0) | (part.s0[turned] != 0))
+        if turned.size:
+            some = part.rows(turned)
+            at = some.s_root(np.zeros_like(t[turned]), lo[turned], t[turned], own[turned] < 0)
+            search.found(rows[turned], FORCE_ZERO, at, some.on_level(np.zeros_like(at), at))
+        search.passed(rows, hi, state)
+        opening[rows] = opens
+    search.doubtful |= (search.kind == NOTHING) & (end < left)
+    return search.kind, search.time, search.state, search.doubtful
+
+
+def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
+    """Find z = 0 in (lo, hi); return (time, s, whether it is an event): times and s at hi where z keeps its side."""
+    t, s, landed = hi.copy(), state[2].copy(), np.zeros(hi.size, bool)
+    search.watch(rows, side * state[3], part.z_size(hi))
+    crosses = side * state[3] < 0
+    start = _leaving(search, rows, part, side, lo, hi, s, crosses & opening & (lo == 0) & (part.z0 == 0))
+    dips = np.flatnonzero(~crosses & opens & ~opening)
+    if dips.size:
+        some = part.rows(dips)
+        least = some.s_root(some.a / (some.b - 1), lo[dips], hi[dips], side[dips] * (1 - some.b) > 0)
+        depth = side[dips] * some.state(least)[3]
+        search.watch(rows[dips], depth, some.z_size(least))
+        crosses[dips], t[dips] = depth < 0, np.where(depth < 0, least, hi[dips])
+    down = np.flatnonzero(crosses)
+    if down.size:
+        some = part.rows(down)
+        at = some.z_root(start[down], t[down], side[down] < 0)
+        there = some.on_plane(at)
+        t[down], s[down] = at, there[2]
+        search.watch(rows[down], own[down] * there[2], some.s_size(at))
+        real = own[down] * there[2] >= 0
+        landed[down] = real
+        search.found(rows[down[real]], VELOCITY_ZERO, at[real], [v[real] for v in there])
+    return t, s, landed
+
+
+def _leaving(search, rows, part, side, lo, hi, s, leaves):
+    """Return times in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
+    start = lo.copy()
+    if leaves.any():
+        some = part.rows(leaves)
+        level = some.a / (some.b - 1)
+        start[leaves] = some.s_root(level, lo[leaves], hi[leaves], s[leaves] > some.s0)
+        off = side[leaves] * some.state(start[leaves])[3]
+        search.require_off(rows[leaves], off > MARGIN * some.z_size(start[leaves]))
+    return start
+
+
+def stick(motion, sigma0, s_sign, left):
+    """Return (kind, time, state, doubt) of the slip onset within the time left, or of the end."""
+    search = _Search(motion, left)
+    near, far = edges(sigma0, motion.s0)
+    for rows, lo, hi in search.stretches(left):
+        part = motion.rows(rows)
+        state = part.state(hi)
+        for edge, side in ((near[rows], -s_sign[rows]), (far[rows], np.ones_like(hi))):
+            asked = np.isfinite(edge) & (search.kind[rows] == NOTHING)
+            beyond = side * (state[2] - edge)
+            search.watch(rows, beyond, np.abs(edge) + part.s_size(hi), asked)
+            out = np.flatnonzero(asked & (beyond > 0))
+            if out.size:
+                search.require_off(rows[out], (lo[out] > 0) | (part.s0[out] != edge[out]))
+                some = part.rows(out)
+                at = some.s_root(edge[out], lo[out], hi[out], side[out] > 0)
+                search.found(rows[out], SLIP_ONSET, at, some.on_level(edge[out], at))
+        search.passed(rows, hi, state)
+    return search.kind, search.time, search.state, search.doubtful
+
+
+def settle(motion, sigma0, left, kind, span):
+    """Return (kind, time, state, doubt) of events, or ends, whose kinds and nearly right times are known."""
+    near, far = edges(sigma0, motion.s0)
+    time, state = np.where(kind == NOTHING, left, span), [np.zeros_like(left) for _ in range(4)]
+    for which in (FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING):
+        rows = np.flatnonzero(kind == which)
+        if not rows.size:
+            continue
+        part, t = motion.rows(rows), time[rows]
+        if which == NOTHING:
+            found = part.state(t)
+        elif which == VELOCITY_ZERO:
+            t = part.refined(t, 3, np.zeros_like(t))
+            found = part.on_plane(t)
+        else:
+            level = np.zeros_like(t) if which == FORCE_ZERO else _nearest(part, t, near[rows], far[rows])
+            t = part.refined(t, 2, level)
+            found = part.on_level(level, t)
+        time[rows] = t
+        for axis, values in zip(state, found, strict=True):
+            axis[rows] = values
+    return kind, time, state, np.zeros(left.size, bool)
+
+
+def _nearest(part, t, near, far):
+    """Return the edge at which s is."""
+    s = part.state(t)[2]
+    return np.where(np.abs(s - near) <= np.abs(s - far), near, far)
+
+
+def _of_rows(rows, known, *values):
+    at = np.searchsorted(known, rows)
+    return [v[at] for v in values]
+
+
+class _Search:
+    """The search for the event that ends each of some motions, stretch by stretch on which s is monotone."""
+
+    def __init__(self, motion, left):
+        self.motion = motion
+        self.kind = np.full(left.size, NOTHING)
+        self.time = left.copy()
+        self.state = [np.zeros_like(left) for _ in range(4)]
+        self.doubtful = np.zeros(left.size, bool)
+
+    def stretches(self, end):
+        """Yield (rows without an event so far, start, end) of the stretches, as far as they matter."""
+        turn, half = self.motion.turning(), self.motion.half_period
+        lo = np.zeros_like(end)
+        for hi in (*(np.minimum(t, end) for t in (turn, turn + half, turn + 2 * half)), end):
+            rows = np.flatnonzero((self.kind == NOTHING) & ((lo < hi) | (end == 0)))
+            if rows.size:
+                yield rows, lo[rows], hi[rows]
+            lo = hi
+
+    def watch(self, rows, value, size, asked=True):
+        """Put in doubt the rows whose value has no clear sign."""
+        self.doubtful[rows] |= asked & ~(np.abs(value) > MARGIN * size)
+
+    def opening(self, z_sign):
+        """Tell where z moves off the plane at first; close to the plane that must be clear."""
+        motion = self.motion
+        pull = motion.fall * motion.s0
+        rate = motion.a + pull
+        vague = (motion.z0 != 0) & (motion.z0 * motion.z0 < MARGIN)
+        self.doubtful |= vague & ~(np.abs(rate) > MARGIN * (1 + np.abs(pull)))
+        return (motion.z0 == 0) | (z_sign * rate > 0)
+
+    def require_off(self, rows, off):
+        """Put in doubt the rows that pass a surface on which they started, and so begin on its other side."""
+        self.doubtful[rows] |= ~off
+
+    def found(self, rows, kind, time, state):
+        self.kind[rows], self.time[rows] = kind, time
+        self._put(rows, state)
+
+    def passed(self, rows, hi, state):
+        """Keep the states at hi of the rows that met no event: the last ones are those at the end."""
+        on = self.kind[rows] == NOTHING
+        self._put(rows[on], [v[on] for v in state])
+
+    def _put(self, rows, state):
+        for axis, values in zip(self.state, state, strict=True):
+            axis[rows] = values

@@ -1,0 +1,165 @@
+"""``method="exact"``: the exact flow in doubles, and on mpmath numbers to any number of digits.
+
+A run in doubles keeps account of its own rounding errors. Where they may show in the result its events are refined on
+mpmath numbers, and the result is rounded from there; where they may show in the course of events, where a sign cannot
+be told, or where the range of doubles ends, the flow is followed on mpmath numbers from the start.
+"""
+
+from functools import lru_cache, partial
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from asympk.arithmetic import Doubles, context, set_digits
+from asympk.digits import carried
+from asympk.errors import InputError, TooLarge, Undecided
+from asympk.numbers import whole
+from asympk.path import Event, Path
+from asympk.systems.painleve_klein.flow.dense import Dense
+from asympk.systems.painleve_klein.flow.legs import Flow, follow
+from asympk.systems.painleve_klein.flow.rounding import calm, estimate, largest
+from asympk.systems.painleve_klein.flow.starts import beginning
+
+MOST_DIGITS = 1000
+SPARE_DIGITS = 30
+DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
+SHOWN_OF_ERRORS = 3
+LARGEST_DOUBLE = 308
+ROUNDED = 2.0**-53
+TRUSTED = 2e-15
+SAFETY = 4  # of an account to the first order
+REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
+REFINED_DIGITS = 34
+
+
+class Case(NamedTuple):
+    """The numbers of a scene, each exact in itself."""
+
+    sigma: Any
+    sigma0: Any
+    mu: Any
+    x: Any
+    y: Any
+    z: Any
+    until: Any
+    near: tuple | None
+
+
+def run(scene, method="exact", *, digits=None, progress=None):
+    """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
+
+    ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
+    With ``digits``, ``progress(t, until, working)`` is called after every event with the time reached and the digits
+    at work, of which there are two runs or more; what it raises ends the run.
+    """
+    if digits is None:
+        return _in_doubles(scene)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    legs, error = _certified(_case(scene), digits, progress=progress)
+    convert = partial(carried, digits=digits)
+    return _path(scene, digits, _rounded(legs, convert), legs, carried(error, SHOWN_OF_ERRORS), convert)
+
+
+def _case(scene):
+    return Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
+
+
+def _in_doubles(scene):
+    case, until = _case(scene), float(scene.until)
+    try:
+        legs = legs_of(Doubles, case)
+        error = TRUSTED / SAFETY if calm(legs, until) else estimate(legs, TRUSTED)
+        if error <= TRUSTED:
+            return _path(scene, None, legs, legs, SAFETY * error, float)
+        if error <= REFINABLE:
+            legs = legs_of(_refining(), case, legs)
+            return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
+    except (Undecided, OverflowError, ZeroDivisionError):
+        pass
+    legs, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
+
+
+@lru_cache(maxsize=64)
+def _flow_in_doubles(sigma, sigma0, mu):
+    if sigma == -2 or mu == 0:
+        raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
+    return Flow(Doubles, sigma, sigma0, mu)
+
+
+@lru_cache(maxsize=1)
+def _refining():
+    m = context(LARGEST_DOUBLE)
+    set_digits(m, REFINED_DIGITS)
+    return m
+
+
+def legs_of(m, case, known=None, told=None):
+    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known``, ``told`` are as in ``follow``."""
+    parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
+    flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
+    start, deviation = beginning(flow, case)
+    return follow(flow, start, m.number(case.until), deviation, known, told)
+
+
+def _certified(case, digits, largest=None, progress=None):
+    """Return (legs, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
+
+    The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
+    rounding is taken as it is.
+    """
+    most = 4 * digits + 1200
+    m = context(largest or most)
+    working = digits + SPARE_DIGITS
+    while working < 2 * most:
+        coarse = _tried(m, working, working >= most, case, progress)
+        if coarse:
+            fine = _tried(m, working + 8 + digits // 4, working >= most, case, progress)
+            error = _distance(coarse, fine) if fine else None
+            if error is not None and error * 10**digits < 1:
+                return fine, error
+        working *= 2
+    raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
+                    "not decide, or grows beyond them; take a smaller until or another start")
+
+
+def _tried(m, digits, tie, case, progress):
+    set_digits(m, digits, tie)
+    until = float(case.until)
+    try:
+        return legs_of(m, case, told=progress and (lambda t: progress(float(t), until, digits)))
+    except Undecided:
+        return None
+
+
+def _distance(coarse, fine):
+    """Return the distance of the final (x, z), relative to the largest on the path; None when the events differ."""
+    if [leg.mode for leg in coarse] != [leg.mode for leg in fine]:
+        return None
+    there, here = coarse[-1].end, fine[-1].end
+    return max(abs(there[0] - here[0]), abs(there[3] - here[3])) / largest(fine)
+
+
+def _rounded(legs, convert):
+    return [leg._replace(start=convert(leg.start), end=tuple(map(convert, leg.end))) for leg in legs]
+
+
+def _path(scene, digits, rounded, legs, error, convert):
+    events = []
+    for leg, after in pairwise(rounded):
+        x, y, _, z, _ = leg.end
+        events.append(Event(leg.kind, after.start, (x, y, z)))
+    x, y, _, z, _ = rounded[-1].end
+    modes = tuple([leg.mode for leg in rounded])
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(scene, digits, legs, convert, _again), error)
+
+
+def _again(scene, digits):
+    return run(scene, digits=digits).at
+
+
+def _double(value):
+    rounded = float(value)
+    if abs(rounded) == float("inf"):
+        raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
+                       "ask for digits=, or a smaller until")
+    return rounded

@@ -1,0 +1,152 @@
+r"""One mode in closed form where mu is small against b: a fast and a slow exponential, however small mu is.
+
+With k = mu/b, ``rho = (1 + sqrt(1 - 4k))/2`` the roots of ``mu l^2 + b l + b = 0`` are ``l1 = -rho/k`` (fast) and
+``l2 = -1/rho`` (slow), and ``1 + l2 = -k/rho^2``, ``l1 - l2 = -sqrt(1 - 4k)/k``: nothing cancels. The exact slow line
+is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the start, and C the rest of x; then
+
+    x = a/b + F e^{l1 t}/(l1 - l2) + C e^{l2 t},    s = a/b + (1 + l1) F e^{l1 t}/(l1 - l2) + (1 + l2) C e^{l2 t},
+    z = z0 + (a/b) t + k (b-1)(y - y0).
+"""
+
+from asympk.systems.painleve_klein.flow.roots import fast_slow_root
+from asympk.systems.painleve_klein.flow.smooth import s_root, short_responses, short_time, slope, superposed, z_root
+
+SOON = 2.0**-10
+
+
+class FastSlow:
+    """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the share of F in x, and so on."""
+
+    __slots__ = ("a", "b", "beta", "delicate", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap",
+                 "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slight", "slow_rate", "slow_z", "turn")
+
+    def __init__(self, m, a, b, mu):
+        self.m, self.a, self.b, self.mu = m, a, b, mu
+        self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
+        self.short, self.delicate = short_time(m, b, mu), -0.5 < b < 0.5
+        k = mu / b
+        root = m.sqrt(1 - 4 * k)
+        rho = (1 + root) / 2
+        self.fast_rate, self.slow_rate, self.gap = -rho / k, -1 / rho, -root / k
+        self.lift = -k / (rho * rho)
+        self.rest = a / b
+        self.slight = abs(self.rest) / 1024
+        self.line = a / (b * rho)
+        self.fast_x = 1 / self.gap
+        self.fast_y = self.fast_rate / self.gap
+        self.fast_s = (1 + self.fast_rate) / self.gap
+        self.fast_z = self.fall * rho / self.gap
+        self.slow_z = self.fall * k / rho
+        shares = self.fast_x, self.fast_s, self.fast_z, self.slow_z
+        self.sizes = tuple(map(abs, (*shares, self.lift, self.line, self.rest, self.fast_rate)))
+        self.turn = m.log(abs(self.lift * self.slow_rate)) - m.log(abs(self.fast_s * self.fast_rate))
+
+    def start(self, x, y, s, z, deviation=None):
+        """Return the motion from a state; its ``deviation`` from the slow line may be known better than the state."""
+        return FastSlowSegment(self, x, y, s, z, deviation)
+
+
+class FastSlowSegment:
+    """The motion in one mode from ``(x0, y0, s0, z0)`` at t = 0; ``fast`` is F and ``slow`` is C."""
+
+    __slots__ = ("fast", "known", "mode", "s0", "short", "slow", "slow_s", "x0", "y0", "z0")
+
+    half_period = None
+
+    def __init__(self, mode, x, y, s, z, deviation=None):
+        self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
+        self.known = deviation is not None
+        self.fast = fast = deviation if self.known else s - mode.line - mode.lift * x
+        self.slow = slow = x - mode.rest - fast * mode.fast_x
+        self.slow_s = slow_s = mode.lift * slow
+        # at short times the two exponentials nearly cancel where the rest a/b or the slow part is large, or s is small
+        delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest) or 0 < abs(s) < mode.slight
+        self.short = mode.short if delicate and not self.known else 0
+
+    def rounded(self, m):
+        """Return the same motion in the numbers of ``m``."""
+        mode, number = self.mode, m.number
+        state = self.x0, self.y0, self.s0, self.z0, self.fast
+        return FastSlow(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
+
+    def horizon(self, until):
+        """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
+        m, rate = self.mode.m, self.mode.fast_rate
+        if rate * until < m.most_exponent or not self.fast:
+            return until
+        return min(until, (m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
+
+    def turning(self):
+        """Return the time after 0 at which s has its extremum, or None where both parts of s' have one sign."""
+        mode, fast, slow = self.mode, self.fast, self.slow
+        if not fast or not slow or (fast > 0) != (slow > 0):
+            return None
+        p = mode.m.log(slow / fast) + mode.turn
+        if -SOON < p < SOON and not self.known:
+            p = mode.m.log1p(-slope(self) / (mode.fast_s * mode.fast_rate * fast))
+        t = p / mode.gap
+        return t if t > 0 else None
+
+    def state(self, t):
+        """Return (x, y, s, z, mu y') at t."""
+        if t < self.short or not t:
+            return superposed(self, t, self.responses(t))
+        mode, fast, slow = self.mode, self.fast, self.slow
+        m, p, q = mode.m, mode.fast_rate * t if fast else 0 * t, mode.slow_rate * t
+        gained, lost = fast * m.expm1(p), slow * m.expm1(q)
+        fast, slow = fast * m.exp(p), slow * m.exp(q)
+        off = mode.fast_s * fast + mode.lift * slow
+        return (
+            self.x0 + mode.fast_x * gained + lost,
+            mode.fast_y * fast + mode.slow_rate * slow,
+            mode.rest + off,
+            self.z0 + mode.rest * t + mode.fast_z * gained + mode.slow_z * lost,
+            -mode.b * off,
+        )
+
+    def probe(self, t):
+        """Return (s, z) at t."""
+        if t < self.short or not t:
+            return self.state(t)[2:4]
+        mode, fast = self.mode, self.fast
+        m, p, q = mode.m, mode.fast_rate * t if fast else 0 * t, mode.slow_rate * t
+        return (
+            mode.rest + mode.fast_s * (fast * m.exp(p)) + self.slow_s * m.exp(q),
+            self.z0 + mode.rest * t + mode.fast_z * (fast * m.expm1(p)) + mode.slow_z * (self.slow * m.expm1(q)),
+        )
+
+    def responses(self, t):
+        """Return (g', g, h, h + H) at a short time t."""
+        return short_responses(self.mode.m, self.mode.beta, t)
+
+    def s_size(self, t):
+        """Bound the terms that make up s where s is small."""
+        return abs(self.mode.rest) + abs(self.slow_s)
+
+    def z_size(self, t):
+        """Bound the terms that make up z where z is small."""
+        mode = self.mode
+        return abs(self.z0) + abs(mode.rest * t) + abs(mode.slow_z * self.slow)
+
+    def s_root(self, level, lo, hi, sign_hi):
+        """Return the time in (lo, hi) at which s = level."""
+        mode = self.mode
+        if lo < self.short:
+            if hi <= self.short or (self.state(self.short)[2] - level) * sign_hi > 0:
+                return s_root(self, level, lo, min(hi, self.short), sign_hi)
+            lo = self.short
+        guess = mode.m.guess(self, "s_root", level, lo, hi, sign_hi)
+        return fast_slow_root(mode.m, self.s0 - level, mode.rest - level + self.slow_s, 0, mode.fast_s * self.fast,
+                              mode.fast_rate, self.slow_s, mode.slow_rate, lo, hi, sign_hi, guess)
+
+    def z_root(self, lo, hi, sign_hi):
+        """Return the time in (lo, hi) at which z = 0."""
+        mode = self.mode
+        if lo < self.short:
+            if hi <= self.short or self.state(self.short)[3] * sign_hi > 0:
+                return z_root(self, lo, min(hi, self.short), sign_hi)
+            lo = self.short
+        fast = mode.fast_z * self.fast
+        guess = mode.m.guess(self, "z_root", lo, hi, sign_hi)
+        return fast_slow_root(mode.m, self.z0, self.z0 - fast, mode.rest, fast,
+                              mode.fast_rate, mode.slow_z * self.slow, mode.slow_rate, lo, hi, sign_hi, guess)

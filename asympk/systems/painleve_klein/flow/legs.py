@@ -1,0 +1,322 @@
+r"""The exact flow: one closed form per mode, and event times from roots that are alone in their brackets.
+
+The trajectory is linear in each mode, and one text follows it in doubles and in mpmath numbers. What makes it exact is
+that nothing is searched by sampling. s is monotone between its extrema, and there z' = a - (b-1) s has at most one
+zero, so z has at most one extremum: signs at known times bracket every event alone. Three extrema of s are enough where
+s oscillates, which is about a/b with b > 0. Its swings u = s - a/b decay by one factor r < 1 per half period, so the
+first minimum of s is the lowest. After it, while s > 0, u < r/b: where z < 0 (slip_opposite, b < 2) that is below
+1/(b(b-1)), the level of z' = 0, and z rises for good. Where z > 0 (slip_same) the first minimum of z after a maximum
+of s is the lowest from there on, since a lobe of u under zero, which lifts z, is larger than the one after it, which
+lowers z; only the lobe in which the motion starts is not whole, so that minimum may lie past the second extremum of s.
+
+At an event the quantity that vanishes is set, not computed; what follows is decided by derivatives. A sign that the
+numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
+"""
+
+from typing import Any, NamedTuple
+
+from asympk.arithmetic import Doubles
+from asympk.errors import TooLarge, TooManyEvents, Undecided
+from asympk.systems.painleve_klein.flow import shortcut
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow
+from asympk.systems.painleve_klein.flow.smooth import Smooth, slope
+from asympk.systems.painleve_klein.modes import coefficients, mode_name, other_edge, positive_edge
+
+MOST_EVENTS = 1000
+WIDEST = 1e100
+MOST_STEPS = 60
+
+
+class Flow:
+    """The modes and the static cone at given parameters, in the numbers of ``m``."""
+
+    def __init__(self, m, sigma, sigma0, mu):
+        self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
+        self._modes = {}
+        other = other_edge(sigma0) if sigma0 != -1 else None
+        self._edges = {
+            1: (positive_edge(sigma0), other if sigma0 < -1 else None),
+            -1: (other if sigma0 > -1 else None, None),
+        }
+
+    def load(self, name):
+        """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
+        return coefficients(name, self.sigma)
+
+    def mode(self, name):
+        """Return the closed form of the mode that suits its parameters."""
+        if name not in self._modes:
+            a, b = self.load(name)
+            form = FastSlow if b and -2 <= self.mu / b <= 0.125 else Smooth
+            self._modes[name] = form(self.m, a, b, self.mu)
+        return self._modes[name]
+
+    def split(self, name):
+        """Return the closed form by two real exponentials, for starts given relative to the slow line.
+
+        Raises ``Undecided`` where the squares of its constants are beyond doubles.
+        """
+        usual = self.mode(name)
+        if type(usual) is FastSlow:
+            return usual
+        a, b = self.load(name)
+        if self.m is Doubles and self.mu > WIDEST * abs(b):
+            raise Undecided
+        return FastSlow(self.m, a, b, self.mu)
+
+    def edges(self, s_sign):
+        """Return the edges (near zero, far from zero) of the static cone on one side of s = 0; None for no edge."""
+        return self._edges[s_sign]
+
+    def nearest_edge(self, s_sign, s):
+        """Return the edge of the static cone on one side of s = 0 that is nearest to s."""
+        return min((edge for edge in self.edges(s_sign) if edge is not None), key=lambda edge: abs(edge - s))
+
+    def sticks(self, s, size):
+        """Tell whether s, a sum of terms up to ``size``, lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
+        near, far = self.edges(1 if s > 0 else -1)
+        if near is None or decided(self.m, abs(s) - abs(near), abs(near) + size) < 0:
+            return False
+        return far is None or decided(self.m, far - s, far + size) >= 0
+
+
+def sign_of(value):
+    """Return 1, 0 or -1."""
+    return 1 if value > 0 else -1 if value < 0 else 0
+
+
+def decided(m, value, size):
+    """Return the sign of ``value``; raise ``Undecided`` when it is small against ``size``."""
+    if abs(value) <= m.margin * size and m.margin:
+        raise Undecided
+    return sign_of(value)
+
+
+class Leg(NamedTuple):
+    """One segment of a solution: mode, start time, closed form, the event that ends it or "", duration, last state."""
+
+    mode: str
+    start: Any
+    segment: Any
+    kind: str
+    span: Any
+    end: tuple
+
+
+def follow(flow, start, until, deviation=None, known=None, told=None):
+    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
+
+    Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
+    numbers, to be refined; ``told`` is called with the time of every event.
+    """
+    x, y, s, z, s_sign, z_sign = start
+    m, t, legs = flow.m, 0 * until, []
+    while True:
+        name = mode_name(s_sign, z_sign)
+        form, given = (flow.mode(name), ()) if deviation is None else (flow.split(name), (deviation,))
+        segment, deviation = form.start(x, y, s, z, *given), None
+        if known:
+            found = settle(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
+        elif z_sign:
+            found = (m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, until - t)) or slip(
+                segment, s_sign, z_sign, until - t)
+        else:
+            found = (m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
+                flow, segment, s_sign, until - t)
+        kind, span, state = found
+        legs.append(Leg(name, t, segment, kind, span, state))
+        if not kind:
+            _require_clear_end(flow, segment, state, s_sign, z_sign, m.margin * until, span if t else None)
+            return legs
+        x, y, s, z, _ = state
+        if abs(y) > m.largest:
+            raise TooLarge(_too_large(m, t, y))
+        t = t + span
+        if told:
+            told(t)
+        if kind == "force_zero":
+            s_sign = -s_sign
+        elif kind == "slip_onset":
+            z_sign = 1 if s < 1 else -1
+        else:
+            z_sign = 0 if flow.sticks(s, segment.s_size(span)) else -z_sign
+        if len(legs) > MOST_EVENTS:
+            raise TooManyEvents(_too_many(until, t, state))
+
+
+def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
+    """Require that an end which is wrong by ``late`` changes no event; ``since`` is the time after the last one."""
+    mode, (_, y, s, z, thrust) = segment.mode, state
+    moved = late * abs(y + thrust / mode.mu)
+    if z_sign:
+        clear = moved <= abs(s) and late * abs(mode.a + mode.fall * s) <= abs(z)
+    else:
+        clear = all(edge is None or moved <= abs(s - edge) for edge in flow.edges(s_sign))
+    if not clear or (since is not None and since < late):
+        raise Undecided
+
+
+def slip(segment, s_sign, z_sign, left):
+    """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
+    mode = segment.mode
+    a, fall = mode.a, mode.fall
+    end = segment.horizon(left)
+    lo, opening = 0, not segment.z0 or _opening(segment, z_sign)
+    for hi in stretches(segment, end):
+        s, z = segment.probe(hi)
+        opens = z_sign * (a + fall * s) > 0
+        event = _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
+        if event:
+            return event
+        lo, opening = hi, opens
+    if end < left:
+        raise Undecided
+    return "", left, segment.state(left)
+
+
+def _opening(segment, z_sign):
+    """Tell whether z moves off the plane; where z' is zero its next derivatives tell, if z is not near the plane."""
+    mode = segment.mode
+    pull = mode.fall * segment.s0
+    rate, margin = mode.a + pull, mode.m.margin
+    if abs(rate) <= margin * (mode.a + abs(pull)):
+        if segment.z0 * segment.z0 < margin:
+            raise Undecided
+        rate = rate or mode.fall * (slope(segment) or mode.load - mode.beta * segment.s0)
+    return z_sign * rate > 0
+
+
+def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
+    """Return the event in (lo, hi], a stretch on which s is monotone, or None.
+
+    ``opening`` and ``opens`` tell whether z moves off the plane at lo and at hi.
+    """
+    m, t = segment.mode.m, None
+    if decided(m, z_sign * z, segment.z_size(hi)) < 0:
+        t = segment.z_root(_leaving(segment, z_sign, lo, hi, s) if opening else lo, hi, -z_sign)
+    elif opens and not opening:
+        t = _dip(segment, z_sign, lo, hi)
+    if t is not None:
+        t, state = on_plane(segment, t)
+        hi, s = t, state[2]
+        if decided(m, s_sign * s, segment.s_size(t)) >= 0:
+            return "velocity_zero", t, state
+    if decided(m, s_sign * s, segment.s_size(hi)) < 0:
+        _require_off(lo or segment.s0)
+        return "force_zero", *on_level(segment, 0 * hi, segment.s_root(0, lo, hi, -s_sign))
+    return None
+
+
+def _require_off(start):
+    """Require that a motion which passes a surface did not start on it: one that did begins on its other side."""
+    if not start:
+        raise Undecided
+
+
+def _leaving(segment, z_sign, lo, hi, s):
+    """Return a time in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
+    if lo or segment.z0:
+        return lo
+    t = segment.s_root(segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
+    _require_off(decided(segment.mode.m, z_sign * segment.state(t)[3], segment.z_size(t)) > 0)
+    return t
+
+
+def _dip(segment, z_sign, lo, hi):
+    """Return the time in (lo, hi) at which z leaves its side though it is back at hi, or None."""
+    mode = segment.mode
+    least = segment.s_root(mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
+    if decided(mode.m, z_sign * segment.state(least)[3], segment.z_size(least)) < 0:
+        return segment.z_root(lo, least, -z_sign)
+    return None
+
+
+def stick(flow, segment, s_sign, left):
+    """Return (kind, time, state) of the slip onset, or ("", left, state) when the time ends first."""
+    near, far = flow.edges(s_sign)
+    lo = 0
+    for hi in stretches(segment, left):
+        s, size = segment.probe(hi)[0], segment.s_size(hi)
+        for edge, side in ((near, -s_sign), (far, 1)):
+            if edge is not None and decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
+                _require_off(lo or segment.s0 - edge)
+                return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
+        lo = hi
+    return "", left, segment.state(left)
+
+
+def settle(flow, segment, known, s_sign, left):
+    """Return (kind, time, state) of the event, or of the end, of a leg that is ``known`` in coarser numbers."""
+    if not known.kind:
+        return "", left, segment.state(left)
+    t = flow.m.number(known.span)
+    if known.kind == "velocity_zero":
+        return known.kind, *on_plane(segment, t)
+    level = 0 * t if known.kind == "force_zero" else flow.nearest_edge(s_sign, known.end[2])
+    return known.kind, *on_level(segment, level, t)
+
+
+def _counterpart(known, legs, name):
+    """Return the known leg that the leg after ``legs``, in the mode ``name``, must be."""
+    if len(legs) == len(known) or known[len(legs)].mode != name:
+        raise Undecided
+    return known[len(legs)]
+
+
+def on_plane(segment, t):
+    """Return the time and the state where z = 0: those at the root t, moved by the step that t is too coarse for."""
+    mode = segment.mode
+    for _ in range(MOST_STEPS):
+        x, y, s, z, thrust = segment.state(t)
+        fall = mode.a + mode.fall * s
+        if not fall:
+            return t, (x, y, s, z - z, thrust)
+        if abs(z) > mode.m.root_tol * t * abs(fall):
+            raise Undecided
+        step, rate = z / fall, y + thrust / mode.mu
+        if abs(mode.fall * rate * step * step) <= mode.m.eps * (abs(segment.z0) + abs(fall) * t):
+            dx, dy = z * (y / fall), z / mode.mu * (thrust / fall)
+            return t - step, (x - dx, y - dy, s - dx - dy, z - z, thrust)
+        t = t - step
+    raise Undecided
+
+
+def on_level(segment, level, t):
+    """Return the time and the state where s = level, likewise."""
+    mode = segment.mode
+    for _ in range(MOST_STEPS):
+        x, y, s, z, thrust = segment.state(t)
+        rate, missing = y + thrust / mode.mu, level - s
+        if not rate:
+            return t, (x, level - x, level, z, thrust)
+        if abs(missing) > mode.m.root_tol * t * abs(rate):
+            raise Undecided
+        step = missing / rate
+        if abs((thrust - mode.b * rate) / mode.mu * step * step) <= mode.m.eps * (abs(x) + abs(y)):
+            x, fall = x + missing * (y / rate), mode.a + mode.fall * s if mode.a else 0
+            return t + step, (x, level - x, level, z + missing * (fall / rate), thrust)
+        t = t + step
+    raise Undecided
+
+
+def stretches(segment, end):
+    """Return the ends of the stretches of (0, end) on which s is monotone, as far as they matter."""
+    turn = segment.turning()
+    if turn is None or turn >= end:
+        return (end,)
+    if segment.half_period is None:
+        return turn, end
+    turns = (turn + n * segment.half_period for n in range(3))
+    return *(t for t in turns if t < end), end
+
+
+def _too_many(until, t, state):
+    x, y, _, z, _ = state
+    return (f"more than {MOST_EVENTS} events by t = {float(t):.6g} of until = {float(until):.6g}, where (x, y, z) = "
+            f"({float(x):.6g}, {float(y):.6g}, {float(z):.6g}); take a smaller until")
+
+
+def _too_large(m, t, y):
+    power = int(m.log(abs(y)) / m.log(10))
+    return (f"y reaches 1e{power} after t = {float(t):.6g}, beyond the numbers in use: take a smaller until, "
+            "or digits= where they are doubles")

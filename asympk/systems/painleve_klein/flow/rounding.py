@@ -1,0 +1,187 @@
+r"""How far rounding carries a run in doubles: a first-order account that a run gives of itself.
+
+Each closed form is a sum, and is wrong by the rounding of its largest terms; it also runs on a clock that is wrong in
+proportion, because its exponents are rounded. An event turns the error of what vanishes there into one of the time;
+at ``until`` time is exact again. ``forward`` carries bounds from event to event, all signs taken for the worst: quick,
+and tight for a few events. Over many events such bounds grow without reason, and ``backward`` carries the derivative
+of the final state instead, from the end to the start, so that each error is weighed by what becomes of it.
+"""
+
+from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
+
+UNIT = 2.0**-53
+CALM_LEGS = 6
+
+
+def estimate(legs, enough):
+    """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
+    error = forward(legs)
+    return error if not error > enough else min(error, backward(legs))
+
+
+def calm(legs, until):
+    """Tell whether nothing in a run can amplify rounding: a quick look that spares the ordinary run its account.
+
+    Few legs, all of two exponentials well apart; a growing part that does not come from a cancellation; events met at
+    speed; drifts and final rates that are in proportion to the path.
+    """
+    if len(legs) > CALM_LEGS:
+        return False
+    size = 1.0
+    for _, _, segment, kind, span, (x, y, s, z, thrust) in legs:
+        if segment.short:
+            return False
+        mode, size = segment.mode, max(size, x, -x, z, -z)
+        if mode.rest * span > 4.0 * size or -mode.rest * span > 4.0 * size:
+            return False
+        if mode.fast_rate > 0 and not segment.known and 4.0 * abs(segment.fast) < abs(segment.s0) + abs(mode.line):
+            return False
+        if kind == "velocity_zero":
+            if 16.0 * abs(mode.a + mode.fall * s) < 1.0 + abs(s):
+                return False
+        elif kind and 16.0 * abs(y + thrust / mode.mu) < 1.0 + abs(y):
+            return False
+    return (abs(y) + abs(mode.a + mode.fall * s)) * until < 4.0 * size
+
+
+def largest(legs):
+    """Return the largest of 1, |x|, |z| at the start, the events and the end."""
+    first = legs[0].segment
+    size = max(1, abs(first.x0), abs(first.z0))
+    for leg in legs:
+        x, _, _, z, _ = leg.end
+        size = max(size, x, -x, z, -z)
+    return size
+
+
+def rates(mode, state):
+    """Return (x', s', z') at a state."""
+    _, y, s, _, thrust = state
+    return y, y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
+
+
+def forward(legs):
+    """Bound the error at the end by carrying bounds of the errors of x, s, z and of the time."""
+    ex = es = ez = late = 0.0
+    for _, _, segment, kind, span, end in legs:
+        spread = _fast_slow if type(segment) is FastSlowSegment else _smooth
+        ex, es, ez, lag = spread(segment, span, kind, end, ex, es, ez)
+        late += lag + UNIT * span
+    dx, _, dz = rates(segment.mode, end)
+    ex, ez = ex + abs(dx) * late, ez + abs(dz) * late
+    nothing = 0 * (ex + ez)  # but NaN when the run has left the range of doubles
+    return max(ex, ez) / largest(legs) + nothing
+
+
+def _fast_slow(segment, t, kind, end, ex, es, ez):
+    mode, fast0, slow0, x0 = segment.mode, abs(segment.fast), abs(segment.slow), abs(segment.x0)
+    fast_x, fast_s, fast_z, slow_z, lift, line, rest, rate = mode.sizes
+    p, q = rate * t, t if t < 1.0 else 1.0
+    ef = UNIT * fast0
+    if not segment.known:
+        ef += es + lift * (ex + UNIT * x0) + UNIT * (abs(segment.s0) + line)
+    ec = (ex + fast_x * ef + UNIT * (x0 + rest + slow0)) * q
+    drift = abs(segment.z0) + rest * t
+    ex += ec + UNIT * abs(end[0])
+    es = lift * ec + UNIT * (rest + abs(end[2]))
+    ez += UNIT * drift + slow_z * ec
+    growth = mode.m.exp(mode.fast_rate * t) if ef else 0.0
+    fast = fast0 * growth
+    off = ef * growth + UNIT * p * fast
+    if kind == "velocity_zero" and p * fast * fast_z > drift + slow_z * slow0 * q:
+        lag = off / (fast * rate)
+        gained = (ez + (rest + slow_z * slow0) * lag) / fast_z + UNIT * fast
+        return ex + fast_x * gained + slow0 * lag, es + fast_s * (gained + ef), 0.0, lag
+    gained = off + (ef + UNIT * (fast0 + fast)) * (p if p < 1.0 else 1.0)
+    if not kind:
+        return ex + fast_x * gained, es, ez + fast_z * gained, 0.0
+    return _projected(mode, kind, end, ex + fast_x * gained, es + fast_s * off, ez + fast_z * gained)
+
+
+def _smooth(segment, t, kind, state, ex, es, ez):
+    mode = segment.mode
+    rate, g, h, _ = map(abs, segment.responses(t))
+    lx, ls, lz, clock = _rounded(segment, t, state)
+    dx, ds, dz = map(abs, rates(mode, state))
+    x = ex * (1 + abs(mode.beta) * h + g) + es * g + lx + clock * dx
+    s = es * (rate + g) + ex * g + ls + clock * ds
+    z = ez + abs(mode.fall) * (es * (g + h) + ex * h) + lz + clock * dz
+    return _projected(mode, kind, state, x, s, z)
+
+
+def _projected(mode, kind, state, ex, es, ez):
+    """Return the errors of x, s, z after the event, and that of its time."""
+    if not kind:
+        return ex, es, ez, 0.0
+    dx, ds, dz = map(abs, rates(mode, state))
+    if kind == "velocity_zero":
+        lag = ez / dz
+        return ex + dx * lag, es + ds * lag, 0.0, lag
+    lag = es / ds
+    return ex + dx * lag, 0.0, ez + dz * lag, lag
+
+
+def _rounded(segment, t, state):
+    """Return the rounding errors of x, s, z that a segment makes by itself, and that of its clock."""
+    mode = segment.mode
+    if type(segment) is FastSlowSegment and t >= segment.short:
+        fast_x, _, fast_z, slow_z, lift, _, rest, rate = mode.sizes
+        fast0, slow0, q = abs(segment.fast), abs(segment.slow), min(1.0, t)
+        fast = min(1.0, rate * t) * max(fast0, fast0 * mode.m.exp(mode.fast_rate * t))
+        lx = abs(state[0]) + abs(segment.x0) + fast_x * fast + (slow0 + rest) * q
+        ls = abs(state[2]) + rest + lift * slow0
+        lz = abs(segment.z0) + rest * t + fast_z * fast + slow_z * (slow0 + rest) * q
+        return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 2 * t
+    rate, g, h, k = map(abs, segment.responses(t))
+    x, y, s, beta = abs(segment.x0), abs(segment.y0), abs(segment.s0), abs(mode.beta)
+    eh, ek = (h, k) if t < segment.short else ((1 + rate) / beta + g, (t + g) / beta)
+    lx = x + (beta * x + mode.load) * (h + eh) + y * g
+    ls = s * rate + y * g + mode.load * (g + h + eh)
+    lz = abs(segment.z0) + mode.a * t + abs(mode.fall) * (s * g + y * (h + eh) + mode.load * (k + ek))
+    return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
+
+
+def backward(legs):
+    """Bound the error at the end by the derivatives of the final (x, z) with respect to every state before."""
+    dx, _, dz = rates(legs[-1].segment.mode, legs[-1].end)
+    rows = (1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)
+    return max(_weighed(legs, row) for row in rows) / largest(legs)
+
+
+def _weighed(legs, row):
+    px, ps, pz, pt = row
+    error = 0.0
+    for _, start, segment, kind, span, end in reversed(legs):
+        mode = segment.mode
+        dx, ds, dz = rates(mode, end)
+        if kind == "velocity_zero":
+            pz = -(px * dx + ps * ds + pt) / dz
+        elif kind:
+            ps = -(px * dx + pz * dz + pt) / ds
+        lx, ls, lz, clock = _rounded(segment, span, end)
+        error += abs(px) * lx + abs(ps) * ls + abs(pz) * lz + abs(pt) * (clock + UNIT * (start + span))
+        rate, g, h = _derivatives(segment, span)
+        px, ps = (px * (1 - mode.beta * h - g) - ps * g - pz * mode.fall * h,
+                  px * g + ps * (rate + g) + pz * mode.fall * (g + h))
+        error += abs(ps) * _misplaced(segment)
+    return error
+
+
+def _derivatives(segment, t):
+    """Return (g', g, h) at t: the derivatives of the state by the start are made of them."""
+    mode = segment.mode
+    if type(segment) is not FastSlowSegment or t < segment.short:
+        return segment.responses(t)[:3]
+    fast, slow = mode.m.exp(mode.fast_rate * t), mode.m.exp(mode.slow_rate * t)
+    g = (fast - slow) / mode.gap
+    rate = (mode.fast_rate * fast - mode.slow_rate * slow) / mode.gap
+    return rate, g, (1 - rate) / mode.beta - g
+
+
+def _misplaced(segment):
+    """Return the error of s at the start that rounding the deviation from the slow line amounts to."""
+    if type(segment) is not FastSlowSegment:
+        return UNIT * abs(segment.s0)
+    if segment.known:
+        return UNIT * abs(segment.fast)
+    return UNIT * (abs(segment.s0) + abs(segment.mode.line) + abs(segment.mode.lift * segment.x0))

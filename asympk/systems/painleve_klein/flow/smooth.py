@@ -1,0 +1,186 @@
+r"""One mode in closed form where mu is not small against b: superposed responses to the start and to the load.
+
+A mode is ``mu x'' + b x' + b x = a`` with ``s = x + x'`` and ``z' = a - (b-1) s``. Let g solve the homogeneous
+equation with g = 0, g' = 1 at t = 0, and let h and H be its first and second integrals, beta = b/mu. Then
+
+    x = x0 (1 - beta h) + y0 g + (a/mu) h,    s = s0 g' + y0 g + (a/mu)(g + h),
+    z = z0 + a t + (1-b)(s0 g + y0 h + (a/mu)(h + H)),
+
+whatever the roots: real, complex, coalescing at 4 mu = b, or all zero at b = 0. For short times Taylor series give
+g, h and H without cancellation, otherwise exponentials or sines do.
+"""
+
+from asympk.systems.painleve_klein.flow.roots import smooth_root
+
+
+class Smooth:
+    """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``short`` is the time for which the series converge fast."""
+
+    __slots__ = ("a", "b", "beta", "fall", "gamma", "half_period", "load", "m", "mu", "omega", "real", "short", "tail")
+
+    def __init__(self, m, a, b, mu):
+        self.m, self.a, self.b, self.mu = m, a, b, mu
+        self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
+        self.short = short_time(m, b, mu)
+        self.gamma = self.beta / 2
+        square = self.gamma * self.gamma - self.beta
+        self.real = square >= 0
+        self.omega = m.sqrt(abs(square))
+        self.tail = -self.beta / (self.gamma + self.omega) if b > 0 and self.real else self.omega - self.gamma
+        self.half_period = None if self.real else m.pi / self.omega
+
+    def start(self, x, y, s, z):
+        """Return the motion from a state."""
+        return SmoothSegment(self, x, y, s, z)
+
+    def responses(self, t):
+        """Return (g', g, h, h + H) at t, for times that are not short."""
+        m, beta = self.m, self.beta
+        if self.real:
+            e, p = m.exp(self.tail * t), 2 * self.omega * t
+            g = e * (-m.expm1(-p) / (2 * self.omega) if p else t)
+            rate = e * (1 + m.exp(-p)) / 2 - self.gamma * g
+        else:
+            e, p = m.exp(-self.gamma * t), self.omega * t
+            g = e * m.sin(p) / self.omega
+            rate = e * m.cos(p) - self.gamma * g
+        return rate, g, (1 - rate) / beta - g, (t - g) / beta
+
+
+def short_time(m, b, mu):
+    """Return the time up to which ``|beta| (t + t^2)`` is small enough for the series."""
+    return min(mu / abs(b), m.sqrt(mu / abs(b))) * m.soon if b else m.eps**-2
+
+
+def short_responses(m, beta, t):
+    """Return (g', g, h, h + H) at t from the Taylor series of g, whose terms obey a recurrence of two."""
+    if not t:
+        return 1, t, t, t
+    rate, g, h, k = 1, t, t * t / 2, t * t / 2 + t * t * t / 6
+    older, term, n = 0, t, 1
+    while True:
+        n += 1
+        older, term = term, -beta * t * (term + t * older / (n - 1)) / n
+        rate += n * term / t
+        g += term
+        h += term * t / (n + 1)
+        k += term * t * (1 + t / (n + 2)) / (n + 1)
+        if n * (abs(term) + abs(older)) <= m.eps * t / 64:
+            return rate, g, h, k
+
+
+def slope(segment):
+    """Return the rate of s at the start of a segment; zero where it is no more than what its terms are rounded by."""
+    mode, y = segment.mode, segment.y0
+    pull = mode.beta * segment.s0
+    rate = y + mode.load - pull
+    return rate if abs(rate) > 4 * mode.m.eps * (abs(y) + abs(pull)) else 0 * rate
+
+
+def superposed(segment, t, responses):
+    """Return the state (x, y, s, z, mu y') at t from the responses there."""
+    mode, x, y, s = segment.mode, segment.x0, segment.y0, segment.s0
+    rate, g, h, k = responses
+    load, beta = mode.load, mode.beta
+    s1 = s * rate + y * g + load * (g + h)
+    return (
+        x * (1 - beta * h) + y * g + load * h,
+        y * rate + (load - beta * x) * g,
+        s1,
+        segment.z0 + mode.a * t + mode.fall * (s * g + y * h + load * k),
+        mode.a - mode.b * s1,
+    )
+
+
+def s_root(segment, level, lo, hi, sign_hi):
+    """Return the time in (lo, hi) at which s = level, by Newton's method on the state."""
+    mode = segment.mode
+
+    def value_and_slope(t):
+        _, y, s, _, thrust = segment.state(t)
+        return s - level, y + thrust / mode.mu
+
+    guess = mode.m.guess(segment, "s_root", level, lo, hi, sign_hi)
+    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
+
+
+def z_root(segment, lo, hi, sign_hi):
+    """Return the time in (lo, hi) at which z = 0, by Newton's method on the state."""
+    mode = segment.mode
+
+    def value_and_slope(t):
+        _, _, s, z, _ = segment.state(t)
+        return z, mode.a + mode.fall * s
+
+    guess = mode.m.guess(segment, "z_root", lo, hi, sign_hi)
+    return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
+
+
+class SmoothSegment:
+    """The motion in one smooth mode from ``(x0, y0, s0, z0)`` at t = 0."""
+
+    __slots__ = ("mode", "s0", "short", "x0", "y0", "z0")
+
+    def __init__(self, mode, x, y, s, z):
+        self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
+        self.short = mode.short
+
+    def rounded(self, m):
+        """Return the same motion in the numbers of ``m``."""
+        mode, number = self.mode, m.number
+        state = self.x0, self.y0, self.s0, self.z0
+        return Smooth(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
+
+    @property
+    def half_period(self):
+        return self.mode.half_period
+
+    def horizon(self, until):
+        return until
+
+    def turning(self):
+        r"""Return the time after 0 at which s has its first extremum, or None.
+
+        s' = s'(0) g' + ((a - b s0)/mu) g vanishes where tan(omega t)/omega, or tanh, equals ``-s'(0)/w``.
+        """
+        mode = self.mode
+        m, omega = mode.m, mode.omega
+        rate = slope(self)
+        w = mode.load - mode.beta * self.s0 - mode.gamma * rate
+        if not mode.real:
+            side = 1 if rate > 0 else -1
+            return m.atan2(side * rate * omega, -side * w) / omega if rate else mode.half_period
+        if not w or rate / w >= 0 or -omega * rate / w >= 1:
+            return None
+        p = -omega * rate / w
+        return m.log1p(2 * p / (1 - p)) / (2 * omega) if p else -rate / w
+
+    def state(self, t):
+        """Return (x, y, s, z, mu y') at t."""
+        return superposed(self, t, self.responses(t))
+
+    def probe(self, t):
+        """Return (s, z) at t."""
+        return self.state(t)[2:4]
+
+    def responses(self, t):
+        """Return (g', g, h, h + H) at t."""
+        mode = self.mode
+        return short_responses(mode.m, mode.beta, t) if t < self.short else mode.responses(t)
+
+    def s_size(self, t):
+        """Bound the terms that make up s."""
+        mode, (rate, g, h, _) = self.mode, self.responses(t)
+        return abs(self.s0 * rate) + abs(self.y0 * g) + abs(mode.load * (g + h))
+
+    def z_size(self, t):
+        """Bound the terms that make up z."""
+        mode, (_, g, h, k) = self.mode, self.responses(t)
+        sizes = abs(self.s0 * g) + abs(self.y0 * h) + abs(mode.load * k)
+        return abs(self.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
+
+    def s_root(self, level, lo, hi, sign_hi):
+        return s_root(self, level, lo, hi, sign_hi)
+
+    def z_root(self, lo, hi, sign_hi):
+        return z_root(self, lo, hi, sign_hi)

@@ -1,0 +1,131 @@
+r"""How a solution begins: anywhere, on z = 0, on s = 0, on an edge of the static cone, beside a slow line or on it.
+
+What holds just after a start on a boundary is decided by derivatives; what a sum of doubles cannot decide, by exact
+fractions.
+"""
+
+from fractions import Fraction
+from functools import lru_cache, partial
+from math import isqrt
+
+from asympk.arithmetic import Doubles
+from asympk.errors import Undecided
+from asympk.scene import MANIFOLDS
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow
+from asympk.systems.painleve_klein.flow.legs import decided, sign_of
+
+
+def beginning(flow, case):
+    """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
+
+    The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
+    the scene, and one that is close to an unstable line from exact arithmetic.
+    """
+    m = flow.m
+    x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
+    if case.near:
+        manifold, offset = case.near
+        return beside_line(flow, manifold, x, z, m.number(offset))
+    s = x + y if x == case.x and y == case.y else m.number(Fraction(case.x) + Fraction(case.y))
+    s_sign, z_sign = sign_of(s), sign_of(z)
+    if not s_sign or not z_sign:
+        s_sign, z_sign, s = _first_signs(flow, case, s, y, z)
+    deviation = _from_unstable_line(flow, case, x, s) if s_sign * z_sign < 0 and flow.sigma > 0 else None
+    return (x, y, s, z, s_sign, z_sign), deviation
+
+
+def beside_line(flow, manifold, x, z, offset):
+    """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
+    line = flow.split(MANIFOLDS[manifold][0])
+    lifted = line.lift * x
+    s = line.line + lifted + offset
+    s_sign = decided(flow.m, s, abs(line.line) + abs(lifted) + abs(offset))
+    y = line.slow_rate * (x - line.rest) + offset
+    return (x, y, s, z, s_sign, sign_of(z)), offset
+
+
+def first_signs(sign, sigma0, mu, s, y, z):
+    r"""Return the signs of s and z just after a start, and whether it sticks on an edge; ``sign(value, size)``.
+
+    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
+    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
+    """
+    s_sign = sign_of(s) or sign(1 + mu * y, 1) or 1
+    if z:
+        return s_sign, sign_of(z), False
+    grip = sign((sigma0 + 2) * abs(s) - abs(1 - s), 1 + abs(s))
+    if grip:
+        return s_sign, sign_of(1 - s) if grip < 0 else 0, False
+    widening = (sigma0 + 2) * s_sign + sign_of(1 - s)
+    if widening * (sign(mu * y - s, abs(s)) or -s_sign) > 0:
+        return s_sign, 0, True
+    return s_sign, sign_of(1 - s), False
+
+
+def _first_signs(flow, case, s, y, z):
+    """Return the signs of s and z just after a start on a boundary, and s, snapped to the edge that it is on."""
+    s_sign, z_sign, on_edge = _told(flow, case, s, y, z)
+    return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
+
+
+def _told(flow, case, s, y, z):
+    """Return the ``first_signs`` as doubles tell them, or else as exact fractions do.
+
+    A quantity is zero or told by the numbers in use: what follows is computed in them, and they must see it too.
+    """
+    m = flow.m
+    if m is Doubles and (s or not case.x + case.y) and (z or not case.z):
+        try:
+            return first_signs(partial(decided, m), flow.sigma0, flow.mu, s, y, z)
+        except Undecided:
+            pass
+    sigma0, mu, x, y, z = map(Fraction, (case.sigma0, case.mu, case.x, case.y, case.z))
+    seen = partial(decided, m)
+    return first_signs(lambda v, size: v and seen(m.number(v), m.number(size)), sigma0, mu, x + y, y, z)
+
+
+def _beside_edge(flow, s, on_edge):
+    """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
+    nearest = flow.nearest_edge(sign_of(s), s)
+    if on_edge:
+        return nearest
+    decided(flow.m, s - nearest, abs(nearest))
+    return s
+
+
+def _from_unstable_line(flow, case, x, s):
+    """Return the deviation of a start from the line of slip_opposite, sigma > 0, if s - s_slow(x) would lose digits."""
+    m = flow.m
+    if m is Doubles and type(flow.mode("slip_opposite")) is not FastSlow:
+        return None
+    line = flow.split("slip_opposite")
+    size = abs(s) + abs(line.line) + abs(line.lift * x)
+    if not abs(s - line.line - line.lift * x) <= size / 64:
+        return None
+    line, lift, rest = _unstable_line(case.sigma, case.mu, 8 * m.prec)
+    x, y = Fraction(case.x), Fraction(case.y)
+    return m.number(x + y + line + lift * x if y or x != rest else 0)
+
+
+@lru_cache(maxsize=64)
+def _unstable_line(sigma, mu, bits):
+    """Return (line, lift, x at rest) of ``s = -line - lift x``, the slow line of slip_opposite where sigma > 0.
+
+    As Fractions they are exact where they are rational, else dyadic and right to about ``bits`` bits: quick to add.
+    """
+    sigma = Fraction(sigma)
+    k = -Fraction(mu) / sigma
+    square = 1 - 4 * k
+    whole = square.numerator * square.denominator
+    digits = isqrt(whole << 2 * bits)
+    rho = (1 + Fraction(digits, square.denominator << bits)) / 2
+    line, lift = 1 / (sigma * rho), k / rho**2
+    if digits * digits == whole << 2 * bits:
+        return line, lift, -1 / sigma
+    return _dyadic(line, bits), _dyadic(lift, bits), -1 / sigma
+
+
+def _dyadic(value, bits):
+    """Return the Fraction cut to ``bits`` leading bits."""
+    shift = bits + value.denominator.bit_length() - abs(value.numerator).bit_length()
+    return Fraction((value.numerator << shift) // value.denominator, 1 << shift) if shift > 0 else Fraction(int(value))

@@ -1,0 +1,228 @@
+r"""Physical quantities of the rod to nondimensional ones and back, by the groups of section 2.
+
+The quantities are the mass m, the force P, the friction coefficients f and f0, the angle alpha, and the rod's length
+l, stiffness k and damping h, in any consistent units (SI: kg, N, 1, 1, rad, m, N, s/m). Every formula is that of
+``painleve_klein.groups()``, lowered; nothing is typed in here.
+"""
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.multiprecision import context
+from asympk.numbers import number, short
+from asympk.path import Path
+from asympk.scene import Scene
+from asympk.shown import number as shown
+from asympk.symbolic.lowering import lower
+from asympk.systems import painleve_klein
+from asympk.systems.painleve_klein import rod
+
+DIGITS = 100
+STATE = ("R1", "dR1", "u", "t")
+RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
+SI = {"m": "kg", "P": "N", "f": "", "f0": "", "alpha": "", "l": "m", "k": "N", "h": "s/m", "R1": "N", "dR1": "N/s",
+      "u": "m/s", "t": "s"}  # fmt: skip
+_SYMBOLS = {"m": rod.m, "P": rod.P, "f": rod.f, "f0": rod.f0, "alpha": rod.alpha, "l": rod.l, "k": rod.k, "h": rod.h,
+            "R1": rod.R1, "dR1": rod.dR1, "u": rod.u, "t": sp.Symbol("t", real=True)}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Degrees:
+    """An angle in degrees, exact."""
+
+    value: Fraction
+
+    @property
+    def radians(self) -> Any:
+        """The angle in radians, to 100 digits."""
+        m = context(DIGITS)
+        return m.pi * self.value.numerator / (180 * self.value.denominator)
+
+    def __str__(self) -> str:
+        return f"{self.value} deg"
+
+
+@dataclass(frozen=True)
+class Units:
+    """What one nondimensional unit is in physical ones: of time, of reaction and of velocity."""
+
+    time: Fraction
+    reaction: Fraction
+    velocity: Fraction
+
+    def state(self, x, y, z):
+        """Return (R_1, R_1', u) of (x, y, z)."""
+        return _times(x, self.reaction), _times(y, self.reaction / self.time), _times(z, self.velocity)
+
+    def moment(self, t):
+        """Return the physical time of the nondimensional ``t``."""
+        return _times(t, self.time)
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A physical rod: its exact ``quantities`` by name, the ``units``, and the nondimensional ``numbers`` they make.
+
+    ``numbers`` are (sigma, mu, sigma0, x, y, z, until).
+    """
+
+    quantities: tuple[tuple[str, Any], ...]
+    units: Units
+    numbers: tuple[Any, ...]
+
+    @property
+    def rows(self) -> tuple[tuple[str, str], ...]:
+        """The quantities with their units in SI, for a card."""
+        return tuple((name, f"{shown(value)} {SI[name]}".strip()) for name, value in self.quantities)
+
+
+@dataclass(frozen=True)
+class PhysicalScene:
+    """What a path told in physical quantities has for a scene: the start and the horizon, and the rod."""
+
+    name: str
+    start: tuple[Any, ...]
+    until: Any
+    delay: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the states."""
+        return ("R_1", "dR_1", "u")
+
+    @property
+    def combinations(self) -> tuple[tuple[str, tuple], ...]:
+        """The load R = R_1 + h l R_1' (2.3)."""
+        return (("R", (1, self.delay, 0)),)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of time and states in SI."""
+        return {"t": "s", "R_1": "N", "dR_1": "N/s", "u": "m/s", "R": "N"}
+
+
+@dataclass(frozen=True)
+class PhysicalDense:
+    """The dense output of a path, told in physical quantities."""
+
+    path: Path
+    units: Units
+
+    def __call__(self, t: Any) -> Any:
+        """Return an array of shape ``(3,) + t.shape`` at physical times."""
+        import numpy as np
+
+        moments = np.minimum(np.asarray(t) / float(self.units.time), float(self.path.end))
+        return np.stack(self.units.state(*self.path(moments)))
+
+
+@cache
+def formulas():
+    """Return the nondimensional parameters, start and horizon as expressions of ``symbols()``, by name."""
+    group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
+    time = 1 / sp.diff(group["tau"], _SYMBOLS["t"])
+    return {
+        "sigma": group["sigma"],
+        "mu": group["mu"],
+        "sigma0": group["sigma0"],
+        "x": group["rho"],
+        "y": group["rho"].subs(rod.R1, rod.dR1) * time,
+        "z": group["v"],
+        "until": group["tau"],
+    }
+
+
+@cache
+def scales():
+    """Return the physical time, reaction and velocity of one nondimensional unit as expressions."""
+    group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
+    pairs = (("tau", "t"), ("rho", "R1"), ("v", "u"))
+    return tuple(1 / sp.diff(group[name], _SYMBOLS[state]) for name, state in pairs)
+
+
+def symbols():
+    """Return the symbol of every physical quantity by its name in a scene file."""
+    return dict(_SYMBOLS)
+
+
+def quantity(name, value):
+    """Return a physical quantity as an exact number; an angle may be ``"60 deg"``. Raises ``InputError``."""
+    if name == "alpha":
+        return _angle(value)
+    if name in STATE:
+        return number(name, value, None if name != "t" else lambda v: v >= 0, "zero or positive")
+    return number(name, value, lambda v: v > 0, "positive")
+
+
+def _angle(value):
+    if isinstance(value, str) and value.strip().endswith("deg"):
+        degrees = number("alpha", value.strip().removesuffix("deg").strip())
+        if not 0 < degrees < 90:
+            raise InputError(f"alpha = {value!r:.60}: it must be between 0 and 90 deg")
+        return Degrees(Fraction(degrees))
+    return number("alpha", value, lambda v: 0 < v < Fraction("1.5707963267948966"), "between 0 and pi/2, or '60 deg'")
+
+
+def nondimensional(quantities):
+    """Return ``RESULTS`` and the ``Units``, as fractions right to 100 digits, from exact quantities by name."""
+    values = [_value(quantities[name]) for name in _SYMBOLS]
+    found = _lowered("mpmath").to_digits(DIGITS, *values)
+    found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
+    return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
+
+
+def in_arrays(quantities):
+    """Return ``RESULTS`` and the ``Units`` in doubles, from arrays of the quantities in the order of ``symbols()``."""
+    found = _lowered("numpy")(*quantities)
+    return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
+
+
+@cache
+def _lowered(target):
+    return lower(_SYMBOLS.values(), [*formulas().values(), *scales()], target=target)
+
+
+def _value(value):
+    return value.radians if isinstance(value, Degrees) else Fraction(value)
+
+
+def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scene:
+    """Return the ``Scene`` of a physical rod; raises ``InputError``."""
+    try:
+        state = () if isinstance(start, str) else tuple(start)
+    except TypeError:
+        state = ()
+    if len(state) != 3:
+        raise InputError(f"start = {short(start)}: it must be three numbers [R_1, R_1', u]")
+    given = {**given, **dict(zip(STATE, (*state, until), strict=True))}
+    quantities = {key: quantity(key, value) for key, value in given.items()}
+    found, scale = nondimensional(quantities)
+    numbers = tuple(found[key] for key in RESULTS)
+    sigma, mu, sigma0, x, y, z, horizon = numbers
+    return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=Rod(tuple(quantities.items()), scale, numbers))
+
+
+def physical(path: Path) -> Path:
+    """Return ``path`` told in physical quantities: times, and (R_1, R_1', u) in place of (x, y, z)."""
+    scene = path.scene
+    if getattr(scene, "rod", None) is None:
+        raise InputError("the path has no physical quantities; give its scene as ap.Scene.physical(m=, P=, f=, ...)")
+    units = scene.rod.units
+    told = PhysicalScene(scene.name, units.state(*scene.start), units.moment(scene.until), float(units.time))
+    events = tuple(e._replace(t=units.moment(e.t), state=units.state(*e.state)) for e in path.events)
+    reached = {"reached": units.moment(path.info["reached"])} if "reached" in path.info else {}
+    return replace(path, scene=told, final=units.state(*path.final), events=events, at=PhysicalDense(path, units),
+                   info={**path.info, **reached})  # fmt: skip
+
+
+def _times(value, scale):
+    if isinstance(value, int | Fraction):
+        return value * scale
+    if hasattr(value, "_mpf_"):
+        return value * scale.numerator / scale.denominator
+    return value * (float(scale) if isinstance(scale, Fraction) else scale)

@@ -1,0 +1,167 @@
+"""The flow of one affine mode: exact in any dimension, whatever its spectrum, and no event missed."""
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+from asympk.affine.mode import AffineMode, Segment, in_digits
+from asympk.arithmetic import context, set_digits
+from asympk.errors import InputError, TooLarge, Undecided
+
+
+def digits(n):
+    m = context(400)
+    set_digits(m, n)
+    return m
+
+
+def truth(mode, start, t, dps=70):
+    """Return the state at t by Taylor's series of the matrix exponential, with digits to spare."""
+    mp = mpmath.mp
+    with mp.workdps(dps + 40):
+        rows = [[mp.mpf(v.numerator) / v.denominator for v in row] for row in mode.homogeneous]
+        start = mp.matrix([mp.mpf(Fraction(v).numerator) / Fraction(v).denominator for v in start] + [1])
+        return list(mp.expm(mp.matrix(rows) * mp.mpf(t), method="taylor") * start)[:-1]
+
+
+def off(mode, start, t, found, dps=70):
+    """Return the error of a state at t, relative to the largest state there and at the start."""
+    true = truth(mode, start, t, dps)
+    with mpmath.mp.workdps(dps + 40):
+        size = max(max(map(abs, true)), max(map(abs, start)))
+        return max(abs(a - mpmath.mp.mpf(b)) for a, b in zip(true, found, strict=True)) / size
+
+
+def random_mode(random, size, mu, guards=0):
+    matrix = random.normal(size=(size, size))
+    matrix[0] *= -np.sign(matrix[0, 0]) / mu
+    rows = [(tuple(random.normal(size=size)), 2 * size) for _ in range(guards)]
+    return AffineMode.of(matrix.tolist(), random.normal(size=size).tolist(), rows)
+
+
+@pytest.mark.parametrize("mu", [1e-1, 1e-4, 1e-8])
+@pytest.mark.parametrize("size", [1, 2, 5, 8])
+def test_the_flow_is_exact_in_doubles_however_stiff(size, mu):
+    random = np.random.default_rng(size)
+    mode, start = random_mode(random, size, mu), random.normal(size=size)
+    segment = Segment(mode.in_doubles, start)
+    assert all(off(mode, start.tolist(), t, segment.state(t)) < 1e-14 for t in (mu / 7, 3 * mu, 1e-2, 1.7))
+
+
+OSCILLATOR = [[0, 1, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 1], [0, 0, -1, 0]]
+DEFECTIVE = {
+    "free motion": ([[0, 1, 0], [0, 0, 1], [0, 0, 0]], [0, 0, Fraction(1, 3)]),
+    "coalescence": ([[0, 1], [-4, -4]], [1, 2]),
+    "resonance": (OSCILLATOR, [0, 0, 0, 0]),
+    "two equal oscillators": ([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1], [0, 0, -1, 0]], [0, 1, 0, 0]),
+    "triple root": ([[-1, 1, 0], [0, -1, 1], [0, 0, -1]], [0, 0, 5]),
+    "nothing moves": ([[0, 0], [0, 0]], [0, 0]),
+}
+
+
+@pytest.mark.parametrize("name", DEFECTIVE)
+def test_defective_blocks_lose_nothing(name):
+    mode = AffineMode.of(*DEFECTIVE[name])
+    start = [0.3, -1.7, 0.9, 2.2][: len(mode.vector)]
+    segment = Segment(mode.in_doubles, start)
+    assert all(off(mode, start, t, segment.state(t)) < 1e-15 for t in (1e-9, 0.2, 3.0, 40.0))
+
+
+def test_the_same_flow_runs_on_any_number_of_digits():
+    random = np.random.default_rng(3)
+    mode, start = random_mode(random, 4, 1e-3), random.normal(size=4)
+    for n in (22, 50, 200):
+        m = digits(n)
+        found = Segment(in_digits(m, mode), [m.mpf(v) for v in start]).state(m.mpf(0.75))
+        assert off(mode, start.tolist(), 0.75, found, dps=n + 20) < 10.0 ** (3 - n)
+
+
+def test_a_short_step_keeps_the_digits_of_its_increment():
+    mode = AffineMode.of([[-1, 1], [0, -2]], [0, 0])
+    moved = Segment(mode.in_doubles, [0.0, 1.0]).state(1e-20)
+    assert moved[0] == pytest.approx(1e-20, rel=1e-15)
+
+
+def test_the_first_root_of_several_guards_is_found_on_random_systems():
+    random = np.random.default_rng(11)
+    for _ in range(20):
+        mode = random_mode(random, int(random.integers(2, 7)), 10.0 ** -random.integers(1, 9), guards=2)
+        start = random.uniform(-1, 1, len(mode.vector)).tolist()
+        segment = Segment(mode.in_doubles, start)
+        if (segment.guards[segment.functions] <= 0).any():
+            continue
+        found = segment.first_event(2.0)
+        until = found[0] if found else 2.0
+        rows = segment.flow.rows
+        slowly = [rows[:, :-1] @ segment.state(t) + rows[:, -1] for t in np.linspace(0, until, 2000)[:-1]]
+        assert (np.array(slowly) > 0).all()
+        if found:
+            (guard,) = found[1]
+            *c, d = mode.guards[guard]
+            value = sum(mpmath.mpf(float(a)) * b for a, b in zip(c, truth(mode, start, until), strict=True)) + float(d)
+            rate = float(np.array(c, dtype=float) @ segment.rates(until))
+            assert abs(value / rate) < 1e-14 * until + 1e-15
+
+
+def height(level, start=(0, 0)):
+    """Return a segment of ``x'' = -x`` with the one guard ``level - x``."""
+    mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
+    return Segment(mode.in_doubles, [float(v) for v in start])
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-6, 1e-10])
+def test_two_close_roots_are_told_apart(gap):
+    level = Fraction(1) - Fraction(gap)
+    time, _ = height(level, (0, 1)).first_event(100.0)
+    with mpmath.mp.workdps(40):
+        true = mpmath.asin(mpmath.mpf(1) - mpmath.mpf(gap))
+    assert abs(time - true) < 1e-15 / gap**0.5
+
+
+def test_a_guard_that_is_nearly_touched_is_not_hit():
+    assert height(Fraction(1) + Fraction(1, 10**11), (0, 1)).first_event(100.0) is None
+
+
+def test_what_rounding_hides_is_undecided_and_more_digits_tell():
+    level = Fraction(1) + Fraction(1, 10**18)
+    mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
+    with pytest.raises(Undecided):
+        Segment(mode.in_doubles, [0.0, 1.0]).first_event(4.0)
+    m = digits(40)
+    assert Segment(in_digits(m, mode), [m.zero, m.one]).first_event(m.mpf(4)) is None
+
+
+def test_a_root_in_a_layer_of_a_ten_billionth_of_the_time_is_found():
+    mode = AffineMode.of([[-(10**10), 0], [0, 0]], [0, 0], [((-1, 1), 0), ((1, 1), 5)])
+    assert Segment(mode.in_doubles, [-1.0, -0.5]).first_event(10.0)[0] == pytest.approx(np.log(2) * 1e-10, rel=1e-13)
+
+
+def test_a_guard_that_vanishes_at_the_start_is_no_event_there():
+    ball = AffineMode.of([[0, 1], [0, 0]], [0, -1], [((1, 0), 0)])
+    assert Segment(ball.in_doubles, [0.0, 1e-12]).first_event(1.0) == (pytest.approx(2e-12, rel=1e-15), (0,))
+    assert Segment(ball.in_doubles, [0.0, 3.0]).first_event(1.0) is None
+
+
+def test_a_growing_part_is_met_before_it_overflows_or_not_at_all():
+    mode = AffineMode.of([[10**8, 0], [0, 0]], [0, 1], [((-1, 0), 1)])
+    assert Segment(mode.in_doubles, [1e-30, 0.0]).first_event(5.0)[0] == pytest.approx(np.log(1e30) / 1e8, rel=1e-14)
+    assert Segment(mode.in_doubles, [0.0, 0.0]).first_event(5.0) is None
+    with pytest.raises(OverflowError):
+        Segment(mode.in_doubles, [1e-300, 0.0]).first_event(5.0)
+    away = AffineMode.of([[10**8, 0], [0, 0]], [0, 1], [((1, 0), 1)])
+    with pytest.raises(TooLarge, match="take a smaller until"):
+        Segment(away.in_doubles, [1.0, 0.0]).first_event(5.0)
+    m = digits(30)
+    found, _ = Segment(in_digits(m, mode), [m.mpf("1e-300"), m.zero]).first_event(m.mpf(5))
+    assert float(found) == pytest.approx(300 * np.log(10) / 1e8, rel=1e-14)
+
+
+def test_bad_modes_are_refused_in_one_line():
+    with pytest.raises(InputError, match="depends on no state"):
+        AffineMode.of([[1]], [0], [((0,), 1)])
+    with pytest.raises(InputError, match="square"):
+        AffineMode.of([[1, 2]], [0])
+    with pytest.raises(InputError, match="takes 48"):
+        _ = AffineMode.of(np.eye(60, dtype=int).tolist(), [0] * 60).in_doubles

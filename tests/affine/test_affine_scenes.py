@@ -1,0 +1,253 @@
+"""Whole scenes of affine systems with friction, against 70 digits and against the rod's kernel."""
+
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.affine.run import flows, run
+from asympk.automaton.automaton import Automaton
+from asympk.automaton.modes import mode_of
+from asympk.errors import AsympkError
+
+F, G, t = sp.symbols("F G t", real=True)
+DIGITS = 70
+
+
+def random_scene(random, size, mu, forced):
+    """Return a scene of ``size`` states, one of them a sliding velocity, one of them fast and stable."""
+    states = sp.symbols(f"y0:{size}", real=True)
+    a = random.integers(-8, 9, (size, size)) / 4 - 2 * np.eye(size)
+    a[0, 0] = -abs(a[0, 0]) - 0.5
+    b, coupling = random.integers(-8, 9, (2, size)) / 4
+    coupling[-1] = 1
+    wave = (sp.cos(2 * t) + t / 4) * forced
+    rates = [
+        sum(sp.Rational(c) * s for c, s in zip(row, states, strict=True)) + sp.Rational(d) + sp.Rational(e) * F
+        for row, d, e in zip(a, b, coupling, strict=True)
+    ]
+    rates[1] += wave
+    load = 2 + states[0] / 2 + states[1] / 4 if size > 2 else sp.Integer(2)
+    small = sp.Symbol("mu", positive=True)
+    system = ap.System.with_frictions(
+        dict(zip(states[1:], rates[1:], strict=True)), {states[0]: rates[0]},
+        [ap.Friction(velocity=states[-1], force=F, load=load, kinetic=sp.Rational(3, 4), static=1)],
+        small=small, time=t,
+    )  # fmt: skip
+    start = dict(zip(states, (random.integers(-64, 65, size) / 32).tolist(), strict=True))
+    return ap.Scene(system=system, values={small: mu}, start=start, until=3)
+
+
+class Truth:
+    """A mode at 70 digits by Taylor series of its matrix exponential; forcing in the symbols of the mode is carried."""
+
+    def __init__(self, system, values, branch):
+        mode = mode_of(system, branch)
+        put = dict(zip(system.parameters, map(sp.Rational, values), strict=True))
+        self.states = (*system.states, *sp.symbols("one tau c s"))
+        one, tau, c, s = self.states[-4:]
+        carried = {sp.cos(2 * t): c, sp.sin(2 * t): s, t: tau}
+        rates = [sp.expand(r.subs(put)).subs(carried) for r in mode.rates] + [0, one, -2 * s, 2 * c]
+        self.matrix = self.rows(rates, one)
+        self.guards = self.rows([sp.expand(g.subs(put)).subs(carried) for g in mode.guard_values], one)
+
+    def rows(self, expressions, one):
+        zero = dict.fromkeys(self.states, 0)
+        linear = [sp.expand(e - e.subs(zero) * (1 - one)) for e in map(sp.sympify, expressions)]
+        return [[mpmath.mpf(q.p) / q.q for q in map(e.coeff, self.states)] for e in linear]
+
+    def after(self, whole, h):
+        return mpmath.expm(mpmath.matrix(self.matrix) * h, method="taylor") * whole
+
+
+def begun(state, t0):
+    return mpmath.matrix([*state, 1, t0, mpmath.cos(2 * t0), mpmath.sin(2 * t0)])
+
+
+def refined(scene, path):
+    """Return (times of the events, final state) of the modes of a path, at 70 digits; check guards between them."""
+    automaton = Automaton(scene.system, scene.values)
+    legs = path.at.legs
+    size = len(scene.start)
+    branch = automaton.first(scene.start)
+    exact = map(Fraction, scene.start)
+    state, now, times = [mpmath.mpf(v.numerator) / v.denominator for v in exact], mpmath.mpf(0), []
+    for k, leg in enumerate(legs):
+        mode = Truth(scene.system, scene.values, branch)
+        whole = begun(state, now)
+        span = mpmath.mpf(leg.span)
+        if leg.guard is None:
+            return times, list(mode.after(whole, mpmath.mpf(scene.until) - now)[:size])
+        row = mpmath.matrix([mode.guards[_guard(automaton, branch, leg)]])
+        for _ in range(4):
+            there = mode.after(whole, span)
+            span -= (row * there)[0] / (row * (mpmath.matrix(mode.matrix) * there))[0]
+        there = mode.after(whole, span)
+        state, now = list(there[:size]), now + span
+        times.append(now)
+        if path.events[k].kind == "velocity_zero":
+            state[-2] = mpmath.mpf(0)
+        branch = automaton.next(branch, (_guard(automaton, branch, leg),), now, tuple(map(float, path.events[k].state)))
+    return times, state
+
+
+def _guard(automaton, branch, leg):
+
+    from asympk.arithmetic import Doubles
+
+    return flows(automaton).of(Doubles, branch)[2][leg.guard]
+
+
+@pytest.mark.parametrize("mu", [1e-1, 1e-3, 1e-6, 1e-8])
+@pytest.mark.parametrize("forced", [0, 1])
+def test_random_systems_end_where_seventy_digits_say(mu, forced):
+    random = np.random.default_rng(int(-np.log10(mu)) + 10 * forced)
+    followed = 0
+    for _ in range(4):
+        scene = random_scene(random, int(random.integers(4, 7)), mu, forced)
+        try:
+            path = ap.solve(scene)
+        except AsympkError:
+            continue
+        followed += 1
+        assert path.model == "exact"
+        with mpmath.workdps(DIGITS):
+            times, final = refined(scene, path)
+            size = max(abs(float(w)) for state in (final, *(e.state for e in path.events)) for w in state)
+            assert max(abs(a - b) for a, b in zip(final, path.final, strict=True)) < 1e-13 * size
+            assert all(abs(a - b.t) < 1e-14 * scene.until for a, b in zip(times, path.events, strict=True))
+            assert float(path.error) < 2e-13
+    assert followed > 1
+
+
+ROD = {name: sp.Symbol(name, real=True) for name in ("p", "q", "w")}
+
+
+def rod():
+    """Return the Painlevé-Klein rod as its equations stand in section 2, under other names."""
+    p, q, w = ROD.values()
+    eps, k, k0 = sp.symbols("eps k k0")
+    return ap.System.with_friction(
+        slow={p: q}, fast={q: 1 - 2 * (p + q) + F}, velocity={w: 1 - (p + q) + F}, force=F, load=p + q,
+        kinetic=k + 2, static=k0 + 2, small=eps,
+    )  # fmt: skip
+
+
+def test_the_rod_under_other_names_does_what_its_kernel_does():
+    random, system = np.random.default_rng(5), rod()
+    for _ in range(40):
+        sigma = float(random.choice([random.uniform(-1.9, 3), 1.0, -(10 ** random.uniform(-3, 0))]))
+        sigma0, mu = sigma + float(random.choice([0, random.uniform(0, 2)])), 10 ** random.uniform(-8, -0.3)
+        start, until = random.uniform(-2, 2, 3).tolist(), 10 ** random.uniform(-1, 1)
+        known = ap.solve(ap.Scene(sigma=sigma, sigma0=sigma0, mu=mu, start=start, until=until))
+        values = {"eps": mu, "k": sigma, "k0": sigma0}
+        path = run(ap.Scene(system=system, values=values, start=dict(zip("pqw", start, strict=True)), until=until))
+        assert (path.modes, [e.kind for e in path.events]) == (known.modes, [e.kind for e in known.events])
+        size = max(1, *(abs(w) for e in known.events for w in (e.x, e.z)), *map(abs, start), abs(known.final[0]))
+        assert max(abs(path.final[i] - known.final[i]) for i in (0, 2)) < 1e-13 * size
+
+
+def test_digits_agree_with_the_kernel_of_the_rod():
+    scene = ap.Scene(sigma=1, mu="1/1000", start=(0, "1/5", -1), until=5)
+    values = {"eps": "1/1000", "k": 1, "k0": 1}
+    other = ap.Scene(system=rod(), values=values, start={"p": 0, "q": "1/5", "w": -1}, until=5)
+    for digits in (15, 50, 300):
+        known, path = ap.solve(scene, digits=digits), run(other, digits=digits)
+        assert all(abs(a - b) < mpmath.mpf(10) ** (2 - digits) for a, b in zip(known.final, path.final, strict=True))
+        assert path.error < mpmath.mpf(10) ** -digits
+
+
+def test_a_path_is_dense_and_continuous_at_its_events():
+    system = rod()
+    scene = ap.Scene(system=system, values={"eps": 1e-4, "k": 1, "k0": 1}, start={"p": 0, "q": 0.2, "w": -1}, until=5)
+    path = run(scene)
+    times = np.array([e.t for e in path.events])
+    states = np.array([e.state for e in path.events])
+    assert np.abs(path(times).T - states).max() < 1e-9
+    assert path(np.array([[0.0, 5.0]]))[:, 0, 1] == pytest.approx(path.final, rel=1e-15)
+    assert path(0.0) == pytest.approx((0, 0.2, -1))
+
+
+def test_a_system_that_is_nearly_affine_goes_to_an_integrator_and_the_path_says_so():
+    x, v = sp.symbols("x v", real=True)
+    nearly = ap.System.with_frictions(
+        {x: v, v: -x - x**3 / 10**9 + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 10))]
+    )
+    assert ap.solve(ap.Scene(system=nearly, values={}, start={"x": 1, "v": 0}, until=1)).model != "exact"
+
+
+def nearly_defective(x, v, gap):
+    """Yield systems whose eigenvalues come within ``gap`` of each other, or of the forcing's."""
+    frictions = [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 4))]
+    yield {x: v, v: 1 - gap * x + F}, frictions
+    yield {x: v, v: -x - (2 - gap) * v + F}, frictions
+    yield {x: v, v: -x + 3 * sp.cos((1 + gap) * t) + F}, frictions
+
+
+@pytest.mark.parametrize("gap", ["1/1000", "1/1000000000000"])
+def test_eigenvalues_that_nearly_coincide_cost_time_but_no_digits(gap):
+    x, v = sp.symbols("x v", real=True)
+    for rates, frictions in nearly_defective(x, v, sp.Rational(gap)):
+        system = ap.System.with_frictions(rates, {}, frictions, time=t)
+        scene = ap.Scene(system=system, values={}, start={"x": 2, "v": -1}, until=8)
+        path, true = ap.solve(scene), ap.solve(scene, digits=30)
+        assert path.modes == true.modes
+        size = max(abs(float(w)) for w in true.final)
+        assert max(abs(a - b) for a, b in zip(path.final, true.final, strict=True)) < 1e-14 * size
+
+
+def test_the_quick_decision_is_the_automatons():
+    system, random = rod(), np.random.default_rng(8)
+    decided = 0
+    for _ in range(6):
+        values = (float(10 ** random.uniform(-4, -1)), *sorted(random.uniform(-1.5, 2, 2).tolist()))
+        automaton = Automaton(system, values)
+        swift = flows(automaton).swift
+        for _ in range(30):
+            start = (*random.uniform(-2, 2, 2).tolist(), float(random.choice([0, random.uniform(-1, 1)])))
+            branch = automaton.first(start)
+            assert swift.first(start) == branch
+            for hit, (kind, _) in enumerate(automaton.mode(branch).kinds):
+                struck = automaton.mode(branch).snapped(hit, 0.0, start)
+                try:
+                    after = automaton.next(branch, (hit,), 0.0, struck)
+                except AsympkError:
+                    continue
+                assert swift.next(branch, (hit,), 0.0, struck, 2.0**-48) == after, kind
+                decided += 1
+    assert decided > 100
+
+
+def spring(k, start, until, **options):
+    x, v = sp.symbols("x v", real=True)
+    stiffness = sp.Symbol("k")
+    system = ap.System.with_frictions(
+        {x: v, v: -stiffness * x + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 4))]
+    )
+    return ap.solve(ap.Scene(system=system, values={"k": k}, start=start, until=until), **options)
+
+
+def test_a_scene_of_no_length_ends_where_it_starts():
+    assert spring(1, {"x": 3, "v": -1}, 0).final == (3.0, -1.0)
+    assert spring(1, {"x": 3, "v": -1}, 0, digits=30).final == (3, -1)
+
+
+def test_what_cannot_be_followed_is_refused_in_one_line():
+    with pytest.raises(ValueError, match="from 1 to 1000"):
+        spring(1, {"x": 3, "v": -1}, 1, digits=0)
+    with pytest.raises(RuntimeError, match="limit of 5 events"):
+        spring(1, {"x": 100, "v": 0}, 1000, events=5)
+    with pytest.raises(OverflowError, match="take a smaller until"):
+        spring(-10**8, {"x": 1, "v": 0}, 5)
+    with pytest.raises(ValueError, match="from 0 to until"):
+        spring(1, {"x": 3, "v": -1}, 1)(2.0)
+
+
+def test_a_path_survives_pickling():
+    import pickle
+
+    path = spring(1, {"x": 5, "v": 0}, 20)
+    assert pickle.loads(pickle.dumps(path))(3.0) == pytest.approx(path(3.0), rel=0)

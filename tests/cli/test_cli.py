@@ -1,0 +1,190 @@
+"""The command line: what it prints, and one line with status 2 for anything wrong."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from asympk.__main__ import main
+
+GOOD = ["solve", "--sigma", "1", "--mu", "1e-6", "--start", "0", "0.2", "-1", "--until", "5"]
+
+
+def _run(capsys, *arguments):
+    try:
+        status = main([*arguments])
+    except SystemExit as stop:
+        status = stop.code
+    out, err = capsys.readouterr()
+    return status, out, err
+
+
+def test_solve_prints_the_path_as_a_table(capsys):
+    status, out, err = _run(capsys, *GOOD)
+    assert (status, err) == (0, "")
+    assert "velocity_zero -> stick" in out
+    assert out.splitlines()[-1].endswith("until (exact)")
+
+
+def test_solve_prints_json_with_the_fixed_keys(capsys):
+    _, out, _ = _run(capsys, *GOOD, "--json")
+    told = json.loads(out)
+    assert told["modes"] == ["slip_opposite", "stick", "slip_same"]
+    assert {"final", "events", "modes", "model"} <= set(told)
+    assert set(told["events"][0]) == {"kind", "t", "state"}
+    assert told["final"][2] == pytest.approx(1, abs=1e-5)
+
+
+def test_solve_with_digits_prints_strings_of_that_many_digits(capsys):
+    _, out, _ = _run(capsys, *GOOD, "--digits", "40", "--json")
+    final = json.loads(out)["final"]
+    assert all(isinstance(value, str) for value in final)
+    assert len(final[0].lstrip("-0.")) == pytest.approx(40, abs=2)
+
+
+def test_solve_with_digits_prints_the_final_state_in_full(capsys):
+    _, out, _ = _run(capsys, *GOOD, "--digits", "40")
+    full = json.loads(_run(capsys, *GOOD, "--digits", "40", "--json")[1])["final"]
+    assert out.splitlines()[-3:] == [f"{axis} = {value}" for axis, value in zip("xyz", full, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("option", "method"), [("--rtol=1e-3", "exact"), ("--digits=30", "lsoda"), ("--order=1", "sign")]
+)
+def test_an_option_that_the_method_does_not_have_is_refused_with_those_it_has(capsys, option, method):
+    status, _, err = _run(capsys, *GOOD, "--method", method, option)
+    assert status == 2
+    assert err.startswith(f"asympk: method '{method}' has no option '{option[2:].partition('=')[0]}'; it has ")
+
+
+def test_tolerances_and_orders_reach_the_method(capsys):
+    finals = [
+        json.loads(_run(capsys, *GOOD, "--json", "--method", method, *option)[1])["final"][0]
+        for method, option in (("lsoda", ["--rtol", "1e-3"]), ("lsoda", ["--rtol", "1e-9"]),
+                               ("jump", ["--order", "0"]), ("jump", ["--order", "2"]), ("exact", []))
+    ]  # fmt: skip
+    loose, tight, zeroth, second = (abs(final - finals[-1]) for final in finals[:-1])
+    assert tight < loose
+    assert second < zeroth
+
+
+def test_a_scene_in_numbers_is_certified(capsys):
+    status, out, _ = _run(capsys, "certify", *GOOD[1:])
+    assert status == 0
+    assert "x = [0.20539040887" in out
+
+
+def test_negative_numbers_of_every_form_are_values(capsys):
+    arguments = [*GOOD[:5], "--start", "-1/2", "-1e-3", "-.5", "--until", "1"]
+    assert _run(capsys, *arguments)[0] == 0
+
+
+def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
+    status, out, _ = _run(capsys, "claims", "C16", "C23")
+    assert status == 0
+    assert "C16 (section 3): refined" in out
+    assert "instead, numeric, holds" in out
+
+
+# the chart
+
+TINY = {"scenes": ("ii",), "mus": ("1e-1",), "kappas": {"1": ("1e-1",)}, "tolerances": (1e-3,), "step_sizes": (1e-1,),
+        "offsets": ("1e-2",), "repeats": 1, "steps": 400, "seconds": 5.0}  # fmt: skip
+
+
+@pytest.fixture
+def tiny(tmp_path, monkeypatch):
+    """A checkout with the kept references alone, a plan of a few runs, and peers that all seem to be installed."""
+    from asympk.output import chart
+
+    kept = tmp_path / "paper" / "generated" / "rows"
+    kept.mkdir(parents=True)
+    (tmp_path / "derivations").mkdir()
+    for file in (Path(__file__).parents[2] / "paper" / "generated" / "rows").glob("nonlinear-reference.*"):
+        shutil.copy(file, kept)
+    monkeypatch.setattr(chart, "QUICK", TINY)
+    monkeypatch.setattr(chart, "FULL", TINY)
+    monkeypatch.setattr(chart, "EXPLICIT", ("rk45",))
+    monkeypatch.setattr(chart, "IMPLICIT", ("lsoda",))
+    monkeypatch.setattr(chart, "absent", dict)
+    return tmp_path
+
+
+def test_the_quick_chart_prints_its_files_and_leaves_the_kept_rows_alone(tiny, capsys):
+    pytest.importorskip("matplotlib")
+    kept = tiny / "paper" / "generated"
+    before = {path: path.read_bytes() for path in (kept / "rows").iterdir()}
+    status, out, err = _run(capsys, "chart", "--quick", "--root", str(tiny))
+    assert (status, err) == (0, "")
+    files = [Path(line) for line in out.splitlines()]
+    assert {"work.csv", "plane.csv", "nonlinear.csv", "methods.tex", "chart-cost.pdf"} <= {file.name for file in files}
+    assert all(file.is_file() and (kept / "quick") in file.parents for file in files)
+    assert {path: path.read_bytes() for path in kept.rglob("*.*") if kept / "quick" not in path.parents} == before
+    assert "quick/" in (Path(__file__).parents[2] / ".gitignore").read_text()
+
+
+def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys):
+    pytest.importorskip("matplotlib")
+    status, out, _ = _run(capsys, "chart", "--root", str(tiny))
+    assert status == 0
+    assert str(tiny / "paper" / "generated" / "rows" / "work.csv") in out.splitlines()
+    assert not (tiny / "paper" / "generated" / "quick").exists()
+
+
+def test_the_full_chart_without_a_peer_is_refused_in_one_line_and_the_quick_one_does_without(tiny, capsys, monkeypatch):
+    from asympk.output import chart
+    from asympk.storage.rows import read_rows
+
+    monkeypatch.setattr(chart, "absent", lambda: {"lsoda": "some-package"})
+    status, out, err = _run(capsys, "chart", "--root", str(tiny))
+    assert (status, out, err) == (2, "", "asympk: the full chart runs lsoda too: pip install 'some-package'\n")
+    pytest.importorskip("matplotlib")
+    assert _run(capsys, "chart", "--quick", "--root", str(tiny))[0] == 0
+    ran = {row["method"] for row in read_rows(tiny / "paper" / "generated" / "quick" / "rows" / "work.csv")}
+    assert "rk45" in ran
+    assert "lsoda" not in ran
+
+
+def _with(option, value):
+    arguments = list(GOOD)
+    arguments[arguments.index(option) + 1] = value
+    return arguments
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (_with("--sigma", "-2"), "sigma"),
+        (_with("--sigma", "steep"), "sigma"),
+        (_with("--mu", "0"), "mu"),
+        (_with("--mu", "nan"), "mu"),
+        (_with("--until", "-1"), "until"),
+        (_with("--until", "inf"), "until"),
+        (_with("--start", "1e999999999"), "start"),
+        ([*GOOD, "--sigma0", "0"], "sigma0"),
+        ([*GOOD, "--method", "euler"], "euler"),
+        ([*GOOD, "--digits", "0"], "digits"),
+        ([*GOOD, "--digits", "many"], "digits"),
+        (["solve", "--sigma", "1"], "required"),
+        (["resolve"], "resolve"),
+        (["claims", "C99"], "C99"),
+        (["derive", "--root", "/nowhere"], "derivations"),
+        (["chart", "--quick", "--root", "/nowhere"], "derivations"),
+        (["chart", "--slow"], "--slow"),
+        (["export", "--target", "fortran", "--out", "x"], "fortran"),
+    ],
+)
+def test_bad_input_is_one_line_on_stderr_and_status_two(capsys, arguments, named):
+    status, out, err = _run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert err.count("\n") == 1
+    assert named in err
+    assert "Traceback" not in err
+
+
+def test_debug_shows_the_traceback():
+    command = [sys.executable, "-m", "asympk", "--debug", "claims", "C99"]
+    assert "Traceback" in subprocess.run(command, capture_output=True, text=True).stderr

@@ -1,0 +1,190 @@
+"""The peers' driver: one mode logic under every integrator, dense output, status sentences, and no hanging."""
+
+import random
+import re
+import sys
+import tomllib
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from peers import here
+
+import asympk as ap
+from asympk.errors import InputError, MissingPackage, OutOfRange, Unfinished, UnknownName
+from asympk.integrators.integrate import FAMILIES, FINISHED, PEERS, absent
+from asympk.symbolic.branches import Phase
+from asympk.systems import painleve_klein
+from asympk.systems.automata import automaton_of
+from asympk.systems.painleve_klein import modes
+
+SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
+STIFF = ("radau", "bdf", "lsoda", "cvode", "kvaerno5")
+
+
+def part(where, **options):
+    """Return as much of a run as was followed before a limit ended it."""
+    with pytest.raises(Unfinished) as stop:
+        ap.solve(where, **options)
+    return stop.value.path
+
+
+def scene(name, mu, **other):
+    return ap.Scene(1, mu, SCENES[name], 5, **other)
+
+
+def test_the_rod_as_numbers_has_the_fields_of_the_paper():
+    automaton = automaton_of(ap.Scene("1/2", "1/8", (0, 0, 1), 1))
+    x, y, z, s = 0.25, -1.5, 0.75, -1.25
+    for phase, a, b in (((1, 1), 1, 4.5), ((-1, 1), 1, -0.5), ((1, 0), 0, 1)):
+        mode = automaton.mode((Phase(*phase),))
+        rate = a - (b - 1) * s if phase[1] else 0
+        assert mode.rhs(0, (x, y, z)) == pytest.approx((y, 8 * (a - b * s), rate), rel=1e-15)
+        rows = ((0, 1, 0), (-8 * b, -8 * b, 0), (1 - b, 1 - b, 0) if phase[1] else (0, 0, 0))
+        assert np.allclose(mode.jac(0, (x, y, z)), rows, rtol=1e-15)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("method", here(*FAMILIES))
+def test_every_integrator_follows_the_modes_of_the_exact_flow(method, name):
+    exact = ap.solve(scene(name, 0.05))
+    path = ap.solve(scene(name, 0.05), method=method, rtol=1e-9)
+    assert path.info["status"] == FINISHED
+    assert path.model == method
+    assert path.modes == exact.modes
+    assert [e.kind for e in path.events] == [e.kind for e in exact.events]
+    assert np.allclose([e.t for e in path.events], [e.t for e in exact.events], atol=1e-6)
+    assert np.allclose(path.final, exact.final, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("method", here(*STIFF))
+def test_careful_stiff_integrators_solve_the_ordinary_scenes_however_stiff(method, name):
+    exact = ap.solve(scene(name, 1e-8))
+    path = ap.solve(scene(name, 1e-8), method=method, rtol=1e-6)
+    assert path.info["status"] == FINISHED
+    assert path.modes == exact.modes
+    assert np.allclose(path.final, exact.final, atol=1e-4)
+
+
+@pytest.mark.parametrize("method", here(*FAMILIES, "sign", "tanh", "moreau"))
+def test_dense_output_is_the_run_itself_seen_at_other_times(method):
+    where, rtol = scene("i" if method == "sign" else "iii", 0.05), 1e-4 if method == "moreau" else 1e-6
+    path = ap.solve(where, method=method, rtol=rtol)
+    grid = np.linspace(0, 5, 41).reshape(41, 1)
+    seen = path(grid)
+    assert seen.shape == (3, 41, 1)
+    assert tuple(seen[:, -1, 0]) == pytest.approx(path.final, rel=1e-12)
+    assert np.array_equal(seen[:, 0, 0], [float(v) for v in path.scene.start])
+    exact = np.array([ap.solve(path.scene).at(float(t)) for t in grid.ravel()]).T
+    assert np.abs(seen[:, :, 0] - exact).max() < 0.02
+    assert path(2.5).shape == (3,)
+    with pytest.raises(OutOfRange, match="outside the run"):
+        path(5.5)
+
+
+def test_the_snapped_states_lie_on_the_surface_they_met():
+    path = ap.solve(scene("iii", 1e-5), method="lsoda", rtol=1e-8)
+    met, left, turned = path.events
+    assert (met.kind, met.z, left.kind, left.z, turned.kind) == (
+        "velocity_zero", 0.0, "slip_onset", 0.0, "force_zero")
+    assert abs(left.x + left.y + 0.5) < 1e-15 * abs(left.x)
+    assert abs(turned.x + turned.y) <= 1e-15 * abs(turned.x)
+
+
+def test_random_scenes_have_the_exact_modes_from_awkward_starts_too():
+    rng = random.Random(20)
+    for _ in range(40):
+        sigma = rng.choice([1.0, rng.uniform(-1.9, 4)])
+        sigma0 = sigma + rng.choice([0.0, rng.uniform(0, 2)])
+        x, y, z = (rng.uniform(-2, 2) for _ in range(3))
+        x, y, z = rng.choice([(x, y, z), (x, y, 0.0), (x, -x, z), (x, -x, 0.0), (x, 1 / (sigma0 + 3) - x, 0.0)])
+        where = ap.Scene(sigma, 10 ** rng.uniform(-4, 0), (x, y, z), 3, sigma0=sigma0)
+        assert ap.solve(where, method="lsoda", rtol=1e-10).modes == ap.solve(where).modes, where
+
+
+def test_static_friction_above_kinetic_moves_the_edge_that_the_integrator_leaves():
+    path = ap.solve(ap.Scene(1, 0.01, (0, "0.2", -1), 5, sigma0=3), method="radau", rtol=1e-8)
+    onset = path.events[1]
+    assert (onset.kind, path.modes[1]) == ("slip_onset", "stick")
+    assert onset.x + onset.y == pytest.approx(1 / 6, rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["rk45", "dop853", *here("heyoka", "cvode", "kvaerno5")])
+def test_a_budget_of_steps_ends_a_run_with_a_sentence(method):
+    path = part(scene("ii", 1e-6), method=method, rtol=1e-9, steps=20)
+    assert path.info["status"].startswith("step limit reached at t = ")
+    assert 0 < path.info["reached"] < 5
+
+
+@pytest.mark.parametrize("method", ["rk45", "radau", *here("heyoka", "cvode", "kvaerno5")])
+def test_a_budget_of_seconds_ends_a_run_with_a_sentence(method):
+    path = part(scene("ii", 1e-8), method=method, rtol=1e-9, seconds=0.0)
+    assert path.info["status"].startswith("time limit reached at t = ")
+
+
+def test_a_budget_of_events_ends_a_run_with_a_sentence():
+    path = part(scene("iii", 0.01), method="lsoda", events=1)
+    assert path.info["status"].startswith("limit of 1 events reached at t = 0.08")
+
+
+def test_a_scene_of_no_length_ends_where_it_starts():
+    assert ap.solve(ap.Scene(1, 0.1, (0, "0.2", -1), 0), method="lsoda").final == (0.0, 0.2, -1.0)
+
+
+@pytest.mark.parametrize(("method", "module", "package"), [
+    ("heyoka", "heyoka", "heyoka"), ("cvode", "sksundae.cvode", "scikit-sundae"), ("kvaerno5", "jax", "diffrax"),
+])  # fmt: skip
+def test_a_missing_peer_is_one_line_with_the_way_to_get_it(monkeypatch, method, module, package):
+    for name in [m for m in sys.modules if m.split(".")[0] == module.split(".")[0]]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, module, None)
+    if method == "heyoka":
+        from asympk.integrators import taylor
+
+        taylor._compiled.cache_clear()
+    with pytest.raises(MissingPackage) as caught:
+        ap.solve(scene("i", 0.1), method=method)
+    assert str(caught.value).endswith(f"pip install '{package}'")
+    assert "\n" not in str(caught.value)
+
+
+def test_the_extra_peers_has_every_package_that_a_method_may_lack():
+    extra = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    named = {re.match(r"[\w-]+", line)[0] for line in extra["optional-dependencies"]["peers"]}
+    assert {package for _, package in PEERS.values()} == named
+    assert {method for method, (module, _) in PEERS.items() if not find_spec(module)} == set(absent())
+
+
+@pytest.mark.parametrize("options", [{"rtol": 1e-15}, {"rtol": 2}, {"rtol": float("nan")}, {"atol": 0}])
+def test_tolerances_that_doubles_cannot_follow_are_refused(options):
+    with pytest.raises(InputError):
+        ap.solve(scene("i", 0.1), method="lsoda", **options)
+
+
+def test_unknown_solvers_and_steps_are_refused_by_name():
+    with pytest.raises(InputError, match="'euler'"):
+        ap.solve(scene("i", 0.1), method="sign", solver="euler")
+    with pytest.raises(InputError, match="step = 0"):
+        ap.solve(scene("i", 0.1), method="moreau", step=0)
+    with pytest.raises(UnknownName, match="rk46"):
+        ap.solve(scene("i", 0.1), method="rk46")
+
+
+@pytest.mark.parametrize("name", ["slip_same", "slip_opposite", "stick"])
+def test_the_modes_of_the_rod_in_numbers_are_those_of_its_derived_system(name):
+    system, (sigma, mu) = painleve_klein.system(), sp.symbols("sigma mu", real=True)
+    mode, (x, y, z) = system.mode(name), system.states
+    named = {s: {"sigma": sigma, "mu": mu}.get(s.name, s) for s in system.parameters}
+    a, b = modes.coefficients(name, sigma)
+    assert sp.expand(mode.fast[y].subs(named) - (a - b * (x + y))) == 0
+    assert sp.expand(mode.slow[z].subs(named) - (a - (b - 1) * (x + y)) * int(name != "stick")) == 0
+    assert {modes.mode_name(*signs) for signs in ((1, 1), (-1, 1), (1, 0))} == {m.name for m in system.modes}
+
+
+def test_the_edges_of_stick_in_numbers_are_those_of_the_derived_system():
+    sigma0 = next(s for s in painleve_klein.system().parameters if s.name == "sigma0")
+    assert ap.stick_regions(painleve_klein.system()).edges == (
+        modes.positive_edge(sigma0), modes.other_edge(sigma0))  # fmt: skip

@@ -1,0 +1,100 @@
+"""The ledger: every claim is judged, by evidence of both kinds, and the judge can say no."""
+
+import json
+import re
+
+import pytest
+
+from asympk import ledger
+from asympk.errors import UnknownName
+from asympk.ledger import verdicts
+from asympk.ledger.trend import tends_to_one, vanishes
+from asympk.output.terminal import claims_as_json, exit_status, summary
+
+MOVES = re.compile(r"(from landing .*)?x (grows|falls|moves|gains)")
+HELD = "x is then what it was: the jump is along y"
+CLAIMS = {claim.id: claim for claim in ledger.claims()}
+
+
+def test_every_claim_has_a_verdict():
+    assert list(CLAIMS) == [f"C{n:02d}" for n in range(1, 44)]
+    assert {claim.verdict for claim in CLAIMS.values()} == set(verdicts.VERDICTS)
+
+
+@pytest.mark.parametrize("identifier", sorted(CLAIMS))
+def test_every_claim_has_a_derivation_and_a_number(identifier):
+    evidence = CLAIMS[identifier].evidence
+    assert {check.kind for check in evidence} == {"symbolic", "numeric"}
+    assert CLAIMS[identifier].statement
+    assert CLAIMS[identifier].where in ("1", "2", "3")
+
+
+@pytest.mark.parametrize(
+    ("identifier", "verdict"),
+    [("C16", "refined"), ("C18", "refined"), ("C23", "corrected"), ("C24", "refined"), ("C26", "corrected"),
+     ("C30", "refined"), ("C32", "refined"), ("C35", "refined"), ("C42", "corrected"), ("C43", "corrected")],
+)
+def test_claims_that_do_not_hold_as_written_say_what_does(identifier, verdict):
+    claim = CLAIMS[identifier]
+    assert claim.verdict == verdict
+    assert any(check.role != "as written" and check.holds for check in claim.evidence)
+    assert (verdict == "corrected") == any(not check.holds for check in claim.evidence if check.role == "as written")
+
+
+def test_one_rule_judges_what_the_jumps_do_to_x():
+    along_y = {name for name, claim in CLAIMS.items() if any(check.what == HELD for check in claim.evidence)}
+    assert along_y == {"C23", "C26"}
+    for name in ("C18", "C23", "C24", "C26"):
+        assert ("direction" in CLAIMS[name].statement) is (name in along_y)
+        roles = {check.role for check in CLAIMS[name].evidence if MOVES.match(check.what)}
+        assert roles >= {"instead" if name in along_y else "left out"}
+
+
+def _checks(*pairs):
+    kinds = ("symbolic", "numeric")
+    return tuple(verdicts.Check(role, kinds[n % 2], "", holds) for n, (role, holds) in enumerate(pairs))
+
+
+@pytest.mark.parametrize(
+    ("pairs", "verdict"),
+    [
+        ([("as written", True), ("as written", True)], "confirmed"),
+        ([("as written", True), ("as written", True), ("left out", True)], "refined"),
+        ([("as written", True), ("as written", True), ("left out", False)], "confirmed"),
+        ([("as written", False), ("as written", True)], "not settled"),
+        ([("as written", False), ("instead", True)], "corrected"),
+        ([("as written", False), ("instead", True), ("left out", False)], "not settled"),
+        ([("as written", False), ("instead", False)], "not settled"),
+        ([("as written", True)], "not settled"),
+        ([("left out", True), ("left out", True)], "not settled"),
+    ],
+)
+def test_the_verdict_follows_from_the_checks(pairs, verdict):
+    assert verdicts.verdict(_checks(*pairs)) == verdict
+
+
+def test_an_unsettled_claim_makes_the_exit_status_one():
+    lost = verdicts.Claim("C99", "3", "a slow plane in z < 0", verdicts.UNSETTLED, _checks(("as written", False)))
+    assert exit_status(CLAIMS.values()) == 0
+    assert exit_status([*CLAIMS.values(), lost]) == 1
+    assert "Not settled:\n  C99" in summary([lost], 0)
+
+
+def test_a_trend_needs_ever_smaller_deviations_from_one():
+    assert tends_to_one([1.1, 1.001, 1.00001])[0]
+    assert not tends_to_one([1.1, 1.09, 1.08])[0]
+    assert not tends_to_one([2.1, 1.001])[0]
+    assert not tends_to_one([1 + 1e-5, 1 + 1e-4])[0]
+    assert not vanishes(1e-39)[0]
+
+
+def test_the_json_of_the_ledger_has_the_fixed_keys():
+    told = json.loads(claims_as_json(CLAIMS.values()))
+    assert len(told) == 43
+    assert {"id", "where", "statement", "verdict", "evidence"} <= set(told[0])
+    assert {"role", "kind", "what", "holds", "value"} == set(told[0]["evidence"][0])
+
+
+def test_an_unknown_claim_is_named_with_the_range_of_ids():
+    with pytest.raises(UnknownName, match=r"'C44' is unknown; the ledger has C01 to C43"):
+        ledger.claim("C44")

@@ -1,0 +1,209 @@
+"""The paper: every number in it is a macro, every macro and reference is used and exists, every float has a caption."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from asympk.errors import InputError, UnknownName
+from asympk.output import numbers, paper
+from asympk.output.page import with_sections
+from asympk.storage.rows import read_rows
+
+ROOT = Path(__file__).parents[2]
+PAPER = ROOT / "paper"
+MAIN = with_sections((PAPER / "main.tex").read_text(encoding="utf-8"), PAPER)
+BODY = MAIN.split(r"\begin{document}")[1]
+GENERATED = (PAPER / "generated" / "numbers.tex").read_text(encoding="utf-8")
+DEFINED = dict(re.findall(r"\\newcommand\{\\(\w+)\}\{(.*)\}\n", GENERATED))
+FLOATS = re.findall(r"\\begin\{(figure|table)(\*?)\}(.*?)\\end\{\1\2\}", BODY, re.DOTALL)
+ALLOWED = (r"\\fuf\{[\d.]+\}", r"\\(?:tab|pic)\b[^\n]*", r"\\begin\{tabular\}.*?\\end\{tabular\}")
+
+
+def hand_typed_decimals(source):
+    """Return the decimals of a text, those apart that are equation numbers or lengths of the layout."""
+    for pattern in ALLOWED:
+        source = re.sub(pattern, "", source, flags=re.DOTALL)
+    return re.findall(r"\d+(?:\.|\{[.,]\})\d+", source)
+
+
+def test_no_decimal_in_the_text_is_typed_by_hand():
+    assert hand_typed_decimals(BODY) == []
+
+
+def test_a_decimal_typed_by_hand_is_found_and_an_equation_number_is_not():
+    assert hand_typed_decimals(r"by \fuf{2.7} it is 0.25 at $\mu=1{.}5$, $(0,1)$") == ["0.25", "1{.}5"]
+
+
+def test_every_macro_of_the_paper_is_defined_and_every_one_defined_is_used():
+    used = set(re.findall(r"\\([A-Za-z]+)", BODY))
+    assert sorted(set(DEFINED) - used) == []
+    known = set(DEFINED) | set(re.findall(r"\\newcommand\{\\(\w+)\}", MAIN))
+    ours = {name for name in used if re.search("[a-z][A-Z]", name)}  # LaTeX's own commands have no such names
+    assert sorted(ours - known) == []
+
+
+def test_the_committed_numbers_are_those_that_the_package_computes():
+    assert numbers.as_latex(numbers.macros(ROOT)) == GENERATED
+
+
+def test_every_reference_is_cited_and_every_citation_exists():
+    entries = set(re.findall(r"@\w+\{(\w+),", (PAPER / "refs.bib").read_text(encoding="utf-8")))
+    cited = set(re.findall(r"\\cite[tp]?\{(\w+)\}", BODY))
+    assert entries == cited
+
+
+def test_every_label_is_referred_to_and_every_reference_has_a_label():
+    labels = re.findall(r"\\label\{((?:fig|tab):\w+)\}", BODY)
+    assert len(labels) == len(set(labels))
+    assert set(labels) == set(re.findall(r"\\autoref\{((?:fig|tab):\w+)\}", BODY))
+    other = set(re.findall(r"\\(?:autoref|eqref)\{((?:sec|eq):\w+)\}", BODY))
+    assert other <= set(re.findall(r"\\label\{(.+?)\}", BODY))
+
+
+def test_every_float_has_a_caption_and_a_label_and_its_file():
+    assert FLOATS
+    for kind, _, body in FLOATS:
+        assert r"\caption{" in body
+        assert rf"\label{{{kind[:3]}:" in body
+        for name in re.findall(r"\\tab(?:\[.*?\])?\{([\w-]+)\}", body):
+            assert (PAPER / "generated" / "tables" / f"{name}.tex").is_file()
+            assert (PAPER / "generated" / "tables" / f"{name}.csv").is_file()
+
+
+def test_figures_in_the_paper_are_pictures_of_the_gallery():
+    from asympk.output.gallery import pictures
+
+    shown = [name for _, _, body in FLOATS for name in re.findall(r"\\pic\{([\w-]+)\}", body)]
+    assert shown
+    assert set(shown) <= {picture.name for picture in pictures(ROOT)}
+
+
+def test_the_readme_shows_committed_pictures_each_with_the_command_that_makes_it():
+    from asympk.output.gallery import README as SHOWN
+
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    found = re.findall(r"!\[.+?\]\((.+?)/([\w-]+)\.svg\)\n\n`asympk paper --only ([\w-]+)`", readme)
+    assert [name for _, name, _ in found] == [name for _, _, name in found]
+    assert sorted(name for _, name, _ in found) == sorted(SHOWN)
+    for folder, name, _ in found:
+        assert (ROOT / folder / f"{name}.svg").is_file()
+
+
+def test_the_regimes_of_the_readme_are_those_of_the_package():
+    from asympk.output.tables import regimes_table
+    from asympk.output.tabular import plain
+
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    for row in plain(regimes_table()):
+        assert f"| {' | '.join(row)} |".replace("--", "–") in readme
+
+
+def test_the_readme_names_the_integrators_that_fail_beside_the_unstable_plane_as_the_rows_do():
+    readme = re.sub(r"\s+", " ", (ROOT / "README.md").read_text(encoding="utf-8"))
+    found = numbers.of_plane(read_rows(PAPER / "generated" / "rows" / "plane.csv"))
+    assert f"{found['planeWrongNames']} end wrong; {found['planeRightNames']} do not" in readme
+
+
+def test_one_picture_is_drawn_by_its_name_and_an_unknown_one_is_refused(tmp_path):
+    (tmp_path / "derivations").mkdir()
+    written = paper.draw(tmp_path, "system")
+    assert [path.name for path in written] == ["system.pdf", "system.svg"]
+    with pytest.raises(UnknownName, match="picture 'chart' is unknown; choose one of system, phase"):
+        paper.draw(tmp_path, "chart")
+
+
+def test_numbers_are_set_as_powers_of_ten_and_decimals():
+    assert numbers.power(1.5331e-7) == r"\ensuremath{1.5\times 10^{-7}}"
+    assert numbers.power(1e-8) == r"\ensuremath{10^{-8}}"
+    assert numbers.power(9.99e-4, 2) == r"\ensuremath{10^{-3}}"
+    assert numbers.power(0) == "0"
+    assert numbers.decimal(0.999986, 4) == r"\ensuremath{1.0000}"
+
+
+def test_a_name_with_a_digit_cannot_be_a_macro():
+    with pytest.raises(InputError, match="'rate2' cannot name a macro"):
+        numbers.as_latex({"rate2": "1"})
+
+
+def test_the_first_complaint_of_tex_is_told_with_its_line():
+    log = "pdfTeX\n! Undefined control sequence.\n<recently read> \\hitTim\nl.12 at $\\hitTim\n  $\n! Emergency stop."
+    assert paper.first_complaint(log) == r"Undefined control sequence. at l.12 at $\hitTim"
+    assert paper.first_complaint("Latexmk: nothing\nlast words\n") == "last words"
+
+
+def test_without_latexmk_one_line_says_what_to_install(monkeypatch, tmp_path):
+    for name in ("write_rows", "write_figures", "write_tables"):
+        monkeypatch.setattr(paper, name, lambda *_: [])
+    monkeypatch.setattr(paper.numbers, "macros", lambda _: {"one": "1"})
+    monkeypatch.setattr(paper.shutil, "which", lambda _: None)
+    (tmp_path / "derivations").mkdir()
+    *_, last = paper.build(tmp_path)
+    assert last == f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {paper.PACKAGES}"
+
+
+ASKING = "LaTeX Warning: Label(s) may have changed. Rerun to get cross-references right.\n"
+
+
+@pytest.mark.parametrize(("log", "asks"), [
+    (ASKING, True),
+    ("Package natbib Warning: Citation(s) may have changed.\n(natbib)      Rerun to get citations correct.\n", True),
+    ("Package: rerunfilecheck 2022-07-10 v1.10 Rerun checks for auxiliary files (HO)\n", False),
+])  # fmt: skip
+def test_a_log_asks_to_run_again_where_latex_or_a_package_does(log, asks):
+    assert paper.asks_to_run_again(log) is asks
+
+
+def _latexmk(folder, logs, commands):
+    """Return a stand-in for ``subprocess.run`` that writes one log after the other, as latexmk does."""
+    (folder / "build").mkdir()
+
+    def run(command, **_):
+        commands.append(command)
+        (folder / "build" / "main.log").write_text(logs[min(len(commands), len(logs)) - 1])
+        return subprocess.CompletedProcess(command, 0, "", "")
+
+    return run
+
+
+def test_the_paper_is_typeset_until_its_labels_settle(monkeypatch, tmp_path):
+    commands = []
+    monkeypatch.setattr(paper.subprocess, "run", _latexmk(tmp_path, [ASKING, ASKING, "done\n"], commands))
+    assert paper.typeset(tmp_path) == tmp_path / "build" / "main.pdf"
+    assert ["-g" in command for command in commands] == [False, True, True]
+
+
+def test_labels_that_never_settle_are_an_error_and_no_endless_loop(monkeypatch, tmp_path):
+    monkeypatch.setattr(paper.subprocess, "run", _latexmk(tmp_path, [ASKING], []))
+    with pytest.raises(InputError, match="labels still change after 6 runs"):
+        paper.typeset(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def typeset(tmp_path_factory):
+    """Typeset a copy of the paper twice, where TeX and the figures are there; return the PDFs' bytes."""
+    from asympk.output.gallery import pictures
+    from asympk.pictures.figures import save
+
+    if not shutil.which("latexmk"):
+        return []
+    copy = tmp_path_factory.mktemp("paper")
+    for part in ("main.tex", "refs.bib"):
+        shutil.copy(PAPER / part, copy)
+    for extra in PAPER.glob("*.tex"):
+        shutil.copy(extra, copy)
+    shutil.copytree(PAPER / "generated", copy / "generated", ignore=shutil.ignore_patterns("figures"))
+    for picture in pictures(ROOT):
+        save(picture.draw(), copy / "generated" / "figures" / f"{picture.name}.pdf")
+    first = paper.typeset(copy).read_bytes()
+    subprocess.run(["latexmk", "-C", "-outdir=build", "main.tex"], cwd=copy, capture_output=True, check=True)
+    return [(first, paper.typeset(copy).read_bytes(), (copy / "build" / "main.log").read_text(errors="replace"))]
+
+
+def test_the_paper_compiles_to_the_same_bytes_twice_without_a_complaint(typeset):
+    for first, second, log in typeset:
+        assert first == second
+        assert first.startswith(b"%PDF")
+        assert re.findall(r"^(?:LaTeX|Package) .*Warning.*|^Overfull.*", log, re.MULTILINE) == []

@@ -1,0 +1,105 @@
+"""Portraits and maps show the geometry that the package derives, and can be read."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from legibility import flaws
+
+from asympk.methods import solve
+from asympk.output import gallery
+from asympk.pictures import maps, portraits
+from asympk.pictures.figures import save
+from asympk.scene import Scene
+from asympk.storage.rows import read_rows
+from asympk.studies.convergence import CASES
+from asympk.studies.least import LADDER
+
+ROWS = Path(__file__).parents[2] / "paper" / "generated" / "rows"
+PICTURES = {
+    "phase": gallery.phase,
+    "jump": gallery.jump,
+    "regimes": maps.regime_map,
+    "stick": lambda: maps.stick_over_static_friction(("1", "-17/10")),
+    "convergence": lambda: maps.convergence(
+        [{"expansion": name, "sigma": s, "order": n, "mu": mu, "excess": mu}
+         for name in CASES for s in ("1", "-1/2") for n in (0, 1, 2) for mu in (1e-2, 1e-8, 1e-12)]),
+    "collisions": lambda: maps.collisions(
+        [{"mu": mu, "scaled_x": 10.0**i, "z": side * 10.0**j, "count": max(0, i + j)}
+         for mu in (1e-3, 3.0) for i in range(-6, 7) for j in range(-6, 7) for side in (-1, 1)]),
+    "damping": lambda: gallery.damping(read_rows(ROWS / "damping.csv")),
+    "least": lambda: maps.least_models(
+        [{"sigma": sigma, "mu": 10.0**i, "z": side * 10.0**j, "rung": max(0, min(4, i + j + 4))}
+         for sigma in ("1", "-1/2") for i in range(-8, 0) for j in range(-6, 7) for side in (-1, 1)], list(LADDER)),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def figures():
+    return {name: draw() for name, draw in PICTURES.items()}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_every_text_is_on_the_sheet_and_lies_on_no_other(name, figures):
+    assert flaws(figures[name]) == []
+
+
+@pytest.mark.parametrize(("name", "kind"), [("phase", "pdf"), ("phase", "svg"), ("collisions", "svg")])
+def test_the_same_picture_has_the_same_bytes(name, kind, tmp_path):
+    first, second = (save(PICTURES[name](), tmp_path / f"{k}.{kind}").read_bytes() for k in (1, 2))
+    assert first == second
+    assert b"Date" not in first
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_every_picture_is_as_wide_as_a_column(name, figures):
+    assert figures[name].get_size_inches()[0] == 3.4
+
+
+def test_levels_are_those_of_the_paper_at_sigma_1():
+    assert portraits.levels(1) == {"Pi1": 1 / 5, "Pi2": -1, "Gamma1": 1 / 4, "Gamma2": -1 / 2}
+
+
+def test_an_edge_or_a_plane_at_infinity_has_no_level():
+    assert "Gamma2" not in portraits.levels(-1)
+    assert "Pi2" not in portraits.levels(0)
+
+
+def test_a_traced_path_passes_through_its_events_and_ends():
+    path = solve(Scene(1, "1/50", (0, -2, -1), 2))
+    t, (x, y, z) = portraits.traced(path)
+    assert {0.0, 2.0, *(event.t for event in path.events)} <= set(t)
+    assert (x[0], y[0], z[0]) == pytest.approx((0, -2, -1))
+    assert np.abs(z[np.isin(t, [event.t for event in path.events[1:]])]).max() < 1e-12
+
+
+def test_the_phase_space_names_its_planes_edges_and_octants(figures):
+    steep, shallow = figures["phase"].axes
+    words = [{text.get_text() for text in ax.texts} for ax in (steep, shallow)]
+    common = {f"${name}_{k}$" for name in (r"\Pi", "G", r"\Gamma", "O") for k in (1, 2)} | {"$O_3$", "$O_4$"}
+    assert common <= words[0] & words[1]
+    assert {"$O_5$", "$O_6$"} <= words[0] - words[1]
+
+
+def test_for_small_mu_the_computed_jump_leaves_the_vertical_one_by_as_much_as_z(figures):
+    held, _ = portraits.with_x_held(1, (0, "1/5", -1), 3)
+    path = solve(Scene(1, "1e-6", (0, "1/5", -1), 3))
+    landed = next(event for event in path.events if event.kind == "slip_onset")
+    assert held[1] == 0
+    assert landed.x == pytest.approx(1, abs=2e-4)
+
+
+def test_the_stick_region_is_filled_where_the_cone_holds(figures):
+    ax = figures["regimes"].axes[0]
+    parts = [path for fill in ax.collections for path in fill.get_paths()]
+    places = ((1, 1), (1, -0.6), (1, 0), (-1.2, 2), (-1.2, -2), (-0.5, -4))
+    inside = [any(part.contains_point(place) for part in parts) for place in places]
+    assert inside == [True, True, False, True, False, True]
+
+
+def test_a_number_stands_inside_the_part_it_counts():
+    mask = np.zeros((9, 9), dtype=bool)
+    mask[2:7, 1:8] = True
+    row, column = maps._inside(mask)
+    assert mask[row - 1 : row + 2, column - 1 : column + 2].all()
+    assert maps._inside(np.eye(9, dtype=bool)) is None

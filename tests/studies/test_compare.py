@@ -1,0 +1,250 @@
+"""Comparison across jumps, rows that read back as written, and figures that leave no failure out."""
+
+import json
+from dataclasses import asdict, replace
+from pathlib import Path as File
+
+import numpy as np
+import pytest
+
+import asympk as ap
+from asympk.errors import InputError, Unfinished, UnknownName
+from asympk.output import chart
+from asympk.path import Path
+from asympk.pictures import figures
+from asympk.storage import rows
+from asympk.studies import compare
+from asympk.studies.compare import Row, errors_of, path_distance, quiet_times, status_of, timed, workprec
+
+KEPT = File(__file__).parents[2] / "paper" / "generated" / "rows"
+
+
+def scene(mu="1e-3", name="iii"):
+    return ap.Scene(1, mu, chart.SCENES[name], 5, name=name)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    return ap.solve(scene(), digits=30)
+
+
+def late(path, by):
+    """Return ``path`` run ``by`` later, as a method that locates the first event badly."""
+    shifted = tuple(event._replace(t=event.t + by) for event in path.events)
+    return replace(path, events=shifted, at=lambda t: path(max(float(t) - by, 0.0)))
+
+
+def test_the_exact_flow_in_doubles_has_no_error_worth_the_name(exact):
+    found = errors_of(ap.solve(scene()), exact, scene())
+    assert found["same_modes"] is True
+    assert max(found["final_error"], found["path_error"]) < 1e-14
+    assert found["time_error"] < 1e-13
+
+
+def test_a_jump_that_is_late_by_a_part_of_mu_is_a_time_error_and_no_path_error(exact):
+    shifted = late(exact, 1e-4 * float(exact.scene.mu))
+    found = errors_of(shifted, exact, exact.scene)
+    assert found["time_error"] == pytest.approx(1e-4, rel=1e-6)
+    assert found["path_error"] < 1e-6
+    middle = float(exact.events[0].t)
+    assert abs(float(shifted(middle)[1]) - float(exact(middle)[1])) > 1e-2
+
+
+def test_quiet_times_keep_away_from_the_start_and_from_every_event(exact):
+    mu = float(exact.scene.mu)
+    times = quiet_times(exact, mu, 5.0)
+    width = 4 * mu * np.log(1 / mu)
+    assert len(times) > 50
+    assert all(abs(t - float(e.t)) > width for t in times for e in exact.events)
+    assert times[0] > width
+    assert quiet_times(exact, 10.0, 5.0) == []
+    assert path_distance(exact, exact, ap.Scene(1, 10, (0, 0, 1), 5)) is None
+
+
+@pytest.mark.parametrize(("errors", "status"), [
+    ({"final_error": 1e-5, "same_modes": True}, "finished"),
+    ({"final_error": 1e-5, "same_modes": None}, "finished"),
+    ({"final_error": 1e-5, "same_modes": False}, "events missed"),
+    ({"final_error": 0.2, "same_modes": False}, "wrong branch"),
+    ({"final_error": 0.2, "same_modes": None}, "wrong branch"),
+])  # fmt: skip
+def test_the_status_of_a_finished_run_is_judged_by_its_end_and_its_modes(exact, errors, status):
+    assert status_of(exact, errors) == status
+
+
+def test_a_run_that_did_not_finish_has_a_status_and_no_errors(exact):
+    with pytest.raises(Unfinished) as stop:
+        ap.solve(scene("1e-6"), method="rk45", steps=50)
+    path = stop.value.path
+    assert errors_of(path, exact, scene("1e-6")) == {}
+    assert status_of(path, {}) == path.info["status"]
+
+
+def test_work_grows_and_errors_fall_with_the_tolerance():
+    found = workprec(scene(), "radau", repeats=1)((1e-3, 1e-6, 1e-9))
+    assert [row.rtol for row in found] == [1e-3, 1e-6, 1e-9]
+    assert found[0].steps < found[1].steps < found[2].steps
+    assert found[0].final_error > found[1].final_error > found[2].final_error
+    assert {row.status for row in found} == {"finished"}
+    assert all(row.jacobians > 0 and row.calls > row.steps and row.ratio > 0 for row in found)
+
+
+def test_a_refusal_is_a_row_that_says_why():
+    (row,) = workprec(scene(), "rigid", repeats=1)((None,))
+    assert row.status.startswith(("NoMotion", "TwoMotions", "OutOfRange"))
+    assert (row.final_error, row.ratio) == (None, None)
+    with pytest.raises(UnknownName):
+        ap.solve(scene(), method="euler")
+
+
+def test_costs_are_medians_of_interleaved_runs(monkeypatch):
+    clock = iter([0, 0.1, 0, 3, 0, 20, 0, 5, 0, 40, 0, 4, 0, 30])
+    monkeypatch.setattr(compare, "process_time", lambda: next(clock))
+    calls = []
+    path = Path(None, "x", (), (), (), None)
+    result, ratio = timed(lambda: calls.append("run") or path, lambda: calls.append("unit"), 3)
+    assert result is path
+    assert ratio == 4 / (30 / 20)
+    assert calls == ["run", "unit", *(["run"] + ["unit"] * 20) * 3]
+
+
+# rows
+
+SAMPLE = [
+    {"name": "a, b", "mu": 1e-8, "steps": 3, "same": True, "error": None},
+    {"name": "c", "mu": 0.1, "steps": None, "same": None, "error": 1.5e-300},
+]
+
+
+def test_rows_read_back_as_they_were_written(tmp_path):
+    rows.write_rows(tmp_path / "sample.csv", SAMPLE, rows.provenance(digits=30, seed=None))
+    assert rows.read_rows(tmp_path / "sample.csv") == SAMPLE
+    story = rows.read_provenance(tmp_path / "sample.csv")
+    assert (story["digits"], story["seed"], story["versions"]["asympk"]) == (30, None, ap.__version__)
+    found = workprec(scene("1e-1"), "lsoda", repeats=1)((1e-3,))
+    rows.write_rows(tmp_path / "row.csv", found, {})
+    assert rows.read_rows(tmp_path / "row.csv") == [asdict(row) for row in found]
+
+
+def test_the_bytes_of_rows_depend_on_the_rows_alone(tmp_path):
+    for name in ("one", "two"):
+        rows.write_rows(tmp_path / f"{name}.csv", SAMPLE, {"b": 1, "a": 2})
+    assert (tmp_path / "one.csv").read_bytes() == (tmp_path / "two.csv").read_bytes()
+    assert (tmp_path / "one.json").read_bytes() == (tmp_path / "two.json").read_bytes()
+
+
+@pytest.mark.parametrize(("wrong", "words"), [
+    ([{"a": float("nan")}], "NaN"),
+    ([{"a": 1}, {"b": 1}], "the first has"),
+    ([{"a": 1}, {"a": "x"}], "int, str"),
+    ([{"a": [1]}], "list"),
+    ([{"a": ""}], "empty word"),
+])  # fmt: skip
+def test_rows_that_would_not_read_back_are_refused(tmp_path, wrong, words):
+    with pytest.raises(InputError, match=words):
+        rows.write_rows(tmp_path / "wrong.csv", wrong, {})
+    assert not (tmp_path / "wrong.csv").exists()
+
+
+# figures
+
+PLAN = {"scenes": ("iii",), "mus": ("1e-1", "1e-4"), "tolerances": (1e-3, 1e-6), "step_sizes": (1e-2,),
+        "offsets": ("1e-8", "-1e-8"), "repeats": 1, "steps": 400, "seconds": 10.0}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def few():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(chart, "EXPLICIT", ("rk45",))
+        patch.setattr(chart, "IMPLICIT", ("radau", "lsoda"))
+        told = []
+        work = [asdict(row) for row in chart.work_rows(PLAN, told.append)]
+        plane = chart.plane_rows(PLAN, told.append)
+    assert any("rk45" in line for line in told)
+    return work, plane
+
+
+def _drawn(figure):
+    return sum(
+        len(line.get_xdata()) for ax in figure.axes if ax.get_visible() for line in ax.lines
+    )
+
+
+def test_every_run_is_a_mark_in_the_picture_whatever_became_of_it(few):
+    pytest.importorskip("matplotlib")
+    work, plane = few
+    assert {figures.outcome(row["status"]) for row in work} >= {"finished", "limit", "stalled", "wrong branch"}
+    assert _drawn(figures.work_precision(work, "iii", [1e-1, 1e-4])) == len(work)
+    mapped = [row for row in work if row["method"] in (*figures.style.METHODS, "exact")]
+    assert _drawn(figures.failure_map(work, "iii")) == len(mapped)
+    assert _drawn(figures.plane_map(plane)) == len(plane)
+    cost = figures.cost_against_mu(work, ["iii"], 1e-4)
+    never = next(t.get_text() for t in cost.axes[0].texts if t.get_text().startswith("never: ")).count(",") + 1
+    assert never > 1
+    assert _drawn(cost) == 2 * (len({row["method"] for row in work}) - never)
+
+
+def test_figures_are_saved_to_the_same_bytes_and_leave_rows_alone(few, tmp_path):
+    pytest.importorskip("matplotlib")
+    work, plane = few
+    before = json.dumps([work, plane])
+    for name in ("one.pdf", "two.pdf", "one.svg", "two.svg"):
+        figures.save(figures.work_precision(work, "iii", [1e-1, 1e-4], "a note"), tmp_path / name)
+    assert (tmp_path / "one.pdf").read_bytes() == (tmp_path / "two.pdf").read_bytes()
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+    assert json.dumps([work, plane]) == before
+
+
+def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, tmp_path):
+    pytest.importorskip("matplotlib")
+    work, plane = few
+    for name, found in (("work", work), ("plane", plane)):
+        rows.write_rows(tmp_path / "rows" / f"{name}.csv", found, {"plan": PLAN})
+    from legibility import flaws
+
+    assert [flaws(figure) for figure in chart.drawn(tmp_path).values()] == [[]] * 4
+    files = chart.draw(tmp_path)
+    assert all(File(file).stat().st_size > 0 for file in files)
+    assert {File(file).suffix for file in files} == {".pdf", ".tex", ".csv"}
+    table = chart.method_table(work)
+    assert sum(int(cell) for row in table.rows for cell in row[1:7]) == len(work)
+    assert not any("nan" in str(cell) for row in table.rows for cell in row)
+
+
+@pytest.mark.parametrize(("status", "key"), [
+    ("finished", "finished"), ("wrong branch", "wrong branch"), ("events missed", "events missed"),
+    ("stalled (x) at t = 1", "stalled"), ("step limit reached at t = 1", "limit"),
+    ("limit of 9 events reached", "limit"), ("OutOfRange: mu is not small", "other"),
+    ("no discrete solution at t = 1", "other"),
+])  # fmt: skip
+def test_every_status_has_a_mark(status, key):
+    assert figures.outcome(status) == key
+
+
+# the rows that are kept
+
+
+@pytest.fixture(scope="module")
+def kept():
+    return rows.read_rows(KEPT / "work.csv")
+
+
+def test_the_kept_rows_cover_ten_methods_three_scenes_and_eight_values_of_mu(kept):
+    ran = {(row["method"], row["scene"], row["mu"]) for row in kept if not row["status"].startswith("MissingPackage")}
+    methods = {m for m, _, _ in ran} - {*chart.MODELS}
+    assert len(methods) >= 10
+    assert ran >= {(m, s, float(mu)) for m in methods for s in chart.SCENES for mu in chart.MUS}
+
+
+def test_the_kept_rows_say_what_became_of_every_run(kept):
+    assert all(row["status"] and (row["final_error"] is None) == (figures.outcome(row["status"]) in (
+        "stalled", "limit", "other")) for row in kept)  # fmt: skip
+    assert list(kept[0]) == list(asdict(Row(*[None] * 20)))
+
+
+def test_the_exact_flow_is_right_in_all_kept_rows_and_the_careful_stiff_peers_are_too(kept):
+    """Fairness: what careful drivers do well is in the rows as well."""
+    assert all(row["final_error"] < 1e-14 and row["same_modes"] for row in kept if row["method"] == "exact")
+    stiff = [row for row in kept if row["method"] in chart.IMPLICIT]
+    assert all(row["same_modes"] and row["final_error"] < 0.02 for row in stiff if row["final_error"] is not None)
+    assert sum(row["status"] == "finished" for row in stiff) > 0.95 * len(stiff)

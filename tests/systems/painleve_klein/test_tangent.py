@@ -1,0 +1,59 @@
+"""Starts of which a sign hangs on the last bits: no event is told that more digits do not tell."""
+
+import pytest
+from tangent import FAMILIES, differences, draws
+
+import asympk as ap
+from asympk.arithmetic import Doubles
+from asympk.errors import Undecided
+from asympk.systems.painleve_klein.flow.exact import Case, legs_of
+
+SCENES = list(draws(20 * len(FAMILIES), seed=1))
+
+
+@pytest.mark.parametrize("family", [family.__name__ for family in FAMILIES])
+def test_starts_that_touch_go_as_forty_digits_tell(family):
+    for name, numbers in SCENES:
+        if name == family:
+            assert differences(numbers) == [], numbers
+
+
+@pytest.mark.parametrize("k", range(1, 400, 7))
+def test_a_start_on_s_zero_without_a_rate_but_for_rounding_returns_through_it(k):
+    mu = k / 1000
+    assert differences((1.0, 1.0, mu, 1 / mu, -1 / mu, -1.0, 2.0)) == []
+
+
+def test_a_rate_that_doubles_cannot_tell_is_not_told_by_them():
+    with pytest.raises(Undecided):
+        legs_of(Doubles, Case(1.0, 1.0, 1e-3, 1000.0, -1000.0, -1.0, 2.0, None))
+
+
+def test_a_rate_that_is_zero_in_fractions_is_zero_whatever_its_double():
+    scene = ap.Scene(1, "1e-3", (1000, -1000, -1), 2)
+    assert ap.solve(scene).modes == ap.solve(scene, digits=40).modes == ("slip_opposite", "stick", "slip_same")
+
+
+def test_a_load_that_doubles_round_to_zero_keeps_its_sign():
+    scene = ap.Scene(1, 1e-3, ("1.00000000000000000001", -1, 1), 1e-22)  # s = 1e-20, falling
+    assert ap.solve(scene).modes == ap.solve(scene, digits=40).modes
+
+
+def test_an_end_within_rounding_of_an_event_is_told_by_more_digits():
+    start = (-0.03575986079681304, -1.7701921652864194, 1.6482398299690568)
+    assert differences((1.0, 1.0, 0.1, *start, 0.5720662734562217)) == []
+
+
+def test_a_nearly_double_root_is_followed_to_its_end():
+    start = (11.957055698092665, -11.906772062215515, -1.3091624350074809)
+    scene = ap.Scene(3.069125726511012, 0.1, start, 1.1790697894573565)
+    path, true = ap.solve(scene), ap.solve(scene, digits=40)
+    assert abs(path.events[0].t - true.events[0].t) < 1e-9
+    assert abs(path.final[0] - true.final[0]) < 1e-14
+
+
+@pytest.mark.parametrize("power", [20, 100, 150, 300])
+def test_an_offset_from_an_edge_of_any_size_is_decided(power):
+    path = ap.solve(ap.Scene(-1.25, 1e-6, (4, f"1e-{power}", 0), 1))
+    assert path.modes == ("slip_opposite", "stick", "slip_same")
+    assert path.events[0].t == pytest.approx(5 * 10.0 ** -(power + 7), rel=1e-12)

@@ -1,0 +1,149 @@
+"""The catalogue of mechanisms, and one's own in a TOML file: they are told, drawn and run whole."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.__main__ import main
+from asympk.mechanics.described import read_mechanism
+from asympk.systems import MECHANISMS
+from asympk.systems.catalogue import described
+from asympk.systems.painleve_klein import rod
+
+ROD = """
+about = "a slender rod on the ground"
+coordinates = ["X", "Y", "theta"]
+lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
+gap = "Y - l*sin(theta)"
+slip = "X - l*cos(theta)"
+friction = "f"
+unilateral = true
+values = {m = 1, l = 1, g = 1, f = 2}
+state = {X = 0, Y = 0.8912, theta = 1.1, "X'" = -1.17824, "Y'" = 0.0907, "theta'" = 0.2}
+over = {theta = [0.05, 1.5]}
+"""
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
+    assert main(["mechanism", name]) == 0
+    told = capsys.readouterr().out
+    assert len(told.splitlines()) < 24
+    for part in ("Delassus", "critical", "rigid motions", "jump", f"asympk mechanism {name} --set"):
+        assert part in told
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_every_example_has_a_paradox_and_starts_on_its_contact(name):
+    told = described(name)
+    rod = told.mechanism
+    assert rod.evaluate(rod.paradox, told.numbers)
+    gap, rate = (rod.own(part) for part in (rod.plain.gap, rod.plain.gap_rate))
+    assert rod.evaluate(gap, {**told.numbers, "t": 0}) == pytest.approx(0, abs=1e-12)
+    assert rod.evaluate(rate, {**told.numbers, "t": 0}) == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_every_scene_of_the_catalogue_runs(name):
+    for scene in getattr(ap.systems, name).scenes():
+        path = ap.solve(scene)
+        assert np.isfinite([float(value) for value in path.final]).all()
+        assert scene.name
+
+
+def test_the_rod_of_the_mechanism_is_that_of_newtons_law():
+    """The elastic contact of ``painleve_klein.mechanism()`` in Fufaev's scales is (2.7)-(2.9), mode by mode."""
+    pk, c = ap.systems.painleve_klein, sp.Symbol("c", positive=True)
+    system = pk.mechanism().elastic(compliance=c, damping=rod.h * rod.l)
+    x, y, z = (next(s for s in system.states if s.name == name) for name in "xyz")
+    scales = rod.find_scales(rod.elastic_rod())
+    scaled = {x: scales.reaction * pk.x, y: scales.reaction * pk.y / scales.time, z: scales.velocity * pk.z}
+    turned = {pk.sigma: rod.f * sp.tan(rod.alpha) - 2, pk.sigma0: rod.f0 * sp.tan(rod.alpha) - 2}
+    for mode in pk.system().modes:
+        found = system.mode(mode.name)
+        fast = found.fast[y].subs(scaled, simultaneous=True) * rod.m / (rod.P * sp.cos(rod.alpha))
+        drift = found.slow[z].subs(scaled, simultaneous=True) * scales.time / scales.velocity
+        assert sp.simplify(fast - mode.fast[pk.y].subs(turned)) == 0
+        assert sp.simplify(drift - mode.slow[pk.z].subs(turned)) == 0
+    inertia = scales.reaction * rod.m * c / (rod.P * sp.cos(rod.alpha) * scales.time**2)
+    assert sp.simplify(inertia.subs(c, rod.l / rod.k) - scales.mu) == 0
+
+
+def test_unequal_masses_have_their_paradox_for_f_tan_alpha_above_the_sum_over_the_smooth_mass():
+    masses = ap.systems.unequal_masses
+    ratio = masses.mechanism().critical_friction * sp.tan(masses.alpha)
+    assert sp.simplify(ratio.subs(masses.alpha, 1) - (masses.m1 + masses.m2) / masses.m2) == 0
+
+
+def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD)
+    told, other = read_mechanism(file), described("painleve_rod").mechanism
+    assert sp.simplify(sp.Matrix(told.mechanism.delassus) - other.plain.delassus.subs(_named(told))) == sp.zeros(2)
+    assert main(["mechanism", str(file), "--set", "f=3"]) == 0
+    assert "rigid motions   none" in capsys.readouterr().out
+
+
+def _named(told):
+    from asympk.systems.painleve_rod import l, m
+
+    return {m: sp.Symbol("m", real=True), l: sp.Symbol("l", real=True)}
+
+
+def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
+    file = tmp_path / "rod.toml"
+    (lagrangian,) = (line for line in ROD.splitlines() if line.startswith("lagrangian"))
+    mass = 'mass = [["m", 0, 0], [0, "m", 0], [0, 0, "m*l^2/3"]]'
+    file.write_text(ROD.replace(lagrangian, f'{mass}\nforces = {{Y = "-m*g"}}'))
+    told = read_mechanism(file)
+    assert [name for name, _ in told.mechanism.motions({**told.numbers, "f": 1})] == ["slip"]
+    assert told.mechanism.motions(told.numbers) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (("gap = ", "gpa = "), "key 'gpa' is unknown; the nearest known one is 'gap'"),
+        (("Y - l*sin(theta)", "Y - L*sin(theta)"), "L"),
+        (("Y - l*sin(theta)", "__import__('os')"), "gap"),
+        (("unilateral = true", "unilateral = 1"), "unilateral must be true or false"),
+        (('coordinates = ["X", "Y", "theta"]', 'coordinates = "X"'), "coordinates must be a list"),
+        (("{theta = [0.05, 1.5]}", "[1]"), "over must name one"),
+        (('friction = "f"', ""), "friction missing"),
+        (("m*l^2*theta'^2/6", "0"), "mass is singular"),
+    ],
+)
+def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match, tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace(*change))
+    assert main(["mechanism", str(file)]) == 2
+    told = capsys.readouterr().err
+    assert match in told
+    assert len(told.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        (["painleve_rd"], "mechanism 'painleve_rd' is unknown"),
+        (["painleve_rod", "--set", "f"], "write it as NAME=VALUE"),
+        (["painleve_rod", "--set", "q=1"], "q is no coordinate, rate or parameter"),
+        (["painleve_rod", "--set", "f=steep"], "f = 'steep'"),
+        (["painleve_rod", "--plot", "map.doc"], "a plot is written as one of"),
+        (["missing.toml"], "there is no such file"),
+    ],
+)
+def test_a_command_that_makes_no_sense_is_refused_in_one_line(arguments, match, capsys):
+    assert main(["mechanism", *arguments]) == 2
+    told = capsys.readouterr().err
+    assert match in told
+    assert len(told.splitlines()) == 1
+
+
+def test_the_map_of_motions_is_the_same_file_each_time(tmp_path):
+    file = tmp_path / "motions.svg"
+    assert main(["mechanism", "painleve_rod", "--plot", str(file)]) == 0
+    first = file.read_bytes()
+    assert main(["mechanism", "painleve_rod", "--plot", str(file)]) == 0
+    assert file.read_bytes() == first
