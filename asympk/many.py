@@ -1,15 +1,39 @@
 """Many trajectories at once: which itinerary each has, and their picture, whatever has followed them."""
 
+from functools import cached_property
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from asympk import errors
 from asympk.doors import through
+from asympk.path import MODES
 from asympk.shown import Card, ShownAsTable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STICK = "stick"
+PHASES = (*MODES, "open")  # what a friction does
+# the errors by which a flow tells that it does not reach the end, and the words for them
+REFUSALS = {
+    errors.TooManyEvents: "too many events",
+    errors.TooLarge: "beyond the range of doubles",
+    errors.Undecided: "undecided",
+    errors.Accumulation: "events accumulate",
+    errors.NoMotion: "no motion",
+    errors.TwoMotions: "two motions",
+    errors.UnboundedReaction: "unbounded reaction",
+    errors.Unfinished: "unfinished",
+    errors.OutOfRange: "a rate is not finite",
+    errors.InputError: "refused",
+}
+# what became of a trajectory: the words that ``outcome`` is an index of
+OUTCOMES = ("followed", *REFUSALS.values())
+
+
+def outcome_of(reason: Exception) -> int:
+    """Return the index in ``OUTCOMES`` of an error of ``REFUSALS``."""
+    return next(k for k, kind in enumerate(REFUSALS, start=1) if isinstance(reason, kind))
 
 
 class Itineraries(NamedTuple):
@@ -31,11 +55,27 @@ class Itineraries(NamedTuple):
 
 
 class Many(ShownAsTable):
-    """What became of many trajectories: ``names``, ``final`` (n, ...), ``n_events`` (...) and ``events()``."""
+    """What became of many trajectories: ``names``, ``final`` (n, ...), ``n_events``, ``outcome`` and ``events()``.
+
+    ``n_events`` and ``outcome`` have the broadcast shape (...). ``outcome`` is an index of ``outcomes``, the words;
+    where it is not 0, "followed", ``final`` is NaN, ``n_events`` is 0 and there are no events.
+    """
+
+    outcomes = OUTCOMES
 
     names: tuple[str, ...]
     final: Any
     n_events: Any
+    _left: dict[int, int]
+
+    @cached_property
+    def outcome(self) -> Any:
+        """What became of each trajectory, an index of ``outcomes``."""
+        import numpy as np
+
+        found = np.zeros(self.n_events.size, dtype=np.uint8)
+        found[list(self._left)] = list(self._left.values())
+        return found.reshape(self.n_events.shape)
 
     def events(self) -> Any:
         """Return the events: arrays ``trajectory``, ``kind``, ``t``, in order of time per trajectory."""

@@ -17,8 +17,8 @@ from asympk.affine.rows import advance, rows_of
 from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
-from asympk.errors import InputError
-from asympk.many import Many
+from asympk.errors import InputError, OutOfRange
+from asympk.many import PHASES, REFUSALS, Many, outcome_of
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, Phase
 
@@ -44,12 +44,18 @@ class Events(NamedTuple):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Ensemble(Many):
-    """What became of many trajectories: ``final`` (n, ...) in the order of ``names``, ``n_events`` (...)."""
+    """What became of many trajectories of an affine system: ``Many``, ``final`` (n, ...) in the order of ``names``.
+
+    ``first`` (frictions, ...) tells what every friction does at the start, an index of ``asympk.many.PHASES``;
+    ``alone`` trajectories were followed by the scalar flow.
+    """
 
     names: tuple[str, ...]
     final: np.ndarray
     n_events: np.ndarray
+    first: np.ndarray
     alone: int
+    _left: dict = field(repr=False)
     _events: Events = field(repr=False)
 
     def events(self) -> Events:
@@ -57,11 +63,14 @@ class Ensemble(Many):
         return self._events
 
 
-def solve_many(*, system: Any, values: Any, start: Any, until: Any, progress: Any = None) -> Ensemble:
+def solve_many(
+    *, system: Any, values: Any, start: Any, until: Any, progress: Any = None, strict: bool = False
+) -> Ensemble:
     """Follow trajectories of an affine system; ``values``, ``start`` and ``until`` hold arrays that broadcast.
 
-    Keys are symbols or names. ``progress(done, total)`` is called after each chunk. Raises ``InputError`` where the
-    system is not affine, and what the flow of one scene raises, with the index of the trajectory.
+    Keys are symbols or names. ``progress(done, total)`` is called after each chunk. A trajectory that cannot be
+    followed has an ``outcome`` that says why; with ``strict=True`` what the flow of one scene raises is raised, with
+    the index of the trajectory. Raises ``InputError``, also where the system is not affine.
     """
     if not hasattr(system, "placed"):
         raise InputError(f"system = {system!r:.60}: it must be a System; build it with ap.System")
@@ -72,7 +81,8 @@ def solve_many(*, system: Any, values: Any, start: Any, until: Any, progress: An
     names = tuple(s.name for s in system.states)
     parameters, states, horizon, shape = _broadcast(system, values, start, until)
     total = horizon.size
-    result = _Result(np.empty((len(names), total)), np.zeros(total, dtype=np.int32), [], [])
+    first = np.zeros((len(system.frictions), total), dtype=np.uint8)
+    result = _Result(np.empty((len(names), total)), np.zeros(total, dtype=np.int32), first, [], [], {}, strict)
     done = 0
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), _first(start, states, rows[0]))
@@ -84,7 +94,8 @@ def solve_many(*, system: Any, values: Any, start: Any, until: Any, progress: An
             if progress:
                 progress(done, total)
     final, count = result.final.reshape(-1, *shape), result.count.reshape(shape)
-    return Ensemble(names, final, count, len(result.alone), _in_order(result.notes, len(names)))
+    events = _in_order(result.notes, len(names))
+    return Ensemble(names, final, count, first.reshape(-1, *shape), len(result.alone), result.left, events)
 
 
 class _Case(NamedTuple):
@@ -94,12 +105,25 @@ class _Case(NamedTuple):
 
 
 class _Result(NamedTuple):
-    """Where results go by the index of the trajectory; ``notes`` are blocks of events, ``alone`` the rows left over."""
+    """Where results go by the index of the trajectory; ``notes`` are blocks of events, ``alone`` the rows left over.
+
+    ``left`` are the outcomes of the trajectories that are left out.
+    """
 
     final: np.ndarray
     count: np.ndarray
+    first: np.ndarray
     notes: list
     alone: list
+    left: dict
+    strict: bool
+
+    def leave(self, row, reason):
+        """Leave out a trajectory for a reason, or raise it."""
+        if self.strict:
+            reason.args = (f"trajectory {row}: {reason}", *reason.args[1:])
+            raise reason
+        self.final[:, row], self.left[int(row)] = np.nan, outcome_of(reason)
 
 
 def _broadcast(system, values, start, until):
@@ -221,8 +245,22 @@ class _Flock(NamedTuple):
 
 def _follow(case, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
-    modes, start, t = _Modes(Automaton(case.system, case.values)), w.copy(), np.zeros(len(w))
+    start = w.copy()
+    try:
+        lost = _together(case, w, until, rows, result)
+    except (OutOfRange, ZeroDivisionError):  # no row has finite rates
+        lost = np.ones(len(w), dtype=bool)
+    for i in np.flatnonzero(lost):
+        _alone(case, start[i], until[i], rows[i], result)
+
+
+def _together(case, w, until, rows, result):
+    """Follow rows mode by mode, and return those that are left to the scalar flow."""
+    modes, t = _Modes(Automaton(case.system, case.values)), np.zeros(len(w))
     branch, lost = _beginning(modes, t, w)
+    for k in np.unique(branch[~lost]):
+        mine = rows[(branch == k) & ~lost]
+        result.first[:, mine] = np.reshape([PHASES.index(phase.mode) for phase in modes.branches[k]], (-1, 1))
     count, notes = np.zeros(len(w), dtype=np.int32), []
     flock = _Flock(rows, until, t, w, np.zeros_like(w), abs(w), branch, count, lost, ~lost)
     while flock.alive.any():
@@ -233,8 +271,7 @@ def _follow(case, w, until, rows, result):
     lost |= (flock.error > TRUSTED * np.where(flock.size > 0, flock.size, 1.0)).any(axis=1)
     result.final[:, rows], result.count[rows] = w.T, count
     result.notes.extend(_kept(notes, rows[lost]) if lost.any() else notes)
-    for i in np.flatnonzero(lost):
-        _alone(case, start[i], until[i], rows[i], result)
+    return lost
 
 
 def _advanced(modes, flock, k):
@@ -340,13 +377,15 @@ def _alone(case, start, until, row, result):
     """Follow one trajectory by the scalar flow."""
     states = dict(zip((s.name for s in case.system.states), map(float, start), strict=True))
     values = dict(zip(case.system.parameters, case.values, strict=True))
+    result.alone.append(row)
+    result.count[row] = 0
     try:
         path = run(Scene(system=case.system, values=values, start=states, until=float(until)))
-    except Exception as error:
-        error.args = (f"trajectory {row}: {error}", *error.args[1:])
-        raise
+    except tuple(REFUSALS) as reason:
+        result.leave(row, reason)
+        return
     result.final[:, row], result.count[row] = path.final, len(path.events)
-    result.alone.append(row)
+    result.first[:, row] = [PHASES.index(phase) for phase in path.modes[0].split("+")] if len(result.first) else []
     if path.events:
         kinds, times, states, frictions = zip(*path.events, strict=True)
         rows = np.full(len(kinds), row)

@@ -77,7 +77,20 @@ class Described:
 
 def read_mechanism(path: Any) -> Described:
     """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` for what is none, in one line."""
-    table = read_table(path)
+    return _told(read_table(path), path)
+
+
+def told_by(table: Any, parameters: Any) -> Described:
+    """Return the ``Described`` mechanism of a table without numbers, with ``parameters`` the names that it may use.
+
+    Raises ``InputError``.
+    """
+    if not isinstance(table, dict) or "values" in table:
+        raise InputError("mechanism: it must be a word of the catalogue, or a table whose values stand beside it")
+    return _told({**table, "values": dict.fromkeys(parameters)}, "mechanism")
+
+
+def _told(table, path):
     refuse_unknown(table, KEYS, path)
     names = table.get("coordinates")
     if not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):

@@ -91,44 +91,52 @@ def about(name):
 
 def _told(table, where):
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
-    physical, other = ([key for key in table if key in keys] for keys in (PHYSICAL, NONDIMENSIONAL))
-    if (physical or other) and any(key in table for key in SYSTEM):
-        raise InputError(f"{where}: {(physical + other)[0]} is the rod's; parameters of a system stand in [values]")
-    if physical and other:
-        raise InputError(f"{where}: {physical[0]} is physical and {other[0]} is not; give one kind of parameters only")
     told = {key: value for key, value in table.items() if key != "about"}
     told["name"] = word(table, "name", where, Path(where).stem)
     line = word(table, "about", where)
     try:
-        if any(key in table for key in SYSTEM):
-            return SceneFile(_of_system(told), line)
-        return SceneFile(_from_rod(told) if physical else _nondimensional(told), line)
+        made = {SYSTEM: _of_system, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)]
+        return SceneFile(made(told), line)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def keys_of(table):
+    """Return the keys of the kind that a table is of, ``SYSTEM``, ``PHYSICAL`` or ``NONDIMENSIONAL``.
+
+    Raises ``InputError`` for a table of two kinds.
+    """
+    physical, other = ([key for key in table if key in keys] for keys in (PHYSICAL, NONDIMENSIONAL))
+    of_system = any(key in table for key in SYSTEM)
+    if (physical or other) and of_system:
+        raise InputError(f"{(physical + other)[0]} is the rod's; parameters of a system stand in [values]")
+    if physical and other:
+        raise InputError(f"{physical[0]} is physical and {other[0]} is not; give one kind of parameters only")
+    return SYSTEM if of_system else PHYSICAL if physical else NONDIMENSIONAL
 
 
 def _of_system(told):
     from asympk.scenes.systemfile import read_system_scene
 
-    _require(told, ("system",))
+    require(told, ("system",))
     return read_system_scene(told)
 
 
 def _nondimensional(told):
     beside = told.pop("near", None)
     if beside is None:
-        _require(told, ("sigma", "mu", "start", "until"))
+        require(told, ("sigma", "mu", "start", "until"))
         return Scene(**{**{key: plain(value) for key, value in told.items()}, "start": _list(told["start"])})
     if "start" in told or not isinstance(beside, dict):
         raise InputError("near must be a table {manifold, x, offset, z}, and stands in place of start")
-    _require(told, ("sigma", "mu", "until"))
+    require(told, ("sigma", "mu", "until"))
     refuse_unknown(beside, _NEAR, "near")
-    _require(beside, _NEAR)
+    require(beside, _NEAR)
     return Scene.near(**{key: plain(value) for key, value in {**beside, **told}.items()})
 
 
 def _from_rod(told):
-    _require(told, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
+    require(told, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
     given = {key: plain(told[key]) for key in (*PHYSICAL, "until", "name") if key in told}
     return Scene.physical(**given, start=_list(told["start"]))
 
@@ -137,7 +145,8 @@ def _list(value):
     return [plain(item) for item in value] if isinstance(value, list) else plain(value)
 
 
-def _require(table, keys):
+def require(table, keys):
+    """Raise ``InputError`` where keys of ``table`` are missing."""
     missing = [key for key in keys if key not in table]
     if missing:
         raise InputError(f"{', '.join(missing)} missing")

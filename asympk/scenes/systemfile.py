@@ -13,7 +13,9 @@ r"""A system described in TOML: rates, frictions and assumptions as formulas in 
 
 ``[system.fast]`` holds fast states with the name of the small parameter as ``small``, ``time`` the name of an explicit
 time, ``assumptions`` a list of relations. A friction may have a ``gap`` and a ``normal``. A ``system`` that is a word
-is one of the catalogue, ``asympk.systems``.
+is one of the catalogue, ``asympk.systems``; one with a ``mechanism``, a word of the catalogue or a table such as
+``asympk.mechanics.described`` reads, is that mechanism with ``contact = "rigid"``, or ``"elastic"`` with the formulas
+``compliance`` and ``damping``.
 """
 
 from importlib import import_module
@@ -24,11 +26,14 @@ import sympy as sp
 from asympk import systems
 from asympk.errors import InputError
 from asympk.formulas import read_formula, read_relation
+from asympk.mechanics.described import told_by
 from asympk.scene import Scene
 from asympk.storage.tomlfile import nearest, plain, refuse_unknown
 from asympk.symbolic.system import Friction, System
+from asympk.systems.catalogue import described
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
+MECHANISM = ("mechanism", "contact", "compliance", "damping")
 FRICTION = ("velocity", "force", "load", "kinetic", "static", "gap", "normal")
 _NEEDED = ("velocity", "force", "load", "kinetic")
 
@@ -41,8 +46,20 @@ def read_system_scene(told: dict[str, Any]) -> Scene:
     values = {name: plain(value) for name, value in _table(told.get("values", {}), "values").items()}
     start = told["start"]
     start = {k: plain(v) for k, v in start.items()} if isinstance(start, dict) else start
-    system = _catalogued(told["system"]) if isinstance(told["system"], str) else read_system(told["system"], values)
+    system = system_of(told["system"], values)
     return Scene(system=system, values=values, start=start, until=plain(told["until"]), name=told.get("name", ""))
+
+
+def system_of(told: Any, parameters: Any) -> System:
+    """Return the ``System`` of the catalogue that a word names, of a mechanism, or that a table describes.
+
+    Formulas may use the names of ``parameters``. Raises ``InputError``.
+    """
+    if isinstance(told, str):
+        return _catalogued(told)
+    if isinstance(told, dict) and "mechanism" in told:
+        return _of_mechanism(told, parameters)
+    return read_system(told, parameters)
 
 
 def read_system(table: Any, parameters: Any) -> System:
@@ -90,6 +107,18 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     formulas = {key: read_formula(plain(table[key]), symbols, f"{where}: {key}")
                 for key in FRICTION if key in table and key not in ("force", "normal")}  # fmt: skip
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
+
+
+def _of_mechanism(table: dict, parameters: Any) -> System:
+    refuse_unknown(table, MECHANISM, "system")
+    told, contact = table["mechanism"], table.get("contact")
+    mechanism = (described(told) if isinstance(told, str) else told_by(told, parameters)).mechanism
+    if contact == "rigid":
+        return mechanism.rigid()
+    if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
+        raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
+    symbols = {name: sp.Symbol(name, positive=True) for name in parameters}
+    return mechanism.elastic(*(read_formula(plain(table[key]), symbols, key) for key in ("compliance", "damping")))
 
 
 def _catalogued(name: str) -> System:

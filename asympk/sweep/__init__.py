@@ -79,7 +79,7 @@ def _kept(sweep, out, index, progress):
     if not os.path.lexists(path):
         return False
     try:
-        story, _ = chunks.read(path)
+        story, _ = chunks.read(sweep, path)
         whole = story == chunks.provenance(sweep, index)
     except InputError:
         whole = False
@@ -156,18 +156,23 @@ def results(out, only=None):
 
     Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.
     """
-    sweep, told = manifest.read(Path(out) / MANIFEST)
+    sweep, told = read_manifest(out)
     for index, path in enumerate(files(out)):
-        story, columns = chunks.read(path, only)
+        story, columns = chunks.read(sweep, path, only)
         if story != {**chunks.provenance(sweep, index), **told["versions"]}:
             raise InputError(f"{path}: it is not of this sweep; run the sweep again to replace it")
         yield path.name, story, columns
 
 
+def read_manifest(out):
+    """Return (the ``Sweep`` in ``out``, what its manifest says); raises ``InputError`` where there is none."""
+    return manifest.read(Path(out) / MANIFEST)
+
+
 def files(out):
     """Return the paths of all chunks of the sweep in ``out``, in order; raises ``InputError`` unless it is complete."""
     out = Path(out)
-    sweep, _ = manifest.read(out / MANIFEST)
+    sweep, _ = read_manifest(out)
     found = {chunks.index_of(path.name): path for path in out.glob(f"chunk-*.{sweep.format}")}
     for index, path in found.items():
         if index is None or index >= sweep.chunks:

@@ -4,10 +4,9 @@ import json
 from collections import Counter
 from pathlib import Path
 
+from asympk.many import OUTCOMES
 from asympk.storage.files import write_text
-from asympk.sweep import results
-from asympk.sweep.chunks import itinerary
-from asympk.systems.painleve_klein.arrays import OUTCOMES
+from asympk.sweep import read_manifest, results
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
 _WIDTHS = (20, 16, 14, 14)  # bits of a double that one pass decides
@@ -18,17 +17,19 @@ _COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisio
 def summarise(out):
     """Return the summary of the complete sweep in ``out`` and write it to ``summary.json`` there.
 
-    Quantiles are exact: the ones at p are the elements of rank floor(p (n - 1)) of the final x, y, z.
+    Quantiles are exact: the ones at p are the elements of rank floor(p (n - 1)) of the final states.
     """
     out = Path(out)
+    family = read_manifest(out)[0].family
     counts = {name: Counter() for name in _COLUMNS}
-    found = quantiles(lambda first: _finals(out, counts if first else None), PROBABILITIES)
+    found = quantiles(lambda first: _finals(out, family.states, counts if first else None), PROBABILITIES)
     told = {
         "trajectories": sum(counts["outcomes"].values()),
         "outcomes": {OUTCOMES[k]: n for k, n in sorted(counts["outcomes"].items())},
         "events": {str(k): n for k, n in sorted(counts["events"].items())},
         "collisions": {str(k): n for k, n in sorted(counts["collisions"].items())},
-        "itineraries": {itinerary(k): n for k, n in sorted(counts["itineraries"].items(), key=lambda p: (-p[1], p[0]))},
+        "itineraries": {family.alphabet.words(k): n
+                        for k, n in sorted(counts["itineraries"].items(), key=lambda p: (-p[1], p[0]))},
         "probabilities": list(PROBABILITIES),
         "quantiles": found,
     }
@@ -36,13 +37,13 @@ def summarise(out):
     return told
 
 
-def _finals(out, counts):
-    """Yield {axis: final values} of every chunk, counting its other columns on the way when ``counts`` are given."""
-    for _, _, columns in results(out, None if counts else ("x", "y", "z", "outcome")):
+def _finals(out, states, counts):
+    """Yield {state: final values} of every chunk, counting its other columns on the way when ``counts`` are given."""
+    for _, _, columns in results(out, None if counts else (*states, "outcome")):
         good = columns["outcome"] == 0
         if counts:
             _count(columns, good, counts)
-        yield {axis: columns[axis][good] for axis in "xyz"}
+        yield {state: columns[state][good] for state in states}
 
 
 def _count(columns, good, counts):
@@ -157,6 +158,7 @@ def as_text(told):
         lines.append(f"{'':>14}  and {len(told['itineraries']) - 12} itineraries more")
     if told["collisions"]:
         lines.append("collisions: " + ", ".join(f"{k}: {n:,}" for k, n in told["collisions"].items()))
-    lines.append("quantiles".ljust(10) + "".join(f"{p:>14g}" for p in told["probabilities"]))
-    lines += [f"{axis:>9} " + "".join(f"{q:>14.6g}" for q in found) for axis, found in told["quantiles"].items()]
+    width = max(map(len, ("quantiles", *told["quantiles"])))
+    lines.append("quantiles".ljust(width + 1) + "".join(f"{p:>14g}" for p in told["probabilities"]))
+    lines += [f"{axis:>{width}} " + "".join(f"{q:>14.6g}" for q in found) for axis, found in told["quantiles"].items()]
     return "\n".join(lines)

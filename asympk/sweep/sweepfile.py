@@ -1,4 +1,4 @@
-r"""What to sweep over, in TOML: grids and random ensembles of any of sigma, mu, sigma0, start, until.
+r"""What to sweep over, in TOML: a scene as in ``asympk.scenes.scenefile``, with a grid or a draw for any number.
 
     seed = 7
     count = 1000000                                   # random draws at every point of the grid
@@ -6,6 +6,9 @@ r"""What to sweep over, in TOML: grids and random ensembles of any of sigma, mu,
     mu = { log_grid = [1e-6, 1e-2], points = 5 }      # or grid = [from, to]
     start = [{ uniform = [-1, 1] }, 0.2, -1]          # x, y, z; or log_uniform = [from, to]
     until = 5
+
+A sweep in physical quantities has m, P, f, alpha, l, k, h in place of sigma and mu; one over any system has
+``[system]``, ``[values]`` and ``[start]``.
 
 Trajectory i has grid point i // count. A random number depends on the seed, the quantity and i alone: it is the i-th
 output of a counter-based generator (Philox) with the key (seed, quantity), however the trajectories are cut up.
@@ -19,13 +22,15 @@ from fractions import Fraction
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
+from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of
 from asympk.storage.tomlfile import parse_table, plain, read_table, refuse_unknown, word
+from asympk.sweep.family import Family
+from asympk.sweep.rods import PhysicalRod, Rod
 
-FIELDS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 FORMATS = ("npz", "parquet")
-CHUNK = 65536
 _MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 4000
-_KEYS = ("name", "about", "seed", "count", "chunk", "format", "itineraries", "sigma", "mu", "sigma0", "start", "until")
+_KEYS = ("name", "about", "seed", "count", "chunk", "format", "itineraries", "sigma", "mu", "sigma0", "start", "until",
+         *PHYSICAL, *SYSTEM)  # fmt: skip
 _RANGES = ("grid", "log_grid", "uniform", "log_uniform")
 
 
@@ -49,12 +54,13 @@ class Axis:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep: an ``Axis`` per field, draws per grid point, seed, trajectories per chunk, the chunks' format."""
+    """A sweep: an ``Axis`` per field of a family, draws per grid point, seed, trajectories per chunk, their format."""
 
+    family: Family
     axes: dict
-    count: int = 1
-    seed: int = 0
-    chunk: int = CHUNK
+    count: int
+    seed: int
+    chunk: int
     format: str = "npz"
     itineraries: bool = True
     name: str = ""
@@ -72,8 +78,8 @@ class Sweep:
     def described(self):
         """Return the sweep as plain data, all that its results depend on."""
         axes = {field: [axis.kind, *map(str, axis.values)] for field, axis in self.axes.items()}
-        return {"axes": axes, "count": self.count, "seed": self.seed, "chunk": self.chunk, "format": self.format,
-                "itineraries": self.itineraries}  # fmt: skip
+        return {**self.family.description, "axes": axes, "count": self.count, "seed": self.seed, "chunk": self.chunk,
+                "format": self.format, "itineraries": self.itineraries}  # fmt: skip
 
     @property
     def digest(self):
@@ -87,7 +93,7 @@ class Sweep:
     def columns(self, start, stop):
         """Return {field: number, or array of stop - start numbers} of the trajectories from ``start`` on."""
         columns = {}
-        for rank, field in enumerate(FIELDS):
+        for rank, field in enumerate(self.family.fields):
             if field not in self.axes:
                 continue
             axis = self.axes[field]
@@ -96,7 +102,7 @@ class Sweep:
 
     def _period(self, field):
         """Return for how many trajectories in a row a grid quantity keeps its value: later fields vary faster."""
-        later = FIELDS[FIELDS.index(field) + 1:]
+        later = self.family.fields[self.family.fields.index(field) + 1:]
         return self.count * math.prod(self.axes[f].points for f in later if f in self.axes)
 
 
@@ -128,7 +134,8 @@ def from_description(told):
     """Return the ``Sweep`` that ``described`` describes; raises ``InputError`` and others for what is no such thing."""
     axes = {field: Axis(kind, tuple(Fraction(number(field, value)) for value in values))
             for field, (kind, *values) in told["axes"].items()}  # fmt: skip
-    sweep = Sweep(axes, *(told[key] for key in ("count", "seed", "chunk", "format", "itineraries")))
+    settings = (told[key] for key in ("count", "seed", "chunk", "format", "itineraries"))
+    sweep = Sweep(_described(told), axes, *settings)
     if sweep.described() != told or sweep.format not in FORMATS or not 1 <= sweep.chunk <= 2**24:
         raise InputError("it does not describe a sweep")
     return sweep
@@ -154,27 +161,43 @@ def told(table, where):
 
 
 def _sweep(table, where):
-    missing = [key for key in ("sigma", "mu", "start", "until") if key not in table]
-    if missing:
-        raise InputError(f"{', '.join(missing)} missing")
-    start = table["start"]
-    if not isinstance(start, list) or len(start) != 3:
-        raise InputError(f"start = {start!r:.60}: it must be a list of three: x, y, z")
-    given = {**{key: table[key] for key in ("sigma", "mu", "sigma0", "until") if key in table},
-             **dict(zip("xyz", start, strict=True))}  # fmt: skip
-    axes = {field: _axis(field, given[field]) for field in FIELDS if field in given}
-    _check_ranges(axes)
+    family = _family(table)
+    given = family.given(table)
+    axes = {field: _axis(family, field, given[field]) for field in family.fields if field in given}
+    family.check(axes)
     sweep = Sweep(
+        family,
         axes,
         _whole(table, "count", 1, 1, _MOST),
         _whole(table, "seed", 0, 0, 2**64 - 1),
-        _whole(table, "chunk", CHUNK, 1, 2**24),
+        _whole(table, "chunk", family.chunk(axes), 1, 2**24),
         word(table, "format", where, "npz"),
         table.get("itineraries", True),
         word(table, "name", where),
     )
     _check(sweep, table)
     return sweep
+
+
+def _family(table):
+    """Return the family that a table of TOML sweeps over; raises ``InputError``."""
+    keys = keys_of(table)
+    if keys is PHYSICAL:
+        return PhysicalRod()
+    if keys is NONDIMENSIONAL:
+        return Rod()
+    from asympk.sweep.systems import of_table
+
+    return of_table(table)
+
+
+def _described(told):
+    """Return the family of a ``description``; what is none makes another description, or an error."""
+    if "system" in told:
+        from asympk.sweep.systems import Systems
+
+        return Systems.described(told)
+    return PhysicalRod() if "quantities" in told else Rod()
 
 
 def _check(sweep, table):
@@ -191,22 +214,22 @@ def _check(sweep, table):
         raise InputError(f"{sweep.total} trajectories; at most {_MOST} are swept over")
 
 
-def _axis(field, value):
+def _axis(family, field, value):
     if isinstance(value, dict):
-        return _range(field, value)
+        return _range(family, field, value)
     values = value if isinstance(value, list) else [value]
     if not 1 <= len(values) <= _MOST_POINTS:
         raise InputError(f"{field}: a list of values must have from 1 to {_MOST_POINTS}")
-    return Axis("values", tuple(_exact(field, v) for v in values))
+    return Axis("values", tuple(_exact(family, field, v) for v in values))
 
 
-def _range(field, table):
+def _range(family, field, table):
     refuse_unknown(table, (*_RANGES, "points"), field)
     kinds = [kind for kind in _RANGES if kind in table]
     ends = table[kinds[0]] if len(kinds) == 1 else None
     if not isinstance(ends, list) or len(ends) != 2:
         raise InputError(f"{field}: it must have one of {', '.join(_RANGES)}, with two ends")
-    low, high = (_exact(field, end) for end in ends)
+    low, high = (_exact(family, field, end) for end in ends)
     if not low < high or (kinds[0].startswith("log") and low <= 0):
         raise InputError(f"{field} from {float(low):g} to {float(high):g}: the ends must grow, log ones be positive")
     if kinds[0].endswith("uniform"):
@@ -218,9 +241,9 @@ def _range(field, table):
     return Axis("values", _grid(kinds[0], low, high, _whole(table, "points", 2, 2, _MOST_POINTS)))
 
 
-def _exact(field, value):
+def _exact(family, field, value):
     """Return a number that has a double, as trajectories are followed in doubles."""
-    exact = Fraction(number(field, plain(value)))
+    exact = Fraction(family.number(field, plain(value)))
     if exact.denominator.bit_length() > _MOST_BITS:
         raise InputError(f"{field} = {short(value)}: a double must be able to hold it")
     return exact
@@ -238,15 +261,3 @@ def _whole(table, key, default, least, most):
     if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
         raise InputError(f"{key} = {value!r:.40}: it must be a whole number from {least} to {most}")
     return value
-
-
-def _check_ranges(axes):
-    """Refuse ranges that reach where a quantity is not allowed, before anything is computed."""
-    lowest = {field: min(axis.values) for field, axis in axes.items()}
-    for field, bound in (("sigma", -2), ("mu", 0)):
-        if lowest[field] <= bound:
-            raise InputError(f"{field} reaches {float(lowest[field]):g}: it must be greater than {bound}")
-    if lowest["until"] < 0:
-        raise InputError(f"until reaches {float(lowest['until']):g}: it must be zero or positive")
-    if "sigma0" in axes and lowest["sigma0"] < max(axes["sigma"].values):
-        raise InputError("sigma0 reaches below the largest sigma: it must be at least sigma everywhere")

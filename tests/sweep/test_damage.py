@@ -75,7 +75,7 @@ def _npz(**columns):
 
 
 def _changed(path, **columns):
-    story, found = chunks.read(path)
+    story, found = chunks.read(SWEEP, path)
     found = {**found, **columns, "provenance": np.array(json.dumps(story, sort_keys=True))}
     return _npz(**{key: value for key, value in found.items() if value is not None})
 
@@ -90,7 +90,7 @@ def test_a_chunk_of_other_columns_is_computed_again(whole, copy, columns):
     path = copy / chunks.name(SWEEP, 1)
     path.write_bytes(_changed(path, **columns))
     with pytest.raises(InputError, match="the chunk is damaged"):
-        chunks.read(path)
+        chunks.read(SWEEP, path)
     assert run(SWEEP, copy) == 1
     assert _values(copy) == _values(whole)
 

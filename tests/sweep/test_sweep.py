@@ -23,8 +23,10 @@ from asympk.sweep import chunks, files, results, run, summary
 from asympk.sweep.executors import Processes
 from asympk.sweep.lock import locked
 from asympk.sweep.meter import Meter, Steps, duration
+from asympk.sweep.rods import Rod, first_phases
 from asympk.sweep.sweepfile import parse_sweep
 
+ROD = Rod()
 TEXT = """
 seed = 11
 count = {count}
@@ -57,7 +59,7 @@ def test_every_row_is_what_solve_says():
     sweep = _sweep(count=40, chunk=80)
     columns = sweep.columns(0, 80)
     story, _ = chunks.compute(sweep, 0)
-    found = chunks.follow(columns, 80)
+    found = chunks.follow(ROD, columns, 80)
     assert (story["start"], story["stop"]) == (0, 80)
     arrays = {field: np.broadcast_to(values, 80) for field, values in columns.items()}
     for row in range(80):
@@ -70,7 +72,7 @@ def test_every_row_is_what_solve_says():
 def _agrees(found, row, path):
     kinds = [event.kind for event in path.events]
     words = f"{path.modes[0]}: {', '.join(kinds)}" if kinds else path.modes[0]
-    assert chunks.itinerary(found["itinerary"][row]) == words
+    assert ROD.alphabet.words(found["itinerary"][row]) == words
     assert found["n_events"][row] == len(kinds)
     assert found["collisions"][row] == kinds.count("velocity_zero")
 
@@ -80,9 +82,9 @@ def test_starts_on_the_planes_and_on_edges_begin_in_the_mode_that_solve_finds():
             "z": (-1.0, 0.0, 1.0)}  # fmt: skip
     rows = np.array([*product(*axes.values())]).T
     fixed = {"mu": np.full(rows.shape[1], 0.01), "until": np.zeros(rows.shape[1])}
-    modes = chunks.first_modes({**dict(zip(axes, rows, strict=True)), **fixed})
+    modes = first_phases({**dict(zip(axes, rows, strict=True)), **fixed})
     for mode, (sigma, x, y, z) in zip(modes, rows.T.tolist(), strict=True):
-        assert MODES[mode - 1] == ap.solve(ap.Scene(sigma, 0.01, (x, y, z), 0)).modes[0]
+        assert MODES[mode] == ap.solve(ap.Scene(sigma, 0.01, (x, y, z), 0)).modes[0]
 
 
 def test_a_grid_runs_through_all_combinations_and_its_decimals_are_exact():
@@ -273,7 +275,7 @@ def test_a_truncated_chunk_is_computed_again(plain, tmp_path, keep):
     damaged = tmp_path / "chunk-00000003.npz"
     damaged.write_bytes(damaged.read_bytes()[:keep])
     with pytest.raises(InputError, match="damaged"):
-        chunks.read(damaged)
+        chunks.read(_sweep(), damaged)
     assert run(_sweep(), tmp_path) == 1
     assert _bytes(tmp_path) == plain
 
@@ -282,11 +284,11 @@ def test_a_flipped_bit_anywhere_is_found_or_harmless(plain, tmp_path):
     whole = plain["chunk-00000003.npz"]
     path = tmp_path / "chunk.npz"
     path.write_bytes(whole)
-    story, columns = chunks.read(path)
+    story, columns = chunks.read(_sweep(), path)
     for place in range(0, len(whole), 61):
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1:])
         try:
-            again, values = chunks.read(path)
+            again, values = chunks.read(_sweep(), path)
         except InputError:
             continue
         assert again == story
@@ -342,9 +344,9 @@ def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
 
     monkeypatch.setattr(exact, "run", refusing)
     x, y, z, bad = np.linspace(-1, 1, 64), np.zeros(64), -np.ones(64), [5, 40, 41]
-    fair = chunks.follow({"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
+    fair = chunks.follow(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
     x[bad], y[bad], z[bad] = 1000, -1000, (7, 9, 11)  # on s = 0 without a rate: followed one by one
-    found = chunks.follow({"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
+    found = chunks.follow(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
     assert found["outcome"][bad].tolist() == [1, 2, 3]
     rest = np.delete(np.arange(64), bad)
     assert all(np.array_equal(found[name][rest], fair[name][rest]) for name in fair)
@@ -360,7 +362,8 @@ def test_summaries_are_those_of_all_data_at_once(tmp_path):
         assert told["quantiles"][axis] == np.quantile(whole[axis], told["probabilities"], method="lower").tolist()
     assert told["trajectories"] == sum(told["itineraries"].values()) == 1200
     codes, counts = np.unique(whole["itinerary"], return_counts=True)
-    assert told["itineraries"] == {chunks.itinerary(c): n for c, n in zip(codes.tolist(), counts.tolist(), strict=True)}
+    expected = {ROD.alphabet.words(code): n for code, n in zip(codes.tolist(), counts.tolist(), strict=True)}
+    assert told["itineraries"] == expected
     assert json.loads((tmp_path / "summary.json").read_text()) == told
 
 
@@ -512,8 +515,8 @@ GOOD = {"sigma": "1", "mu": "1e-3", "start": "[0, 0, -1]", "until": "5"}
     ("entries", "said"),
     [
         ({"mus": "1"}, "the nearest known one is 'mu'"),
-        ({"start": "1"}, "list of three"),
-        ({"start": "[0, 0]"}, "list of three"),
+        ({"start": "1"}, "list of 3"),
+        ({"start": "[0, 0]"}, "list of 3"),
         ({"mu": "{uniform = [1e-3, 1e-2]}"}, "seed and count must be given"),
         ({"count": "5"}, "none is random"),
         ({"mu": "{uniform = [0, 1]}", "seed": "1", "count": "1"}, "mu reaches 0"),

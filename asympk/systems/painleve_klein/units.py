@@ -37,6 +37,12 @@ class Degrees:
 
     value: Fraction
 
+    @property
+    def radians(self) -> Any:
+        """The angle in radians, to 100 digits."""
+        m = context(DIGITS)
+        return m.pi * self.value.numerator / (180 * self.value.denominator)
+
     def __str__(self) -> str:
         return f"{self.value} deg"
 
@@ -165,17 +171,24 @@ def _angle(value):
 def nondimensional(quantities):
     """Return ``RESULTS`` and the ``Units``, as fractions right to 100 digits, from exact quantities by name."""
     values = [_value(quantities[name]) for name in _SYMBOLS]
-    formula = lower(_SYMBOLS.values(), [*formulas().values(), *scales()], target="mpmath")
-    found = formula.to_digits(DIGITS, *values)
+    found = _lowered("mpmath").to_digits(DIGITS, *values)
     found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
 
 
+def in_arrays(quantities):
+    """Return ``RESULTS`` and the ``Units`` in doubles, from arrays of the quantities in the order of ``symbols()``."""
+    found = _lowered("numpy")(*quantities)
+    return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
+
+
+@cache
+def _lowered(target):
+    return lower(_SYMBOLS.values(), [*formulas().values(), *scales()], target=target)
+
+
 def _value(value):
-    if isinstance(value, Degrees):
-        m = context(DIGITS)
-        return m.pi * value.value.numerator / (180 * value.value.denominator)
-    return Fraction(value)
+    return value.radians if isinstance(value, Degrees) else Fraction(value)
 
 
 def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scene:
@@ -212,4 +225,4 @@ def _times(value, scale):
         return value * scale
     if hasattr(value, "_mpf_"):
         return value * scale.numerator / scale.denominator
-    return value * float(scale)
+    return value * (float(scale) if isinstance(scale, Fraction) else scale)

@@ -10,16 +10,15 @@ A trajectory that no flow can follow to its end is left out, and its outcome say
 """
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
-from asympk.many import Many, axes_of
+from asympk.many import Many, axes_of, outcome_of
 from asympk.path import KINDS
 from asympk.scene import Scene
-from asympk.systems.painleve_klein.arrays import OUTCOMES, itineraries, safeguarded
+from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
 from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
 from asympk.systems.painleve_klein.flow import exact
@@ -47,26 +46,13 @@ class Events(NamedTuple):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Ensemble(Many):
-    """What became of many trajectories: ``final`` (3, ...), ``n_events`` and ``outcome`` of the broadcast shape (...).
-
-    ``outcome`` is an index of ``outcomes``, the words; where it is not 0, "followed", ``final`` is NaN, ``n_events`` is
-    0 and there are no events.
-    """
-
-    outcomes = OUTCOMES
+    """What became of many trajectories of the rod, as ``Many`` tells."""
 
     final: np.ndarray
     n_events: np.ndarray
     _left: dict = field(repr=False)
     _job: Any = field(repr=False)
     _events: Events | None = field(repr=False)
-
-    @cached_property
-    def outcome(self):
-        """What became of each trajectory, an index of ``outcomes``."""
-        found = np.zeros(self.n_events.size, dtype=np.uint8)
-        found[list(self._left)] = list(self._left.values())
-        return found.reshape(self.n_events.shape)
 
     def events(self):
         """Return the ``Events``; where they were not kept, the trajectories are followed once more for them.
@@ -178,7 +164,7 @@ class _Result(NamedTuple):
             raise type(reason)(f"trajectory {row}: {reason}") from None
         at = row - self.first
         self.final[:, at], self.count[at] = np.nan, 0
-        self.left[row] = 1 + _REFUSALS.index(type(reason))
+        self.left[row] = outcome_of(reason)
 
 
 def _common(arguments, start, stop, result):

@@ -1,0 +1,85 @@
+"""Itineraries as numbers: what every friction does at the start, then the events, in letters of a few bits each.
+
+A letter is never 0: that of a phase is its place in ``PHASES``, that of an event its kind and its friction. Of an
+itinerary that is too long for 62 bits the first events are told.
+"""
+
+from dataclasses import dataclass
+
+from asympk.errors import InputError
+from asympk.many import PHASES
+
+KINDS = ("force_zero", "velocity_zero", "slip_onset", "lift_off", "touch_down")
+_BITS = 62
+
+
+@dataclass(frozen=True)
+class Alphabet:
+    """The letters for a number of ``frictions``, of which some ``open``, or none."""
+
+    frictions: int = 1
+    open: bool = False
+
+    @property
+    def kinds(self):
+        """The kinds of events that occur."""
+        return KINDS if self.open else KINDS[:3]
+
+    @property
+    def bits(self):
+        """The bits of a letter."""
+        return max(1, len(self.kinds) * self.frictions).bit_length()
+
+    @property
+    def longest(self):
+        """How many events are told; raises ``InputError`` where not even the start of so many frictions can be."""
+        left = _BITS // self.bits - self.frictions
+        if left < 1:
+            raise InputError(f"the itineraries of {self.frictions} frictions do not fit; set itineraries = false")
+        return left
+
+    def codes(self, first, count, kind, friction):
+        """Return the itineraries of trajectories as numbers.
+
+        ``first`` (frictions, n) are the places of phases, ``count`` the numbers of events, ``kind`` and ``friction``
+        those of all events, trajectory by trajectory.
+        """
+        import numpy as np
+
+        found, width = np.zeros(count.size, "<u8"), np.uint64(self.bits)
+        for phase in first:
+            found = found << width | (phase + np.uint64(1))
+        letters, begin = self._letters(kind, friction), np.cumsum(count) - count
+        for n in range(min(self.longest, int(count.max(initial=0)))):
+            rows = np.flatnonzero(count > n)
+            found[rows] = found[rows] << width | letters[begin[rows] + n]
+        return found
+
+    def _letters(self, kind, friction):
+        """Return the letters of events, their kinds told apart by the first letter: comparing whole words is slow."""
+        import numpy as np
+
+        if not kind.size:
+            return np.zeros(0, dtype=np.uint64)
+        initials = np.ascontiguousarray(kind).view(np.uint32).reshape(kind.size, -1)[:, 0]
+        place = sum((initials == ord(word[0])) * np.uint64(k) for k, word in enumerate(self.kinds, start=1))
+        return place + np.uint64(len(self.kinds)) * np.asarray(friction, dtype=np.uint64)
+
+    def words(self, code):
+        """Return an itinerary in words; raises ``ValueError`` or ``IndexError`` for a number that is none."""
+        letters, code = [], int(code)
+        while code:
+            letters.append((code & (1 << self.bits) - 1) - 1)
+            code >>= self.bits
+        letters.reverse()
+        if len(letters) < self.frictions or -1 in letters:
+            raise ValueError("an itinerary does not begin with what every friction does")
+        phases = "+".join(PHASES[k] for k in letters[:self.frictions]) or "smooth"
+        events = ", ".join(map(self._event, letters[self.frictions:]))
+        return f"{phases}: {events}" if events else phases
+
+    def _event(self, letter):
+        friction, kind = divmod(letter, len(self.kinds))
+        if friction >= self.frictions:
+            raise ValueError("an event of a friction that does not exist")
+        return f"{self.kinds[kind]} {friction}" if self.frictions > 1 else self.kinds[kind]

@@ -1,0 +1,130 @@
+"""Sweeps over the rod, in nondimensional quantities or in physical ones."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from asympk.errors import InputError
+from asympk.many import PHASES
+from asympk.numbers import number
+from asympk.scenes.scenefile import PHYSICAL, require
+from asympk.sweep.family import Followed, listed, require_static, require_time
+from asympk.sweep.itineraries import Alphabet
+
+
+@dataclass(frozen=True)
+class Rod:
+    """The Painlevé-Klein rod in nondimensional quantities."""
+
+    fields: ClassVar[tuple[str, ...]] = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
+    states: ClassVar[tuple[str, ...]] = ("x", "y", "z")
+    alphabet = Alphabet()
+
+    @property
+    def description(self):
+        """Nothing: what tells no family is of the rod."""
+        return {}
+
+    def given(self, table):
+        """Return the entries of a table by field."""
+        require(table, ("sigma", "mu", "start", "until"))
+        return {**{key: table[key] for key in ("sigma", "mu", "sigma0", "until") if key in table},
+                **listed(table["start"], self.states)}  # fmt: skip
+
+    def number(self, field, value):
+        """Return one of the numbers of a field as it is read."""
+        return number(field, value)
+
+    def check(self, axes):
+        """Refuse ranges that reach where a quantity is not allowed, before anything is computed."""
+        lowest = {field: min(axis.values) for field, axis in axes.items()}
+        for field, bound in (("sigma", -2), ("mu", 0)):
+            if lowest[field] <= bound:
+                raise InputError(f"{field} reaches {float(lowest[field]):g}: it must be greater than {bound}")
+        require_time("until", axes)
+        require_static("sigma0", "sigma", axes)
+
+    def chunk(self, axes):
+        """Return how many trajectories make a chunk."""
+        return 65536
+
+    def follow(self, columns, size, itineraries):
+        """Return what becomes of trajectories."""
+        import numpy as np
+
+        from asympk.systems.painleve_klein.arrays.ensemble import solve_many
+
+        arrays = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}
+        many = solve_many(**arrays, events=itineraries)
+        if not itineraries:
+            return Followed(many.final, many.n_events, many.outcome)
+        events, followed = many.events(), many.outcome == 0
+        first = np.zeros((1, size), dtype=np.uint8)
+        first[0, followed] = first_phases({field: values[followed] for field, values in arrays.items()})
+        return Followed(many.final, many.n_events, many.outcome, first, events.kind, np.zeros(events.t.size, np.uint8))
+
+
+@dataclass(frozen=True)
+class PhysicalRod(Rod):
+    """The rod in physical quantities: final states are told in them, too."""
+
+    fields = (*PHYSICAL, "R_1", "dR_1", "u", "until")
+    states = ("R_1", "dR_1", "u")
+
+    @property
+    def description(self):
+        """The word for the quantities."""
+        return {"quantities": "physical"}
+
+    def given(self, table):
+        """Return the entries of a table by field."""
+        require(table, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
+        return {**{key: table[key] for key in (*PHYSICAL, "until") if key in table},
+                **listed(table["start"], self.states)}  # fmt: skip
+
+    def number(self, field, value):
+        """Return one of the numbers of a field as it is read, an angle in radians."""
+        from asympk.systems.painleve_klein.units import Degrees, quantity
+
+        if field in self.states:
+            return number(field, value)
+        if field == "until":
+            return number(field, value, lambda t: t >= 0, "zero or positive")
+        found = quantity(field, value)
+        return number(field, found.radians) if isinstance(found, Degrees) else found
+
+    def check(self, axes):
+        """Refuse static friction below the kinetic one; the numbers themselves are checked as they are read."""
+        require_static("f0", "f", axes)
+
+    def follow(self, columns, size, itineraries):
+        """Return what becomes of trajectories."""
+        import numpy as np
+
+        from asympk.systems.painleve_klein.units import in_arrays
+
+        quantities = {"f0": columns["f"], **columns}
+        numbers, units = in_arrays([np.asarray(quantities[field]) for field in self.fields])
+        found = super().follow(numbers, size, itineraries)
+        return found._replace(final=np.array(units.state(*found.final)))
+
+
+def first_phases(part):
+    """Return the mode of the rod in which each trajectory begins, a place in ``PHASES``."""
+    import numpy as np
+
+    s, z = part["x"] + part["y"], part["z"]
+    static = part.get("sigma0", part["sigma"])
+    grip = (static + 2) * np.abs(s) - np.abs(1 - s)
+    modes = np.where(s * np.sign(z) > 0, 0, 1)
+    modes = np.where((z == 0) & (grip > 0), 2, np.where((z == 0) & (s > 0) & (s < 1), 0, modes))
+    close = (s == 0) | ((z == 0) & (np.abs(grip) <= 1e-9 * (1 + np.abs(s))))
+    for row in np.flatnonzero(close):
+        modes[row] = PHASES.index(_first_mode({field: float(values[row]) for field, values in part.items()}))
+    return modes
+
+
+def _first_mode(one):
+    from asympk.methods import solve
+    from asympk.scene import Scene
+
+    return solve(Scene(one["sigma"], one["mu"], (one["x"], one["y"], one["z"]), 0, one.get("sigma0"))).modes[0]

@@ -1,0 +1,174 @@
+"""Sweeps over any system: its parameters, its start, the horizon.
+
+An affine system is followed in arrays, any other one scene at a time.
+"""
+
+import json
+import math
+from contextlib import suppress
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+
+from asympk.affine.many import solve_many
+from asympk.affine.run import affine
+from asympk.errors import InputError
+from asympk.many import PHASES, REFUSALS, outcome_of
+from asympk.methods import solve
+from asympk.numbers import number, short
+from asympk.scene import Scene
+from asympk.scenes.scenefile import require
+from asympk.scenes.systemfile import system_of
+from asympk.sweep.family import Followed, listed, require_time
+from asympk.sweep.itineraries import Alphabet
+from asympk.symbolic.values import by_symbol
+
+UNTIL = "until"
+COLUMNS = ("n_events", "outcome", "collisions", "itinerary", "provenance")  # what a chunk tells beside the states
+CHUNK, FEW = 8192, 64
+_MOST_CORNERS = 128
+
+
+@dataclass(frozen=True)
+class Systems:
+    """The scenes of a system, told as JSON of its entry in a file and of the names of its parameters."""
+
+    text: str
+
+    @classmethod
+    def described(cls, told):
+        """Return the family of a ``description``."""
+        return cls(_written(told["system"], told["parameters"]))
+
+    @property
+    def description(self):
+        """The system as the file has it."""
+        system, parameters = json.loads(self.text)
+        return {"system": system, "parameters": parameters}
+
+    @property
+    def system(self):
+        """The ``System``."""
+        return _system(self.text)
+
+    @property
+    def parameters(self):
+        """The names of the parameters."""
+        return tuple(dict.fromkeys(s.name for s in self.system.parameters))
+
+    @property
+    def states(self):
+        """The names of the states."""
+        return tuple(s.name for s in self.system.states)
+
+    @property
+    def fields(self):
+        """The names of parameters and states, and the horizon."""
+        return (*self.parameters, *self.states, UNTIL)
+
+    @property
+    def alphabet(self):
+        """The letters of its itineraries."""
+        frictions = self.system.frictions
+        return Alphabet(len(frictions), any(f.gap is not None for f in frictions))
+
+    def given(self, table):
+        """Return the entries of a table by field; raises ``InputError`` unless they are those of the system."""
+        require(table, ("start", UNTIL))
+        start = table["start"]
+        if isinstance(start, list):
+            start = listed(start, self.states)
+        found = {}
+        for what, entries, symbols, kind in (("values", table.get("values", {}), self.system.parameters, "parameter"),
+                                             ("start", start, self.system.states, "state")):  # fmt: skip
+            placed = by_symbol(entries, symbols, "this system", kind)
+            if missing := [s.name for s in symbols if s not in placed]:
+                raise InputError(f"{what}: the {kind} {', '.join(missing)} is missing")
+            found |= entries
+        return {**found, UNTIL: table[UNTIL]}
+
+    def number(self, field, value):
+        """Return one of the numbers of a field as it is read."""
+        return number(field, value)
+
+    def check(self, axes):
+        """Refuse ranges whose ends the system refuses, before anything is computed."""
+        require_time(UNTIL, axes)
+        ends = [{min(axes[name].values), max(axes[name].values)} for name in self.parameters]
+        if math.prod(map(len, ends)) <= _MOST_CORNERS:
+            corners = [*product(*map(sorted, ends))]
+        else:
+            corners = [tuple(map(min, ends)), tuple(map(max, ends))]
+        start = {name: axes[name].values[0] for name in self.states}
+        for corner in corners:
+            self.system.placed(dict(zip(self.parameters, corner, strict=True)), start)
+
+    def chunk(self, axes):
+        """Return how many trajectories make a chunk: fewer where each takes longer."""
+        return CHUNK if affine(self.system) and not any(axes[name].random for name in self.parameters) else FEW
+
+    def follow(self, columns, size, itineraries):
+        """Return what becomes of trajectories."""
+        columns = {name: np.broadcast_to(values, (size,)) for name, values in columns.items()}
+        values, start = ({name: columns[name] for name in names} for names in (self.parameters, self.states))
+        if affine(self.system):
+            with suppress(InputError):  # parameters that are refused cost the others nothing
+                return _together(solve_many(system=self.system, values=values, start=start, until=columns[UNTIL]))
+        return _one_by_one(self.system, values, start, columns[UNTIL])
+
+
+def _together(many):
+    events = many.events()
+    return Followed(many.final, many.n_events, many.outcome, many.first, events.kind, events.friction)
+
+
+def _one_by_one(system, values, start, until):
+    """Follow scenes by ``solve``."""
+    size, frictions = until.size, len(system.frictions)
+    final, count = np.full((len(start), size), np.nan), np.zeros(size, dtype=np.int32)
+    first, outcome = np.zeros((frictions, size), dtype=np.uint8), np.zeros(size, dtype=np.uint8)
+    events = []
+    for row in range(size):
+        here, begin = ({name: float(column[row]) for name, column in part.items()} for part in (values, start))
+        try:
+            path = solve(Scene(system=system, values=here, start=begin, until=float(until[row])))
+        except tuple(REFUSALS) as reason:
+            outcome[row] = outcome_of(reason)
+            continue
+        final[:, row], count[row] = path.final, len(path.events)
+        first[:, row] = [PHASES.index(phase) for phase in path.modes[0].split("+")[:frictions]]
+        events += path.events
+    kind, friction = np.array([e.kind for e in events], dtype="U16"), np.array([e.friction for e in events], dtype=int)
+    return Followed(final, count, outcome, first, kind, friction)
+
+
+def of_table(table):
+    """Return the family of a table with a ``system``; raises ``InputError``."""
+    require(table, ("system",))
+    if not isinstance(values := table.get("values", {}), dict):
+        raise InputError(f"values = {short(values)}: it must be a table, [values]")
+    family = Systems(_written(table["system"], sorted(values)))
+    for name in (*family.states, *family.parameters):
+        if name == UNTIL or (name in COLUMNS and name in family.states):
+            raise InputError(f"{name} is what a sweep calls something else; give the quantity another name")
+    if table.get("itineraries", True):
+        family.alphabet.longest  # noqa: B018 - it refuses what is too much
+    return family
+
+
+def _written(system, parameters):
+    return json.dumps([system, parameters], default=_plain)
+
+
+def _plain(value):
+    if isinstance(value, Decimal):
+        return str(value)
+    raise InputError(f"system: {short(value)}: it must be a formula in text, or a number")
+
+
+@lru_cache(maxsize=8)
+def _system(text):
+    return system_of(*json.loads(text))

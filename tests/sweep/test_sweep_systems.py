@@ -1,0 +1,473 @@
+"""Sweeps over any system: what ``solve`` says of every row, the same bits however it is killed, cut or computed."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from itertools import product
+
+import numpy as np
+import pytest
+
+import asympk as ap
+from asympk.__main__ import main
+from asympk.errors import AsympkError, InputError
+from asympk.many import OUTCOMES, PHASES
+from asympk.sweep import chunks, results, run, summary
+from asympk.sweep.itineraries import Alphabet
+from asympk.sweep.sweepfile import parse_sweep
+
+# a rough, moving ground under one of two masses on springs, and a fast actuator: four states, affine
+CHAIN = """
+seed = 3
+count = {count}
+chunk = {chunk}
+until = 5
+
+[system]
+small = "mu"
+time = "t"
+
+[system.slow]
+x = "v"
+v = "y - 2*x + F + cos(2*t)/2"
+w = "x - w/4"
+
+[system.fast]
+y = "w - y"
+
+[[system.frictions]]
+velocity = "v"
+force = "F"
+load = "2 + x/4"
+kinetic = "k"
+static = "k + 1/4"
+
+[values]
+mu = 1e-3
+k = [0.25, 0.5, 1]
+
+[start]
+x = {{ uniform = [-2, 2] }}
+v = 1
+w = 0
+y = 0.5
+"""
+BELT = """
+until = {until}
+
+[system.slow]
+x = "v"
+v = "-x + F"
+
+[[system.frictions]]
+velocity = "v - 1"
+force = "F"
+load = 1
+kinetic = "k / (1 + abs(v - 1))"
+static = "k0"
+
+[values]
+k = {k}
+k0 = {k0}
+
+[start]
+x = {x}
+v = 1
+"""
+# the rod as a user would write it, under names in the order of its own
+ROD = """
+until = [1, 3]
+{settings}
+
+[system]
+small = "b"
+assumptions = ["a > -2", "c >= a"]
+
+[system.slow]
+x = "y"
+z = "1 - x - y + F"
+
+[system.fast]
+y = "1 - 2*(x + y) + F"
+
+[[system.frictions]]
+velocity = "z"
+force = "F"
+load = "x + y"
+kinetic = "a + 2"
+static = "c + 2"
+
+[values]
+a = [-1.5, 0.5, 2]
+b = [1e-2, 1e-5]
+c = 2
+
+[start]
+x = {{ uniform = [-1, 1] }}
+y = 0.2
+z = -1
+"""
+
+
+def _chain(count=30, chunk=10, **changes):
+    text = CHAIN.format(count=count, chunk=chunk)
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    return parse_sweep(text)
+
+
+def _bytes(out):
+    return {path.name: path.read_bytes() for path in out.iterdir() if path.name != "summary.json"}
+
+
+def _whole(out):
+    parts = [columns for _, _, columns in results(out)]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _paths(sweep):
+    """Yield what ``solve`` says of every row."""
+    columns = {field: np.broadcast_to(v, sweep.total) for field, v in sweep.columns(0, sweep.total).items()}
+    family = sweep.family
+    for row in range(sweep.total):
+        here = {field: float(values[row]) for field, values in columns.items()}
+        values, start = ({name: here[name] for name in names} for names in (family.parameters, family.states))
+        yield ap.solve(ap.Scene(system=family.system, values=values, start=start, until=here["until"]))
+
+
+def _agree(sweep, found, **tolerances):
+    for row, path in enumerate(_paths(sweep)):
+        assert [found[name][row] for name in path.names] == pytest.approx(path.final, **tolerances)
+        kinds = [event.kind for event in path.events]
+        words = f"{path.modes[0]}: {', '.join(kinds)}" if kinds else path.modes[0]
+        assert sweep.family.alphabet.words(found["itinerary"][row]) == words
+        assert (found["n_events"][row], found["collisions"][row]) == (len(kinds), kinds.count("velocity_zero"))
+        assert found["outcome"][row] == 0
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """The files of an uninterrupted sweep over four states, a parameter and a start, in one process."""
+    out = tmp_path_factory.mktemp("plain")
+    assert run(_chain(), out) == 9
+    return out
+
+
+def test_every_row_over_an_affine_system_is_what_solve_says(plain):
+    _agree(_chain(), _whole(plain), rel=1e-11, abs=1e-12)
+
+
+def test_every_row_over_a_nonlinear_system_is_what_solve_says(tmp_path):
+    sweep = parse_sweep(BELT.format(until=4, k="[0.5, 0.8]", k0=1, x="[0, 0.7]"))
+    run(sweep, tmp_path)
+    _agree(sweep, _whole(tmp_path), rel=1e-15)
+
+
+def test_a_smooth_system_has_one_itinerary(tmp_path):
+    sweep = parse_sweep('until = 1\n[system.slow]\nx = "v"\nv = "(1 - x^2)*v - x"\n[start]\nx = [0, 1]\nv = 1\n')
+    run(sweep, tmp_path)
+    _agree(sweep, _whole(tmp_path), rel=1e-15)
+    assert summary.summarise(tmp_path)["itineraries"] == {"smooth": 2}
+
+
+def test_the_rod_written_by_a_user_ends_where_the_rod_does(tmp_path):
+    settings = "seed = 2\ncount = 4\n"
+    run(parse_sweep(ROD.format(settings=settings)), tmp_path / "user")
+    own = "sigma = [-1.5, 0.5, 2]\nmu = [1e-2, 1e-5]\nsigma0 = 2\nuntil = [1, 3]\n"
+    run(parse_sweep(f"{settings}{own}start = [{{ uniform = [-1, 1] }}, 0.2, -1]"), tmp_path / "rod")
+    user, rod = _whole(tmp_path / "user"), _whole(tmp_path / "rod")
+    for state in "xyz":
+        assert user[state] == pytest.approx(rod[state], rel=1e-9, abs=1e-11)
+    assert all(np.array_equal(user[name], rod[name]) for name in ("n_events", "collisions", "outcome", "itinerary"))
+
+
+def test_two_worker_processes_compute_the_same_bits(plain, tmp_path):
+    (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
+    command = [sys.executable, "-m", "asympk", "sweep", str(tmp_path / "chain.toml"), "--out", str(tmp_path / "out")]
+    told = subprocess.run([*command, "--workers", "2"], capture_output=True, text=True)
+    assert (told.returncode, told.stderr) == (0, "")
+    assert _bytes(tmp_path / "out") == _bytes(plain)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_dask_cluster_computes_the_same_bits(plain, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        assert main(["sweep", str(tmp_path / "chain.toml"), "--out", str(tmp_path / "out"), "--dask",
+                     cluster.scheduler_address]) == 0  # fmt: skip
+    assert _bytes(tmp_path / "out") == _bytes(plain)
+
+
+@pytest.mark.parametrize("workers", [(), ("--workers", "2")])
+def test_killed_and_resumed_equals_the_uninterrupted_sweep(plain, tmp_path, workers):
+    (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "asympk", "sweep", str(tmp_path / "chain.toml"), "--out", str(out), *workers]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    deadline = time.monotonic() + 60
+    while len([*out.glob("chunk-*")]) < 2 and time.monotonic() < deadline:
+        time.sleep(0.005)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    assert 2 <= len([*out.glob("chunk-*")]) < 9
+    assert subprocess.run(command, capture_output=True).returncode == 0
+    assert _bytes(out) == _bytes(plain)
+
+
+def test_the_order_of_sums_does_not_hang_on_the_seed_of_hashes(plain, tmp_path):
+    (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
+    command = [sys.executable, "-m", "asympk", "sweep", str(tmp_path / "chain.toml"), "--out", str(tmp_path / "out")]
+    environment = {**os.environ, "PYTHONHASHSEED": "12345"}
+    assert subprocess.run(command, capture_output=True, env=environment).returncode == 0
+    assert _bytes(tmp_path / "out") == _bytes(plain)
+
+
+def test_a_damaged_chunk_is_computed_again(plain, tmp_path):
+    run(_chain(), tmp_path)
+    damaged = tmp_path / "chunk-00000003.npz"
+    damaged.write_bytes(damaged.read_bytes()[:-100])
+    (tmp_path / "chunk-00000004.npz").unlink()
+    (tmp_path / "chunk-00000004.npz").mkdir()
+    with pytest.raises(InputError, match="the chunk is damaged"):
+        chunks.read(_chain(), damaged)
+    assert run(_chain(), tmp_path) == 2
+    assert (tmp_path / "chunk-00000004.npz.damaged").is_dir()
+    (tmp_path / "chunk-00000004.npz.damaged").rmdir()
+    assert _bytes(tmp_path) == _bytes(plain)
+
+
+@pytest.mark.parametrize("change", [("w - y", "w - 2*y"), ("2 + x/4", "2 + x/5"), ("[0.25, 0.5, 1]", "[0.25, 0.5]")])
+def test_another_system_is_refused_in_a_line(plain, tmp_path, capsys, change):
+    (tmp_path / "other.toml").write_text(CHAIN.format(count=30, chunk=10).replace(*change))
+    assert main(["sweep", str(tmp_path / "other.toml"), "--out", str(plain)]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "it holds another sweep" in told
+
+
+def test_a_manifest_with_another_system_is_refused(plain, tmp_path):
+    run(_chain(), tmp_path)
+    told = json.loads((tmp_path / "sweep.json").read_text())
+    told["sweep"]["system"]["fast"]["y"] = "w - 2*y"
+    (tmp_path / "sweep.json").write_text(json.dumps(told))
+    with pytest.raises(InputError, match="not the manifest of a sweep, or damaged"):
+        [*results(tmp_path)]
+
+
+def test_how_a_file_is_laid_out_does_not_matter():
+    assert _chain().digest == _chain(**{"mu = 1e-3\nk = [0.25, 0.5, 1]": "k = [0.25, 0.5, 1.0]\nmu = 0.001"}).digest
+    assert _chain().digest != _chain(**{"w - y": "w - 2*y"}).digest
+    assert _chain(**{"[start]": "[start]\n# x, v, w and y"}).digest == _chain().digest
+
+
+def test_the_summary_labels_its_axes_by_the_names_of_the_states(plain):
+    told = summary.summarise(plain)
+    assert [*told["quantiles"]] == ["x", "v", "w", "y"]
+    lines = summary.as_text(told).splitlines()
+    assert [line.split()[0] for line in lines[-4:]] == ["x", "v", "w", "y"]
+    whole = _whole(plain)
+    assert told["quantiles"]["w"] == np.quantile(whole["w"], told["probabilities"], method="lower").tolist()
+
+
+RIGID = """
+until = 0.5
+[system]
+mechanism = {mechanism}
+contact = "rigid"
+{more}
+[values]
+f = [0.5, 2]
+g = 1
+l = 1
+m = 1
+[start]
+X = 0
+Y = 0.8912073600614353
+theta = 1.1
+"X'" = -1
+"Y'" = 0
+"theta'" = 0
+"""
+OWN = """
+[system.mechanism]
+coordinates = ["X", "Y", "theta"]
+lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
+gap = "Y - l*sin(theta)"
+slip = "X - l*cos(theta)"
+friction = "f"
+unilateral = true
+"""
+
+
+def test_a_rigid_mechanism_ends_in_no_motion_beyond_the_critical_friction(tmp_path):
+    run(parse_sweep(RIGID.format(mechanism='"painleve_rod"', more="")), tmp_path / "a")
+    found = _whole(tmp_path / "a")
+    assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "no motion"]
+    assert np.isnan(found["theta"]).tolist() == [False, True]
+    own = RIGID.replace("mechanism = {mechanism}\n", "").format(more=OWN)
+    run(parse_sweep(own), tmp_path / "b")
+    other = _whole(tmp_path / "b")
+    assert found["theta"][0] == pytest.approx(other["theta"][0], rel=1e-12)
+    assert other["outcome"].tolist() == found["outcome"].tolist()
+
+
+def test_an_elastic_mechanism_and_the_catalogue_are_swept_over(tmp_path):
+    elastic = RIGID.format(mechanism='"painleve_rod"', more='compliance = "c"\ndamping = "h"').replace(
+        'contact = "rigid"', 'contact = "elastic"')  # fmt: skip
+    elastic = elastic.replace("f = [0.5, 2]", "f = 0.5\nc = [1e-2, 1e-3]\nh = 0.5").replace(
+        "\"X'\" = -1\n\"Y'\" = 0\n", "x = 0\ny = 0\nz = -1\n").replace("until = 0.5", "until = 0.1")  # fmt: skip
+    named = 'until = 0.1\nsystem = "painleve_rod"\n' + elastic.partition("damping = \"h\"\n")[2]
+    for name, text in (("own", elastic), ("named", named)):
+        sweep = parse_sweep(text)
+        run(sweep, tmp_path / name)
+        _agree(sweep, _whole(tmp_path / name), rel=1e-12)
+    one, two = _whole(tmp_path / "own"), _whole(tmp_path / "named")
+    assert one["theta"] == pytest.approx(two["theta"], rel=1e-9)
+
+
+RELAY = """
+until = [1, 9]
+[system.slow]
+x = "v"
+v = "1/4*F + G"
+[[system.frictions]]
+velocity = "x"
+force = "G"
+load = 1
+kinetic = 1
+[[system.frictions]]
+velocity = "v"
+force = "F"
+load = 1
+kinetic = 2
+[start]
+x = 1
+v = 0
+"""
+
+
+def test_events_that_accumulate_are_an_outcome(tmp_path):
+    run(parse_sweep(RELAY), tmp_path)
+    found = _whole(tmp_path)
+    assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "events accumulate"]
+
+
+def test_parameters_that_are_refused_cost_the_others_nothing(tmp_path):
+    sweep = _chain(1, 10, **{
+        'time = "t"': 'time = "t"\nassumptions = ["k^2 > 1/4"]',
+        'kinetic = "k"': 'kinetic = "k^2"', "k + 1/4": "k^2 + 1/4",
+        "k = [0.25, 0.5, 1]": "k = { grid = [-1, 1], points = 3 }", "{ uniform = [-2, 2] }": "1",
+    })  # fmt: skip
+    run(sweep, tmp_path)
+    found = _whole(tmp_path)
+    assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "refused", "followed"]
+    assert np.isnan(found["x"]).tolist() == [False, True, False]
+    assert found["itinerary"][1] == 0
+
+
+@pytest.mark.parametrize("frictions", range(1, 7))
+@pytest.mark.parametrize("opens", [False, True])
+def test_an_itinerary_in_words_is_what_was_put_into_it(frictions, opens):
+    alphabet = Alphabet(frictions, opens)
+    random = np.random.default_rng(frictions)
+    count = random.integers(0, alphabet.longest + 1, 50)
+    first = random.integers(0, 3 + opens, (frictions, 50)).astype(np.uint8)
+    kind = np.array(alphabet.kinds)[random.integers(0, len(alphabet.kinds), count.sum())]
+    friction = random.integers(0, frictions, count.sum())
+    codes, at = alphabet.codes(first, count, kind, friction), 0
+    for row in range(50):
+        mine = range(at, at := at + count[row])
+        events = ", ".join(f"{kind[k]} {friction[k]}" if frictions > 1 else kind[k] for k in mine)
+        phases = "+".join(PHASES[k] for k in first[:, row])
+        assert alphabet.words(codes[row]) == (f"{phases}: {events}" if events else phases)
+
+
+def test_a_number_that_is_no_itinerary_is_told():
+    for alphabet, code in product((Alphabet(), Alphabet(2, True)), (0, 1 << 61, (1 << 62) - 1)):
+        if alphabet == Alphabet() and code == (1 << 62) - 1:
+            assert alphabet.words(code).startswith("stick: slip_onset")
+            continue
+        with pytest.raises((ValueError, IndexError)):
+            alphabet.words(code)
+
+
+HOSTILE = ["__import__('os').system('touch evaluated')", "9**9**9", "1e99999999", "1/0", "lambda: 0", "x" * 100_000,
+           "(" * 500, "nan", "x; y", ""]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+@pytest.mark.parametrize("place", ["w - y", "2 + x/4", "k + 1/4", '[0.25, 0.5, 1]', "1e-3", "{{ uniform = [-2, 2] }}"])
+def test_a_hostile_string_is_refused_at_once_in_one_line(tmp_path, monkeypatch, place, text):
+    monkeypatch.chdir(tmp_path)
+    put = text if place in ("w - y", "2 + x/4", "k + 1/4") else json.dumps(text)
+    begin = time.monotonic()
+    with pytest.raises(AsympkError) as refusal:
+        parse_sweep(CHAIN.replace(place, put.replace("{", "{{")).format(count=1, chunk=1))
+    assert time.monotonic() - begin < 2
+    assert "\n" not in str(refusal.value)
+    assert len(str(refusal.value)) < 400
+    assert [*tmp_path.iterdir()] == []
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (("k = [0.25, 0.5, 1]", "kk = 1"), "the name k is unknown; did you mean kk"),
+        (("mu = 1e-3", "mu = 1e-3\nq = 1"), "q is not a parameter of this system"),
+        (("w = 0\n", ""), "start: the state w is missing"),
+        (("y = 0.5", "yy = 0.5\ny = 1"), "yy is not a state of this system"),
+        (("mu = 1e-3", "mu = 0"), "mu = 0 is refused"),
+        (("mu = 1e-3", "mu = {{ uniform = [-1, 1] }}"), "mu = -1 is refused"),
+        (("[0.25, 0.5, 1]", "[-1, 1]"), "kinetic friction -1 is negative"),
+        (("until = 5", "until = -1"), "until reaches -1"),
+        (("seed = 3\ncount = {count}", ""), "seed and count must be given"),
+        (("[-2, 2]", "[2, -2]"), "must grow"),
+        (("until = 5", "until = 5\nsigma = 1"), "sigma is the rod's"),
+        (('kinetic = "k"', 'kinetic = "k"\nkinetik = 1'), "nearest known one is 'kinetic'"),
+        (('small = "mu"', 'small = "mu"\nmechanism = "painleve_rod"'), "key 'small' is unknown"),
+        (("[start]", "[strat]"), "key 'strat' is unknown"),
+        (('"w - y"', "true"), "the rate of y = True"),
+        (("k + 1/4", "k - 1/4"), "below the kinetic one"),
+    ],
+)  # fmt: skip
+def test_what_is_not_a_sweep_over_a_system_is_refused_by_name(change, said):
+    assert change[0] in CHAIN
+    with pytest.raises(AsympkError) as refusal:
+        parse_sweep(CHAIN.replace(*change).format(count=5, chunk=5))
+    assert said in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        ('system = "painleve_rdo"', "the nearest is 'painleve_rod'"),
+        ("system = 3", "system must be a table"),
+        ("", "system missing"),
+        ('[system]\nmechanism = "none"\ncontact = "rigid"', "mechanism 'none' is unknown"),
+        ('[system]\nmechanism = "painleve_rod"\ncontact = "soft"', 'contact must be "rigid", or "elastic"'),
+        ('[system]\nmechanism = "painleve_rod"\ncontact = "elastic"', "with compliance and damping"),
+        ('[system.slow]\nuntil = "1"', "until is what a sweep calls something else"),
+        ('[system.slow]\noutcome = "1"', "outcome is what a sweep calls something else"),
+    ],
+)
+def test_what_is_no_system_is_refused_by_name(system, said):
+    with pytest.raises(AsympkError) as refusal:
+        parse_sweep(f"until = 1\n{system}\n[values]\n[start]\n")
+    assert said in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_itineraries_that_do_not_fit_are_refused_unless_they_are_not_asked_for():
+    rates = "\n".join(f'v{k} = "F{k}"' for k in range(14))
+    frictions = "".join(f'[[system.frictions]]\nvelocity = "v{k}"\nforce = "F{k}"\nload = 1\nkinetic = 1\n'
+                        for k in range(14))  # fmt: skip
+    start = "".join(f"v{k} = 1\n" for k in range(14))
+    text = f"until = 1\n[system.slow]\n{rates}\n{frictions}\n[start]\n{start}"
+    with pytest.raises(InputError, match="itineraries of 14 frictions do not fit; set itineraries = false"):
+        parse_sweep(text)
+    assert parse_sweep("itineraries = false\n" + text).total == 1
