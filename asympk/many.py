@@ -1,12 +1,13 @@
 """Many trajectories at once: which itinerary each has, and their picture, whatever has followed them."""
 
-from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
 from asympk.shown import Card, ShownAsTable
 
 if TYPE_CHECKING:
+    from pathlib import Path as File
+
     from matplotlib.figure import Figure
 
 STICK = "stick"

@@ -9,7 +9,6 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from asympk.digits import carried
 from asympk.errors import InputError, TooLarge, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.flow.dense import Dense
@@ -53,6 +52,8 @@ def run(scene, method="exact", *, digits=None, progress=None):
     """
     if digits is None:
         return _path(scene, None, *in_doubles(_case(scene)))
+    from asympk.digits import carried
+
     digits = whole("digits", digits, 1, MOST_DIGITS)
     legs, error = _certified(_case(scene), digits, progress=progress)
     convert = partial(carried, digits=digits)
