@@ -2,8 +2,6 @@
 
 import math
 
-from asympk import multiprecision
-
 
 class Doubles:
     """Python's floats and ``math``; ``margin`` is the relative size below which a sign is not trusted."""
@@ -24,6 +22,8 @@ def context(largest):
 
     Numbers beyond ``largest`` (a power of ten) are refused by the flow.
     """
+    from asympk import multiprecision
+
     m = multiprecision.context(largest)
     m.expm1 = lambda p: _expm1(m, p)
     m.guess = lambda segment, find, *arguments: _guess(m, segment, find, *arguments)

@@ -1,7 +1,6 @@
 """Many trajectories at once: which itinerary each has, and their picture, whatever has followed them."""
 
 from functools import cached_property
-from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk import errors
@@ -10,6 +9,8 @@ from asympk.path import MODES
 from asympk.shown import Card, ShownAsTable
 
 if TYPE_CHECKING:
+    from pathlib import Path as File
+
     from matplotlib.figure import Figure
 
 STICK = "stick"

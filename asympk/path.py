@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
 from asympk.shown import Card, ShownAsTable, number
 
 if TYPE_CHECKING:
+    from pathlib import Path as File
+
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
@@ -78,7 +79,7 @@ class Path(ShownAsTable):
         """The time of ``final``: ``until``, or the time reached by a run that stopped before."""
         return self.info.get("reached", self.scene.until)
 
-    def plot(self, file: str | File | None = None) -> "Figure":
+    def plot(self, file: "str | File | None" = None) -> "Figure":
         """Draw every state against time, modes as shades and events as marks; return the matplotlib ``Figure``.
 
         A ``file`` that ends in .pdf, .svg or .png is written too. Raises ``InputError`` for another kind of file,
@@ -95,7 +96,7 @@ class Path(ShownAsTable):
         """
         return through("Path.frame", self, samples)
 
-    def to_csv(self, file: str | File, samples: int | None = None) -> File:
+    def to_csv(self, file: "str | File", samples: int | None = None) -> "File":
         """Write the rows of ``frame`` to a CSV file and return its name; pandas is not needed."""
         return through("Path.to_csv", self, file, samples)
 

@@ -1,7 +1,7 @@
 """Starts that touch: tangent to a surface, on two surfaces at once, on a slow line, where the roots coalesce.
 
 Each family draws scenes of which a sign hangs on the last bits of doubles. ``python tests/tangent.py 10000`` compares
-``solve`` and ``solve_many`` with forty digits on that many.
+``solve``, also of ``Scene.near``, and ``solve_many`` with forty digits on that many.
 """
 
 import math
@@ -18,7 +18,7 @@ SIGMAS = (1.0, 0.5, 2.3, 0.1, -0.5, -1.0, -1.25, -1.9, 0.0, 7.0)
 
 
 def draws(count, seed=7):
-    """Yield (family, (sigma, sigma0, mu, x, y, z, until)), the families in turn."""
+    """Yield (family, numbers): (sigma, sigma0, mu, x, y, z, until), or with (x, offset, z, until, manifold)."""
     rng = Random(seed)
     for n in range(count):
         family = FAMILIES[n % len(FAMILIES)]
@@ -58,6 +58,28 @@ def on_a_slow_line(rng):
     rate = -2 / (1 + mpmath.sqrt(1 - 4 * mpmath.mpf(mu) / b))
     y = _nudged(rng, float(rate * (x - 1 / mpmath.mpf(b))))
     return sigma, sigma0, mu, x, y, _side(rng), _time(rng, mu)
+
+
+def beside_a_slow_line(rng):
+    """A ``Scene.near`` of Pi1 or Pi2 with s or z at its smallest, coalescence near, or its horizon at an event."""
+    sigma, sigma0, mu = _parameters(rng)
+    manifold, side = rng.choice((("Pi1", 1), ("Pi2", -1)))
+    b = sigma + 4 if side > 0 else -sigma
+    mu = _nudged(rng, b / 4) if b > 0 and rng.random() < 0.2 else mu
+    if b == 0 or 0 < b <= 4 * mu:
+        return beside_a_slow_line(rng)
+    rho = (1 + math.sqrt(1 - 4 * mu / b)) / 2
+    x = rng.choice((rng.uniform(-3, 3), 1 / b, _nudged(rng, rho / mu), 0.0))
+    s = 1 / (b * rho) - mu / (b * rho**2) * x
+    offset = rng.choice((0.0, _tiny(rng), _nudged(rng, -s), rng.uniform(-1, 1)))
+    z = rng.choice((1.0, 0.1, abs(_tiny(rng)))) * side * math.copysign(1, -2 * (x - 1 / b) / (2 * rho) + offset + x)
+    numbers = sigma, sigma0, mu, x, offset, z
+    try:
+        events = ap.solve(scene_of((*numbers, 2.0, manifold))).events
+    except ap.errors.InputError:  # rounding has the start on the other side of s = 0
+        return beside_a_slow_line(rng)
+    until = _nudged(rng, events[-1].t) if events and rng.random() < 0.3 else _time(rng, mu)
+    return *numbers, until, manifold
 
 
 def at_coalescence(rng):
@@ -146,9 +168,9 @@ def _story(numbers):
     return [e.kind for e in ap.solve(ap.Scene(sigma, mu, start, until, sigma0)).events]
 
 
-FAMILIES = (between_two_stories, on_s_zero_without_rate, on_an_edge, beside_an_edge, on_a_slow_line, at_coalescence,
-            touching_s_zero, touching_z_zero, touching_an_edge, meeting_the_corner, on_all_planes,
-            ending_at_an_event)  # fmt: skip
+FAMILIES = (between_two_stories, on_s_zero_without_rate, on_an_edge, beside_an_edge, on_a_slow_line,
+            beside_a_slow_line, at_coalescence, touching_s_zero, touching_z_zero, touching_an_edge,
+            meeting_the_corner, on_all_planes, ending_at_an_event)  # fmt: skip
 
 
 def _parameters(rng):
@@ -197,18 +219,27 @@ def _back(rng, target, stick=False):
     return sigma, sigma0, mu, *map(float, start[:3]), rng.choice((t, 2 * t, t + 1))
 
 
+def scene_of(numbers):
+    """Return the ``Scene`` of what a family draws."""
+    sigma, sigma0, mu, x, y, z, until, *manifold = numbers
+    if manifold:
+        return ap.Scene.near(*manifold, x=x, offset=y, z=z, sigma=sigma, mu=mu, until=until, sigma0=sigma0)
+    return ap.Scene(sigma, mu, (x, y, z), until, sigma0)
+
+
 def differences(numbers):
     """Return what ``solve`` and ``solve_many`` tell of a scene that forty digits do not."""
-    sigma, sigma0, mu, *start, until = numbers
-    scene = ap.Scene(sigma, mu, start, until, sigma0)
+    scene = scene_of(numbers)
     path, true = ap.solve(scene), ap.solve(scene, digits=40)
-    many = ap.solve_many(sigma, mu, *start, until, sigma0, events=True)
     kinds, size = [e.kind for e in true.events], _size(true)
     found = []
     if [e.kind for e in path.events] != kinds:
         found.append("solve: other events")
     elif _gap(path.final, true) > path.error * size:
         found.append("solve: a larger error than it says")
+    if scene.near_to:
+        return found
+    many = ap.solve_many(scene.sigma, scene.mu, *scene.start, scene.until, scene.sigma0, events=True)
     if list(many.events().kind) != kinds:
         found.append("solve_many: other events")
     elif _gap(many.final.tolist(), true) > 3e-15 * size:
@@ -229,7 +260,9 @@ def _size(path):
 def main(count, seed=7):
     """Compare on ``count`` scenes, print those that differ and how many they are, by family."""
     tally = Counter()
-    for family, numbers in draws(count, seed):
+    for n, (family, numbers) in enumerate(draws(count, seed)):
+        if n % 1000 == 0:
+            print(f"{n} compared", file=sys.stderr, flush=True)
         try:
             found = differences(numbers) or ["the same"]
         except ArithmeticError as reason:

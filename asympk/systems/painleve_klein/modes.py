@@ -7,12 +7,8 @@ have their own text; a test compares both with the ``System`` that is derived fr
 
 from typing import Any
 
-
-def mode_name(s_sign: int, z_sign: int) -> str:
-    """Return the mode in which s and z have these signs; z is 0 in stick."""
-    if not z_sign:
-        return "stick"
-    return "slip_same" if z_sign == s_sign else "slip_opposite"
+# the mode by the product of the signs of s and z
+MODES = {1: "slip_same", 0: "stick", -1: "slip_opposite"}
 
 
 def coefficients(name: str, sigma: Any) -> tuple[int, Any]:
@@ -30,3 +26,20 @@ def positive_edge(sigma0: Any) -> Any:
 def other_edge(sigma0: Any) -> Any:
     """Return the other edge, -1/(sigma0 + 1): of the negative loads for sigma0 > -1, beyond the positive one below."""
     return -1 / (sigma0 + 1)
+
+
+def grip(sigma0: Any, s: Any) -> Any:
+    """Return ``(sigma0 + 2)|s| - |1 - s|``: what static friction can hold less what it must, positive in the cone."""
+    return (sigma0 + 2) * abs(s) - abs(1 - s)
+
+
+def leaving(s: Any) -> Any:
+    """Return the sign of z after z = 0 outside the static cone: that of z' = 1 - s - F, where 1 - s outweighs F."""
+    return 2 * (s < 1) - 1
+
+
+def signs_after(kind: str, s_sign: Any, z_sign: Any, s: Any, sticks: Any) -> tuple[Any, Any]:
+    """Return the signs of s and z after an event at the load s; ``sticks`` tells whether z = 0 was met in the cone."""
+    if kind == "force_zero":
+        return -s_sign, z_sign
+    return s_sign, leaving(s) if kind == "slip_onset" else z_sign * (sticks - 1)

@@ -396,14 +396,14 @@ def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its
 
 
 def test_an_undecided_trajectory_is_told_by_its_outcome(monkeypatch):
-    real = ensemble.exact.run
+    real = ensemble.exact.in_doubles
 
-    def undecided(scene):
-        if scene.start[2] == 1:
+    def undecided(case):
+        if case.z == 1:
             raise Undecided("no")
-        return real(scene)
+        return real(case)
 
-    monkeypatch.setattr(ensemble.exact, "run", undecided)
+    monkeypatch.setattr(ensemble.exact, "in_doubles", undecided)
     given = 1, 1e-3, 1000.0, -1000.0, np.array([-1.0, 1.0, -0.5]), 2
     many = ap.solve_many(*given)
     assert [many.outcomes[k] for k in many.outcome] == ["followed", "undecided", "followed"]

@@ -1,7 +1,8 @@
 """Starts of which a sign hangs on the last bits: no event is told that more digits do not tell."""
 
+import mpmath
 import pytest
-from tangent import FAMILIES, differences, draws
+from tangent import FAMILIES, differences, draws, scene_of
 
 import asympk as ap
 from asympk.arithmetic import Doubles
@@ -57,3 +58,31 @@ def test_an_offset_from_an_edge_of_any_size_is_decided(power):
     path = ap.solve(ap.Scene(-1.25, 1e-6, (4, f"1e-{power}", 0), 1))
     assert path.modes == ("slip_opposite", "stick", "slip_same")
     assert path.events[0].t == pytest.approx(5 * 10.0 ** -(power + 7), rel=1e-12)
+
+
+def test_the_smallest_double_off_the_unstable_rest_point_escapes_at_its_own_time():
+    assert differences((0.5, 0.5, 0.0007730396242810785, -2.0, 1.5e-323, 1.0, 2.4897100770813796)) == []
+
+
+def test_a_start_whose_digits_cancel_beyond_those_of_its_slow_line_asks_for_more():
+    with mpmath.workdps(300):
+        slope = -2 / (1 + mpmath.sqrt(mpmath.mpf("1.02")))
+        y = str(slope * mpmath.mpf("1.5") + mpmath.mpf("1e-180"))
+    scene = ap.Scene(2, "1/100", (1, y, 1), 5)
+    path, true = ap.solve(scene), ap.solve(scene, digits=40)
+    assert path.modes == true.modes
+    assert abs(path.final[0] - true.final[0]) <= path.error * max(1, abs(true.final[2]))
+
+
+@pytest.mark.parametrize("numbers", [
+    (7.0, 7.273013282106533, 2.749999999999991, -1.8291807979899797, 0.0, 0.1, 2.7335125568715495, "Pi1"),
+    (-0.8861918317014701, -0.6361918317014701, 0.7784520420746324, 1.9052022964180626, 1e-69, -0.1, 3.4, "Pi1"),
+])
+def test_beside_a_slow_line_whose_roots_nearly_coalesce_the_error_is_what_it_says(numbers):
+    assert differences(numbers) == []
+
+
+def test_a_start_beside_a_slow_line_that_rounds_to_the_other_side_of_s_zero_is_followed_from_there():
+    given = 2.407468841314608, 2.407468841314608, 0.05, 1.3585335452302543, 0.37998746490157714, -1.0, 2.0, "Pi2"
+    assert differences(given) == []
+    assert ap.solve(scene_of(given)).modes[0] == "slip_same"

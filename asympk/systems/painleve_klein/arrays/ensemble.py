@@ -10,6 +10,7 @@ A trajectory that no flow can follow to its end is left out, and its outcome say
 """
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,6 @@ import numpy as np
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.many import Many, axes_of, outcome_of
 from asympk.path import KINDS
-from asympk.scene import Scene
 from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
 from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
@@ -210,20 +210,24 @@ def _too_many(story, i):
 def _one_by_one(arguments, rows, result):
     """Follow trajectories by the scalar flow."""
     given = (arguments[name].array(rows).tolist() for name in ORDER)
-    for row, sigma, sigma0, mu, *start, until in zip(rows.tolist(), *given, strict=True):
+    for row, *numbers in zip(rows.tolist(), *given, strict=True):
         try:
-            _put(exact.run(Scene(sigma, mu, tuple(start), until, sigma0)), row, result)
+            legs, *_ = exact.in_doubles(exact.Case(*numbers, None))
         except _REFUSALS as reason:
             result.leave(row, reason)
+        else:
+            _put(legs, row, result)
 
 
-def _put(path, row, result):
+def _put(legs, row, result):
     at = row - result.first
-    result.final[:, at], result.count[at] = path.final, len(path.events)
-    if result.notes is not None and path.events:
-        kinds = np.array([KINDS.index(event.kind) for event in path.events])
-        state = zip(*((event.t, *event.state) for event in path.events), strict=True)
-        result.notes.append((np.full(kinds.size, row), kinds, *(np.array(v, dtype=float) for v in state)))
+    x, y, _, z, _ = legs[-1].end
+    result.final[:, at], result.count[at] = (x, y, z), len(legs) - 1
+    if result.notes is not None and len(legs) > 1:
+        kinds = np.array([KINDS.index(leg.kind) for leg in legs[:-1]])
+        events = ((after.start, *leg.end) for leg, after in pairwise(legs))
+        t, x, y, _, z, _ = map(np.array, zip(*events, strict=True))
+        result.notes.append((np.full(kinds.size, row), kinds, t, x, y, z))
 
 
 def _equal(one, other):

@@ -167,9 +167,10 @@ def raised(p, x, y, z, until, log):
     """The load grows through zero, in a time in which z cannot fall as far as to 0."""
     s = x + y
     w, clear = _deviation(p, x, y)
-    end, fits, t = _freed(p, 0.0, x, y, s, z, until, log, w)
-    deepest = np.maximum(np.abs(s), np.abs(1 / p.sigma))
-    high = (s * (p.sigma + 1) >= -1) | (z > ((p.sigma + 1) * 2 * deepest - 1) * t)
+    end, fits, t, lifted = _freed(p, 0.0, x, y, s, z, until, log, w)
+    fall = 1 + (p.sigma + 1) * s
+    lowest = z - fall * (lifted - t - z) / (1 - fall)
+    high = (fall >= 0) | ((lowest > NEAR) & (p.mu * y > -1 - p.sigma * s))
     return end, fits & high & (clear | ~p.steep)
 
 
@@ -183,7 +184,7 @@ def thrown(p, x, y, z, until, log):
     grips = _grips(p, dt)
     t, y = t + dt, edge - x
     log("slip_onset", t, x, y, 0.0)
-    end, fits, _ = _freed(p, t, x, y, edge, 0.0, until, log)
+    end, fits, *_ = _freed(p, t, x, y, edge, 0.0, until, log)
     return end, fits & grips & clear
 
 
@@ -210,7 +211,7 @@ def _freed(p, t, x, y, s, z, until, log, w=None):
     log("force_zero", t, end_x, -end_x, z)
     left = until - t
     x, y, gone = slide(p.same, end_x, -end_x, slow_part(p.same, end_x, 0.0), left)
-    return (x, y, z + gone), left > SAFE * until, dt
+    return (x, y, z + gone), left > SAFE * until, dt, z
 
 
 def _deviation(p, x, y):

@@ -9,9 +9,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays.motions import Separate, Smooth
 from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
-from asympk.systems.painleve_klein.modes import coefficients, other_edge, positive_edge
+from asympk.systems.painleve_klein.modes import (
+    MODES,
+    coefficients,
+    grip,
+    leaving,
+    other_edge,
+    positive_edge,
+    signs_after,
+)
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 AGREED = 2e-14
@@ -90,10 +99,10 @@ def follow(sigma, sigma0, mu, x, y, z, until, told=None):
 def _first_signs(sigma0, mu, x, y, s, z):
     """Return the signs of s and z just after the start, as in ``starts.first_signs``, and where they are in doubt."""
     rate = 1 + mu * y
-    grip = (sigma0 + 2) * np.abs(s) - np.abs(1 - s)
+    held = grip(sigma0, s)
     s_sign = np.where(s == 0, np.sign(rate), np.sign(s))
-    z_sign = np.where(z != 0, np.sign(z), np.where(grip > 0, 0, np.sign(1 - s)))
-    doubtful = (s == 0) & ~(np.abs(rate) > MARGIN) | (z == 0) & ~(np.abs(grip) > MARGIN * (1 + np.abs(s)))
+    z_sign = np.where(z != 0, np.sign(z), np.where(held > 0, 0, leaving(s)))
+    doubtful = (s == 0) & ~(np.abs(rate) > MARGIN) | (z == 0) & ~(np.abs(held) > MARGIN * (1 + np.abs(s)))
     return s_sign, z_sign, doubtful
 
 
@@ -110,8 +119,9 @@ class _Flight:
     def groups(self, live):
         """Yield (which of the live rows, form of the motion, a, b) for those that stick, or slip, in one form."""
         side, sigma = self.z_sign[live] * self.s_sign[live], self.sigma[live]
-        stick, same, opposite = (coefficients(name, sigma)[1] for name in ("stick", "slip_same", "slip_opposite"))
-        b = np.where(side == 0, stick, np.where(side > 0, same, opposite))
+        b = np.empty_like(sigma)
+        for product, name in MODES.items():
+            np.copyto(b, coefficients(name, sigma)[1], where=side == product)
         k = self.mu[live] / b
         apart = (k >= -2) & (k <= 0.125)
         for inside, a in ((side == 0, 0), (side != 0, 1)):
@@ -155,12 +165,12 @@ class _Flight:
 
     def _cross(self, rows, kind):
         """Set the signs that hold after the events."""
-        turned, landed, freed = (rows[kind == k] for k in (FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET))
-        self.s_sign[turned] *= -1
-        self.z_sign[freed] = np.where(self.state[2][freed] < 1, 1, -1)
-        grips, doubtful = _sticks(self.sigma0[landed], self.state[2][landed])
-        self.z_sign[landed] = np.where(grips, 0, -self.z_sign[landed])
-        self.doubtful[landed] |= doubtful
+        for code, name in enumerate(KINDS):
+            at = rows[kind == code]
+            s = self.state[2][at]
+            sticks, doubtful = _sticks(self.sigma0[at], s)
+            self.s_sign[at], self.z_sign[at] = signs_after(name, self.s_sign[at], self.z_sign[at], s, sticks)
+            self.doubtful[at] |= doubtful & (code == VELOCITY_ZERO)
 
     def events(self):
         """Return the arrays (trajectory, kind, t, x, y, z) in order of trajectory and time."""

@@ -10,7 +10,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.arithmetic import Doubles, context, set_digits
-from asympk.digits import carried
 from asympk.errors import InputError, TooLarge, Undecided
 from asympk.numbers import whole
 from asympk.path import Event, Path
@@ -52,7 +51,9 @@ def run(scene, method="exact", *, digits=None, progress=None):
     at work, of which there are two runs or more; what it raises ends the run.
     """
     if digits is None:
-        return _in_doubles(scene)
+        return _path(scene, None, *in_doubles(_case(scene)))
+    from asympk.digits import carried
+
     digits = whole("digits", digits, 1, MOST_DIGITS)
     legs, error = _certified(_case(scene), digits, progress=progress)
     convert = partial(carried, digits=digits)
@@ -63,20 +64,20 @@ def _case(scene):
     return Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
 
 
-def _in_doubles(scene):
-    case, until = _case(scene), float(scene.until)
+def in_doubles(case):
+    """Return (legs rounded to doubles, legs as they were followed, error, conversion to doubles) of a ``Case``."""
     try:
         legs = legs_of(Doubles, case)
-        error = TRUSTED / SAFETY if calm(legs, until) else estimate(legs, TRUSTED)
+        error = TRUSTED / SAFETY if calm(legs, float(case.until)) else estimate(legs, TRUSTED)
         if error <= TRUSTED:
-            return _path(scene, None, legs, legs, SAFETY * error, float)
+            return legs, legs, SAFETY * error, float
         if error <= REFINABLE:
             legs = legs_of(_refining(), case, legs)
-            return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
+            return _rounded(legs, _double), legs, ROUNDED, _double
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
     legs, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
+    return _rounded(legs, _double), legs, ROUNDED, _double
 
 
 @lru_cache(maxsize=64)

@@ -20,7 +20,7 @@ from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
 from asympk.systems.painleve_klein.flow.smooth import Smooth, slope
-from asympk.systems.painleve_klein.modes import coefficients, mode_name, other_edge, positive_edge
+from asympk.systems.painleve_klein.modes import MODES, coefficients, other_edge, positive_edge, signs_after
 
 MOST_EVENTS = 1000
 WIDEST = 1e100
@@ -54,13 +54,13 @@ class Flow:
     def split(self, name):
         """Return the closed form by two real exponentials, for starts given relative to the slow line.
 
-        Raises ``Undecided`` where the squares of its constants are beyond doubles.
+        Raises ``Undecided`` where doubles cannot hold the squares of its constants, or the gap between its roots.
         """
         usual = self.mode(name)
         if type(usual) is FastSlow:
             return usual
         a, b = self.load(name)
-        if self.m is Doubles and self.mu > WIDEST * abs(b):
+        if self.m is Doubles and (self.mu > WIDEST * abs(b) or 8 * self.mu > b > 0):
             raise Undecided
         return FastSlow(self.m, a, b, self.mu)
 
@@ -112,9 +112,11 @@ def follow(flow, start, until, deviation=None, known=None, told=None):
     x, y, s, z, s_sign, z_sign = start
     m, t, legs = flow.m, 0 * until, []
     while True:
-        name = mode_name(s_sign, z_sign)
-        form, given = (flow.mode(name), ()) if deviation is None else (flow.split(name), (deviation,))
-        segment, deviation = form.start(x, y, s, z, *given), None
+        name = MODES[s_sign * z_sign]
+        if deviation is None:
+            segment = flow.mode(name).start(x, y, s, z)
+        else:
+            segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
         if known:
             found = settle(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
         elif z_sign:
@@ -134,12 +136,8 @@ def follow(flow, start, until, deviation=None, known=None, told=None):
         t = t + span
         if told:
             told(t)
-        if kind == "force_zero":
-            s_sign = -s_sign
-        elif kind == "slip_onset":
-            z_sign = 1 if s < 1 else -1
-        else:
-            z_sign = 0 if flow.sticks(s, segment.s_size(span)) else -z_sign
+        sticks = kind == "velocity_zero" and flow.sticks(s, segment.s_size(span))
+        s_sign, z_sign = signs_after(kind, s_sign, z_sign, s, sticks)
         if len(legs) > MOST_EVENTS:
             raise TooManyEvents(_too_many(until, t, state))
 

@@ -21,12 +21,13 @@ def slip_end(segment, s_sign, z_sign, left):
         return None
     mode, turn = segment.mode, segment.turning()
     end = left if turn is None or turn > left else turn
-    leaving = z_sign * (1.0 + mode.fall * segment.s0)
-    if segment.z0 and -MARGIN < leaving < MARGIN:
-        return None
-    opening = not segment.z0 or leaving > 0
-    ended = None if opening else _landing(segment, end)
-    if ended:
+    opening = not segment.z0
+    if not opening:
+        leaving = z_sign * (1.0 + mode.fall * segment.s0)
+        if -MARGIN < leaving < MARGIN:
+            return None
+        opening = leaving > 0
+    if not opening and (ended := _landing(segment, end)):
         _, (_, _, s, _, _) = ended
         if s_sign * s > MARGIN * segment.s_size(end) and z_sign * (1.0 + mode.fall * s) < -MARGIN:
             return "velocity_zero", *ended

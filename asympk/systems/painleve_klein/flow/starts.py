@@ -13,6 +13,7 @@ from asympk.errors import Undecided
 from asympk.scene import MANIFOLDS
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
 from asympk.systems.painleve_klein.flow.legs import decided, sign_of
+from asympk.systems.painleve_klein.modes import MODES, grip, leaving
 
 
 def beginning(flow, case):
@@ -35,13 +36,18 @@ def beginning(flow, case):
 
 
 def beside_line(flow, manifold, x, z, offset):
-    """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation."""
-    line = flow.split(MANIFOLDS[manifold][0])
+    """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation.
+
+    There is no deviation where s turns out to have the other sign, which is that of another mode.
+    """
+    name, _ = MANIFOLDS[manifold]
+    line = flow.split(name)
     lifted = line.lift * x
     s = line.line + lifted + offset
-    s_sign = decided(flow.m, s, abs(line.line) + abs(lifted) + abs(offset))
     y = line.slow_rate * (x - line.rest) + offset
-    return (x, y, s, z, s_sign, sign_of(z)), offset
+    s_sign = decided(flow.m, s, abs(line.line) + abs(lifted) + abs(offset)) or sign_of(1 + flow.mu * y)
+    z_sign = sign_of(z)
+    return (x, y, s, z, s_sign, z_sign), offset if MODES[s_sign * z_sign] == name else None
 
 
 def first_signs(sign, sigma0, mu, s, y, z):
@@ -53,13 +59,13 @@ def first_signs(sign, sigma0, mu, s, y, z):
     s_sign = sign_of(s) or sign(1 + mu * y, 1) or 1
     if z:
         return s_sign, sign_of(z), False
-    grip = sign((sigma0 + 2) * abs(s) - abs(1 - s), 1 + abs(s))
-    if grip:
-        return s_sign, sign_of(1 - s) if grip < 0 else 0, False
-    widening = (sigma0 + 2) * s_sign + sign_of(1 - s)
+    held = sign(grip(sigma0, s), 1 + abs(s))
+    if held:
+        return s_sign, leaving(s) if held < 0 else 0, False
+    widening = (sigma0 + 2) * s_sign + leaving(s)
     if widening * (sign(mu * y - s, abs(s)) or -s_sign) > 0:
         return s_sign, 0, True
-    return s_sign, sign_of(1 - s), False
+    return s_sign, leaving(s), False
 
 
 def _first_signs(flow, case, s, y, z):
@@ -102,27 +108,27 @@ def _from_unstable_line(flow, case, x, s):
     size = abs(s) + abs(line.line) + abs(line.lift * x)
     if not abs(s - line.line - line.lift * x) <= size / 64:
         return None
-    line, lift, rest = _unstable_line(case.sigma, case.mu, 8 * m.prec)
-    x, y = Fraction(case.x), Fraction(case.y)
-    return m.number(x + y + line + lift * x if y or x != rest else 0)
+    bits = 8 * m.prec
+    slope, rest = _unstable_slope(case.sigma, case.mu, bits)
+    fall = slope * (Fraction(case.x) - rest)
+    deviation = Fraction(case.y) - fall
+    if 0 < abs(deviation) * 2 ** (bits - 2 * m.prec) < abs(fall):
+        raise Undecided
+    return m.number(deviation)
 
 
 @lru_cache(maxsize=64)
-def _unstable_line(sigma, mu, bits):
-    """Return (line, lift, x at rest) of ``s = -line - lift x``, the slow line of slip_opposite where sigma > 0.
+def _unstable_slope(sigma, mu, bits):
+    """Return (slope, x at rest) of ``y = slope (x - rest)``, the slow line of slip_opposite where sigma > 0.
 
-    As Fractions they are exact where they are rational, else dyadic and right to about ``bits`` bits: quick to add.
+    As a Fraction the slope is exact where it is rational, else dyadic and right to about ``bits`` bits: quick to use.
     """
     sigma = Fraction(sigma)
-    k = -Fraction(mu) / sigma
-    square = 1 - 4 * k
-    whole = square.numerator * square.denominator
-    digits = isqrt(whole << 2 * bits)
-    rho = (1 + Fraction(digits, square.denominator << bits)) / 2
-    line, lift = 1 / (sigma * rho), k / rho**2
-    if digits * digits == whole << 2 * bits:
-        return line, lift, -1 / sigma
-    return _dyadic(line, bits), _dyadic(lift, bits), -1 / sigma
+    square = 1 + 4 * Fraction(mu) / sigma
+    whole = square.numerator * square.denominator << 2 * bits
+    digits = isqrt(whole)
+    slope = -2 / (1 + Fraction(digits, square.denominator << bits))
+    return slope if digits * digits == whole else _dyadic(slope, bits), -1 / sigma
 
 
 def _dyadic(value, bits):
