@@ -1,10 +1,11 @@
-r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in doubles or in mpmath numbers of any precision.
+r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in whole numbers of any precision.
 
 The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t)`` and ``.. sin(w t)`` for a pair
-``a +- i w``, k below the multiplicity. With ``adj(z - M) = sum A_i (z - l)^i`` and ``(z - l)^m / p(z) = sum s_j
-(z - l)^j`` the residue of ``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m gives the coefficient of
-``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k. For a simple one adj(l - M) has rank one: a column, a
-row and the diagonal suffice.
+``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, ``eigenpairs`` finds the D_r.
+
+Else, with ``adj(z - M) = sum A_i (z - l)^i`` and ``(z - l)^m / p(z) = sum s_j (z - l)^j``, the residue of
+``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the sum of
+A_i s_j over i + j = m - 1 - k. For a simple one adj(l - M) has rank one: a column, a row and the diagonal suffice.
 """
 
 from dataclasses import dataclass
@@ -13,14 +14,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.polynomial import resolvent, roots
+from asympk.affine.eigenpairs import eigenpairs
+from asympk.affine.polynomial import in_whole_numbers, resolvent, roots
 from asympk.arithmetic import context, set_digits
 from asympk.errors import InputError
 
 MOST_STATES = 48
 DIGITS_FOR_DOUBLES = 24
 LARGEST = 400  # a power of ten; no number here comes near
-_SPARE_BITS = 24
+_SPARE_BITS = 64
+_BITS_A_DIGIT = 5.4  # some 1.6 digits for each
+_CLEAR_BITS = 24
 
 
 class Block(NamedTuple):
@@ -33,9 +37,12 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True)
 class Exponential:
-    """``e^{M t}``: ``blocks`` in the order of the functions, the fastest first, and ``matrices`` (functions, n, n)."""
+    """``e^{M t}`` in whole numbers, 2^bits being 1.
 
-    m: Any
+    ``blocks`` are in the order of the functions, the fastest first; ``matrices`` is (functions, n, n).
+    """
+
+    bits: int
     blocks: tuple[Block, ...]
     matrices: np.ndarray
 
@@ -49,18 +56,48 @@ def exponential(entries, digits):
     if len(entries) > MOST_STATES:
         raise InputError(f"a mode has {len(entries)} states, forcing included: the exact flow takes {MOST_STATES}; "
                          "ask for an integrator, such as method='lsoda'")
+    whole, denominator = in_whole_numbers(entries)
+    bits = _bits_for(digits, whole)
+    found = eigenpairs(whole, denominator, bits)
+    pieces = of_pairs(found) if found else of_roots(entries, digits, bits)
+    kept = sorted((piece for piece in pieces if piece[0].count), key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
+    return Exponential(bits, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
+
+
+def _bits_for(digits, whole):
+    """Return the bits of numbers with ``digits`` digits, products of the smallest and largest entries included."""
+    lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
+    return int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * (max(lengths, default=0) - min(lengths, default=0))
+
+
+def of_pairs(found):
+    """Yield (block, matrices) of simple eigenvalues and of 0."""
+    for decay, turn, real, imaginary in zip(*found.values, *found.parts, strict=True):
+        yield Block(decay, turn, 1), np.array([2 * real, -2 * imaginary] if turn else [real])
+    yield Block(0, 0, len(found.zero)), np.array(found.zero).reshape(-1, *found.parts.shape[2:])
+
+
+def of_roots(entries, digits, bits):
+    """Yield (block, matrices) of the eigenvalues as roots of the characteristic polynomial, multiple ones too."""
     found = _resolvent(entries)
     m = context(LARGEST)
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
-    pieces = [_piece(m, found, root) for root in roots(found, m)]
-    kept = [piece for piece in pieces if piece[0].count]
-    kept.sort(key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
-    return Exponential(m, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
+    for root in roots(found, m):
+        block, matrices = _piece(m, found, root)
+        fixed = np.array([_fixed(value, bits) for value in matrices.flat], dtype=object).reshape(matrices.shape)
+        yield block._replace(decay=_fixed(block.decay, bits), turn=_fixed(block.turn, bits)), fixed
+
+
+def _fixed(value, bits):
+    """Return an mpmath number, or 0, times 2^bits as a whole number."""
+    from mpmath.libmp import to_fixed
+
+    return to_fixed(value._mpf_, bits) if value else 0
 
 
 @lru_cache(maxsize=256)
 def _resolvent(entries):
-    return resolvent(np.array(entries, dtype=object))
+    return resolvent(entries)
 
 
 def _piece(m, found, root):
@@ -128,7 +165,7 @@ def _cleaned(m, coefficients, z, values):
     """Set to zero what in ``sum coefficients[k] z^k`` is below the rounding of its terms."""
     size = m.mag(z) if z else 0
     most = np.max([_bits(c) + max(0, k) * size for k, c in enumerate(coefficients)], axis=0)
-    counts = np.vectorize(lambda v, bits: bool(v) and m.mag(v) > bits - m.prec + _SPARE_BITS, otypes=[bool])
+    counts = np.vectorize(lambda v, bits: bool(v) and m.mag(v) > bits - m.prec + _CLEAR_BITS, otypes=[bool])
     return np.where(counts(values, most), values, 0 * values)
 
 

@@ -91,13 +91,10 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
 
     Raises ``InputError`` for a guard that is never positive, ``OutOfRange`` where an entry is not finite.
     """
-    outputs = [e for row in (*form.matrix, *form.guards) for e in row]
-    outputs += [e for wave in form.waves for e in (wave.decay, wave.turn)]
-    numbers = iter(_numbers(form.system, tuple(outputs), values, digits))
-    width = len(form.system.states) + len(form.waves) + 1
-    rows = [[next(numbers) for _ in range(width)] for _ in form.matrix]
-    guards = [[next(numbers) for _ in range(width)] for _ in form.guards]
-    waves = tuple((wave.power, next(numbers), next(numbers), wave.sine) for wave in form.waves)
+    numbers = _numbers(form, values, digits)
+    rows = [[numbers[e] for e in row] for row in form.matrix]
+    guards = [[numbers[e] for e in row] for row in form.guards]
+    waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine) for wave in form.waves)
     kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
     if never := [k for k, row in enumerate(guards) if k not in kept and row[-1] <= 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "
@@ -106,16 +103,25 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
     return Placed(AffineMode.of([row[:-1] for row in rows], [row[-1] for row in rows], moving), waves, kept)
 
 
-def _numbers(system, outputs, values, digits):
-    """Return the values of the outputs as Fractions: exact for rational functions of the parameters."""
-    arguments = [Fraction(0)] * (1 + len(system.states)) + [Fraction(value) for value in values]
-    exact = tuple(e for e in outputs if rational(e))
-    found = dict(zip(exact, _evaluated(system, exact, library(mpf=Fraction), arguments), strict=True))
-    if others := tuple(e for e in outputs if e not in found):
+def _numbers(form, values, digits):
+    """Return the values of a form's outputs as Fractions: exact for rational functions of the parameters."""
+    arguments = [Fraction(0)] * (1 + len(form.system.states)) + [Fraction(value) for value in values]
+    exact, others = _outputs(form)
+    found = dict(zip(exact, _evaluated(form.system, exact, library(mpf=Fraction), arguments), strict=True))
+    if others:
         m = context(LARGEST)
         set_digits(m, 2 * digits + 20)
-        found |= zip(others, map(_fraction, _evaluated(system, others, m, map(m.number, arguments))), strict=True)
-    return [Fraction(found[e]) for e in outputs]
+        numbers = _evaluated(form.system, others, m, map(m.number, arguments))
+        found |= zip(others, map(_fraction, numbers), strict=True)
+    return {expr: Fraction(value) for expr, value in found.items()}
+
+
+@lru_cache(maxsize=512)
+def _outputs(form):
+    """Return (rational functions of the parameters, other functions of them) among the entries, each once."""
+    entries = {e: None for row in (*form.matrix, *form.guards) for e in row}
+    entries |= {e: None for wave in form.waves for e in (wave.decay, wave.turn)}
+    return tuple(filter(rational, entries)), tuple(e for e in entries if not rational(e))
 
 
 def rational(expr: sp.Expr) -> bool:
@@ -124,10 +130,15 @@ def rational(expr: sp.Expr) -> bool:
     return whole and not expr.atoms(sp.Function, sp.NumberSymbol)
 
 
+@lru_cache(maxsize=512)
+def _code(system, outputs):
+    return compile(source(system, outputs, "mpmath"), "<entries of a mode>", "exec")
+
+
 def _evaluated(system, outputs, numbers, arguments):
     space = {"mpmath": numbers}
     try:
-        exec(source(system, outputs, "mpmath"), space)
+        exec(_code(system, outputs), space)
         return space["f"](*arguments)
     except (ZeroDivisionError, OverflowError):
         raise OutOfRange("a coefficient of the system is not a finite number at these parameters") from None

@@ -86,16 +86,19 @@ def tremors(m, blocks, t):
     return gained, found
 
 
-def rate_of(blocks, kind):
-    """Return the matrix that turns the weights of F_r in a function of time into those in its derivative."""
+def rate_of(blocks, unit):
+    """Return the matrix that turns the weights of F_r in a function of time into those in its derivative.
+
+    ``unit`` is the number that stands for 1.
+    """
     widths = [(2 if turn else 1) * count for _, turn, count in blocks]
-    rate = np.zeros((sum(widths), sum(widths)), dtype=kind)
+    rate = np.full((sum(widths), sum(widths)), 0 * unit, dtype=object)
     at = 0
     for (decay, turn, count), width in zip(blocks, widths, strict=True):
         for r in range(at, at + width):
             rate[r, r] = decay
             if r + width // count < at + width:
-                rate[r, r + width // count] = 1
+                rate[r, r + width // count] = unit
         if turn:
             for r in range(at, at + width, 2):
                 rate[r, r + 1], rate[r + 1, r] = turn, -turn

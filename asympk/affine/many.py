@@ -200,6 +200,10 @@ class _Modes:
             self._known[branch] = found and (*found, self.automaton.mode(branch).kinds)
         return self._known[branch]
 
+    def movable(self, branch):
+        """Return which states may be moved onto a guard, as ``NumericMode.snapped`` does."""
+        return np.array(self.automaton.mode(branch).movable)
+
     def whole(self, branch, t, w):
         """Return ``(w, waves, 1)`` of rows at their times."""
         waves = [np.broadcast_to(value(Arrays, *wave, t), t.shape) for wave in self.flow(branch)[1]]
@@ -324,8 +328,7 @@ def _phases(friction):
 def _after(modes, k, event, row, flock, struck):
     """Put struck rows onto the guard that they lost, and find the branch that follows; return a note of the events."""
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
-    if row[: w.shape[1]].any():
-        w[struck] = _snapped(modes.whole(before, t, w[struck]), row, w.shape[1])
+    w[struck] = _snapped(modes.whole(before, t, w[struck]), row, modes.movable(before))
     phases = [(phase,) for phase in before]
     phases[friction] = _phases(modes.system.frictions[friction])
     velocities, loads = modes.contacts(t, w[struck])
@@ -342,11 +345,12 @@ def _after(modes, k, event, row, flock, struck):
     return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
 
 
-def _snapped(whole, row, states):
-    """Return states moved onto the zero of a guard, along the state that moves it most."""
-    weight = abs(row[:states]) * (1 + abs(whole[:, :states]))
+def _snapped(whole, row, movable):
+    """Return states moved onto the zero of a guard, along the movable state that moves it most."""
+    states = len(movable)
+    weight = abs(row[:states]) * (1 + abs(whole[:, :states])) * movable
     place, every = weight.argmax(axis=1), np.arange(len(whole))
-    for _ in range(2):
+    for _ in range(2 if (row[:states] * movable).any() else 0):
         whole[every, place] -= (whole @ row) / row[place]
     return whole[:, :states]
 

@@ -5,6 +5,7 @@ A part ``e^{l t}`` with Re l < 0 bends a guard by ``|l|^2 e^{Re l t}``, so an in
 is then decided by bounds, in ``events``; the mesh decides nothing.
 """
 
+import math
 from itertools import count
 from typing import NamedTuple
 
@@ -41,6 +42,9 @@ class Mesh:
 
     def __init__(self, blocks):
         self.blocks, self._windows = blocks, []
+        self._speeds = _leading([(decay, abs(complex(decay, turn))) for decay, turn, _ in blocks])
+        fastest = max((speed for _, speed in self._speeds), default=0.0)
+        self._first = _PART / fastest if fastest else 1.0
 
     def windows(self):
         """Yield the windows in order of time, without end."""
@@ -68,12 +72,16 @@ class Mesh:
         return Window(t, sums, off_sums, values, off_values, bounds, np.diff(t)[:, None])
 
     def _step(self, t):
-        speeds = [(decay, abs(complex(decay, turn))) for decay, turn, _ in self.blocks]
-        first = max((speed for _, speed in speeds), default=0.0)
-        speeds = [(decay, speed) for decay, speed in speeds if decay * t < MOST_EXPONENT]
-        fastest = max((speed * np.exp(min(decay * t / 4, 0.0)) for decay, speed in speeds), default=0.0)
-        grown = t + (_PART / first if first else 1.0)
+        fastest = max((speed * math.exp(min(decay * t / 4, 0.0)) for decay, speed in self._speeds
+                       if decay * t < MOST_EXPONENT), default=0.0)  # fmt: skip
+        grown = t + self._first
         return _PART / fastest if fastest * grown > _PART else grown
+
+
+def _leading(speeds):
+    """Return the (decay, speed) that no other one, as fast, outlasts."""
+    ordered = sorted(set(speeds), reverse=True)
+    return [pair for k, pair in enumerate(ordered) if all(pair[1] > speed for _, speed in ordered[:k])]
 
 
 def _columns(found, t):

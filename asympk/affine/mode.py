@@ -15,11 +15,13 @@ from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
 from asympk.affine.functions import functions, initial, rate_of
 from asympk.affine.mesh import Mesh
+from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
 from asympk.errors import InputError, Undecided
 
 _LEAST_DIGITS = 40
 _ULPS = 64
+_LOST_BITS = 64
 _NEAR = 1e-6
 
 
@@ -57,7 +59,7 @@ class AffineMode:
     @cached_property
     def in_doubles(self):
         """The ``Flow`` in doubles."""
-        return _flow(Doubles, self, exponential(self.homogeneous, DIGITS_FOR_DOUBLES), float)
+        return _flow(Doubles, self, exponential(self.homogeneous, DIGITS_FOR_DOUBLES))
 
     @cached_property
     def mesh(self):
@@ -114,27 +116,42 @@ class Flow:
 def in_digits(m, mode):
     """Return the ``Flow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
     doublings = ((m.dps - 1) // _LEAST_DIGITS).bit_length()  # runs of nearly the same precision share one exponential
-    return _flow(m, mode, exponential(mode.homogeneous, _LEAST_DIGITS << doublings), m.mpf)
+    return _flow(m, mode, exponential(mode.homogeneous, _LEAST_DIGITS << doublings))
 
 
-def _flow(m, mode, exact, number):
-    blocks = tuple(block._replace(decay=number(block.decay), turn=number(block.turn)) for block in exact.blocks)
-    rows = np.array([[exact.m.number(v) for v in row] for row in mode.guards], dtype=object)
-    rows = rows.reshape(len(mode.guards), len(mode.vector) + 1)
+def _flow(m, mode, exact):
+    """Return the ``Flow`` of a mode; all products are of whole numbers, rounded at the end."""
+    unit, width = 1 << exact.bits, len(mode.vector) + 1
+    rows, denominator = in_whole_numbers(mode.guards or [(Fraction(0),) * width])
+    rows = rows[: len(mode.guards)]
     states = exact.matrices[:, :-1]
-    guards = np.stack([rows @ matrix for matrix in exact.matrices])
-    rate = rate_of(exact.blocks, object)
-    slopes = _product(rate, guards)
-    unit = np.array(np.eye(len(mode.vector), len(mode.vector) + 1, dtype=int), dtype=object)
-    sums = *_summed(exact.blocks, states, unit), *_summed(exact.blocks, guards, rows)
-    tables = *sums, slopes, _product(rate, slopes)
-    kind = float if m is Doubles else object
+    guards = np.stack([_weights(rows, matrix, exact.bits) for matrix in exact.matrices]) // denominator
+    rate = rate_of(exact.blocks, unit)
+    slopes = _product(rate, guards) >> exact.bits
+    start = np.array(np.eye(width - 1, width, dtype=int), dtype=object) * unit
+    sums = *_summed(exact.blocks, states, start), *_summed(exact.blocks, guards, rows * unit // denominator)
+    tables = *sums, slopes, _product(rate, slopes) >> exact.bits
+    tables = np.concatenate([_rounded(m, table, exact.bits).reshape(-1, width) for table in tables])
+    blocks = tuple(block._replace(decay=_number(m, block.decay, exact.bits), turn=_number(m, block.turn, exact.bits))
+                   for block in exact.blocks)  # fmt: skip
+    rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
+    return Flow(m, mode, blocks, _rounded(m, states, exact.bits), tables, rows, _rounded(m, rate, exact.bits))
 
-    def rounded(array):
-        return np.array([number(v) for v in array.flat], dtype=kind).reshape(array.shape)
 
-    tables = np.concatenate([rounded(table).reshape(-1, len(unit) + 1) for table in tables])
-    return Flow(m, mode, blocks, rounded(states), tables, rounded(rows), rounded(rate))
+def _weights(rows, matrix, bits):
+    """Return ``rows @ matrix``, without what is left where all of a weight cancels."""
+    weights = rows @ matrix
+    return np.where(abs(weights) > (abs(rows) @ abs(matrix)) >> (bits - _LOST_BITS), weights, 0)
+
+
+def _rounded(m, array, bits):
+    """Return an array of whole numbers, 2^bits being 1, in the numbers of ``m``."""
+    numbers = [_number(m, v, bits) for v in array.flat]
+    return np.array(numbers, dtype=float if m is Doubles else object).reshape(array.shape)
+
+
+def _number(m, value, bits):
+    return value / (1 << bits) if m is Doubles else m.ldexp(m.mpf(value), -bits)
 
 
 def _product(rate, weights):

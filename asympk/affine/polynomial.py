@@ -35,10 +35,16 @@ class Root(NamedTuple):
     real: bool
 
 
+def in_whole_numbers(rows):
+    """Return (array, denominator): rows of Fractions over their common denominator."""
+    denominator = lcm(*(entry.denominator for row in rows for entry in row))
+    whole = [[entry.numerator * (denominator // entry.denominator) for entry in row] for row in rows]
+    return np.array(whole, dtype=object), denominator
+
+
 def resolvent(matrix):
     """Return the ``Resolvent`` of a square array of Fractions."""
-    denominator = lcm(*(entry.denominator for entry in matrix.flat))
-    whole = np.array([[int(entry * denominator) for entry in row] for row in matrix], dtype=object)
+    whole, denominator = in_whole_numbers(matrix)
     size = len(whole)
     unit = np.array(np.eye(size, dtype=int), dtype=object)
     adjugate, polynomial = [unit], [1]

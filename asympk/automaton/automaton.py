@@ -11,7 +11,7 @@ import sympy as sp
 from asympk.automaton import decide
 from asympk.automaton.modes import Mode, function, mode_of
 from asympk.errors import OutOfRange
-from asympk.symbolic.branches import OPEN, Branch, rate_along
+from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.system import System
 
 State = tuple[Any, ...]
@@ -91,6 +91,7 @@ class NumericMode:
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps.
 
+        The sliding velocity of a contact that sticks is left at 0, however much it moves the guard.
         A rigid contact that is closed stays so: g = g' = 0, and the guard vanishes.
         """
         if self._closed:
@@ -99,12 +100,19 @@ class NumericMode:
         moved = list(state)
         for _ in range(2):
             slopes = gradient(t, *moved, *self.p)
-            weights = [abs(slope) * (1 + abs(w)) for slope, w in zip(slopes, moved, strict=True)]
+            sizes = zip(slopes, moved, self.movable, strict=True)
+            weights = [abs(slope) * (1 + abs(w)) * free for slope, w, free in sizes]
             k = weights.index(max(weights))
-            if slopes[k] == 0:
+            if weights[k] == 0:
                 break
             moved[k] -= self.guard_values(t, moved)[guard] / slopes[k]
         return tuple(moved)
+
+    @cached_property
+    def movable(self) -> tuple[bool, ...]:
+        """Whether a state may be moved: all but the sliding velocities of contacts that stick."""
+        resting = held(self.mode.system, self.branch)
+        return tuple(s not in resting for s in self.mode.system.states)
 
     @cached_property
     def _closed(self) -> tuple[Any, ...]:

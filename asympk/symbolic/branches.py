@@ -84,8 +84,8 @@ def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
     if not branch:
         return system.slow, system.fast
     solved = forces(system, branch)
-    held = _held(system, branch)
-    slow = {s: sp.S.Zero if s in held else _put(system, branch, rate, solved) for s, rate in system.slow.items()}
+    resting = held(system, branch)
+    slow = {s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in system.slow.items()}
     fast = {s: _put(system, branch, rate, solved) for s, rate in system.fast.items()}
     return sp.Dict(slow), sp.Dict(fast)
 
@@ -268,7 +268,7 @@ def _sliding(system: "System", branch: Branch, friction: "Friction") -> tuple[sp
     return (found, coupling) if not others else (found.subs(dict.fromkeys(others, 0)), coupling)
 
 
-def _held(system: "System", branch: Branch) -> set[sp.Symbol]:
+def held(system: "System", branch: Branch) -> set[sp.Symbol]:
     """Return the states that are sliding velocities of contacts that stick: their rates are 0, not rounded to it."""
     sticking = (f for f, phase in zip(system.frictions, branch, strict=True) if phase.mode == "stick")
     return {f.velocity for f in sticking if f.velocity.is_Symbol}

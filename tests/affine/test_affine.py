@@ -6,7 +6,10 @@ import mpmath
 import numpy as np
 import pytest
 
+from asympk.affine.eigenpairs import eigenpairs
+from asympk.affine.exponential import of_roots
 from asympk.affine.mode import AffineMode, Segment, in_digits
+from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import context, set_digits
 from asympk.errors import InputError, TooLarge, Undecided
 
@@ -67,6 +70,32 @@ def test_defective_blocks_lose_nothing(name):
     start = [0.3, -1.7, 0.9, 2.2][: len(mode.vector)]
     segment = Segment(mode.in_doubles, start)
     assert all(off(mode, start, t, segment.state(t)) < 1e-15 for t in (1e-9, 0.2, 3.0, 40.0))
+
+
+@pytest.mark.parametrize("mu", [1e-1, 1e-4, 1e-8])
+def test_refined_eigenpairs_are_those_of_the_roots_of_the_characteristic_polynomial(mu):
+    random = np.random.default_rng(11)
+    for size in (2, 3, 6):
+        rows = random_mode(random, size, mu).homogeneous
+        whole, denominator = in_whole_numbers(rows)
+        found = eigenpairs(whole, denominator, 320)
+        values = sorted(zip(*found.values, strict=True))
+        expected = sorted(b[:2] for b, _ in of_roots(rows, 60, 320) if b.decay or b.turn)
+        for pair, other in zip(values, expected, strict=True):
+            assert all(abs(a - b) < 2.0**-200 * 2**320 for a, b in zip(pair, other, strict=True))
+        parts = sum((1 + (turn != 0)) * part for turn, part in zip(found.values[1], found.parts[0], strict=True))
+        off = parts + found.zero[0] - np.array(np.eye(size + 1, dtype=int), dtype=object) * 2**320
+        assert abs(off).max() < 2.0**-200 * 2**320
+
+
+def test_multiple_eigenvalues_other_than_zero_are_left_to_the_characteristic_polynomial():
+    def of(rows, vector):
+        return eigenpairs(*in_whole_numbers(AffineMode.of(rows, vector).homogeneous), 320)
+
+    for name in ("coalescence", "resonance", "two equal oscillators", "triple root"):
+        assert of(*DEFECTIVE[name]) is None
+    assert len(of(*DEFECTIVE["free motion"]).zero) == 4
+    assert len(of([[0, 1, 0], [-1, 0, 0], [0, 0, 0]], [0, 0, 0]).zero) == 1
 
 
 def test_the_same_flow_runs_on_any_number_of_digits():

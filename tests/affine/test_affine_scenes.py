@@ -123,6 +123,25 @@ def test_random_systems_end_where_seventy_digits_say(mu, forced):
     assert followed > 1
 
 
+def test_what_sticks_has_the_velocity_zero_exactly_though_its_velocity_moves_the_margin_most():
+    y, a, b, v = sp.symbols("y a b v", real=True)
+    mu, q = sp.Symbol("mu", positive=True), sp.Rational(1, 4)
+    system = ap.System.with_frictions(
+        {a: 7 * q * (F + y) - b / 2 + v / 2 + 1, b: -6 * q * (y + b) - a - 2 * v - 2,
+         v: F + 5 * q * y - 6 * q * a - 4 * v + 1},
+        {y: 2 * F - 15 * q * y - a / 2 + 7 * q * b - 5 * q * v},
+        [ap.Friction(velocity=v, force=F, load=2, kinetic=3 * q)], small=mu,
+    )  # fmt: skip
+    start = {"y": -0.5, "a": 0.5, "b": -0.5, "v": 0.5}
+    scene = ap.Scene(system=system, values={"mu": 1e-4}, start=start, until=2)
+    for path in (ap.solve(scene), ap.solve(scene, digits=40)):
+        assert path.modes == ("slip_same", "stick", "slip_same")
+        assert path.events[-1].state[2] == 0
+    many = ap.solve_many(system=system, values={"mu": 1e-4}, start={**start, "v": [0.5, 0.5]}, until=2)
+    assert many.alone == 0
+    assert many.final[:, 0] == pytest.approx(ap.solve(scene).final, rel=1e-12)
+
+
 ROD = {name: sp.Symbol(name, real=True) for name in ("p", "q", "w")}
 
 

@@ -1,0 +1,180 @@
+r"""The spectral parts ``v u^T`` of an exact matrix whose eigenvalues other than 0 are simple, in whole numbers.
+
+LAPACK's eigenpairs are refined by Newton's method. The residual of ``M v = l v`` is computed in whole numbers, of which
+2^bits are 1; the correction (dv, dl) solves ``(M - l) dv - v dl = -r`` with the largest component of v held, by an
+inverse in doubles that is made once. So a step gains some 40 bits for the price of two products of small matrices.
+
+The eigenvalue 0 may have any multiplicity: its part is what the others leave of the unit matrix. Its multiplicity is
+that of the characteristic polynomial modulo a prime, and as many eigenvalues as that leaves must be found, apart from
+each other and from 0; where they are not, the spectrum is left to ``polynomial``.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+_PRIME = 268_435_399  # the largest below 2^28: sums of up to 48 products stay within 64 bits
+_STEPS = 48
+_UNSETTLED = 4  # steps from which on every one must make the residual smaller
+_SETTLED = 2.0**10  # units of the last place
+_NOISE = 56  # bits that may be lost
+
+
+class Eigenpairs(NamedTuple):
+    """Eigenvalues and their parts in whole numbers, 2^bits being 1; of a complex pair the upper one is there.
+
+    ``values`` (2, m) and ``parts`` (2, m, n, n) are real and imaginary parts. ``zero`` are those powers ``M^k P`` of
+    the part P of the eigenvalue 0 that do not vanish.
+    """
+
+    values: np.ndarray
+    parts: np.ndarray
+    zero: list[np.ndarray]
+
+
+class _Pairs(NamedTuple):
+    """Eigenvalues (2, m) and eigenvectors (2, m, n) in whole numbers, real and imaginary parts."""
+
+    values: np.ndarray
+    vectors: np.ndarray
+
+
+def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | None:
+    """Return the ``Eigenpairs`` of ``whole / denominator``, or None where the eigenvalues are not of this kind."""
+    zeros = _zeros(whole, denominator)
+    try:
+        matrix = (whole / denominator).astype(float)
+        values, vectors = _started(matrix, len(whole) - zeros)
+        right, left = _refined(whole, denominator, matrix, values, vectors, bits)
+    except (np.linalg.LinAlgError, OverflowError, ArithmeticError):
+        return None
+    if not _distinct(right.values, bits):
+        return None
+    parts = _parts(right.vectors, left.vectors, bits)
+    many = 1 + (right.values[1] != 0)[:, None, None]
+    rest = (np.array(np.eye(len(whole), dtype=int), dtype=object) << bits) - (many * parts[0]).sum(axis=0)
+    zero = _powers(whole, denominator, rest, zeros, bits)
+    return None if zero is None else Eigenpairs(right.values, parts, zero)
+
+
+def _zeros(whole, denominator):
+    """Return the multiplicity of the root 0 of the characteristic polynomial modulo a prime."""
+    inverse, size = pow(denominator, -1, _PRIME), len(whole)
+    matrix, unit = (whole * inverse % _PRIME).astype(np.int64), np.eye(size, dtype=np.int64)
+    adjugate, last = unit, 0
+    for k in range(1, size + 1):
+        moved = matrix @ adjugate % _PRIME
+        coefficient = -int(moved.trace()) * pow(k, -1, _PRIME) % _PRIME
+        adjugate = (moved + coefficient * unit) % _PRIME
+        last = k if coefficient else last
+    return size - last
+
+
+def _started(matrix, count):
+    """Return the ``count`` eigenvalues of the largest size, upper ones of pairs alone, and eigenvectors as rows."""
+    values, vectors = np.linalg.eig(matrix)
+    largest = np.argsort(-abs(values), kind="stable")[:count]
+    upper = largest[values[largest].imag >= 0]
+    if (1 + (values[upper].imag > 0)).sum() != count:
+        raise ArithmeticError("a pair of eigenvalues is parted")
+    return values[upper].astype(complex), vectors.T[upper].astype(complex)
+
+
+def _refined(whole, denominator, matrix, values, vectors, bits):
+    """Return the ``_Pairs`` of the matrix and of its transpose."""
+    vectors, held, inverse = _inverses(matrix, values, vectors)
+    right = _newton(whole, denominator, _Pairs(_whole(values, bits), _whole(vectors, bits)), held, inverse, bits)
+    values = _floats(right.values[0], bits) + 1j * _floats(right.values[1], bits)
+    beside = inverse[np.arange(len(held)), held]  # nearly a left eigenvector: it annihilates all columns but one
+    vectors, held, inverse = _inverses(matrix.T, values, beside)
+    return right, _newton(whole.T, denominator, _Pairs(right.values, _whole(vectors, bits)), held, inverse, bits)
+
+
+def _inverses(matrix, values, vectors):
+    """Return (eigenvectors of which the largest component is 1, its place, inverses of the matrices of corrections)."""
+    every, held = np.arange(len(values)), abs(vectors).argmax(axis=1)
+    vectors = vectors / vectors[every, held][:, None]
+    moved = matrix - values[:, None, None] * np.eye(len(matrix))
+    moved[every, :, held] = -vectors
+    rows = 1 / abs(moved).max(axis=2, keepdims=True)
+    columns = 1 / abs(moved * rows).max(axis=1, keepdims=True)
+    return vectors, held, np.linalg.inv(moved * rows * columns) * columns.swapaxes(1, 2) * rows.swapaxes(1, 2)
+
+
+def _newton(whole, denominator, pairs, held, inverse, bits):
+    """Return ``_Pairs`` whose residuals are those of the last bits; raises ``ArithmeticError`` where none are found."""
+    values, vectors = pairs.values.copy(), pairs.vectors.copy()
+    every, size = np.arange(len(held)), 1 + abs(_floats(values[0], bits)) + abs(_floats(values[1], bits))
+    before = [bits]
+    for _ in range(_STEPS):
+        off = np.stack([v @ whole.T // denominator for v in vectors]) - (_times(values[:, :, None], vectors) >> bits)
+        most = abs(off).max(axis=(0, 2)) if off.size else np.zeros(0, dtype=object)
+        shifts = np.array([max(0, most_of.bit_length() - 60) for most_of in most], dtype=object)
+        before.append(max(shifts, default=0))
+        if before[-1] and len(before) > _UNSETTLED and before[-1] >= before[-2]:
+            break
+        parts = (off >> shifts[:, None]).astype(float)
+        step = np.matmul(inverse, (parts[0] + 1j * parts[1])[:, :, None])[:, :, 0]
+        moved = step[every, held].copy()
+        step[every, held] = 0
+        vectors = vectors - (_whole(step, 0) << shifts[:, None])
+        values = values - (_whole(moved, 0) << shifts)
+        if not shifts.any() and (abs(step) < _SETTLED).all() and (abs(moved) < _SETTLED * size).all():
+            return _Pairs(values, vectors)
+    raise ArithmeticError("the eigenpairs do not converge")
+
+
+def _times(a, b):
+    """Return the products of complex numbers given by real and imaginary parts."""
+    return np.stack([a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]])
+
+
+def _whole(array, bits):
+    """Return the real and imaginary parts of an array times 2^bits in whole numbers."""
+    shift = min(bits, 60)
+    parts = np.stack([array.real, array.imag]) * 2.0**shift
+    return np.array([int(v) << (bits - shift) for v in parts.flat], dtype=object).reshape(parts.shape)
+
+
+def _floats(array, bits):
+    return (array / (1 << bits)).astype(float)
+
+
+def _distinct(values, bits):
+    """Tell whether eigenvalues differ from each other, from 0, and complex ones from their conjugates."""
+    least = 1 << (bits * 3 // 4)
+    pairs = [*zip(*values.tolist(), strict=True)]
+    everything = [(0, 0), *pairs, *((re, -im) for re, im in pairs if im)]
+    return all(
+        abs(a[0] - b[0]) > least or abs(a[1] - b[1]) > least
+        for k, a in enumerate(everything) for b in everything[:k]
+    )  # fmt: skip
+
+
+def _parts(right, left, bits):
+    """Return ``v u^T / (v.u)`` of all pairs, entries below the rounding set to 0."""
+    product = _times(right, left).sum(axis=2) >> bits
+    size = product[0] * product[0] + product[1] * product[1]
+    inverse = np.stack([product[0] << (2 * bits), -product[1] << (2 * bits)]) // size
+    left = _times(left, inverse[:, :, None]) >> bits
+    return _cleaned(_times(right[:, :, :, None], left[:, :, None, :]) >> bits, bits)
+
+
+def _cleaned(parts, bits, lost=0):
+    """Return whole numbers, those set to 0 that are below the rounding of the largest."""
+    most = max((abs(v) for v in parts.flat), default=0)
+    noise = max(most, 1 << bits) >> (bits - _NOISE - lost)
+    return np.where(abs(parts) > noise, parts, 0)
+
+
+def _powers(whole, denominator, part, zeros, bits):
+    """Return ``M^k P``, k below the multiplicity, without those that vanish; None where a further one does not."""
+    found, lost = [], 0
+    growth = max(1, max(map(abs, whole.flat)) // denominator).bit_length() + len(whole).bit_length()
+    for _ in range(zeros + 1):
+        part = _cleaned(part, bits, lost)
+        if not part.any():
+            return found
+        found.append(part)
+        part, lost = whole @ part // denominator, lost + growth
+    return None
