@@ -20,6 +20,7 @@ from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.taylor import Taylor, along, as_taylor
 
 
+@lru_cache(maxsize=64)
 def is_affine(formulas: Formulas) -> bool:
     """Tell whether the layer has this closed form."""
     if len(formulas.mode.fast) != 1:

@@ -7,7 +7,7 @@ to tau = 0 (``fibre``). A start whose layer does not settle on an attracting bra
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -19,9 +19,10 @@ from asympk.errors import OutOfRange
 
 NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which on the layer is taken to approach it
 OVER = math.log(1e17)
+SETTLED = 1e-7
 STEPS = 3000
 FAR = 1e6
-LOOSEST = 1e-3
+LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
 
 
 @dataclass(frozen=True)
@@ -52,14 +53,16 @@ def land(
     """Return the ``Landing`` to ``order`` of the layer from (x, y) with the parameters ``values``.
 
     It is in closed form where that is known (``affinelayer``), else followed: the term k is right to ``rtol`` / mu**k,
-    to ``rtol`` each, or as much of their sum at ``mu``. Raises ``OutOfRange`` where the layer does not settle on an
-    attracting branch.
+    to ``rtol`` each, or as much of their sum at ``mu``. The term 0, from which the base point learns through mu alone,
+    is followed finely only where the layer itself is asked for. Raises ``OutOfRange`` where the layer does not settle
+    on an attracting branch.
     """
     if affinelayer.is_affine(formulas):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
         if rate < 0 and np.abs(table).max() <= FAR * max(1, *map(abs, y)):
             return _in_closed_form(rate, table, y)
-    return _followed(formulas, order, x, y, values, _tolerances(rtol, mu, order, len(x), len(y)))
+    fine, coarse = (_tolerances(rtol, mu, order, len(x), len(y), first) for first in (0, 1))
+    return _followed(formulas, order, x, y, values, fine, coarse)
 
 
 def _in_closed_form(rate, table, y):
@@ -80,14 +83,18 @@ def _over(order, far=1.0):
     return OVER + math.log(far) + (order + 1) * math.log1p(OVER)
 
 
-def _followed(formulas, order, x, y, values, tolerances):
+def _followed(formulas, order, x, y, values, fine, coarse):
     first = (*y, *[0.0] * (order * (len(x) + len(y))))
-    branch, steps = _settled(formulas, first, x, y, values, order, tolerances)
-    end, last = steps[-1].after, np.array(steps[-1].end)
+    branch, found = _settled(formulas, first, x, y, values, order, coarse)
+    end, last = found[-1].after, np.array(found[-1].end)
     jets = last[len(y) :].reshape(order, -1)[:, : len(x)].ravel()
     slow = formulas.slow(*x, *branch, *jets, *values)
     count = order + 1
     base = np.array([[_horner(c, -end) for c in level] for level in slow[:count]])
+
+    @cache
+    def finely():
+        return Trajectory(first, _settled(formulas, first, x, y, values, order, fine)[1])
 
     def during(tau):
         # the slow motion in powers of tau from its base point: the terms X_k and Y_k less it fade
@@ -95,7 +102,7 @@ def _followed(formulas, order, x, y, values, tolerances):
         levels = zip(found[:count], found[count:], strict=True)
         slowly = np.array([[_padded(c, count) for c in (*s, *h)] for s, h in levels])
         at_rest = np.broadcast_to(np.array(x)[:, None], (len(x), tau.size))
-        series = np.concatenate([at_rest, Trajectory(first, steps)(tau.ravel())]).reshape(count, -1, *tau.shape)
+        series = np.concatenate([at_rest, finely()(tau.ravel())]).reshape(count, -1, *tau.shape)
         powers = tau ** np.arange(count).reshape(-1, *[1] * tau.ndim)
         return series - np.tensordot(slowly, powers, 1)
 
@@ -137,8 +144,8 @@ def _square(formulas, x, y, values):
     return np.array(formulas.jacobian(*x, *y, *values), dtype=float).reshape(len(y), len(y))
 
 
-def _tolerances(rtol, mu, order, slow, fast):
-    levels = [rtol] * fast
+def _tolerances(rtol, mu, order, slow, fast, first):
+    levels = [max(rtol, min(rtol / mu**first, ROUGHEST))] * fast
     for k in range(1, order + 1):
         levels += [rtol / max(mu**k, rtol / LOOSEST)] * (slow + fast)
     return max(rtol, 1e-13), tuple(levels)
@@ -148,21 +155,15 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     """Step until the layer is over; return the branch's value and the steps."""
     known, until, found, now = None, math.inf, [], y
     ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances)
-    for _ in range(STEPS):
-        step = newton(formulas, x, now, values)
+    while len(found) < STEPS:
         scale = max(1, *map(abs, now))
         if scale > FAR * max(1, *map(abs, y)):
             break
-        if known is None and step is not None and np.abs(step).max() < NEAR * scale:
-            known = root(formulas, x, now, values)
-            rate = -abscissa(formulas, x, known, values) if known else 0
-            if known and np.abs(step).max() < 1e-14 * scale and rate <= 0:
-                raise OutOfRange(f"the start y = {text(y)} lies on a branch that does not attract: the largest real "
-                                 f"part of an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
-            known = known if rate > 0 else None
+        if known is None:
+            known, rate = _approached(formulas, x, now, scale, values)
             until = _reached(found) + _over(order) / rate if known else math.inf
         if _reached(found) >= until:
-            if np.abs(np.array(now) - known).max() < 1e-9 * scale:
+            if max(abs(v - w) for v, w in zip(now, known, strict=True)) < SETTLED * scale:
                 return known, tuple(found)
             known, until = None, math.inf
         if (last := next(ahead, None)) is None:
@@ -171,6 +172,18 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         now = last.end[: len(y)]
     raise OutOfRange(f"the layer from y = {text(y)} at x = {text(x)} does not settle on an attracting branch: after at "
                      f"most {STEPS} steps, at tau = {_reached(found):.6g}, y = {text(now)}")  # fmt: skip
+
+
+def _approached(formulas, x, now, scale, values):
+    """Return the attracting branch that the layer has come near to, and its rate; or None."""
+    step = newton(formulas, x, now, values)
+    size = np.abs(step).max() if step is not None else math.inf
+    branch = root(formulas, x, now, values) if size < NEAR * scale else None
+    rate = -abscissa(formulas, x, branch, values) if branch else 0
+    if branch and size < 1e-14 * scale and rate <= 0:
+        raise OutOfRange(f"the start y = {text(now)} lies on a branch that does not attract: the largest real part of "
+                         f"an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
+    return (branch if rate > 0 else None), rate
 
 
 def _reached(found):

@@ -40,8 +40,8 @@ class Step:
 
     def shortened(self, span: float) -> tuple:
         """Return the state after a part ``span`` of the step, to the accuracy of a step."""
-        take = _compiled(len(self.state), len(self.flows))
-        return take(self.flows, self.parameters, span, self.state, self.stages[0])[0]
+        take, ones = _compiled(len(self.state), len(self.flows)), (1.0,) * len(self.state)
+        return take(self.flows, self.parameters, span, self.state, self.stages[0], 1.0, ones)[0]
 
     def __call__(self, t: Any) -> np.ndarray:
         """Return the states at the array ``t`` of times within the step: (states,) + t.shape."""
@@ -77,6 +77,8 @@ class Trajectory:
         if not self.steps:
             return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
         ends = np.array([step.after for step in self.steps])
+        if t.size == 1 and t >= ends[-1]:
+            return np.array(self.steps[-1].end).reshape(-1, *t.shape)
         which = np.minimum(np.searchsorted(ends, t.ravel()), len(ends) - 1)
         found = np.empty((len(self.start), t.size))
         for k in set(which.tolist()):
@@ -119,17 +121,10 @@ def steps(
 def _tried(take, flows, parameters, span, state, first, rtol, atol):
     """Return the error of a step in units of what is allowed, its end, and its stages."""
     try:
-        new, stages, fifth, third = take(flows, parameters, span, state, first)
-        high = low = 0.0
-        for a, w, v, five, three in zip(atol, state, new, fifth, third, strict=True):
-            scale = a + rtol * max(abs(w), abs(v))
-            high += (five / scale) ** 2
-            low += (three / scale) ** 2
+        new, stages, high, low = take(flows, parameters, span, state, first, rtol, atol)
+        error = span * high / math.sqrt((high + 0.01 * low) * len(state)) if high or low else 0.0
     except (ArithmeticError, ValueError):
         return math.inf, state, ()
-    if high == low == 0:
-        return 0.0, new, stages
-    error = span * high / math.sqrt((high + 0.01 * low) * len(state))
     return (error if math.isfinite(error) else math.inf), new, stages
 
 
@@ -151,16 +146,22 @@ def _first_span(flows, parameters, state, first, longest, rtol, atol):
 
 @lru_cache(maxsize=64)
 def _compiled(size: int, groups: int) -> Callable:
-    """Compile one step for ``size`` states in ``groups`` equal shares: (end, stages, error of order 5, of order 3)."""
-    lines = [f"def take(flows, p, h, w, k0):\n    {_names('f', groups)} = flows",
+    """Compile one step for ``size`` states in ``groups`` equal shares.
+
+    It returns the end, the stages, and the squares' sums of the error estimates of order 5 and 3 over what is allowed.
+    """
+    lines = [f"def take(flows, p, h, w, k0, rtol, atol):\n    {_names('f', groups)} = flows",
              f"    {_names('w', size)} = w", f"    {_names('k0_', size)} = k0"]  # fmt: skip
     for stage, row in enumerate([*DOP853.A[1:STAGES], DOP853.B], 1):
         lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in range(size)]
         for g, share in enumerate(_shares(size, groups)):
             lines.append(f"    {_names(f'k{stage}_', *share)} = f{g}({''.join(f'v{i}, ' for i in share)}*p)")
     stages = ", ".join(f"({_names(f'k{stage}_', size)})" for stage in range(STAGES + 1))
-    errors = (f"({''.join(_sum(row, i) + ', ' for i in range(size))})" for row in (DOP853.E5, DOP853.E3))
-    lines.append(f"    return ({_names('v', size)}), ({stages}), {', '.join(errors)}")
+    for i in range(size):
+        lines += [f"    a, b = abs(w{i}), abs(v{i})", f"    s{i} = atol[{i}] + rtol*(a if a > b else b)"]
+    for name, row in (("high", DOP853.E5), ("low", DOP853.E3)):
+        lines.append(f"    {name} = " + " + ".join(f"(({_sum(row, i)})/s{i})**2" for i in range(size)))
+    lines.append(f"    return ({_names('v', size)}), ({stages}), high, low")
     space: dict = {}
     exec("\n".join(lines), space)
     return space["take"]
