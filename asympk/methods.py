@@ -114,9 +114,14 @@ def _found(module: str, name: str) -> Any:
 
 
 def _require_known(method: str, run: Any, options: dict[str, Any]) -> None:
-    from inspect import Parameter, signature
-
-    known = [name for name, option in signature(run).parameters.items() if option.kind is Parameter.KEYWORD_ONLY]
+    known = _options(run)
     unknown = [name for name in options if name not in known]
     if unknown:
         raise InputError(f"method {method!r} has no option {unknown[0]!r}; it has {', '.join(known)}")
+
+
+@cache
+def _options(run: Any) -> list[str]:
+    from inspect import Parameter, signature
+
+    return [name for name, option in signature(run).parameters.items() if option.kind is Parameter.KEYWORD_ONLY]

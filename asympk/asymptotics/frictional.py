@@ -86,11 +86,11 @@ def _slowly(automaton: Automaton, landed: Arrival, t: float, until: float, mu: f
     guards = automaton.mode(landed.branch).guard_values
 
     def inside(span, point):
-        return guards(t + span, tuple(point[places].tolist())) or (1.0,)
+        return guards(t + span, tuple(point[k] for k in places)) or (1.0,)
 
     start = np.array([at[s] for s in names])
     found = reduced.follow(known, (0,), [start], len(mode.slow), mu, values, until - t, RTOL, inside)
-    span = float(found.solution.ts[-1]) if until > t else 0.0
+    span = found.end
     stretch = Stretch(t, mode.name, lambda u: found.states(u)[0][places])
     return stretch, span, tuple(stretch.states(span).tolist())
 

@@ -5,86 +5,108 @@ to tau = 0 (``fibre``). A start whose layer does not settle on an attracting bra
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
-from scipy.integrate import DOP853, solve_ivp
 
+from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
+from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.errors import OutOfRange
 
 NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which on the layer is taken to approach it
 OVER = math.log(1e17)
+SETTLED = 1e-7
 STEPS = 3000
 FAR = 1e6
-LOOSEST = 1e-3
+LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
 
 
 @dataclass(frozen=True)
 class Landing:
     """A layer in numbers: it is over at the fast time ``end``, when the fast states have come to ``branch`` at x_0.
 
-    ``base[k]`` multiplies mu**k in the base point, for k = 0 .. order.
+    ``base[k]`` multiplies mu**k in the base point, for k = 0 .. order. ``during(tau)`` is what ``corrections`` are
+    until the layer is over.
     """
 
-    formulas: Formulas
     order: int
-    x: tuple
-    y: tuple
-    values: tuple
     branch: tuple
     end: float
     base: Any
-    tolerances: dict
-
-    @cached_property
-    def _slow(self):
-        """The coefficients of tau**j in S_k and H_k: an array (order + 1, states, order + 1)."""
-        jets = self.base[1:].ravel()
-        found = self.formulas.slow(*self.x, *self.branch, *jets, *self.values)
-        count = self.order + 1
-        levels = zip(found[:count], found[count:], strict=True)
-        return np.array([[_padded(c, count) for c in (*s, *h)] for s, h in levels])
-
-    @cached_property
-    def _layer(self):
-        series = _first(self.formulas, self.x, self.y, self.order)
-        rates = _rates(self.formulas, self.x, self.values)
-        return solve_ivp(rates, (0, self.end), series, "DOP853", **self.tolerances, dense_output=True).sol
+    during: Callable[[np.ndarray], np.ndarray]
 
     def corrections(self, tau: Any) -> np.ndarray:
         """Return X_k - S_k and Y_k - H_k at the array ``tau``: (order + 1, states) + tau.shape; 0 after the layer."""
         tau = np.asarray(tau, dtype=float)
-        count, n = self.order + 1, len(self.x)
         if (tau >= self.end).all():
-            return np.zeros((count, n + len(self.y), *tau.shape))
-        inside = np.minimum(tau, self.end)
-        x = np.broadcast_to(np.array(self.x)[:, None], (n, inside.size))
-        series = np.concatenate([x, self._layer(inside.ravel())]).reshape(count, -1, *tau.shape)
-        powers = inside ** np.arange(count).reshape(-1, *[1] * tau.ndim)
-        return np.where(tau < self.end, series - np.tensordot(self._slow, powers, 1), 0.0)
+            return np.zeros((self.order + 1, self.base.shape[1] + len(self.branch), *tau.shape))
+        return np.where(tau < self.end, self.during(np.minimum(tau, self.end)), 0.0)
 
 
 def land(
     formulas: Formulas, order: int, x: tuple, y: tuple, values: tuple, rtol: float = 1e-12, mu: float = 1.0
 ) -> Landing:
-    """Follow the layer from (x, y) with the parameters ``values``, and return the ``Landing`` to ``order``.
+    """Return the ``Landing`` to ``order`` of the layer from (x, y) with the parameters ``values``.
 
-    The term k is right to ``rtol`` / mu**k: to ``rtol`` each, or as much of their sum at ``mu``.
-
-    Raises ``OutOfRange`` where the layer does not settle on an attracting branch.
+    It is in closed form where that is known (``affinelayer``), else followed: the term k is right to ``rtol`` / mu**k,
+    to ``rtol`` each, or as much of their sum at ``mu``. The term 0, from which the base point learns through mu alone,
+    is followed finely only where the layer itself is asked for. Raises ``OutOfRange`` where the layer does not settle
+    on an attracting branch.
     """
-    tolerances = _tolerances(rtol, mu, order, len(x), len(y))
-    solver = DOP853(_rates(formulas, x, values), 0, _first(formulas, x, y, order), np.inf, **tolerances)
-    branch, end = _settled(solver, formulas, x, y, values, order)
-    last = solver.y.reshape(-1)
-    jets = _series(last, len(x), len(y), order)
-    polynomials = formulas.slow(*x, *branch, *jets.ravel(), *values)[: order + 1]
-    base = np.array([[_horner(c, -end) for c in level] for level in polynomials])
-    return Landing(formulas, order, x, y, values, branch, end, base, tolerances)
+    if affinelayer.is_affine(formulas):
+        rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
+        if rate < 0 and np.abs(table).max() <= FAR * max(1, *map(abs, y)):
+            return _in_closed_form(rate, table, y)
+    fine, coarse = (_tolerances(rtol, mu, order, len(x), len(y), first) for first in (0, 1))
+    return _followed(formulas, order, x, y, values, fine, coarse)
+
+
+def _in_closed_form(rate, table, y):
+    order, (branch,) = len(table) - 1, table[0, -1:, 0, 0].tolist()
+    far = max(1.0, abs(y[0] - branch) / max(1.0, abs(branch)))
+    fading = table.copy()
+    fading[:, :, 0] = 0
+
+    def during(tau):
+        p, j = (np.arange(size).reshape(-1, *[1] * tau.ndim) for size in table.shape[2:])
+        return np.einsum("ksij,i...,j...->ks...", fading, np.exp(rate * tau * p), tau**j)
+
+    return Landing(order, (branch,), _over(order, far) / -rate, table[:, :-1, 0, 0], during)
+
+
+def _over(order, far=1.0):
+    """Return the time, in units of the rate, after which a layer is over to rounding."""
+    return OVER + math.log(far) + (order + 1) * math.log1p(OVER)
+
+
+def _followed(formulas, order, x, y, values, fine, coarse):
+    first = (*y, *[0.0] * (order * (len(x) + len(y))))
+    branch, found = _settled(formulas, first, x, y, values, order, coarse)
+    end, last = found[-1].after, np.array(found[-1].end)
+    jets = last[len(y) :].reshape(order, -1)[:, : len(x)].ravel()
+    slow = formulas.slow(*x, *branch, *jets, *values)
+    count = order + 1
+    base = np.array([[_horner(c, -end) for c in level] for level in slow[:count]])
+
+    @cache
+    def finely():
+        return Trajectory(first, _settled(formulas, first, x, y, values, order, fine)[1])
+
+    def during(tau):
+        # the slow motion in powers of tau from its base point: the terms X_k and Y_k less it fade
+        found = formulas.slow(*x, *branch, *base[1:].ravel(), *values)
+        levels = zip(found[:count], found[count:], strict=True)
+        slowly = np.array([[_padded(c, count) for c in (*s, *h)] for s, h in levels])
+        at_rest = np.broadcast_to(np.array(x)[:, None], (len(x), tau.size))
+        series = np.concatenate([at_rest, finely()(tau.ravel())]).reshape(count, -1, *tau.shape)
+        powers = tau ** np.arange(count).reshape(-1, *[1] * tau.ndim)
+        return series - np.tensordot(slowly, powers, 1)
+
+    return Landing(order, branch, end, base, during)
 
 
 def root(formulas: Formulas, x: tuple, guess: tuple, values: tuple) -> tuple | None:
@@ -122,55 +144,50 @@ def _square(formulas, x, y, values):
     return np.array(formulas.jacobian(*x, *y, *values), dtype=float).reshape(len(y), len(y))
 
 
-def _rates(formulas, x, values):
-    layer = formulas.layer
-    return lambda _, series: layer(*x, *series.tolist(), *values)
-
-
-def _tolerances(rtol, mu, order, slow, fast):
-    levels = [rtol] * fast
+def _tolerances(rtol, mu, order, slow, fast, first):
+    levels = [max(rtol, min(rtol / mu**first, ROUGHEST))] * fast
     for k in range(1, order + 1):
         levels += [rtol / max(mu**k, rtol / LOOSEST)] * (slow + fast)
-    return {"rtol": max(rtol, 1e-13), "atol": np.array(levels)}
+    return max(rtol, 1e-13), tuple(levels)
 
 
-def _first(formulas, x, y, order):
-    return np.array([*y, *[0.0] * (order * (len(x) + len(y)))])
-
-
-def _series(state, slow, fast, order):
-    """Return X_1, ..., X_n."""
-    return state[fast:].reshape(order, slow + fast)[:, :slow]
-
-
-def _settled(solver, formulas, x, y, values, order):
-    """Step until the layer is over; return the branch's value and the time."""
-    known, until = None, math.inf
-    for _ in range(STEPS):
-        now = solver.y[: len(y)]
-        step = newton(formulas, x, now, values)
-        scale = max(1, np.abs(now).max())
+def _settled(formulas, first, x, y, values, order, tolerances):
+    """Step until the layer is over; return the branch's value and the steps."""
+    known, until, found, now = None, math.inf, [], y
+    ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances)
+    while len(found) < STEPS:
+        scale = max(1, *map(abs, now))
         if scale > FAR * max(1, *map(abs, y)):
             break
-        if known is None and step is not None and np.abs(step).max() < NEAR * scale:
-            known = root(formulas, x, now, values)
-            rate = -abscissa(formulas, x, known, values) if known else 0
-            if known and np.abs(step).max() < 1e-14 * scale and rate <= 0:
-                raise OutOfRange(f"the start y = {text(y)} lies on a branch that does not attract: the largest real "
-                                 f"part of an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
-            known = known if rate > 0 else None
-            until = solver.t + (OVER + (order + 1) * math.log1p(OVER)) / rate if known else math.inf
-            solver.t_bound = until
-        if solver.t >= until:
-            if np.abs(now - known).max() < 1e-9 * scale:
-                return known, solver.t
-            known, until, solver.t_bound = None, math.inf, math.inf
-            solver.status = "running"
-        if solver.status != "running":
+        if known is None:
+            known, rate = _approached(formulas, x, now, scale, values)
+            until = _reached(found) + _over(order) / rate if known else math.inf
+        if _reached(found) >= until:
+            if max(abs(v - w) for v, w in zip(now, known, strict=True)) < SETTLED * scale:
+                return known, tuple(found)
+            known, until = None, math.inf
+        if (last := next(ahead, None)) is None:
             break
-        solver.step()
+        found.append(last)
+        now = last.end[: len(y)]
     raise OutOfRange(f"the layer from y = {text(y)} at x = {text(x)} does not settle on an attracting branch: after at "
-                     f"most {STEPS} steps, at tau = {solver.t:.6g}, y = {text(solver.y[: len(y)])}")  # fmt: skip
+                     f"most {STEPS} steps, at tau = {_reached(found):.6g}, y = {text(now)}")  # fmt: skip
+
+
+def _approached(formulas, x, now, scale, values):
+    """Return the attracting branch that the layer has come near to, and its rate; or None."""
+    step = newton(formulas, x, now, values)
+    size = np.abs(step).max() if step is not None else math.inf
+    branch = root(formulas, x, now, values) if size < NEAR * scale else None
+    rate = -abscissa(formulas, x, branch, values) if branch else 0
+    if branch and size < 1e-14 * scale and rate <= 0:
+        raise OutOfRange(f"the start y = {text(now)} lies on a branch that does not attract: the largest real part of "
+                         f"an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
+    return (branch if rate > 0 else None), rate
+
+
+def _reached(found):
+    return found[-1].after if found else 0.0
 
 
 def text(numbers: Iterable[float]) -> str:

@@ -8,15 +8,15 @@ slow rates meet, 4 mu |f_y h_x| = |largest real part|, as where a node turns to 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from scipy.integrate import DOP853, OdeSolution
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import abscissa, text
+from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000
@@ -33,15 +33,18 @@ class Reduced:
     slow: int
     mu: float
     values: tuple
-    solution: OdeSolution = field(repr=False)
+    end: float
+    trajectory: Trajectory = field(repr=False)
 
     def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t``, for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)
-        motions = self.solution(t.ravel()).reshape(len(self.orders), -1, t.size)
+        motions = self.trajectory(t.ravel()).reshape(len(self.orders), -1, t.size)
+        known = self.formulas if t.size == 1 else self.formulas.arrays
         found = []
         for order, motion in zip(self.orders, motions, strict=True):
-            height = self.formulas.arrays.height[order](*motion, self.mu, *self.values)
+            point = motion[:, 0].tolist() if t.size == 1 else motion
+            height = known.height[order](*point, self.mu, *self.values)
             found.append([*motion[: self.slow], *(np.broadcast_to(y, t.size) for y in height)])
         return np.array(found).reshape(len(self.orders), -1, *t.shape)
 
@@ -63,38 +66,34 @@ def follow(
     Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for infinity; both
     tell the time and the state reached.
     """
-    rates = _stacked(formulas, orders, len(starts[0]), mu, values)
-    solver = DOP853(rates, 0.0, np.concatenate(starts), until, rtol=rtol, atol=rtol)
-    times, pieces = [0.0], []
-    _check(solver, None, formulas, starts[0], slow, mu, values)
-    while solver.status == "running":
-        before = solver.y[: len(starts[0])]
-        try:
-            message = solver.step()
-        except (ArithmeticError, ValueError) as reason:
-            message = str(reason)
-        if message or len(pieces) == STEPS or not np.abs(solver.y).max() < FAR:
-            raise OutOfRange(f"the reduced flow ends at t = {solver.t:.6g} near {text(before)}: "
-                             f"{message or 'its states grow beyond bounds'}")  # fmt: skip
-        pieces.append(solver.dense_output())
-        times.append(solver.t)
-        if inside and min(inside(solver.t, solver.y[: len(starts[0])])) < 0:
-            times[-1] = _edge(pieces[-1], times[-2], times[-1], len(starts[0]), inside)
+    first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
+    found, end = [], until
+    _check(None, formulas, first[:size], slow, mu, values)
+    flows = tuple(formulas.flow[m] for m in orders)
+    for step in steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first)):
+        if len(found) == STEPS or not max(map(abs, step.end)) < FAR:
             break
-        _check(solver, pieces[-1], formulas, solver.y[: len(starts[0])], slow, mu, values)
-    if not pieces:
-        pieces, times = [lambda t: np.concatenate(starts)[:, None] + 0 * np.asarray(t)], [0.0, 0.0]
-    return Reduced(formulas, orders, slow, mu, values, OdeSolution(times, pieces))
+        found.append(step)
+        if inside and min(inside(step.after, step.end[:size])) < 0:
+            end = _edge(step, size, inside)
+            break
+        _check(step, formulas, step.end[:size], slow, mu, values)
+    if until > 0 and (not found or found[-1].after < end):
+        t, last = (found[-1].after, found[-1].end) if found else (0.0, first)
+        raise OutOfRange(f"the reduced flow ends at t = {t:.6g} near {text(last[:size])}: its states grow beyond "
+                         "bounds, or its steps become too small")  # fmt: skip
+    return Reduced(formulas, orders, slow, mu, values, end, Trajectory(first, tuple(found)))
 
 
-def _edge(piece, low, high, size, inside):
+def _edge(step, size, inside):
     """Return the last time at which every guard is positive, by bisection."""
+    low, high = step.t, step.after
     while (middle := (low + high) / 2) not in (low, high):
-        low, high = (low, middle) if min(inside(middle, piece(middle)[:size])) < 0 else (middle, high)
+        low, high = (low, middle) if min(inside(middle, step(middle)[:size].tolist())) < 0 else (middle, high)
     return low
 
 
-def margin(formulas: Formulas, state: np.ndarray, slow: int, mu: float, values: tuple) -> float:
+def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, values: tuple) -> float:
     """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
     x, b = state[:slow], state[slow:]
     try:
@@ -104,27 +103,17 @@ def margin(formulas: Formulas, state: np.ndarray, slow: int, mu: float, values: 
         return -math.inf
 
 
-def _stacked(formulas, orders, size, mu, values):
-    flows = [formulas.flow[m] for m in orders]
-
-    def rates(_, state):
-        parts = state.reshape(-1, size).tolist()
-        return [v for flow, part in zip(flows, parts, strict=True) for v in flow(*part, mu, *values)]
-
-    return rates
-
-
-def _check(solver, piece, formulas, state, slow, mu, values):
+def _check(step, formulas, state, slow, mu, values):
     """Raise where the manifold is lost, at the time within the last step where it is."""
     if margin(formulas, state, slow, mu, values) > 0:
         return
-    t, size = solver.t, len(state)
-    if piece is not None:
-        low, high = solver.t_old, solver.t
+    t, size = 0.0, len(state)
+    if step is not None:
+        low, high = step.t, step.after
         while high - low > 1e-12 * max(1, high):
             t = (low + high) / 2
-            low, high = (t, high) if margin(formulas, piece(t)[:size], slow, mu, values) > 0 else (low, t)
-        state = piece(low)[:size]
+            low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
+        state = step(low)[:size].tolist()
     where = f"t = {t:.6g}, x = {text(state[:slow])}, y = {text(state[slow:])}"
     largest = abscissa(formulas, state[:slow], state[slow:], values)
     raise NotNormallyHyperbolic(

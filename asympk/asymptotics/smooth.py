@@ -8,6 +8,7 @@ layer. ``"jump"`` is the uniform composite: layer + slow - common part,
 The error that a path carries is what the next order changes at ``until``, and what the one after that may still add.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -69,13 +70,16 @@ def run(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     known = formulas(mode, system.small, tuple(given), order + EXTRA)
     kept = tuple(i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time)
     motion = follow(known, order, begin, mu, tuple(given.values()), until, kept)
-    path = Dense(motion, method == "jump", until)
-    error = predicted_error(motion, method == "jump", until)
+    slow, layer = motion.states(until), motion.layer(until)
+    now, next_, last = slow + layer
+    layered = method == "jump"
+    error = predicted_error((now, next_, last), 0.0 if layered else layer[0], motion.rtol)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
-    info = {"omitted": omitted_term(motion, until)}
-    return Path(scene, method, tuple(path(until).tolist()), (), (mode.name,), path, error, info)
+    final = now if layered else slow[0]
+    return Path(scene, method, tuple(final.tolist()), (), (mode.name,), Dense(motion, layered, until), error,
+                {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
 
 
 def _autonomous(system):
@@ -105,22 +109,17 @@ def _on_branch(known, x, near, values):
     return np.array([*x, *b])
 
 
-def predicted_error(motion: Motion, layered: bool, t: float) -> float:
-    """Return the error to expect of the lowest order at ``t``, relative to the largest of 1 and the states."""
-    layer = motion.layer(t)
-    now, next_, last = motion.states(t) + layer
+def predicted_error(composites: Sequence[np.ndarray], left: Any = 0.0, rtol: float = 0.0) -> float:
+    """Return the error to expect of the first of three composites, relative to the largest of 1 and the states.
+
+    ``left`` is what a motion without its layer lacks, ``rtol`` the tolerance of the integrations.
+    """
+    now, next_, last = composites
     first, second = np.abs(next_ - now).max(), np.abs(last - next_).max()
     ratio = min(STALLED, second / first) if first > 0 else STALLED
-    left = 0.0 if layered else np.abs(layer[0]).max()
-    error = first + 2 * second / (1 - ratio) + left
+    error = first + 2 * second / (1 - ratio) + np.abs(left).max()
     scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
-    return float(error / scale + ROUNDING * motion.rtol)
-
-
-def omitted_term(motion: Motion, t: float) -> tuple[float, ...]:
-    """Return what the next order adds to the composite at ``t``: its first omitted term, state by state."""
-    now, next_, _ = motion.states(t) + motion.layer(t)
-    return tuple((next_ - now).tolist())
+    return float(error / scale + ROUNDING * rtol)
 
 
 def checked_order(method: str, order: int) -> int:

@@ -1,0 +1,135 @@
+r"""The layer in closed form where g is affine in the one fast state y and f is a polynomial in it.
+
+With a = g_y(x_0) every term of the layer's series is a polynomial in the fast time tau and E = e^(a tau),
+
+    X_k = sum c_pj tau^j E^p,    X_k' = [mu^(k-1)] f,    Y_k' = a Y_k + R_k(tau, E),    X_k(0) = Y_k(0) = 0,
+
+found term by term from the right-hand sides. The terms free of E are the slow motion, and that free of tau and E the
+base point. The coefficients are lines of a ``Tape``: derived once for a system, and numbers for every start.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+
+from asympk.asymptotics.fibre import Formulas
+from asympk.asymptotics.taylor import Taylor, along, as_taylor
+
+
+@lru_cache(maxsize=64)
+def is_affine(formulas: Formulas) -> bool:
+    """Tell whether the layer has this closed form."""
+    if len(formulas.mode.fast) != 1:
+        return False
+    (y,) = formulas.mode.fast
+    (force,) = formulas.mode.fast.values()
+    return sp.expand(force.diff(y)).has(y) is False and all(f.is_polynomial(y) for f in formulas.mode.slow.values())
+
+
+@dataclass(frozen=True)
+class Terms:
+    """The terms c tau^j E^p of every X_k and Y_k: ``places`` has a row (k, state, p, j) for each c.
+
+    ``numbers(*x, y, *p)`` returns a, and the c.
+    """
+
+    places: np.ndarray
+    numbers: Callable[..., tuple]
+
+    def at(self, start: tuple, values: tuple) -> tuple[float, np.ndarray]:
+        """Return a and the coefficients as an array (terms, states, powers of E, powers of tau)."""
+        rate, *found = self.numbers(*start, *values)
+        table = np.zeros(self.places.max(axis=0) + 1)
+        table[tuple(self.places.T)] = found
+        return rate, table
+
+
+@lru_cache(maxsize=64)
+def terms(formulas: Formulas, order: int) -> Terms:
+    """Derive the ``Terms`` to ``order``."""
+    field = formulas.field
+    slow, (y,) = field.slow_states, field.fast_states
+    states = (*slow, y)
+    tape, values = field.tape(*(f"v{i}_0" for i in range(len(states))))
+    start = {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
+    rate = along(field.jacobian[0, 0], {**values, **start}, tape)
+    found = {s: {(0, 0): start[s]} for s in slow} | {y: {}}
+    for k in range(order + 1):
+        if k:
+            for s, rest in zip(slow, _rests(field.drift, field, values, found, tape, order, k - 1), strict=True):
+                found[s][k, 0] = _integral(rest, rate)
+        (rest,) = _rests(field.full_force, field, values, found, tape, order, k)
+        found[y][k, 0] = _solved(rest, rate, start[y] if k == 0 else 0)
+    entries = [(k, i, *power, c) for i, s in enumerate(states) for k in range(order + 1)
+               for power, c in _powers(found[s].get((k, 0), 0)).items()]  # fmt: skip
+    places = np.array([entry[:-1] for entry in entries])
+    return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), field.library))
+
+
+def _rests(exprs, field, values, found, tape, order, k):
+    """Return [mu^k] of the rates along what is found, the unknown Y_k left out."""
+    known = {s: Taylor({i: c for i, c in terms.items() if i[0] <= k}, k) for s, terms in found.items()}
+    small = Taylor({(1, 0): 1} if k else {}, k)
+    known |= values | {field.small: small}
+    return [_powers(as_taylor(along(sp.sympify(e, strict=True), known, tape), k)[k, 0]) for e in exprs]
+
+
+def _powers(value):
+    return value.terms if isinstance(value, Fading) else {(0, 0): value}
+
+
+def _integral(rest, rate):
+    """Return the X of X' = ``rest``, X(0) = 0."""
+    found = {(0, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.items() if p == 0}
+    for p in {p for p, _ in rest} - {0}:
+        found |= _particular(rest, p, rate, p)
+    return _begun(found, (0, 0), 0)
+
+
+def _solved(rest, rate, start):
+    """Return the Y of Y' = a Y + ``rest``, Y(0) = ``start``."""
+    found = {(1, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.items() if p == 1}
+    for p in {p for p, _ in rest} - {1}:
+        found |= _particular(rest, p, rate, p - 1)
+    return _begun(found, (1, 0), start)
+
+
+def _particular(rest, p, rate, times):
+    """Return the q(tau) E^p of q' + ``times`` a q = r(tau), where r is the factor of E^p in ``rest``."""
+    found, above = {}, 0
+    for j in range(max(j for i, j in rest if i == p), -1, -1):
+        above = (rest.get((p, j), 0) - above * (j + 1)) / (rate * times)
+        found[p, j] = above
+    return found
+
+
+def _begun(found, place, start):
+    """Return the terms with the coefficient at ``place`` that makes them ``start`` at tau = 0."""
+    return Fading({**found, place: start - sum((c for (_, j), c in found.items() if j == 0), 0)})
+
+
+@dataclass(frozen=True)
+class Fading:
+    """A polynomial in tau and E as a coefficient: ``terms[p, j]`` multiplies tau^j E^p."""
+
+    terms: dict
+
+    def __add__(self, other):
+        found = dict(self.terms)
+        for index, c in _powers(other).items():
+            found[index] = found[index] + c if index in found else c
+        return Fading(found)
+
+    def __mul__(self, other):
+        found = {}
+        for (p, j), a in self.terms.items():
+            for (q, i), b in _powers(other).items():
+                index, product = (p + q, j + i), a * b
+                found[index] = found[index] + product if index in found else product
+        return Fading(found)
+
+    __radd__, __rmul__ = __add__, __mul__

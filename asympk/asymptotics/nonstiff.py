@@ -1,0 +1,180 @@
+r"""The explicit method of Dormand and Prince of order 8, as straight-line code for a few states.
+
+What is left to integrate once the stiffness is taken out is short and smooth: layers in their fast time, flows on slow
+manifolds. With two to ten states the arithmetic of a step costs less than one call of an array library, so the stages
+are written out, once per number of states. Steps, error estimate and dense output are those of DOP853 (Hairer, Nørsett
+and Wanner, Solving Ordinary Differential Equations I, section II.10).
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853
+
+SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
+EXPONENT = -1 / 8
+STAGES = 12
+Flow = Callable[..., tuple]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One accepted step of ``flows`` from (t, state) over ``span`` to ``end``, with its stages."""
+
+    flows: tuple[Flow, ...]
+    parameters: tuple
+    t: float
+    span: float
+    state: tuple
+    end: tuple
+    stages: tuple = field(repr=False)
+
+    @property
+    def after(self) -> float:
+        """The time at the end of the step."""
+        return self.t + self.span
+
+    def shortened(self, span: float) -> tuple:
+        """Return the state after a part ``span`` of the step, to the accuracy of a step."""
+        take, ones = _compiled(len(self.state), len(self.flows)), (1.0,) * len(self.state)
+        return take(self.flows, self.parameters, span, self.state, self.stages[0], 1.0, ones)[0]
+
+    def __call__(self, t: Any) -> np.ndarray:
+        """Return the states at the array ``t`` of times within the step: (states,) + t.shape."""
+        share = (np.asarray(t, dtype=float) - self.t) / self.span if self.span else np.zeros_like(t, dtype=float)
+        shape = (-1, *[1] * share.ndim)
+        found = np.zeros((len(self.state), *share.shape))
+        for i, part in enumerate(reversed(self._parts)):
+            found = (found + part.reshape(shape)) * (share if i % 2 == 0 else 1 - share)
+        return found + np.array(self.state).reshape(shape)
+
+    @property
+    def _parts(self) -> np.ndarray:
+        stages = [*self.stages]
+        for row in DOP853.A_EXTRA:
+            moved = np.array(self.state) + self.span * (row[: len(stages)] @ np.array(stages))
+            stages.append(rates(self.flows, self.parameters, tuple(moved.tolist())))
+        stages, moved = np.array(stages), np.array(self.end) - np.array(self.state)
+        first, last = stages[0], stages[STAGES]
+        known = [moved, self.span * first - moved, 2 * moved - self.span * (first + last)]
+        return np.concatenate([known, self.span * (DOP853.D @ stages)])
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Steps one after the other; after the last it stays at its end, and without any at ``start``."""
+
+    start: tuple
+    steps: tuple[Step, ...]
+
+    def __call__(self, t: Any) -> np.ndarray:
+        """Return the states at the array ``t`` of times: (states,) + t.shape."""
+        t = np.asarray(t, dtype=float)
+        if not self.steps:
+            return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
+        ends = np.array([step.after for step in self.steps])
+        if t.size == 1 and t >= ends[-1]:
+            return np.array(self.steps[-1].end).reshape(-1, *t.shape)
+        which = np.minimum(np.searchsorted(ends, t.ravel()), len(ends) - 1)
+        found = np.empty((len(self.start), t.size))
+        for k in set(which.tolist()):
+            found[:, which == k] = self.steps[k](np.minimum(t.ravel()[which == k], ends[k]))
+        return found.reshape(-1, *t.shape)
+
+
+def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:
+    """Return the rates of all flows, each of which has its share of the states."""
+    size = len(state) // len(flows)
+    return tuple(v for i, flow in enumerate(flows) for v in flow(*state[i * size : (i + 1) * size], *parameters))
+
+
+def steps(
+    flows: tuple[Flow, ...], parameters: tuple, state: tuple, until: float, rtol: float, atol: tuple, t: float = 0.0
+) -> Iterator[Step]:
+    """Yield the steps of state' = flow(*state, *parameters) from ``t`` to ``until``, which may be infinite.
+
+    ``flows`` have equal shares of the states, one after the other. The error of a step is held below ``rtol`` relative
+    and ``atol``, one number per state. Where the steps become too small for it they end early.
+    """
+    take, first = _compiled(len(state), len(flows)), rates(flows, parameters, state)
+    span = _first_span(flows, parameters, state, first, until - t, rtol, atol)
+    grow = GROW
+    while t < until:
+        span = min(span, until - t)
+        if span <= 16 * math.ulp(t) and until - t > span:
+            return
+        error, new, stages = _tried(take, flows, parameters, span, state, first, rtol, atol)
+        factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW
+        if error < 1:
+            yield Step(flows, parameters, t, span, state, new, stages)
+            t = until if span == until - t else t + span
+            state, first, span = new, stages[-1], span * min(grow, factor)
+            grow = GROW
+        else:
+            span, grow = span * min(factor, SAFETY), 1.0
+
+
+def _tried(take, flows, parameters, span, state, first, rtol, atol):
+    """Return the error of a step in units of what is allowed, its end, and its stages."""
+    try:
+        new, stages, high, low = take(flows, parameters, span, state, first, rtol, atol)
+        error = span * high / math.sqrt((high + 0.01 * low) * len(state)) if high or low else 0.0
+    except (ArithmeticError, ValueError):
+        return math.inf, state, ()
+    return (error if math.isfinite(error) else math.inf), new, stages
+
+
+def _first_span(flows, parameters, state, first, longest, rtol, atol):
+    """Return a first step that moves the states by a little (Hairer, Nørsett and Wanner, section II.4)."""
+    scale = [a + rtol * abs(w) for a, w in zip(atol, state, strict=True)]
+    size, speed = (math.hypot(*(c / s for c, s in zip(v, scale, strict=True))) for v in (state, first))
+    span = 0.01 * size / speed if min(size, speed) > 1e-5 else 1e-6
+    span = min(span, longest)
+    moved = tuple(w + span * r for w, r in zip(state, first, strict=True))
+    try:
+        next_ = rates(flows, parameters, moved)
+    except (ArithmeticError, ValueError):
+        return span
+    bend = math.hypot(*((b - a) / s for a, b, s in zip(first, next_, scale, strict=True))) / (span or 1)
+    largest = max(speed, bend) / math.sqrt(len(state))
+    return min(100 * span, longest, (0.01 / largest) ** -EXPONENT if largest > 1e-15 else max(1e-6, span * 1e-3))
+
+
+@lru_cache(maxsize=64)
+def _compiled(size: int, groups: int) -> Callable:
+    """Compile one step for ``size`` states in ``groups`` equal shares.
+
+    It returns the end, the stages, and the squares' sums of the error estimates of order 5 and 3 over what is allowed.
+    """
+    lines = [f"def take(flows, p, h, w, k0, rtol, atol):\n    {_names('f', groups)} = flows",
+             f"    {_names('w', size)} = w", f"    {_names('k0_', size)} = k0"]  # fmt: skip
+    for stage, row in enumerate([*DOP853.A[1:STAGES], DOP853.B], 1):
+        lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in range(size)]
+        for g, share in enumerate(_shares(size, groups)):
+            lines.append(f"    {_names(f'k{stage}_', *share)} = f{g}({''.join(f'v{i}, ' for i in share)}*p)")
+    stages = ", ".join(f"({_names(f'k{stage}_', size)})" for stage in range(STAGES + 1))
+    for i in range(size):
+        lines += [f"    a, b = abs(w{i}), abs(v{i})", f"    s{i} = atol[{i}] + rtol*(a if a > b else b)"]
+    for name, row in (("high", DOP853.E5), ("low", DOP853.E3)):
+        lines.append(f"    {name} = " + " + ".join(f"(({_sum(row, i)})/s{i})**2" for i in range(size)))
+    lines.append(f"    return ({_names('v', size)}), ({stages}), high, low")
+    space: dict = {}
+    exec("\n".join(lines), space)
+    return space["take"]
+
+
+def _shares(size, groups):
+    return [range(g * size // groups, (g + 1) * size // groups) for g in range(groups)]
+
+
+def _names(letter, *span):
+    indices = range(*span) if len(span) == 1 and isinstance(span[0], int) else span
+    return "".join(f"{letter}{i}, " for i in indices)
+
+
+def _sum(row, i):
+    return " + ".join(f"{float(c)!r}*k{stage}_{i}" for stage, c in enumerate(row) if c)
