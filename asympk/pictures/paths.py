@@ -94,15 +94,22 @@ def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:
     axis.plot(marks, [at[t] for t in marks], "o", color=style.BLUE, markersize=2.2)
 
 
-def _stretch(axis: Any, times: tuple, values: tuple) -> None:
-    """Draw a state logarithmically beyond the size that it has for 95 % of the time, where it grows far beyond."""
+def logarithmic_from(times: Any, values: Any) -> float | None:
+    """Return the size from which a state is to be drawn logarithmically; None where it does not grow that far.
+
+    It is a power of ten above the size that the state has for 95 % of the time, where the state grows far beyond.
+    """
     import numpy as np
 
     sizes, weights = np.abs(values), np.gradient(np.array(times)) if times[-1] > 0 else np.ones(len(times))
     order = np.argsort(sizes)
     usual = sizes[order][np.searchsorted(np.cumsum(weights[order]), 0.95 * weights.sum())]
-    if sizes.max() > 20 * usual > 0:
-        axis.set_yscale("symlog", linthresh=10.0 ** np.ceil(np.log10(usual)))
+    return float(10.0 ** np.ceil(np.log10(usual))) if sizes.max() > 20 * usual > 0 else None
+
+
+def _stretch(axis: Any, times: tuple, values: tuple) -> None:
+    if limit := logarithmic_from(times, values):
+        axis.set_yscale("symlog", linthresh=limit)
 
 
 def _time_axis(axis: Any, path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from itertools import islice, pairwise
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
@@ -34,15 +35,18 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
     samples = whole("samples", samples, 1, MOST_SAMPLES)
     ends = [(0, *path(0.0)), *((event.t, *event.state) for event in path.events), (path.end, *path.final)]
     each = max(6, samples // len(path.modes))
+    spans = [_times(float(first[0]), float(last[0]), each) for first, last in pairwise(ends)]
+    inner = iter(_states(path, spans))  # in one call: an integrator runs again for each
     rows = []
-    for first, last, mode in zip(ends, ends[1:], path.modes, strict=False):
-        inner = _between(path, float(first[0]), float(last[0]), each)
-        rows += [_row(path, state, mode) for state in (first, *inner, last)]
+    for first, last, times, mode in zip(ends, ends[1:], spans, path.modes, strict=False):
+        rows += [_row(path, state, mode) for state in (first, *islice(inner, len(times)), last)]
     return rows
 
 
-def _between(path: Path, begin: float, end: float, count: int) -> Any:
-    times = _times(begin, end, count)
+def _states(path: Path, spans: list) -> Any:
+    import numpy as np
+
+    times = np.concatenate(spans)
     return zip(times, *path(times), strict=True) if times.size else ()
 
 
