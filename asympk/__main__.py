@@ -108,9 +108,9 @@ def _parser():
     paper.add_argument("--only", metavar="PICTURE", help="draw one picture as PDF and SVG, and nothing else")
     _root(paper)
 
-    report = commands.add_parser("report", help="write figures, tables and formulas as one HTML page")
+    report = commands.add_parser("report", help="write the site: results, systems, derivations, reference")
     report.set_defaults(run=_report)
-    report.add_argument("--out", required=True, metavar="DIR", help="directory to write index.html into")
+    report.add_argument("--out", required=True, metavar="DIR", help="directory to write the site into")
     _root(report)
 
     export = commands.add_parser("export", help="write a stand-alone module of the system's formulas")
@@ -264,9 +264,9 @@ def _paper(options):
 
 
 def _report(options):
-    from asympk.output.page import write_page
+    from asympk.output.site import build_site
 
-    path = write_page(options.root, options.out, _progress)
+    path = build_site(options.root, options.out, _progress)
     _progress("")
     print(f"wrote {path}")
 

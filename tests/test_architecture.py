@@ -9,56 +9,33 @@ from pathlib import Path
 import pytest
 
 import asympk
+from asympk.output.arrow import arrow, arrow_drawing, between_parts, imports, modules
 
 PACKAGE = Path(asympk.__file__).parent
-
-# from left to right: a part imports only from itself and from parts to its left
-ARROW = (
-    "errors", "numbers", "rodmodes", "multiprecision", "digits", "doors", "shown", "formulas", "storage", "path",
-    "many", "scene", "symbolic", "automaton", "mechanics", "systems", "flow", "affine", "arrays", "asymptotics",
-    "integrators", "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output", "__main__",
-)
-MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
+ARROW = list(arrow(PACKAGE.parent))
+MODULES = modules()
 
 
-def _name(path):
-    """Return the dotted name of a module below asympk."""
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-
-
-NAMES = {_name(path) for path in MODULES}
-
-
-def _imports(path):
-    """Yield the modules of asympk, as dotted names below it, that a module imports anywhere but for its annotations."""
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
-            node.body = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            found = [f"{node.module}.{alias.name}" for alias in node.names]
-        else:
-            continue
-        for name in found:
-            below = name.removeprefix("asympk.")
-            if name != below:
-                yield below if below in NAMES else below.rpartition(".")[0]
-
-
-@pytest.mark.parametrize("path", MODULES, ids=_name)
-def test_imports_go_one_way_along_the_arrow(path):
-    here = ARROW.index(_name(path).partition(".")[0])
-    parts = {name.partition(".")[0] for name in _imports(path) if name}
+@pytest.mark.parametrize("name", MODULES)
+def test_imports_go_one_way_along_the_arrow(name):
+    here = ARROW.index(name.partition(".")[0])
+    parts = {other.partition(".")[0] for other in imports(MODULES[name]) if other}
     assert all(ARROW.index(part) <= here for part in parts)
 
 
 def test_no_module_imports_itself_by_way_of_others():
-    graph = {_name(path): set(_imports(path)) - {""} for path in MODULES}
-    assert set(TopologicalSorter(graph).static_order()) == NAMES
+    graph = {name: set(imports(file)) - {""} for name, file in MODULES.items()}
+    assert set(TopologicalSorter(graph).static_order()) == set(MODULES)
+
+
+def test_the_arrow_names_every_part_and_no_other():
+    assert set(ARROW) == {name.partition(".")[0] for name in MODULES}
+
+
+def test_the_drawing_has_an_arc_for_every_import_and_all_lead_upwards():
+    axes = arrow_drawing(ARROW).axes[0]
+    assert len(axes.patches) == len(between_parts()) > 50
+    assert all(arc.height > 0 for arc in axes.patches)
 
 
 def test_derivations_import_the_package_and_never_the_reverse():
@@ -92,5 +69,4 @@ def test_every_public_name_is_there_and_documented(name):
 
 
 def test_a_public_name_survives_the_import_of_any_module():
-    for path in MODULES:
-        assert _name(path) not in asympk.__all__ or _name(path) in ("errors", "systems")
+    assert set(MODULES) & set(asympk.__all__) == {"errors", "systems"}
