@@ -1,4 +1,4 @@
-"""The README's how-to: its files are read, its sessions print what it says, its commands run."""
+"""The how-to pages of the site: their files are read, their sessions print what they say, their commands run."""
 
 import doctest
 import re
@@ -9,34 +9,37 @@ import pytest
 
 from asympk.__main__ import main
 
-ROOT = Path(__file__).parents[1]
-HOWTO = (ROOT / "README.md").read_text(encoding="utf-8").partition("## How to\n")[2]
+DOCS = Path(__file__).parents[1] / "docs"
+PAGES = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("howto", "own")}
+INLINE = ("sweep fan.toml --out fan", "export --target c --out build")
 
 
 @pytest.fixture
 def desk(tmp_path, monkeypatch):
-    """A directory with the files that the how-to shows, under the names in their first lines."""
+    """A directory with the files that the pages show, under the names in their first lines."""
     monkeypatch.chdir(tmp_path)
-    for text in re.findall(r"```toml\n(.*?)```", HOWTO, re.DOTALL):
+    for text in re.findall(r"```toml\n(.*?)```", "".join(PAGES.values()), re.DOTALL):
         (tmp_path / re.match(r"# (\w+\.toml)", text)[1]).write_text(text, encoding="utf-8")
     return tmp_path
 
 
-def test_the_sessions_of_the_howto_print_what_it_says(desk):
-    session = "\n".join(re.findall(r"```pycon\n(.*?)```", HOWTO, re.DOTALL))
-    test = doctest.DocTestParser().get_doctest(session, {}, "README.md", "README.md", 0)
+@pytest.mark.parametrize(("name", "least"), [("howto", 10), ("own", 10)])
+def test_the_sessions_of_a_page_print_what_it_says(name, least, desk):
+    session = "\n".join(re.findall(r"```pycon\n(.*?)```", PAGES[name], re.DOTALL))
+    test = doctest.DocTestParser().get_doctest(session, {}, name, f"{name}.md", 0)
     told = []
     runner = doctest.DocTestRunner()
     runner.run(test, out=told.append)
-    assert runner.tries >= 15
+    assert runner.tries >= least
     assert runner.failures == 0, "".join(told)
 
 
-def test_the_commands_of_the_howto_run(desk, capsys):
-    lines = "\n".join(re.findall(r"```sh\n(.*?)```", HOWTO, re.DOTALL)).splitlines()
+def test_the_commands_of_the_pages_run(desk, capsys):
+    lines = "\n".join(re.findall(r"```sh\n(.*?)```", "".join(PAGES.values()), re.DOTALL)).splitlines()
     commands = [shlex.split(line, comments=True) for line in lines if line]
-    commands.append(re.search(r"`asympk (sweep fan.toml --out fan)`", HOWTO)[1].split())
-    commands.append(re.search(r"`asympk (export --target c --out build)`", HOWTO)[1].split())
+    for inline in INLINE:
+        assert f"`asympk {inline}`" in PAGES["howto"]
+        commands.append(inline.split())
     for command in commands:
         assert main(command[1:] if command[0] == "asympk" else command) == 0, command
     written = {"my.png", "my.csv", "fan", "build"}

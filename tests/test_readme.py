@@ -29,3 +29,18 @@ def test_ci_runs_the_two_commands_of_the_readme():
 def test_ci_installs_the_peers_before_it_runs_the_tests():
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert 0 < script.index("install -qe '.[peers]'") < script.index("${commands[1]}")
+
+
+def test_the_session_of_the_readme_is_that_of_the_site():
+    (session,) = re.findall(r"```pycon\n(.*?)```", README, re.DOTALL)
+    assert session in (ROOT / "docs" / "own.md").read_text(encoding="utf-8")
+
+
+def test_the_readme_is_short_and_begins_with_the_mechanism_before_the_paper():
+    assert README.count("\n") < 250
+    assert 0 < README.index("## You have a mechanism") < README.index("## You have the paper")
+
+
+def test_what_the_readme_links_to_is_there():
+    for link in re.findall(r"\]\(([^)#]+)\)", README):
+        assert (ROOT / link).exists(), link

@@ -1,9 +1,9 @@
 r"""The first root of any guard, isolated by bounds.
 
 On [lo, hi] of length h let ``|g''| <= B``. Then g stays above ``min(g(lo), g(hi)) - B h^2/8``, and ``(g'(lo) + g'(hi)
--+ B h)/2`` bound its slope from below and above. So an interval is free of roots, or the guard falls through zero on
-it just once while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per
-mode bounds a hundred intervals at once; only those in which something may happen are looked at one by one.
+-+ B h)/2`` bound its slope from below and above (Lemma 6). So an interval is free of roots, or the guard falls through
+zero on it just once while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept
+per mode bounds a hundred intervals at once; only those in which something may happen are looked at one by one.
 
 A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
 """

@@ -5,7 +5,7 @@ respect to a state before is the product of the segments' exponentials and, at e
 
     1 + (w'_after - w'_before) c / (c.w'_before),
 
-c the gradient of the guard; so every error is weighed by what becomes of it.
+c the gradient of the guard (Lemma 8); so every error is weighed by what becomes of it.
 """
 
 import numpy as np

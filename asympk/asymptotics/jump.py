@@ -6,7 +6,8 @@ trajectory is the slow motion from there, for the time t. One integral is common
 
     I = z - mu y - x,    I' = x      (Painlevé-Klein),
 
-and fixes the limit: over the layer the drift vanishes and mu y returns to zero, so with z -> 0 it leaves x -> x - z.
+and fixes the limit (Lemma 3): over the layer the drift vanishes and mu y returns to zero, so with z -> 0 it leaves x ->
+x - z.
 """
 
 from dataclasses import dataclass, field

@@ -1,8 +1,8 @@
 r"""The jump through the paradox: impulses and velocities after it, as an elastic contact gives them in the limit.
 
-With a fixed damping time h and friction load |G_NT| > G_NN, the fast layer of the elastic contact takes a time
-O(c log(1/c)) in the compliance c, leaves the coordinates where they are, and brings gamma to 0 while g' = O(c) before
-and after. These two conditions fix the two impulses,
+With a fixed damping time h and friction load |G_NT| > G_NN, the fast layer of the elastic contact takes a time O(c
+log(1/c)) in the compliance c, leaves the coordinates where they are, and brings gamma to 0 while g' = O(c) before and
+after. These two conditions fix the two impulses (Lemma 5),
 
     P_N = gamma G_NT / D,    P_T = -gamma G_NN / D,    D = G_NN G_TT - G_NT^2,
     q' -> q' + M^-1 (W_N P_N + W_T P_T),    x -> x + P_N / h,

@@ -38,12 +38,13 @@ def catalogue_as_text():
 def mechanism_as_text(told):
     """Return one screen about a ``Described`` mechanism."""
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in told.numbers.items())
-    lines = [f"{told.name}: {told.about}", f"at {numbers}", "", *_contact(told), *_paradox(told), *_motions(told), "",
-             *_jump(told), "", *_further(told)]  # fmt: skip
+    rigid = [*contact_lines(told), *_paradox(told), *motion_lines(told)]
+    lines = [f"{told.name}: {told.about}", f"at {numbers}", "", *rigid, "", *jump_lines(told), "", *_further(told)]
     return "\n".join(lines)
 
 
-def _contact(told):
+def contact_lines(told):
+    """Return what the contact is at the numbers: its Delassus matrix and its free accelerations."""
     rod = told.mechanism
     G = [rod.evaluate(rod.delassus[i], told.numbers) for i in (0, 1, 3)]
     a = [rod.evaluate(part, told.numbers) for part in rod.free]
@@ -84,13 +85,15 @@ def _least(rod, name, tied):
     return [f"least           friction {least.friction} where {where} = {least.where.rhs}"]
 
 
-def _motions(told):
+def motion_lines(told):
+    """Return the line that tells the rigid motions at the numbers."""
     found = told.mechanism.motions(told.numbers)
     words = ", ".join(f"{name} with R = {_short(R)}" for name, R in found) or "none"
     return [f"rigid motions   {words}"]
 
 
-def _jump(told):
+def jump_lines(told):
+    """Return what the jump does from the numbers, or that there is none."""
     rod = told.mechanism
     law = rod.jump_law()
     if not rod.evaluate(law.condition, told.numbers):

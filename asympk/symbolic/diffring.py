@@ -5,10 +5,10 @@ derivative only raises the exponents:
 
     d/dx (N / D^e) = (N_x D - e N D_x) / D^(e+1).
 
-So the denominators are found once, from the equations; after that nothing is simplified: sums and products act
-on the numerators, and what cancels is found by trial division by the known D_i. Functions that are not rational
-(sqrt(x), sin(x), tanh(y), ...) are generators too; their derivatives, and the functions that appear in those,
-are found by differentiating, as far as the order asked for needs them.
+So (Lemma 7) the denominators are found once, from the equations; after that nothing is simplified: sums and products
+act on the numerators, and what cancels is found by trial division by the known D_i. Functions that are not rational
+(sqrt(x), sin(x), tanh(y), ...) are generators too; their derivatives, and the functions that appear in those, are found
+by differentiating, as far as the order asked for needs them.
 
 A numerator is a dict {monomial: integer}. A monomial is its exponents packed into one integer, so that a product
 of monomials is a sum of integers, and the lexicographically leading one is the largest key. Rational numbers are

@@ -5,7 +5,7 @@ x' = f, mu y' = g continues it (Fenichel), with
 
     mu h_x f(x, h, mu) = g(x, h, mu)
 
-order by order. In a linear mode with one slow and one fast variable it is a line, known in closed form.
+order by order. In a linear mode with one slow and one fast variable it is a line, known in closed form (Lemma 4).
 """
 
 from dataclasses import dataclass

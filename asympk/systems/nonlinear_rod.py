@@ -15,6 +15,7 @@ from functools import cache
 
 import sympy as sp
 
+from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.systems.painleve_klein import ASSUMPTIONS, mu, phi, rod, sigma, sigma0, x, y, z
 
@@ -52,6 +53,12 @@ def system():
         slow={x: y}, fast={y: fast}, velocity={z: drift}, force=phi, load=bound, kinetic=sigma + 2, static=sigma0 + 2,
         small=mu, assumptions=sp.And(*ASSUMPTIONS.args, sp.Ge(kappa, 0), c2 < 1),
     )
+
+
+def scenes():
+    """Return the jump of a steep rod that is soft enough for its turn to show."""
+    values = {"sigma": 1, "sigma0": 1, "mu": "1e-3", "kappa": "1/2", "c2": "1/4"}
+    return (Scene(system=system(), values=values, start=(0, "1/5", -1), until=3, name="nonlinear-rod-jump"),)
 
 
 @cache

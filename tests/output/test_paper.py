@@ -9,7 +9,7 @@ import pytest
 
 from asympk.errors import InputError, UnknownName
 from asympk.output import numbers, paper
-from asympk.output.page import with_sections
+from asympk.output.article import with_sections
 from asympk.storage.rows import read_rows
 
 ROOT = Path(__file__).parents[2]

@@ -6,10 +6,16 @@ from matplotlib.figure import Figure
 
 from asympk.pictures import drawings
 from asympk.pictures.figures import save
+from asympk.pictures.sketches import SKETCHES, sketch
 
 
 def test_every_text_is_on_the_sheet_and_lies_on_no_other():
     assert flaws(drawings.system()) == []
+
+
+@pytest.mark.parametrize("name", SKETCHES)
+def test_every_sketch_of_the_catalogue_is_legible(name):
+    assert flaws(sketch(name)) == []
 
 
 def test_a_text_on_another_and_one_off_the_sheet_are_found():

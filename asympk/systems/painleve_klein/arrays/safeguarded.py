@@ -1,4 +1,4 @@
-r"""The mode logic of ``flow`` for arrays: every event bracketed by monotonicity, every sign watched.
+r"""The mode logic of ``flow`` for arrays: every event bracketed (Lemmas 1 and 2), every sign watched.
 
 ``follow`` searches the events in doubles. ``certain`` then lets the same course of events run in extended precision,
 which is 2048 times finer, from event times that are nearly right: where the states hardly change, they are now right

@@ -1,13 +1,8 @@
 r"""The exact flow: one closed form per mode, and event times from roots that are alone in their brackets.
 
 The trajectory is linear in each mode, and one text follows it in doubles and in mpmath numbers. What makes it exact is
-that nothing is searched by sampling. s is monotone between its extrema, and there z' = a - (b-1) s has at most one
-zero, so z has at most one extremum: signs at known times bracket every event alone. Three extrema of s are enough where
-s oscillates, which is about a/b with b > 0. Its swings u = s - a/b decay by one factor r < 1 per half period, so the
-first minimum of s is the lowest. After it, while s > 0, u < r/b: where z < 0 (slip_opposite, b < 2) that is below
-1/(b(b-1)), the level of z' = 0, and z rises for good. Where z > 0 (slip_same) the first minimum of z after a maximum
-of s is the lowest from there on, since a lobe of u under zero, which lifts z, is larger than the one after it, which
-lowers z; only the lobe in which the motion starts is not whole, so that minimum may lie past the second extremum of s.
+that nothing is searched by sampling: between the extrema of s, which are known in closed form, signs bracket every
+event alone (Lemma 1), and where s oscillates its first three extrema are enough (Lemma 2).
 
 At an event the quantity that vanishes is set, not computed; what follows is decided by derivatives. A sign that the
 numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.

@@ -1,0 +1,70 @@
+"""The arrow of imports: its order, what the code imports, and the drawing of both."""
+
+import ast
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from asympk.pictures import pen, style
+
+PACKAGE = Path(__file__).parent.parent
+STEP, REACH = 0.16, 0.055  # inches from part to part, and of an arc's bulge for each part that it passes
+
+
+def arrow(root: Path) -> dict[str, str]:
+    """Return the parts of the package in the order of the arrow, each with what it is, as ``docs/arrow.toml`` says."""
+    return tomllib.loads((root / "docs" / "arrow.toml").read_text(encoding="utf-8"))
+
+
+def modules() -> dict[str, Path]:
+    """Return the file of every module by its dotted name below ``asympk``."""
+    return {_name(file): file for file in sorted(PACKAGE.rglob("*.py")) if file != PACKAGE / "__init__.py"}
+
+
+def imports(file: Path) -> Iterator[str]:
+    """Yield the modules, as dotted names below ``asympk``, that a file imports anywhere but for its annotations."""
+    tree, names = ast.parse(file.read_text(encoding="utf-8")), modules()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
+            node.body = []
+    for node in ast.walk(tree):
+        found: list[str] = []
+        if isinstance(node, ast.Import):
+            found = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            found = [f"{node.module}.{alias.name}" for alias in node.names]
+        for name in found:
+            below = name.removeprefix("asympk.")
+            if name != below:
+                yield below if below in names else below.rpartition(".")[0]
+
+
+def between_parts() -> set[tuple[str, str]]:
+    """Return the pairs (part, another part that it imports from)."""
+    found = {(name.partition(".")[0], other.partition(".")[0])
+             for name, file in modules().items() for other in imports(file)}  # fmt: skip
+    return {(part, other) for part, other in found if other and part != other}
+
+
+def arrow_drawing(parts: list[str]) -> Any:
+    """Draw the parts from top to bottom, with an arc for every import: they all lead upwards."""
+    from matplotlib.patches import Arc
+
+    height = STEP * (len(parts) + 1)
+    with style.matplotlib().rc_context(style.RC):
+        figure, ax = pen.canvas(style.COLUMN, height)
+        level = {part: height - STEP * (k + 1) for k, part in enumerate(parts)}
+        for part, y in level.items():
+            pen.text(ax, (1.0, y), part, ha="right")
+        for part, other in sorted(between_parts()):
+            low, high = level[part], level[other]
+            bulge = 2 * REACH * (high - low) / STEP
+            ax.add_patch(Arc((1.05, (low + high) / 2), bulge, high - low, theta1=-90, theta2=90, lw=0.4,
+                             color=style.BLUE))  # fmt: skip
+    return figure
+
+
+def _name(file: Path) -> str:
+    parts = file.relative_to(PACKAGE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)

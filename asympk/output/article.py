@@ -1,0 +1,66 @@
+"""The article of ``paper/`` as a page of the site: Pandoc reads its LaTeX, macros and references, Sphinx sets it."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from asympk.errors import InputError
+from asympk.output.gallery import pictures
+from asympk.pictures.figures import save
+from asympk.storage.files import write_text
+
+_TITLE = re.compile(r"\\title\{(?:\\vspace\{.*?\})?(.*?)\}\n", re.DOTALL)
+_ABSTRACT = re.compile(r"\\twocolumn\[\\maketitle\S*\s*(\\begin\{quote\}.*?\\end\{quote\})\S*\]", re.DOTALL)
+_FORMULA = re.compile(r"^\.\. math::\n\n((?: +.*\n|\n)+)", re.MULTILINE)
+_LABEL = re.compile(r"\\label\{(.+?)\}")
+
+
+def write_article(root: Path, out: Path, lua: Path, tell: Any) -> None:
+    """Write ``out``/index.rst and its figures, from ``root``/paper and the rows and numbers that are kept there."""
+    import pypandoc
+
+    paper = root / "paper"
+    latex = for_pandoc(with_sections((paper / "main.tex").read_text(encoding="utf-8"), paper))
+    arguments = ["--citeproc", "--bibliography=refs.bib", "--wrap=none", f"--lua-filter={lua.resolve()}"]
+    try:
+        found = pypandoc.convert_text(latex, "rst", "latex", extra_args=arguments, cworkdir=str(paper))
+    except RuntimeError as error:
+        raise InputError(f"{paper / 'main.tex'}: Pandoc cannot read it: {str(error).strip()}") from None
+    title = _TITLE.search(latex)[1].replace(r"\\", "").replace("--", "–")  # type: ignore[index]
+    write_text(out / "index.rst", f"{title}\n{'#' * len(title)}\n\n{labelled(found)}\n")
+    drawn = {picture.name: picture for picture in pictures(root)}
+    for name in re.findall(r"^\.\. figure:: (.+)\.svg$", found, re.MULTILINE):
+        tell(f"drawing {name}")
+        save(drawn[name].draw(), out / f"{name}.svg")
+
+
+def with_sections(source: str, paper: Path) -> str:
+    """Put the sections that exist only with their rows in the place of their conditional inputs."""
+
+    def section(found: re.Match) -> str:
+        rows, name = found.groups()
+        return (paper / f"{name}.tex").read_text(encoding="utf-8") if (paper / rows).is_file() else ""
+
+    return re.sub(r"\\IfFileExists\{(.+?)\}\{\\input\{(.+?)\}\}\{\}", section, source)
+
+
+def for_pandoc(latex: str) -> str:
+    """Return the article in one column, with its pictures as SVG beside the page."""
+    latex = _ABSTRACT.sub(lambda found: found[1], latex).replace("generated/figures/#1.pdf", "#1.svg")
+    latex = re.sub(r"\\everymath\{.*?\}|\\setlength\{.*?\}\{.*?\}", "", latex)
+    return re.sub(r"\{(table|figure)\*\}", r"{\1}", latex)
+
+
+def labelled(rst: str) -> str:
+    """Give Sphinx the labels of displayed formulas; of several in one formula the first stands for all."""
+    others = {}
+
+    def formula(found: re.Match) -> str:
+        labels = _LABEL.findall(found[1])
+        others.update(dict.fromkeys(labels[1:], labels[:1]))
+        return f".. math::\n   :label: {labels[0]}\n\n{_LABEL.sub('', found[1])}" if labels else found[0]
+
+    rst = _FORMULA.sub(formula, rst)
+    for label, (first,) in others.items():
+        rst = rst.replace(f":eq:`{label}`", f":eq:`{first}`")
+    return rst

@@ -1,0 +1,91 @@
+"""The site: the pages of ``docs/``, and beside them those made from objects and rows, set by Sphinx.
+
+What it shows needs no network and no script; the same checkout makes the same bytes.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+from asympk.errors import InputError, MissingPackage
+from asympk.output.arrow import arrow, arrow_drawing
+from asympk.output.article import write_article
+from asympk.output.regenerate import project
+from asympk.output.systempages import write_system_pages
+from asympk.pictures.figures import save
+from asympk.storage.files import write_text
+
+NEEDED = ("sphinx", "myst_parser", "sphinx_gallery", "furo", "pypandoc", "matplotlib")
+FIXED = {"SOURCE_DATE_EPOCH": "0", "PYTHONHASHSEED": "0"}
+_HEAD = re.compile(r"^# %% ?(.+)\n", re.MULTILINE)
+_MARKS = re.compile(r"([|*\\]|(?<=\w)_(?=\W))")
+_COMMENT = re.compile(r"^# (?!%%).*", re.MULTILINE)
+
+
+def build_site(root: str | Path, out: str | Path, progress: Callable[[str], None] | None = None) -> Path:
+    """Write the site of the checkout ``root`` into the directory ``out``; return its first page.
+
+    Raises ``MissingPackage`` without the extra ``site``, and ``InputError`` where there is no checkout, or where Sphinx
+    complains: of a page, or of a link that leads nowhere.
+    """
+    checkout, tell = Path(project(root)), progress or (lambda message: None)
+    if missing := [name for name in NEEDED if not find_spec(name)]:
+        raise MissingPackage(f"the site needs {missing[0]}: pip install 'asympk[site]'")
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "source"
+        shutil.copytree(checkout / "docs", source)
+        write_scripts(checkout, source / "gallery-source")
+        write_arrow(checkout, source)
+        write_article(checkout, source / "article", source / "article.lua", tell)
+        write_system_pages(source / "systems", tell)
+        tell("setting the pages")
+        _sphinx(source, Path(out), Path(folder) / "doctrees")
+    return Path(out) / "index.html"
+
+
+def _sphinx(source: Path, out: Path, doctrees: Path) -> None:
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", doctrees, source, out.resolve()]
+    run = subprocess.run(list(map(str, command)), cwd=source, env={**os.environ, **FIXED}, capture_output=True,
+                         text=True, errors="replace")  # fmt: skip
+    if run.returncode:
+        complaints = [line for line in run.stderr.splitlines() if line.strip()] or ["it says nothing"]
+        raise InputError(f"the site does not build: {complaints[0].replace(f'{source.resolve()}/', '')}")
+
+
+def write_arrow(root: Path, source: Path) -> None:
+    """Write the parts of the package as a table, and the drawing of what imports what."""
+    parts = arrow(root)
+    rows = "\n".join(f"| `{part}` | {what} |" for part, what in parts.items())
+    write_text(source / "arrow-parts.md", f"| under `asympk/` | |\n|---|---|\n{rows}\n")
+    save(arrow_drawing(list(parts)), source / "arrow.svg")
+
+
+def write_scripts(root: Path, out: Path) -> None:
+    """Write the derivations as sphinx-gallery reads them: headings marked as such, and what they derive at the end."""
+    write_text(out / "GALLERY_HEADER.rst", "Derivations\n===========\n\nThe scripts of ``derivations/`` with what they "
+               "derive; ``asympk derive`` runs them.\n\n")  # fmt: skip
+    for script in sorted((root / "derivations").glob("*.py")):
+        kept = root / "paper" / "generated" / "derivations" / f"{script.stem}.json"
+        if not kept.is_file():
+            raise InputError(f"{kept} is not there; asympk derive writes it")
+        results = json.loads(kept.read_text(encoding="utf-8"))
+        write_text(out / script.name, as_gallery(script.read_text(encoding="utf-8"), results))
+
+
+def as_gallery(script: str, results: dict[str, dict[str, str]]) -> str:
+    """Return a script whose title and headings sphinx-gallery knows, with the formulas of its results at its end."""
+    about, _, rest = script.removeprefix('"""').removesuffix("\n").partition('"""')
+    title, _, told = about.rstrip().rstrip(".").partition(": ")
+    rest = _COMMENT.sub(lambda line: _MARKS.sub(r"\\\1", line[0]), rest.replace("  # fmt: skip", ""))
+    rest = _HEAD.sub(lambda found: f"# %%\n# {found[1]}\n# {'-' * len(found[1])}\n#\n", rest)
+    shown = [f"# **{name.replace('_', ' ')}**\n#\n# .. math::\n#\n#    {result['latex']}\n#\n"
+             for name, result in results.items()]  # fmt: skip
+    top = f'"""\n{title}\n{"=" * len(title)}\n\n{told[:1].upper()}{told[1:]}.\n"""'
+    return "\n".join([top, rest, "# %%\n# What comes out\n# --------------\n#", "".join(shown)])

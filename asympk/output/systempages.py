@@ -1,0 +1,174 @@
+"""The catalogue of systems as pages of the site: every formula, number and picture is asked of the objects."""
+
+import contextlib
+import io
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from importlib import import_module
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from asympk.mechanics.described import Described
+from asympk.mechanics.jump import jump_law
+from asympk.mechanics.paradox import condition, critical_friction
+from asympk.output.mechanisms import contact_lines, jump_lines, motion_lines
+from asympk.pictures.figures import save
+from asympk.pictures.rigid import motion_plot
+from asympk.pictures.sketches import SKETCHES, sketch
+from asympk.storage.files import write_text
+from asympk.systems import MECHANISMS
+from asympk.systems.catalogue import described
+
+LONGEST = 900  # characters of LaTeX beyond which a formula is left to the prompt
+SHOWN = {"painleve_klein": 1}  # the scene that is shown where it is not the first
+_SCREEN = (".. code-block:: text", "")
+SCRIPT = """import asympk as ap
+
+scene = ap.systems.{name}.scenes()[{which}]
+path = ap.solve(scene)
+print(f"{{path.model}}, from {{path.modes[0]}}")
+for event, mode in zip(path.events, path.modes[1:]):
+    print(f"{{event.kind}} at t = {{float(event.t):.4g}}, then {{mode}}")
+print("ends at", ", ".join(f"{{name}} = {{float(value):.5g}}" for name, value in zip(path.names, path.final)))
+path.plot("{name}-motion.svg")
+ap.phase(path, file="{name}-phase.svg")
+"""
+
+
+def write_system_pages(out: Path, tell: Callable[[str], None]) -> None:
+    """Write ``out``/index.rst and a page with its pictures for every system, one process for each core."""
+    tell("following the systems of the catalogue")
+    names = list(SKETCHES)
+    with ProcessPoolExecutor(min(os.cpu_count() or 1, 4), get_context("spawn")) as pool:
+        for name, _ in zip(names, pool.map(write_page, names, [out] * len(names)), strict=True):
+            tell(f"followed {name}")
+    write_text(out / "index.rst", _index(names))
+
+
+def write_page(name: str, out: Path) -> None:
+    """Write the page and the pictures of one system of the catalogue."""
+    save(sketch(name), out / f"{name}-sketch.svg")
+    first, _, rest = (import_module(f"asympk.systems.{name}").__doc__ or "").partition("\n")
+    parts = [*_heading(SKETCHES[name].title, "="), first, "", *_figure(f"{name}-sketch.svg", first), *as_rst(rest), ""]
+    if name in MECHANISMS:
+        told = described(name)
+        save(motion_plot(told), out / f"{name}-map.svg")
+        parts += [*_contact(told), *_paradox(told), *_jump(told)]
+    parts += [*_equations(name), *_motion(name, out)]
+    write_text(out / f"{name}.rst", "\n".join(parts))
+
+
+def _index(names: list[str]) -> str:
+    parts = [*_heading("Systems", "="), "The catalogue, ``ap.systems``. ``asympk mechanism NAME`` tells of a mechanism "
+             "at the prompt.", ""]  # fmt: skip
+    for name in names:
+        about = (import_module(f"asympk.systems.{name}").__doc__ or "").partition("\n")[0]
+        parts += [f".. figure:: {name}-sketch.svg", f"   :target: {name}.html", f"   :alt: {SKETCHES[name].title}",
+                  "   :figclass: tile", "", f"   :doc:`{name}`: {about}", ""]  # fmt: skip
+    return "\n".join([*parts, ".. toctree::", "   :hidden:", "", *(f"   {name}" for name in names), ""])
+
+
+def _heading(words: str, line: str) -> list[str]:
+    return [words, line * len(words), ""]
+
+
+def _figure(file: str, caption: str) -> list[str]:
+    return [f".. figure:: {file}", f"   :alt: {caption}", "", ""]
+
+
+def as_rst(text: str) -> Iterator[str]:
+    """Yield the lines of a docstring as reStructuredText: equations, which are indented, as they stand."""
+    for paragraph in text.strip().split("\n\n"):
+        yield from (["::", "", paragraph, ""] if paragraph.startswith("    ") else [escaped(paragraph), ""])
+
+
+def escaped(words: str) -> str:
+    """Return words with what reStructuredText would take for markup made plain."""
+    return words.replace("\\", "\\\\").replace("*", "\\*").replace("|", "\\|").replace("_ ", "\\_ ")
+
+
+def formula(label: str, value: Any, instead: str) -> list[str]:
+    """Return a displayed formula, or where it is too long for a page the name under which it can be had."""
+    latex = typeset(value)
+    if len(latex) > LONGEST:
+        return [f"{label}: too long for a page; it is ``{instead}``.", ""]
+    return [f"{label}:", "", ".. math::", "", f"   {latex}", ""]
+
+
+def typeset(value: Any) -> str:
+    """Return LaTeX of an expression in plain symbols: a rate such as theta' is a Greek letter with a prime."""
+    import sympy as sp
+
+    rates = [s for s in value.free_symbols if s.name.endswith("'")]
+    return sp.latex(value, symbol_names={s: f"{sp.latex(sp.Symbol(s.name[:-1]))}'" for s in rates})
+
+
+def _contact(told: Described) -> list[str]:
+    rod, plain = told.mechanism, told.mechanism.plain
+    side = "only pushes" if rod.contact.unilateral else "holds both ways"
+    words = f"The contact {side}. In the plain symbols, where a prime marks a rate:"
+    return [*_heading("What is written down", "-"), words, "",
+            *formula("Mass matrix", plain.mass, "mechanism().mass"),
+            *formula("Forces", plain.forces.T, "mechanism().forces"),
+            *formula("Gap", plain.gap, "mechanism().contact.gap"),
+            *formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]  # fmt: skip
+
+
+def _paradox(told: Described) -> list[str]:
+    plain = told.mechanism.plain
+    parts = [*_heading("Where the paradox is", "-"),
+             *formula("Delassus matrix", plain.delassus, "mechanism().delassus"),
+             *formula("Critical friction", critical_friction(plain), "mechanism().critical_friction"),
+             *formula("There is a paradox where", condition(plain), "mechanism().paradox")]  # fmt: skip
+    numbers = ", ".join(f"{name} = {_short(value)}" for name, value in told.numbers.items())
+    lines = "\n".join(f"   {line}" for line in (*contact_lines(told), *motion_lines(told)))
+    return [*parts, f"At the numbers of the example, {escaped(numbers)}:", "", *_SCREEN, lines, "",
+            *_figure(f"{told.name}-map.svg", f"{SKETCHES[told.name].title}: the number of rigid motions")]  # fmt: skip
+
+
+def _jump(told: Described) -> list[str]:
+    law = jump_law(told.mechanism.plain)
+    parts = [*_heading("The jump through it", "-"),
+             *formula("Normal impulse", law.impulses[0], "mechanism().jump_law().impulses[0]"),
+             *formula("Tangential impulse", law.impulses[1], "mechanism().jump_law().impulses[1]"),
+             "At the numbers of the example:", "", *_SCREEN]  # fmt: skip
+    return [*parts, *(f"   {line}" for line in jump_lines(told)), ""]
+
+
+def _equations(name: str) -> list[str]:
+    system = import_module(f"asympk.systems.{name}").system()
+    rows, long = [], []
+    for state, rate in system.rates.items():
+        small = f"{typeset(system.small)}\\," if state in system.fast else ""
+        right = typeset(rate)
+        if len(right) > LONGEST:
+            long.append(f"``{state}``")
+            right = r"\ldots"
+        rows.append(rf"{small}\frac{{d}}{{dt}} {typeset(state)} &= {right}")
+    note = f"The rates of {', '.join(long)} are too long for a page; they are in ``system().rates``." if long else ""
+    body = r" \\[4pt] ".join(rows)
+    return [*_heading("The system", "-"), "With the friction force of the modes in it:", "", ".. math::", "",
+            rf"   \begin{{aligned}} {body} \end{{aligned}}", "", note, ""]  # fmt: skip
+
+
+def _motion(name: str, out: Path) -> list[str]:
+    script = SCRIPT.format(name=name, which=SHOWN.get(name, 0))
+    code = "\n".join(f"   {line}" for line in script.splitlines())
+    shown = "\n".join(f"   {line}" for line in _printed(script, out).splitlines())
+    return [*_heading("A motion", "-"), ".. code-block:: python", "", code, "", *_SCREEN, shown, "",
+            *_figure(f"{name}-motion.svg", "The states over time"),
+            *_figure(f"{name}-phase.svg", "The phase picture of the motion")]  # fmt: skip
+
+
+def _printed(script: str, folder: Path) -> str:
+    """Run a script in a folder and return what it prints."""
+    screen = io.StringIO()
+    with contextlib.chdir(folder), contextlib.redirect_stdout(screen):
+        exec(compile(script, "<page>", "exec"), {})
+    return screen.getvalue()
+
+
+def _short(value: Any) -> str:
+    return f"{float(value):.4g}" if isinstance(value, float) else str(value)

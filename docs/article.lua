@@ -1,0 +1,38 @@
+-- What Pandoc's reStructuredText lacks of Sphinx: numbers of figures, tables and equations, and formulas in emphasis.
+
+local ROLES = { fig = "numref", tab = "numref", sec = "ref", eq = "eq" }
+
+function Link(link)
+  local kind, name = link.target:match("^#(%a+):(.+)$")
+  if ROLES[kind] then
+    return pandoc.RawInline("rst", ":" .. ROLES[kind] .. ":`" .. kind .. ":" .. name .. "`")
+  end
+end
+
+function Math(formula)
+  formula.text = formula.text:gsub("\\ensuremath", "")
+  return formula
+end
+
+function Emph(words)
+  local plain = true
+  words:walk({ Math = function() plain = false end })
+  return plain and words or words.content
+end
+
+local function named(block, identifier)
+  local text = pandoc.write(pandoc.Pandoc(block), "rst", { wrap_text = "none" })
+  text = text:gsub("\n   :?name: [^\n]*", "")
+  text = text:gsub("(%.%. %a+::[^\n]*\n)", "%1   :name: " .. identifier .. "\n", 1)
+  return pandoc.RawBlock("rst", text .. "\n")
+end
+
+function Figure(figure)
+  return named({ figure }, figure.identifier)
+end
+
+function Div(block)
+  if block.identifier:match("^tab:") then
+    return named(block.content, block.identifier)
+  end
+end

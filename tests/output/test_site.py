@@ -1,0 +1,174 @@
+"""The site: whole, the same each time, without network and scripts, every link leading somewhere."""
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from asympk.errors import InputError, MissingPackage
+from asympk.output import article, site
+from asympk.pictures.sketches import SKETCHES
+from asympk.systems import __all__ as SYSTEMS
+
+ROOT = Path(__file__).parents[2]
+
+
+class Page(HTMLParser):
+    """What a page loads, where its links lead, what they can find on it, and how its pictures are described."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.loads, self.links, self.ids, self.alts = [], [], set(), []
+        self.feed(file.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.ids |= {given[name] for name in ("id", "name") if given.get(name)}
+        if tag == "a" and "href" in given:
+            self.links.append(given["href"])
+        elif tag in ("script", "link", "img", "iframe", "object", "source"):
+            self.loads += [given[name] for name in ("src", "href", "data") if name in given]
+        if tag == "img":
+            self.alts.append(given.get("alt", ""))
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    pytest.importorskip("sphinx", reason="the extra site is not installed")
+    pytest.importorskip("pypandoc", reason="the extra site is not installed")
+    out = tmp_path_factory.mktemp("site")
+    site.build_site(ROOT, out)
+    return out
+
+
+@pytest.fixture(scope="module")
+def pages(built):
+    return {file: Page(file) for file in built.rglob("*.html")}
+
+
+def test_every_kind_of_page_is_there(built):
+    wanted = ["index", "howto", "own", "models", "api", "glossary", "lemmas", "architecture", "article/index"]
+    wanted += [f"systems/{name}" for name in SYSTEMS]
+    wanted += [f"derivations/{script.stem}" for script in (ROOT / "derivations").glob("*.py")]
+    assert [name for name in wanted if not (built / f"{name}.html").is_file()] == []
+
+
+def test_nothing_is_loaded_from_elsewhere(built, pages):
+    for file, page in pages.items():
+        for load in page.loads:
+            assert not urlsplit(load).scheme or load.startswith("data:"), f"{file.name} loads {load}"
+            assert (file.parent / unquote(urlsplit(load).path)).exists(), f"{file.name} loads {load}"
+    for sheet in built.rglob("*.css"):
+        assert not re.search(r"@import|url\([\"']?(?:https?:)?//", sheet.read_text(encoding="utf-8")), sheet
+
+
+def test_every_link_leads_somewhere(pages):
+    for file, page in pages.items():
+        for link in page.links:
+            parts = urlsplit(link)
+            if parts.scheme in ("http", "https"):
+                continue
+            target = (file.parent / unquote(parts.path)).resolve() if parts.path else file
+            assert target.is_file(), f"{file.name}: {link}"
+            if parts.fragment and target.suffix == ".html":
+                assert unquote(parts.fragment) in pages[target].ids, f"{file.name}: {link}"
+
+
+def test_every_formula_is_mathml_and_none_is_left_as_latex(built):
+    for file in built.rglob("*.html"):
+        text = file.read_text(encoding="utf-8")
+        for part in ("<pre>.*?</pre>", "<code.*?</code>", "<script.*?</script>", "<math.*?</math>", "<[^>]+>"):
+            text = re.sub(part, " ", text, flags=re.DOTALL)
+        assert re.findall(r"\\(?:frac|left|sigma|mu|begin)\b|\$[^$]{1,40}\$|:math:", text) == [], file.name
+    assert (built / "article" / "index.html").read_text("utf-8").count("<math") > 500
+
+
+def test_every_picture_says_in_words_what_it_shows(pages):
+    for file, page in pages.items():
+        assert all(alt and not alt.endswith((".svg", ".png")) for alt in page.alts), file.name
+
+
+def test_every_float_of_the_paper_is_in_the_article(built):
+    source = article.with_sections((ROOT / "paper" / "main.tex").read_text(encoding="utf-8"), ROOT / "paper")
+    html = (built / "article" / "index.html").read_text(encoding="utf-8")
+    assert html.count("<figure") == len(re.findall(r"\\begin\{figure", source))
+    assert len(re.findall(r"<table[^>]* id=\"tab-", html)) == len(re.findall(r"\\begin\{table", source))
+
+
+def test_a_second_build_makes_the_same_bytes(built, tmp_path):
+    site.build_site(ROOT, tmp_path)
+    first, second = ({file.relative_to(out): file.read_bytes() for file in out.rglob("*") if file.is_file()}
+                     for out in (built, tmp_path))  # fmt: skip
+    assert first.keys() == second.keys()
+    assert [name for name in first if first[name] != second[name]] == []
+
+
+def test_every_system_of_the_catalogue_has_a_sketch_and_a_title():
+    assert set(SKETCHES) == set(SYSTEMS)
+    assert len({sketch.title for sketch in SKETCHES.values()}) == len(SKETCHES)
+
+
+def test_without_the_extra_one_line_says_what_to_install(monkeypatch):
+    monkeypatch.setattr(site, "NEEDED", ("no_such_package",))
+    with pytest.raises(MissingPackage, match=r"pip install 'asympk\[site\]'"):
+        site.build_site(ROOT, "nowhere")
+
+
+def test_without_a_checkout_one_line_says_where_to_run(tmp_path):
+    with pytest.raises(InputError, match="run asympk in a checkout"):
+        site.build_site(tmp_path, tmp_path / "out")
+
+
+def test_a_page_with_a_dead_link_is_refused_by_name(tmp_path):
+    pytest.importorskip("sphinx", reason="the extra site is not installed")
+    (tmp_path / "conf.py").write_text("extensions = ['myst_parser']\n")
+    (tmp_path / "index.md").write_text("# Title\n\n[there](nowhere.md)\n")
+    with pytest.raises(InputError, match=r"index\.md:3.*nowhere\.md"):
+        site._sphinx(tmp_path, tmp_path / "out", tmp_path / "doctrees")
+
+
+def test_sections_without_their_rows_are_left_out(tmp_path):
+    source = r"a \IfFileExists{rows.csv}{\input{more}}{} b"
+    (tmp_path / "more.tex").write_text("M")
+    assert article.with_sections(source, tmp_path) == "a  b"
+    (tmp_path / "rows.csv").write_text("")
+    assert article.with_sections(source, tmp_path) == "a M b"
+
+
+def test_of_several_labels_in_a_formula_the_first_stands_for_all():
+    rst = ".. math::\n\n   a\\label{eq:a}\n   b\\label{eq:b}\n\nby :eq:`eq:b`\n"
+    assert article.labelled(rst) == ".. math::\n   :label: eq:a\n\n   a\n   b\n\nby :eq:`eq:a`\n"
+
+
+def test_a_script_keeps_its_code_and_gains_headings_and_results():
+    script = '"""Title: more words."""\n\n# %% First step\n# |a| is * here.\nx = 1  # fmt: skip\n'
+    made = site.as_gallery(script, {"the_sum": {"latex": "a + b"}})
+    assert made.startswith('"""\nTitle\n=====\n\nMore words.\n"""\n')
+    for part in ("# First step\n# ----------\n", r"# \|a\| is \* here.", "\nx = 1\n", "# **the sum**", "#    a + b\n"):
+        assert part in made
+
+
+LEMMAS = set(re.findall(r"^## Lemma (\d+):", (ROOT / "docs" / "lemmas.md").read_text(encoding="utf-8"), re.MULTILINE))
+
+
+def test_every_lemma_is_cited_where_it_says_and_every_citation_leads_to_a_lemma():
+    text = (ROOT / "docs" / "lemmas.md").read_text(encoding="utf-8")
+    cited = set()
+    for number, body in re.findall(r"^## Lemma (\d+):(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL):
+        for module in re.findall(r"`asympk\.([\w.]+)`", body):
+            code = (ROOT / "asympk" / f"{module.replace('.', '/')}.py").read_text(encoding="utf-8")
+            assert re.search(rf"Lemmas? (?:\d+ and )?{number}\b|Lemmas? {number}\b", code), (number, module)
+            cited.add(number)
+    for file in (ROOT / "asympk").rglob("*.py"):
+        for found in re.findall(r"Lemmas? (\d+)(?: and (\d+))?", file.read_text(encoding="utf-8")):
+            assert set(filter(None, found)) <= LEMMAS, file
+    assert cited == LEMMAS
+
+
+def test_the_places_that_the_architecture_names_are_there():
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    for module in re.findall(r"`asympk\.([\w.]+)`", text):
+        place = ROOT / "asympk" / module.replace(".", "/")
+        assert place.is_dir() or place.with_suffix(".py").is_file(), module
