@@ -6,7 +6,9 @@ import sympy as sp
 
 import asympk as ap
 from asympk.__main__ import main
+from asympk.errors import NotNormallyHyperbolic
 from asympk.mechanics.described import read_mechanism
+from asympk.pictures.reactions import planes
 from asympk.systems import MECHANISMS, rod
 from asympk.systems.catalogue import described
 
@@ -146,3 +148,33 @@ def test_the_map_of_motions_is_the_same_file_each_time(tmp_path):
     first = file.read_bytes()
     assert main(["mechanism", "painleve_rod", "--plot", str(file)]) == 0
     assert file.read_bytes() == first
+
+
+def test_the_plane_of_butenin_has_a_centre_and_a_saddle_on_the_good_side_and_nothing_at_rest_on_the_other():
+    """What the picture shows is what the critical manifolds say: a centre is not normally hyperbolic, a saddle is."""
+    told = described("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
+    forward, backward = planes(told)
+    assert (forward.direction, backward.direction) == (1, -1)
+    assert [kind for _, kind in forward.rests] == ["centre", "saddle"]
+    assert backward.rests == ()
+    rest = {m.mode: m for m in ap.critical_manifolds(told.undamped)}
+    numbers = {"alpha": "1", "f": "3", "m": "1", "P": "1"}
+    assert rest["slip_opposite"].at(**numbers).stability == "saddle"
+    with pytest.raises(NotNormallyHyperbolic, match="a centre"):
+        _ = rest["slip_same"].at(**numbers).stability
+    s, c = np.sin(1), np.cos(1)
+    assert [R for R, _ in forward.rests] == pytest.approx([1 / (2 * c + sign * 3 * s) for sign in (1, -1)], rel=1e-14)
+
+
+def test_the_energy_of_the_plane_is_kept_along_the_undamped_motion_between_two_changes_of_side():
+    told = described("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
+    forward, _ = planes(told)
+    start = {"x1": 0, "x2": 0, "x": "1/5", "y": 0, "z": 2000}
+    values = {name: told.values[name] for name in ("m", "P", "alpha", "f", "f_0")} | {"eps": "1e-3"}
+    path = ap.solve(ap.Scene(system=told.undamped, values=values, start=start, until=0.02))
+    at = [path(t) for t in np.linspace(0, 0.02, 50)]
+    x, y = (np.array([state[path.names.index(name)] for state in at]) for name in "xy")
+    kept = forward.energy(x, y)
+    assert path.modes == ("slip_same",)
+    assert np.ptp(x) > 0.1
+    assert np.ptp(kept) < 1e-9
