@@ -71,10 +71,29 @@ def test_the_rod_of_the_mechanism_is_that_of_newtons_law():
     assert sp.simplify(inertia.subs(c, rod.l / rod.k) - scales.mu) == 0
 
 
-def test_unequal_masses_have_their_paradox_for_f_tan_alpha_above_the_sum_over_the_smooth_mass():
-    masses = ap.systems.unequal_masses
-    ratio = masses.mechanism().critical_friction * sp.tan(masses.alpha)
-    assert sp.simplify(ratio.subs(masses.alpha, 1) - (masses.m1 + masses.m2) / masses.m2) == 0
+PUBLISHED = {
+    "painleve_klein": "2/tan(alpha)",  # Painlevé (1895), Klein: f tan(alpha) > 2
+    "butenin": "2/tan(alpha)",
+    "held_rod": "2/tan(alpha)",
+    "unequal_masses": "(m_1 + m_2)/(m_2*tan(alpha))",
+    "painleve_rod": "(1 + 3*cos(theta)**2)/(3*sin(theta)*cos(theta))",  # Génot and Brogliato (1999)
+    "bead_rod": "(1 + 3*cos(theta)**2)/(3*sin(theta)*cos(theta))",
+    "brake_shoe": "(1 + m/M)*tan(theta)",
+}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_critical_friction_is_the_published_one_at_random_numbers(name):
+    rod, rng = described(name).mechanism, np.random.default_rng(4)
+    for _ in range(5):
+        at = {str(s): rng.uniform(0.2, 1.4) for s in (*rod.plain.coordinates, *rod.plain.parameters)}
+        expected = sp.sympify(PUBLISHED[name]).subs(at)
+        assert rod.evaluate(rod.critical_friction, at) == pytest.approx(float(expected), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_every_mechanism_of_the_catalogue_names_its_source(name):
+    assert "Source: " in getattr(ap.systems, name).__doc__
 
 
 def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
