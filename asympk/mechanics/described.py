@@ -26,6 +26,7 @@ from asympk.mechanics.elastic import completing, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.storage.tomlfile import plain, read_table, refuse_unknown
+from asympk.symbolic.system import System
 
 KEYS = ("about", "coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral",
         "forces", "values", "state", "over")  # fmt: skip
@@ -35,7 +36,10 @@ _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 @dataclass(frozen=True)
 class Described:
-    """A mechanism with the numbers of an example; ``turn`` is (name, low, high, what is tied to it) or None."""
+    """A mechanism with the numbers of an example; ``turn`` is (name, low, high, what is tied to it) or None.
+
+    ``undamped`` is its elastic ``System`` without damping where the phase plane (R, R') is to be drawn, else None.
+    """
 
     name: str
     about: str
@@ -43,6 +47,7 @@ class Described:
     values: dict[str, Any]
     state: dict[str, Any]
     turn: tuple | None
+    undamped: System | None = None
 
     @property
     def numbers(self) -> dict[str, Any]:

@@ -107,6 +107,8 @@ def jump_lines(told):
         f"velocities      {after}",
         f"reaction        x gains P_N / h = {_short(normal)} / h with the damping time h",
     ]
+    if told.undamped is not None:
+        lines[-1] = "undamped        the contact stops in eps log(1/eps) and rings on; --plot draws its plane (R, R')"
     return lines + (_rebounds(told) if rod.contact.unilateral else [])
 
 

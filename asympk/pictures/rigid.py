@@ -1,8 +1,11 @@
-"""The map of the rigid motions of a mechanism: how many there are over a coordinate and the friction."""
+"""The map of the rigid motions of a mechanism: how many there are over a coordinate and the friction.
+
+Below the map of a mechanism whose contact has no damping stands its phase plane (R, R').
+"""
 
 from asympk.errors import InputError
 from asympk.mechanics.evaluation import as_floats
-from asympk.pictures import style
+from asympk.pictures import reactions, style
 from asympk.pictures.portraits import plate
 
 LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////"), 3: ("three", "0.6", "xx")}
@@ -24,7 +27,8 @@ def motion_plot(described):
     at = np.linspace(*(as_floats(turn[0], end) for end in turn[1:3]), 241)
     friction = np.linspace(most / 240, most, 240)
     count = rod.motion_map(described.closed(at[None, :], friction[:, None])).count
-    with plate(2.3) as (figure, axes):
+    rows = 1 if described.undamped is None else 3
+    with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
         ax = axes.flat[0]
         shown = sorted({*count.flat})
         for number in shown:
@@ -36,5 +40,7 @@ def motion_plot(described):
             word, colour, hatch = LOOKS[min(number, 3)]
             label = f"{word} rigid motion{'s' if number > 1 else ''}"
             handles.append(Patch(facecolor=colour, hatch=hatch, edgecolor=style.BLACK, linewidth=0.4, label=label))
-        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+        figure.legend(handles=handles, loc="outside lower center" if rows == 1 else "outside upper center", ncols=3)
+        if described.undamped is not None:
+            reactions.draw(axes.flat[1:], described)
     return figure

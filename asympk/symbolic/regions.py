@@ -1,7 +1,7 @@
 """Regions of a switching plane: conditions on load or states and parameters, and the intervals of loads they mean."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -40,6 +40,11 @@ class Cell:
     condition: sp.Basic
     spans: tuple[Span, ...]
 
+    def put(self, meaning: Mapping) -> "Cell":
+        """Return the cell with expressions in place of symbols."""
+        spans = (replace(s, start=s.start.xreplace(meaning), end=s.end.xreplace(meaning)) for s in self.spans)
+        return Cell(self.condition.xreplace(meaning), tuple(spans))
+
     @cached_property
     def box(self) -> sp.Dict:
         """The range of every parameter that the condition restricts alone."""
@@ -52,7 +57,8 @@ class Cell:
 class Plane:
     """The plane on which the velocity vanishes, and what its regions are given in.
 
-    ``symbol`` stands for the load where the regions depend on it alone, else None; ``load`` is the load in the states.
+    ``load`` is the load in the states, and ``symbol`` stands for it where it takes the place of one of them, else it is
+    None; ``alone`` says that the regions depend on no other state.
     ``allowed`` is what the parameters must fulfil. ``default`` gives a parameter of the static bound the value at
     which it equals the kinetic one.
     """
@@ -61,6 +67,7 @@ class Plane:
     parameters: tuple[sp.Symbol, ...]
     load: sp.Expr
     symbol: sp.Symbol | None
+    alone: bool
     allowed: sp.Basic
     default: sp.Dict
 
@@ -69,7 +76,7 @@ class Plane:
         given = by_symbol({**(values or {}), **named}, self.parameters, "this system")
         if isinstance(at, Mapping | sp.Dict):
             return given | by_symbol(at, self.states, "this system", "state")
-        if self.symbol is None:
+        if not self.alone:
             states = ", ".join(f"{s.name!r}: .." for s in self.states)
             raise InputError(f"{at!r:.60} is no place: the region depends on more than the load; give {{{states}}}")
         return given | {self.symbol: at}
@@ -79,8 +86,8 @@ class Plane:
 class Region(ShownAsFormulas):
     """A part of the switching plane: where ``condition`` holds, a relation in load (or states) and parameters.
 
-    ``cells`` give the condition as spans of the load, for each cell of the parameters, where the drive is linear in
-    the load alone; elsewhere there are none.
+    ``cells`` give the condition as spans of the load, for each cell of the parameters and of the other states, where
+    the drive is linear in the load; elsewhere there are none.
     """
 
     name: str
@@ -90,7 +97,7 @@ class Region(ShownAsFormulas):
 
     @property
     def load(self) -> sp.Symbol | None:
-        """The symbol that stands for the load, or None where the region depends on the states otherwise."""
+        """The symbol that stands for the load, or None where it takes the place of no state."""
         return self.plane.symbol
 
     def contains(self, at: Any, values: Mapping | None = None, /, **named: Any) -> Any:
@@ -109,28 +116,31 @@ class Region(ShownAsFormulas):
         True
         """
         given = self.plane.values(at, values, named)
-        put_in = self.load is not None and self.load not in given
-        condition = self.condition.subs(self.load, self.plane.load) if put_in else self.condition
-        wanted = condition.free_symbols | self.plane.allowed.free_symbols & given.keys()
+        needed, default = self.condition.free_symbols, dict(self.plane.default)
+        if self.load in needed - given.keys():
+            needed = needed - {self.load} | self.plane.load.free_symbols
+            default |= {self.load: self.plane.load}
+        wanted = self.condition.free_symbols | self.plane.allowed.free_symbols & given.keys()
         if all(is_exact(value) for value in given.values()):
             numbers = {s: exact(v, s) for s, v in given.items()}
         else:
             numbers = arrays(given)
-        told = with_default(numbers, wanted, self.plane.default)
+        told = with_default(numbers, wanted, default)
         require(self.plane.allowed, told)
-        if missing := condition.free_symbols - told.keys():
-            used = names(condition.free_symbols)
-            raise InputError(f"{names(missing)} is missing; the region {self.name!r} depends on {used}")
-        return holds(condition, told)
+        if missing := needed - told.keys():
+            raise InputError(f"{names(missing)} is missing; the region {self.name!r} depends on {names(needed)}")
+        return holds(self.condition, told)
 
     def spans(self, values: Mapping | None = None, /, **named: Any) -> tuple[Span, ...]:
         """Return the spans, with symbolic ends, of the cell that holds the parameters, given as in ``contains``.
 
-        Raises ``NotDerivable`` where the region is no union of spans, ``InputError`` for parameters outside its cells.
+        Where the cells depend on other states than the load's, their values are given with the parameters. Raises
+        ``NotDerivable`` where the region is no union of spans, ``InputError`` for what is missing or outside its cells.
         """
         if not self.cells:
             raise NotDerivable(f"{self.name}: {self.condition} is no union of intervals of the load; ask contains")
-        given = by_symbol({**(values or {}), **named}, self.plane.parameters, "this system")
+        known = self.plane.parameters if self.plane.alone else (*self.plane.parameters, *self.plane.states)
+        given = by_symbol({**(values or {}), **named}, known, "this system")
         wanted = set().union(*(cell.condition.free_symbols for cell in self.cells))
         told = with_default({s: exact(v, s) for s, v in given.items()}, wanted, self.plane.default)
         require(self.plane.allowed, told)
@@ -139,19 +149,24 @@ class Region(ShownAsFormulas):
                 return cell.spans
         raise InputError(f"{self.name}: {names(wanted - told.keys())} is missing; the spans depend on it")
 
+    @property
+    def _shown(self) -> tuple[Cell, ...]:
+        """The cells, where they are cells of the parameters alone; else the condition says more in one line."""
+        return self.cells if self.plane.alone else ()
+
     def latex(self) -> str:
         """Return the region as LaTeX, one line for each cell of the parameters, or as its condition."""
-        if not self.cells:
+        if not self._shown:
             return sp.latex(self.condition)
-        lines = [rf"{_latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self.cells]
+        lines = [rf"{_latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self._shown]
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def __str__(self) -> str:
-        told = (f"{_told(cell.spans)} for {cell.condition}" for cell in self.cells if cell.spans)
-        return "; ".join(told) or (str(self.condition) if not self.cells else "nowhere")
+        told = (f"{_told(cell.spans)} for {cell.condition}" for cell in self._shown if cell.spans)
+        return "; ".join(told) or (str(self.condition) if not self._shown else "nowhere")
 
     def _card(self) -> Card:
-        rows = [(str(cell.condition), _told(cell.spans)) for cell in self.cells] or [("where", self.condition)]
+        rows = [(str(cell.condition), _told(cell.spans)) for cell in self._shown] or [("where", self.condition)]
         return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
 
     def _latex(self, printer: Any, **options: Any) -> str:

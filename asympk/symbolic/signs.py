@@ -57,6 +57,7 @@ def conjunction(signs: list[tuple[sp.Expr, int]], assumptions: sp.Basic = sp.tru
     return reduce_under(sp.And(*conditions), assumptions)
 
 
+@lru_cache(maxsize=1024)
 def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
     """Return the content and the factors, with powers, of numerator times denominator: a product of the same sign."""
     if expr.has(sp.I):

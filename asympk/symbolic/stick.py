@@ -3,16 +3,16 @@ r"""Stick and crossing regions of the switching plane v = 0, by solving the ineq
 With v' = d + c F a motion on v = 0 may stick while the force it needs is within static friction, |d| <= hold with
 hold = static |c| |s|, where d is the drive, c the coupling and s the load; where |d| > hold it crosses in the direction
 of d. Where |d| > slip = kinetic |c| |s| as well, the fields on both sides of v = 0 point the same way; between the two
-cones sticking and crossing are both consistent.
+cones sticking and crossing are both consistent. Where a contact is open there is no load, and nothing holds.
 
-Where d = d_0 + d_1 s depends on the load alone, a cone changes along the line of loads only at the zeros of d -+ hold.
-Their order is fixed by the signs of d_0 and of static |c| -+ d_1, so one exact sample decides each cell of the
-parameters on which these signs are fixed; ``_cells`` is the function that does it. Where d depends on the states in
-another way, the regions are the inequalities themselves.
+Where d = d_0 + d_1 s is linear in the load, a cone changes along the line of loads only at the zeros of d -+ hold.
+Their order is fixed by the signs of d_0 and of static |c| -+ d_1, so one exact sample decides each cell on which these
+signs are fixed; ``_cells`` is the function that does it. d_0, d_1 and c may depend on the other states: in an elastic
+mechanism d_0 = a_T, d_1 = G_NT, c = G_TT. Elsewhere the regions are the inequalities themselves.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import chain, groupby, pairwise, product, zip_longest
 
@@ -20,6 +20,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
+from asympk.symbolic.branches import heavy, velocity_rate
 from asympk.symbolic.conditions import closed
 from asympk.symbolic.regions import Cell, Plane, Region, Span
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
@@ -29,12 +30,21 @@ CONVENTION = (
     "at rest stays at rest: wherever static friction can hold (v = 0 and |d| <= static |s|) the motion sticks, on "
     "arrival too, although kinetic friction alone would let it cross"
 )
+_STANDING = (*sp.symbols("d_0 d_1", real=True), *sp.symbols("slip hold", nonnegative=True))
 _RULES: dict[str, Callable] = {
-    "stick": lambda drive, slip, hold: abs(drive) <= hold,
+    "stick": lambda drive, slip, hold: _size(drive) <= hold,
     "up": lambda drive, slip, hold: drive > hold,
     "down": lambda drive, slip, hold: drive < -hold,
-    "ambiguous": lambda drive, slip, hold: sp.And(abs(drive) <= hold, abs(drive) > slip),
+    "ambiguous": lambda drive, slip, hold: sp.And(_size(drive) <= hold, _size(drive) > slip),
 }
+
+
+def _size(expr: sp.Expr) -> sp.Expr:
+    """Return the absolute value of a real expression; SymPy takes a quotient for complex whose divisor may vanish."""
+    if expr.is_extended_real:
+        return abs(expr)
+    numerator, denominator = sp.fraction(sp.together(expr))
+    return abs(numerator) / abs(denominator)
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,8 +52,8 @@ class StickRegions(ShownAsFormulas):
     """The parts of the plane v = 0: ``stick``, ``up`` and ``down`` cover it; ``ambiguous`` is part of ``stick``.
 
     ``ambiguous`` is where sticking and crossing are both consistent, between the kinetic and the static cone;
-    ``convention`` says what is then done. ``edges`` are the loads at which stick can end, Gamma_1 then Gamma_2; there
-    are none where the drive is not linear in the load alone.
+    ``convention`` says what is then done. ``edges`` are the loads at which stick can end, Gamma_1 then Gamma_2, and
+    depend on other states where the drive does; there are none where it is not linear in the load.
     """
 
     stick: Region
@@ -64,40 +74,57 @@ class StickRegions(ShownAsFormulas):
 class Cone:
     """The friction cone on v = 0: ``drive`` and ``load``, and by how much of the load friction slips and holds.
 
-    Where they depend on the load alone, ``load`` is the symbol s and the others are given in it.
+    A contact is open where ``gap`` > 0, with the drive ``opened`` there; ``gap`` is None where it never opens.
     """
 
     drive: sp.Expr
     load: sp.Expr
     slip: sp.Expr
     hold: sp.Expr
+    gap: sp.Expr | None = None
+    opened: sp.Expr = sp.S.Zero
 
-    def subs(self, given: dict) -> "Cone":
-        """Put expressions for symbols into all parts."""
-        return Cone(*(e.subs(given, simultaneous=True) for e in (self.drive, self.load, self.slip, self.hold)))
+    def mapped(self, change: Callable[[sp.Expr], sp.Expr]) -> "Cone":
+        """Return the cone with every part changed."""
+        parts = (self.drive, self.load, self.slip, self.hold, self.gap, self.opened)
+        return Cone(*(part if part is None else change(part) for part in parts))
 
     def rule(self, name: str) -> sp.Basic:
         """Return the inequalities of a region."""
-        return _RULES[name](self.drive, self.slip * abs(self.load), self.hold * abs(self.load))
+        closed_rule = _RULES[name](self.drive, self.slip * abs(self.load), self.hold * abs(self.load))
+        if self.gap is None:
+            return closed_rule
+        open_rule = _RULES[name](self.opened, sp.S.Zero, sp.S.Zero)
+        return sp.Or(sp.And(-self.gap >= 0, closed_rule), sp.And(-self.gap < 0, open_rule))
+
+    @property
+    def line(self) -> tuple[sp.Expr, sp.Expr]:
+        """The drive d_0 + d_1 s as (d_0, d_1); the load is the symbol s."""
+        return self.drive.subs(self.load, 0), self.drive.diff(self.load)
+
+    @property
+    def used(self) -> set[sp.Symbol]:
+        """The symbols of all parts but the load."""
+        parts = (self.drive, self.slip, self.hold, self.opened)
+        return set().union(*(part.free_symbols for part in parts)) - {self.load}
 
 
 @cache
 def stick_regions(system: System) -> StickRegions:
     """Solve the friction cone of ``system`` for every range of its parameters.
 
-    Where the drive is linear in the load s alone the regions are unions of intervals of s; elsewhere they are
-    conditions on the states. Raises ``NotDerivable`` unless the system has one friction, ``InputError`` where static
-    friction is below the kinetic one for all parameters allowed.
+    Where the drive is linear in the load s the regions are unions of intervals of s, with ends in the parameters and
+    the other states; elsewhere they are conditions on the states. Raises ``NotDerivable`` unless the system has one
+    friction, of a contact that is not rigid, ``InputError`` where static friction is below the kinetic one for all
+    parameters allowed.
     """
-    cone = friction_cone(system)
-    moving = {*system.states, system.time}
+    cone, moving = friction_cone(system), {*system.states, system.time}
     reduced = _in_load(cone, moving)
     plane = _plane(system, cone, reduced, moving)
-    facts = closed(plane.allowed)
-    linear = reduced and _linear(reduced)
-    shown = reduced or cone
+    linear = reduced is not None and _linear(reduced)
+    shown = cone if reduced is None else reduced
     regions = (
-        Region(name, shown.rule(name), plane, _cells(name, reduced, facts) if linear else ()) for name in _RULES
+        Region(name, shown.rule(name), plane, _cells(name, reduced, plane) if linear else ()) for name in _RULES
     )
     return StickRegions(*regions, edges=_zeros(reduced, reduced.hold) if linear else ())
 
@@ -111,17 +138,25 @@ def friction_cone(system: System) -> Cone:
             f"this system has {count} frictions, whose cones depend on one another: regions are those of one friction"
             if count else "this system has no friction: build it with System.with_friction to ask for stick regions"
         )  # fmt: skip
-    slip, hold = (bound * abs(system.coupling) for bound in (friction.kinetic, friction.static))
-    cone = Cone(system.drive, friction.load, slip, hold).subs(_at_rest(system))
-    _require_order(cone, system.assumptions)
-    return cone
+    if friction.constraint is not None:
+        raise NotDerivable(
+            "the reaction of a rigid contact depends on the mode, so that stick and slip may both or neither be "
+            "possible; count them with motions(), or take the elastic contact"
+        )
+    _require_order(friction, system.assumptions)
+    rate, normal = velocity_rate(system, friction), friction.normal or sp.Dummy()
+    free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
+    cone = Cone(free.subs(normal, friction.load), friction.load, friction.kinetic * coupling,
+                friction.static * coupling, friction.gap, free.subs(normal, 0))  # fmt: skip
+    at_rest = _at_rest(system)
+    return cone.mapped(lambda part: part.subs(at_rest))
 
 
 def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:
     """Return the load as one symbol s and the drive d(s); raises ``NotDerivable`` where d is not linear in s alone."""
-    cone = friction_cone(system)
-    reduced = _in_load(cone, {*system.states, system.time})
-    if reduced is None or not _linear(reduced):
+    cone, moving = friction_cone(system), {*system.states, system.time}
+    reduced = _in_load(cone, moving)
+    if reduced is None or reduced.used & moving or not _linear(reduced):
         raise NotDerivable(f"the drive {cone.drive} is not linear in the load {cone.load} alone")
     return reduced.load, reduced.drive
 
@@ -133,35 +168,45 @@ def _at_rest(system):
     return {state: sp.solve(velocity, state)[0]}
 
 
-def _require_order(cone, assumptions):
+def _require_order(friction, assumptions):
     """Refuse bounds that no friction has, where that follows from what is assumed."""
-    for excess, words in ((-cone.slip, "kinetic friction is negative"),
-                          (cone.slip - cone.hold, "static friction is below the kinetic one")):  # fmt: skip
+    kinetic, static = friction.kinetic, friction.static
+    for excess, words in ((-kinetic, "kinetic friction is negative"),
+                          (kinetic - static, "static friction is below the kinetic one")):  # fmt: skip
         if known_sign(excess, assumptions) > 0 and nonzero(excess, assumptions) == sp.true:
             raise InputError(f"{words}: {excess} > 0 for all parameters allowed; give static >= kinetic >= 0")
 
 
 def _in_load(cone, moving):
-    """Return the cone in terms of the load's symbol s, or None where it depends on the states in another way."""
+    """Return the cone with the load's symbol s in place of one state, or None where no state is linear in the load."""
     load = sp.Symbol("s", real=True)
     states = sorted(cone.load.free_symbols & moving, key=str)
     state = next((s for s in states if cone.load.is_polynomial(s) and sp.degree(cone.load, s) == 1), None)
     if state is None:
         return None
     (solution,) = sp.solve(cone.load - load, state)
-    reduced = cone.subs({state: solution})
-    reduced = Cone(sp.expand(reduced.drive), load, reduced.slip, reduced.hold)
-    if {load} != (reduced.drive.free_symbols | {load}) & (moving | {load}):
-        reduced = Cone(sp.cancel(reduced.drive), load, sp.cancel(reduced.slip), sp.cancel(reduced.hold))
-    used = reduced.drive.free_symbols | reduced.slip.free_symbols | reduced.hold.free_symbols
-    return None if used & moving else reduced
+    return replace(cone.mapped(lambda part: _with_fewest(part.subs(state, solution), moving)), load=load)
+
+
+def _with_fewest(expr, moving):
+    """Return ``expr`` as it stands, expanded or cancelled: the first form in which the fewest states are left."""
+    states = expr.free_symbols & moving
+    if heavy(expr) or not states:
+        return sp.expand(expr) if expr.is_rational_function() else expr
+    return min((expr, sp.expand(expr), sp.cancel(expr)), key=lambda form: len(form.free_symbols & moving))
 
 
 def _linear(reduced):
-    """Tell whether the drive is linear in the load and the bounds are free of it."""
-    s = reduced.load
-    bounds = reduced.slip + reduced.hold
-    return reduced.drive.is_polynomial(s) and sp.degree(reduced.drive, s) <= 1 and not bounds.has(s)
+    """Tell whether the drive is linear in the load and the bounds are free of it, an open contact being one of none."""
+    constant, slope = reduced.line
+    if any(part.has(reduced.load) for part in (slope, reduced.slip, reduced.hold)):
+        return False
+    return reduced.gap is None or (reduced.opened == constant and _lifts(reduced))
+
+
+def _lifts(reduced):
+    """Tell whether the contact is closed just where the load is positive."""
+    return (-reduced.gap / reduced.load).is_positive is True
 
 
 def _plane(system, cone, reduced, moving):
@@ -173,24 +218,42 @@ def _plane(system, cone, reduced, moving):
     extra = friction.static.free_symbols - friction.kinetic.free_symbols - moving
     default = sp.solve(friction.static - friction.kinetic, *extra) if len(extra) == 1 else []
     states = tuple(s for s in (*system.states, system.time) if s is not None)
-    symbol = reduced.load if reduced else None
     values = dict.fromkeys(extra, default[0]) if len(default) == 1 else {}
-    return Plane(states, system.parameters, cone.load, symbol, allowed, sp.Dict(values))
+    symbol, alone = (None, False) if reduced is None else (reduced.load, not reduced.used & moving)
+    return Plane(states, system.parameters, cone.load, symbol, alone, allowed, sp.Dict(values))
 
 
 def _zeros(cone, bound):
     """Return the loads at which the drive is ``bound s`` and ``-bound s``."""
-    return tuple(chain.from_iterable(_zero(cone, sign * bound) for sign in (1, -1)))
+    return tuple(zero for zero in (_zero(cone, sign * bound) for sign in (1, -1)) if zero is not None)
 
 
 def _zero(cone, slope):
-    return sp.solve(cone.drive - slope * cone.load, cone.load)
+    """Return the load at which the drive is ``slope s``, or None."""
+    constant, rise = cone.line
+    if slope == rise:
+        return None
+    zero = constant / (slope - rise)
+    return zero if heavy(zero) else sp.cancel(zero)
 
 
-def _cells(name, cone, facts):
+def _cells(name, cone, plane):
+    """Return the cells of a region: on the parameters, or, where the drive depends on them, on the other states too."""
+    if plane.alone:
+        return _solved(name, cone, closed(plane.allowed))
+    given = (*cone.line, cone.slip, cone.hold)
+    constant, slope, slip, hold = (name if part != 0 else part for name, part in zip(_STANDING, given, strict=True))
+    hold = slip if cone.slip == cone.hold else hold
+    meaning = {name: part for name, part in zip(_STANDING, given, strict=True) if part != 0}
+    gap = None if cone.gap is None else -cone.load
+    named = Cone(constant + slope * cone.load, cone.load, slip, hold, gap, constant)
+    return tuple(cell.put(meaning) for cell in _solved(name, named, sp.Ge(hold, slip)))
+
+
+@cache
+def _solved(name, cone, facts):
     """Cut the parameters into cells and walk along the loads at one exact sample of each."""
-    line = sp.Poly(cone.drive, cone.load)
-    constant, slope = (line.coeff_monomial(m) for m in (1, cone.load))
+    constant, slope = cone.line
     bounds = (cone.slip, cone.hold) if name == "ambiguous" else (cone.hold,)
     events = [constant, *(bound + sign * slope for bound in bounds for sign in (-1, 1))]
     edges = {(k, sign): _zero(cone, sign * bound) for k, bound in enumerate((cone.slip, cone.hold)) for sign in (1, -1)}
@@ -199,7 +262,7 @@ def _cells(name, cone, facts):
         sample = _sample(signs, _signs(slope, facts))
         condition = conjunction(list(zip(events, signs, strict=True)), facts) if sample else sp.false
         if condition != sp.false:
-            cells.append(Cell(condition, _spans(name, edges, sample)))
+            cells.append(Cell(condition, _spans(name, edges, sample, cone.gap is not None)))
     return tuple(cells)
 
 
@@ -230,19 +293,22 @@ def _sample(signs, slopes):
     return None
 
 
-def _spans(name, edges, sample):
+def _spans(name, edges, sample, opens):
     """Walk along the line of loads, gap, zero, gap, ..., and join the steps on which the rule holds."""
     constant, slope, *bounds = sample
     places = {}
     for (k, sign), found in edges.items():
         if sign * bounds[k] != slope:
-            places[constant / (sign * bounds[k] - slope)] = found[0] if constant else sp.S.Zero
+            places[constant / (sign * bounds[k] - slope)] = found if constant else sp.S.Zero
+    if opens:
+        places = {sp.S.Zero: sp.S.Zero} | {zero: found for zero, found in places.items() if zero > 0}
     zeros = sorted(places)
     probes = [zeros[0] - 1, *((a + b) / 2 for a, b in pairwise(zeros)), zeros[-1] + 1] if zeros else [sp.S.Zero]
     walk = [step for step in chain.from_iterable(zip_longest(probes, zeros)) if step is not None]
     borders = [-sp.oo, *(places[zero] for zero in zeros), sp.oo]
     spans = []
-    for holds, run in groupby(range(len(walk)), key=lambda k: _holds(name, sample, walk[k])):
+    loads = [max(load, sp.S.Zero) for load in walk] if opens else walk
+    for holds, run in groupby(range(len(walk)), key=lambda k: _holds(name, sample, loads[k])):
         if holds:
             steps = [*run]
             spans.append(_span(steps[0], steps[-1], borders))

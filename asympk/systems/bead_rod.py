@@ -1,7 +1,8 @@
 r"""A slender rod whose end is a bead on a rough straight wire, a constraint that holds both ways.
 
 The wire can push and pull, so sliding has one motion below the critical friction of the rod on the ground, and two or
-none above. Source: Le Suan An, Dynamics of mechanical systems with Coulomb friction, Cambridge (2003).
+none above. Source: an example of ours; for constraints that hold both ways, Le Suan An (Le xuan Anh), Dynamics of
+Mechanical Systems with Coulomb Friction, Springer (2003).
 """
 
 from functools import cache

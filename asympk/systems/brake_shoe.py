@@ -4,7 +4,7 @@ The arm of the length l is hinged to a carriage of the mass M on a spring, at th
 theta from the belt's normal; the shoe, a mass m at its end, is pressed by the moment T. The belt runs with the velocity
 v. The paradox needs friction above (1 + m / M) tan(theta), and a belt that runs against the arm.
 Source: Ju. I. Neimark, N. A. Fufaev, The Painlevé paradoxes and the dynamics of a brake shoe, Journal of Applied
-Mathematics and Mechanics 59 (1995) 343-352; the carriage stands for the compliance of its support.
+Mathematics and Mechanics (1995); the carriage, an addition of ours, stands for the compliance of its support.
 """
 
 from functools import cache

@@ -1,8 +1,8 @@
 r"""Pfeiffer and Butenin: the Painlevé-Klein rod with an elastic rod that has no damping, compliance eps^2.
 
 On the good side the rod rings, a centre; on the other side of the paradox the equilibrium is a saddle. Both x and
-y = eps x' are fast. Source: F. Pfeiffer, Zeitschrift für Mathematik und Physik 58 (1910) 273-311; N. V. Butenin,
-Prikl. Mat. Mekh. 12 (1948), for the jump from degenerate dynamics and the phase plane (R, R').
+y = eps x' are fast. Source: F. Pfeiffer, Zur Frage der sogenannten Coulombschen Reibungsgesetze, Zeitschrift für
+Mathematik und Physik 58; N. V. Butenin, Prikl. Mat. Mekh. 12 (1948), for the jump and the phase plane (R, R').
 """
 
 from functools import cache

@@ -34,4 +34,5 @@ def described(name):
         raise UnknownName(f"mechanism {name!r:.60} is unknown; choose one of {', '.join(MECHANISMS)}, or a .toml file")
     module = import_module(f"asympk.systems.{name}")
     about = module.__doc__.partition("\n")[0]
-    return Described(name, about, module.mechanism(), module.VALUES, module.STATE, module.TURN)
+    undamped = module.system() if "eps" in module.VALUES else None
+    return Described(name, about, module.mechanism(), module.VALUES, module.STATE, module.TURN, undamped)

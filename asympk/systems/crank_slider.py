@@ -2,8 +2,8 @@ r"""A slider-crank with dry friction in the slider's guide.
 
 A crank of the radius r and the inertia J drives a slider of the mass m through a massless rod of the length l; the
 guide holds the slider both ways. Angles: theta of the crank, phi of the rod. Where rod and crank stand so that the rod
-pushes the slider steeply into its guide, friction jams it. Source: Le Suan An, Dynamics of mechanical systems with
-Coulomb friction, Cambridge (2003).
+pushes the slider steeply into its guide, friction jams it. Source: an example of ours; for such mechanisms, Le Suan An
+(Le xuan Anh), Dynamics of Mechanical Systems with Coulomb Friction, Springer (2003).
 """
 
 from functools import cache

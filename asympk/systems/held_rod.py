@@ -2,7 +2,8 @@ r"""The Painlevé-Klein rod with its smooth mass held by a spring of the stiffne
 
 The paradox is that of the free rod, f tan(alpha) > 2, wherever the masses are; but the spring makes a_N change its
 sign with the place, so that the side of rest that has no motion changes along the guide. Source: the rod of F. Klein,
-Zeitschrift für Mathematik und Physik 58 (1910) 186-191; the spring is an example of ours.
+Zu Painlevés Kritik der Coulombschen Reibungsgesetze, Zeitschrift für Mathematik und Physik 58; the spring is an
+addition of ours.
 """
 
 from functools import cache

@@ -2,8 +2,8 @@ r"""The Painlevé-Klein rod with unequal masses and a force on the smooth mass t
 
 Masses m_1 (rough guide) and m_2 (smooth guide) on parallel guides, joined by a rod at the angle alpha; P and S push
 them. There is a paradox for f tan(alpha) > (m_1 + m_2) / m_2, and a_N = (S / m_2 - P / m_1) cos(alpha) says on which
-side of rest it leaves no motion. Source: P. Painlevé, Leçons sur le frottement, Hermann (1895); F. Klein, Zeitschrift
-für Mathematik und Physik 58 (1910) 186-191, for equal masses and S = 0.
+side of rest it leaves no motion. Source: P. Painlevé, Leçons sur le frottement, Hermann (1895); F. Klein, Zu Painlevés
+Kritik der Coulombschen Reibungsgesetze, Zeitschrift für Mathematik und Physik 58, for equal masses and S = 0.
 """
 
 from functools import cache

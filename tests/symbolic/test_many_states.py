@@ -319,12 +319,28 @@ def test_static_friction_below_the_kinetic_one_is_refused():
         ap.stick_regions(ap.System.with_friction(**parts, kinetic=-f, static=f))
 
 
-def test_regions_of_several_frictions_and_spans_of_states_are_refused_by_name():
+@pytest.mark.parametrize("name", ["guide_and_spring", "pendulum_on_a_guide", "two_supports"])
+def test_spans_whose_ends_depend_on_other_states_hold_the_places_that_the_region_contains(name):
+    system, rng, met = SYSTEMS[name], random.Random(8), set()
+    regions, load = ap.stick_regions(system), system.friction.load
+    for _ in range(10):
+        at, place = drawn(system, rng)
+        for region in ("stick", "up", "down"):
+            spans = getattr(regions, region).spans(at | place)
+            union = sp.Union(*(span.as_set().subs(at).subs(place) for span in spans))
+            inside = getattr(regions, region).contains(place, at)
+            assert inside == union.contains(load.subs(place))
+            met |= {region} if inside else set()
+    assert met >= {"stick", "up"}
+
+
+def test_regions_of_several_frictions_and_of_loads_that_are_not_linear_are_refused_by_name():
     G = sp.Symbol("G", real=True)
     two = ap.System.with_frictions(
         slow={z: -F + G, w: F}, fast={}, frictions=(ap.Friction(z - w, F, 1, 1), ap.Friction(z, G, 1, 1))
     )
     with pytest.raises(NotDerivable, match="2 frictions, whose cones depend on one another"):
         ap.stick_regions(two)
+    quadratic = ap.System.with_friction({x: y}, {y: 1 - x**2 * y}, {z: 1 - (x + y) ** 2 + F}, F, x + y, f, small=mu)
     with pytest.raises(NotDerivable, match="no union of intervals of the load; ask contains"):
-        ap.stick_regions(SYSTEMS["guide_and_spring"]).stick.spans()
+        ap.stick_regions(quadratic).stick.spans()

@@ -8,7 +8,10 @@ import sympy as sp
 
 import asympk as ap
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.evaluation import evaluate
+from asympk.systems import MECHANISMS
 from asympk.systems import painleve_klein as pk
+from asympk.systems.catalogue import described
 
 REGIONS = ap.stick_regions(pk.system())
 SIGMAS = [Fraction(n, 4) for n in (-7, -6, -5, -4, -3, -1, 0, 1, 4, 12)]
@@ -92,3 +95,57 @@ def test_a_system_without_friction_has_no_stick_regions():
     x, y, mu = sp.symbols("x y mu")
     with pytest.raises(NotDerivable, match="no friction"):
         ap.stick_regions(ap.System.smooth(slow={x: y}, fast={y: -y}, small=mu))
+
+
+def _sliding_rate(kinetics, numbers, q, u, R, F):
+    """Return gamma' from M u' = Q + W_N R + W_T F, the sliding velocity differentiated along the motion in numbers."""
+    n = len(q)
+
+    def at(parts, q, u, t=0.0):
+        states = dict(zip((*kinetics.coordinates, *kinetics.velocities), (*q, *u), strict=True))
+        return np.array(evaluate(tuple(parts), {**numbers, **states, kinetics.time: t}))
+
+    M, W = at(kinetics.mass, q, u).reshape(n, n), at(kinetics.directions, q, u).reshape(2, n)
+    a, step = np.linalg.solve(M, at(kinetics.forces, q, u) + W.T @ [R, F]), 1e-5
+    ahead, behind = (at([kinetics.slip], q + s * u, u + s * a, s)[0] for s in (step, -step))
+    return (ahead - behind) / (2 * step)
+
+
+@pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "painleve_klein"])
+def test_a_place_of_an_elastic_mechanism_sticks_where_friction_can_stop_it_in_both_directions(name):
+    """Regions on any number of degrees of freedom against gamma' of Newton's law with the full force of friction."""
+    system = getattr(ap.systems, name).system()
+    told = described(name).changed({str(s): "1/4" for s in system.parameters if str(s) in ("f", "f_0")})
+    kinetics, regions, rng = told.mechanism.plain, ap.stick_regions(system), np.random.default_rng(3)
+    numbers = {name: float(Fraction(value)) for name, value in told.values.items()} | {"c": 0.02}
+    values = {s: numbers[s.name] for s in system.parameters}
+    places = {s: float(told.state.get(s.name, 0)) + rng.uniform(-0.1, 0.1, 40) for s in system.states}
+    places |= {s: rng.uniform(-2, 2, 40) * (s.name != "z") for s in system.states if s.name in ("x", "y", "z")}
+    load, *rates = evaluate((system.friction.load, *(system.slow[q] for q in kinetics.coordinates)), values | places)
+    expected = []
+    for k, R in enumerate(np.maximum(load, 0) if kinetics.unilateral else load):
+        q, u = np.array([places[q][k] for q in kinetics.coordinates]), np.array([rate[k] for rate in rates])
+        at = {s: numbers[s.name] for s in kinetics.parameters} | dict(zip(kinetics.coordinates, q, strict=True))
+        hold = evaluate((kinetics.static * kinetics.load,), at | {kinetics.time: 0})[0] * abs(R)
+        low, high = (_sliding_rate(kinetics, at, q, u, R, F) for F in (-hold, hold))
+        expected.append((low <= 0 <= high and R != 0, low > 0, high < 0))
+    found = [getattr(regions, region).contains(places, values) for region in ("stick", "up", "down")]
+    assert np.array_equal(np.transpose(found), expected)
+    assert np.sum(np.any(found, axis=1)) >= 2
+
+
+def test_edges_of_the_slender_rod_are_the_loads_at_which_the_full_friction_just_stops_its_end():
+    system = ap.systems.bead_rod.system()
+    cone, edges = ap.stick_regions(system).stick, ap.stick_regions(system).edges
+    theta, rate, m, l, f = (sp.Symbol(name, real=True) for name in ("theta", "theta'", "m", "l", "f"))
+    plain = {s: sp.Symbol(s.name, real=True) for s in system.parameters}
+    free, mixed, tangential = l * rate**2 * sp.cos(theta), 3 * sp.sin(2 * theta) / 2, 1 + 3 * sp.sin(theta) ** 2
+    for edge, sign in zip(edges, (1, -1), strict=True):
+        needed = free - mixed * edge.subs(plain) / m
+        assert sp.simplify(needed - sign * f * tangential * edge.subs(plain) / m) == 0
+    assert not cone.plane.alone
+
+
+def test_a_rigid_contact_has_no_stick_regions():
+    with pytest.raises(NotDerivable, match="the reaction of a rigid contact depends on the mode"):
+        ap.stick_regions(ap.systems.painleve_rod.mechanism().rigid())

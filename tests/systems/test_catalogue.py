@@ -6,7 +6,9 @@ import sympy as sp
 
 import asympk as ap
 from asympk.__main__ import main
+from asympk.errors import NotNormallyHyperbolic
 from asympk.mechanics.described import read_mechanism
+from asympk.pictures.reactions import planes
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described
 from asympk.systems.painleve_klein import rod
@@ -70,10 +72,29 @@ def test_the_rod_of_the_mechanism_is_that_of_newtons_law():
     assert sp.simplify(inertia.subs(c, rod.l / rod.k) - scales.mu) == 0
 
 
-def test_unequal_masses_have_their_paradox_for_f_tan_alpha_above_the_sum_over_the_smooth_mass():
-    masses = ap.systems.unequal_masses
-    ratio = masses.mechanism().critical_friction * sp.tan(masses.alpha)
-    assert sp.simplify(ratio.subs(masses.alpha, 1) - (masses.m1 + masses.m2) / masses.m2) == 0
+PUBLISHED = {
+    "painleve_klein": "2/tan(alpha)",  # Painlevé (1895), Klein: f tan(alpha) > 2
+    "butenin": "2/tan(alpha)",
+    "held_rod": "2/tan(alpha)",
+    "unequal_masses": "(m_1 + m_2)/(m_2*tan(alpha))",
+    "painleve_rod": "(1 + 3*cos(theta)**2)/(3*sin(theta)*cos(theta))",  # Génot and Brogliato (1999)
+    "bead_rod": "(1 + 3*cos(theta)**2)/(3*sin(theta)*cos(theta))",
+    "brake_shoe": "(1 + m/M)*tan(theta)",
+}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_critical_friction_is_the_published_one_at_random_numbers(name):
+    rod, rng = described(name).mechanism, np.random.default_rng(4)
+    for _ in range(5):
+        at = {str(s): rng.uniform(0.2, 1.4) for s in (*rod.plain.coordinates, *rod.plain.parameters)}
+        expected = sp.sympify(PUBLISHED[name]).subs(at)
+        assert rod.evaluate(rod.critical_friction, at) == pytest.approx(float(expected), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_every_mechanism_of_the_catalogue_names_its_source(name):
+    assert "Source: " in getattr(ap.systems, name).__doc__
 
 
 def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
@@ -147,3 +168,33 @@ def test_the_map_of_motions_is_the_same_file_each_time(tmp_path):
     first = file.read_bytes()
     assert main(["mechanism", "painleve_rod", "--plot", str(file)]) == 0
     assert file.read_bytes() == first
+
+
+def test_the_plane_of_butenin_has_a_centre_and_a_saddle_on_the_good_side_and_nothing_at_rest_on_the_other():
+    """What the picture shows is what the critical manifolds say: a centre is not normally hyperbolic, a saddle is."""
+    told = described("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
+    forward, backward = planes(told)
+    assert (forward.direction, backward.direction) == (1, -1)
+    assert [kind for _, kind in forward.rests] == ["centre", "saddle"]
+    assert backward.rests == ()
+    rest = {m.mode: m for m in ap.critical_manifolds(told.undamped)}
+    numbers = {"alpha": "1", "f": "3", "m": "1", "P": "1"}
+    assert rest["slip_opposite"].at(**numbers).stability == "saddle"
+    with pytest.raises(NotNormallyHyperbolic, match="a centre"):
+        _ = rest["slip_same"].at(**numbers).stability
+    s, c = np.sin(1), np.cos(1)
+    assert [R for R, _ in forward.rests] == pytest.approx([1 / (2 * c + sign * 3 * s) for sign in (1, -1)], rel=1e-14)
+
+
+def test_the_energy_of_the_plane_is_kept_along_the_undamped_motion_between_two_changes_of_side():
+    told = described("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
+    forward, _ = planes(told)
+    start = {"x1": 0, "x2": 0, "x": "1/5", "y": 0, "z": 2000}
+    values = {name: told.values[name] for name in ("m", "P", "alpha", "f", "f_0")} | {"eps": "1e-3"}
+    path = ap.solve(ap.Scene(system=told.undamped, values=values, start=start, until=0.02))
+    at = [path(t) for t in np.linspace(0, 0.02, 50)]
+    x, y = (np.array([state[path.names.index(name)] for state in at]) for name in "xy")
+    kept = forward.energy(x, y)
+    assert path.modes == ("slip_same",)
+    assert np.ptp(x) > 0.1
+    assert np.ptp(kept) < 1e-9

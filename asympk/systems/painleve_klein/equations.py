@@ -3,7 +3,8 @@ r"""The Painlevé-Klein example as a slow-fast system: from the elastic rod to (
     mu rho'' = 1 - 2 s + phi,    v' = 1 - s + phi,    s = R cos(alpha) / P = rho + rho',
 
 with phi = F / P the friction force, |phi| = (sigma + 2) |s| in slip and at most (sigma_0 + 2) |s| in stick. In the
-paper's symbols of section 3, x = rho, y = rho', z = v, and a prime is the derivative by tau = t / (h l).
+paper's symbols of section 3, x = rho, y = rho', z = v, and a prime is the derivative by tau = t / (h l). Source: N. A.
+Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of Solids (1991), in Russian.
 """
 
 from dataclasses import dataclass
