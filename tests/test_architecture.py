@@ -9,69 +9,17 @@ from pathlib import Path
 import pytest
 
 import asympk
-from asympk.output.arrow import arrow, arrow_drawing, between_parts, imports, modules
+from asympk.output.arrow import arrow, arrow_drawing, between_parts, imports, modules, part_of
 
 PACKAGE = Path(asympk.__file__).parent
-<<<<<<< c7f0496d85a44016abca83ac2c8dba8339a0ff4c
-
-# from left to right: a part imports only from itself and from parts to its left
-ARROW = (
-    "errors", "numbers", "systems.painleve_klein.modes", "multiprecision", "arithmetic", "digits", "doors", "shown",
-    "formulas", "storage", "path", "many", "scene", "symbolic", "automaton", "mechanics", "systems", "affine",
-    "asymptotics", "integrators", "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output",
-    "cli", "__main__",
-)  # fmt: skip
-MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
-
-
-def _name(path):
-    """Return the dotted name of a module below asympk."""
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-
-
-NAMES = {_name(path) for path in MODULES}
-
-
-def _room(name):
-    """Return the entry of ARROW that a module belongs to: itself, or the package that holds it."""
-    return name if name in ARROW else name.partition(".")[0]
-
-
-def _imports(path):
-    """Yield the modules of asympk, as dotted names below it, that a module imports anywhere but for its annotations."""
-    tree = ast.parse(path.read_text())
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
-            node.body = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            found = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            found = [f"{node.module}.{alias.name}" for alias in node.names]
-        else:
-            continue
-        for name in found:
-            below = name.removeprefix("asympk.")
-            if name != below:
-                yield below if below in NAMES else below.rpartition(".")[0]
-
-
-@pytest.mark.parametrize("path", MODULES, ids=_name)
-def test_imports_go_one_way_along_the_arrow(path):
-    here = ARROW.index(_room(_name(path)))
-    assert all(ARROW.index(_room(name)) <= here for name in _imports(path) if name)
-=======
 ARROW = list(arrow(PACKAGE.parent))
 MODULES = modules()
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_imports_go_one_way_along_the_arrow(name):
-    here = ARROW.index(name.partition(".")[0])
-    parts = {other.partition(".")[0] for other in imports(MODULES[name]) if other}
-    assert all(ARROW.index(part) <= here for part in parts)
->>>>>>> 2de3cfaf94ce0684213e77b0a043ae0a08ecf241
+    here = ARROW.index(part_of(name, ARROW))
+    assert all(ARROW.index(part_of(other, ARROW)) <= here for other in imports(MODULES[name]) if other)
 
 
 def test_no_module_imports_itself_by_way_of_others():
@@ -80,12 +28,12 @@ def test_no_module_imports_itself_by_way_of_others():
 
 
 def test_the_arrow_names_every_part_and_no_other():
-    assert set(ARROW) == {name.partition(".")[0] for name in MODULES}
+    assert set(ARROW) == {part_of(name, ARROW) for name in MODULES}
 
 
 def test_the_drawing_has_an_arc_for_every_import_and_all_lead_upwards():
     axes = arrow_drawing(ARROW).axes[0]
-    assert len(axes.patches) == len(between_parts()) > 50
+    assert len(axes.patches) == len(between_parts(ARROW)) > 50
     assert all(arc.height > 0 for arc in axes.patches)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import asympk as ap
-from asympk import __main__ as cli
 from asympk import methods, systems
+from asympk.cli import main as cli
 from asympk.integrators import integrate
 from asympk.ledger import remarks
 from asympk.output import gallery, mechanisms
@@ -74,14 +74,11 @@ def test_a_new_figure_is_drawn():
 
 
 def test_a_new_command_runs_and_refuses_in_one_line(monkeypatch, capsys):
-    arguments, _, function = RECIPES["command"].partition("\n\n\n")
-    lines = Path(cli.__file__).read_text(encoding="utf-8")
-    lines = lines.replace("    return parser\n", f"{arguments.partition(chr(10))[2]}\n    return parser\n", 1)
-    names = {"__name__": "asympk.patched"}
-    exec(compile(f"{lines}\n\n{function}", "__main__.py", "exec"), names)
-    assert names["main"](["greet", "backward"]) == 0
+    as_module(monkeypatch, RECIPES["command"])
+    monkeypatch.setattr(cli, "COMMANDS", (*cli.COMMANDS, "greet"))
+    assert cli.main(["greet", "backward"]) == 0
     assert capsys.readouterr().out == "hello, backward\n"
-    assert names["main"](["greet", "backwards"]) == 2
+    assert cli.main(["greet", "backwards"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 

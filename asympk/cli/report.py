@@ -1,22 +1,22 @@
-"""``asympk report``: the results as a page."""
+"""``asympk report``: the results, the systems and the reference as a site."""
 
 from argparse import ArgumentParser, Namespace
 
 from asympk.cli.options import add_root, progress
 
-HELP = "write figures, tables and formulas as one HTML page"
+HELP = "write the site: results, systems, derivations, reference"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("--out", required=True, metavar="DIR", help="directory to write index.html into")
+    parser.add_argument("--out", required=True, metavar="DIR", help="directory to write the site into")
     add_root(parser)
 
 
 def run(options: Namespace) -> None:
-    """Write the page and print where it is."""
-    from asympk.output.page import write_page
+    """Write the site and print where it is."""
+    from asympk.output.site import build_site
 
-    path = write_page(options.root, options.out, progress)
+    path = build_site(options.root, options.out, progress)
     progress("")
     print(f"wrote {path}")

@@ -2,7 +2,7 @@
 
 import ast
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +40,16 @@ def imports(file: Path) -> Iterator[str]:
                 yield below if below in names else below.rpartition(".")[0]
 
 
-def between_parts() -> set[tuple[str, str]]:
+def part_of(name: str, parts: Collection[str]) -> str:
+    """Return the part that a module belongs to: itself, or the package at the top that holds it."""
+    return name if name in parts else name.partition(".")[0]
+
+
+def between_parts(parts: Collection[str]) -> set[tuple[str, str]]:
     """Return the pairs (part, another part that it imports from)."""
-    found = {(name.partition(".")[0], other.partition(".")[0])
-             for name, file in modules().items() for other in imports(file)}  # fmt: skip
-    return {(part, other) for part, other in found if other and part != other}
+    found = {(part_of(name, parts), part_of(other, parts))
+             for name, file in modules().items() for other in imports(file) if other}  # fmt: skip
+    return {(part, other) for part, other in found if part != other}
 
 
 def arrow_drawing(parts: list[str]) -> Any:
@@ -57,7 +62,7 @@ def arrow_drawing(parts: list[str]) -> Any:
         level = {part: height - STEP * (k + 1) for k, part in enumerate(parts)}
         for part, y in level.items():
             pen.text(ax, (1.0, y), part, ha="right")
-        for part, other in sorted(between_parts()):
+        for part, other in sorted(between_parts(parts)):
             low, high = level[part], level[other]
             bulge = 2 * REACH * (high - low) / STEP
             ax.add_patch(Arc((1.05, (low + high) / 2), bulge, high - low, theta1=-90, theta2=90, lw=0.4,
