@@ -4,7 +4,7 @@ import argparse
 import os
 import re
 import sys
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 
 from asympk import __version__
 
@@ -218,56 +218,57 @@ def _scenes(options):
 def _everything(options):
     from asympk.output.regenerate import everything
 
-    return everything(options.root, _progress)
+    with _meter() as meter:
+        return everything(options.root, meter.tell)
 
 
 def _derive(options):
     from asympk.output.regenerate import derive
 
-    print(f"wrote {len(derive(options.root, _progress))} files under {options.root}/paper/generated")
+    with _meter() as meter:
+        written = derive(options.root, meter.tell)
+    print(f"wrote {len(written)} files under {options.root}/paper/generated")
 
 
 def _claims(options):
+    from asympk.ledger import claim, claims
     from asympk.output.terminal import print_claims
 
-    return print_claims(options.id, options.json)
+    with _meter("checking claims") as meter:
+        found = tuple(map(claim, options.id)) or claims(lambda identifier: meter.tell(f"checking {identifier}"))
+    return print_claims(found, options.json, bool(options.id))
 
 
 def _tables(options):
     from asympk.output.regenerate import write_tables
 
-    print(f"wrote {len(write_tables(options.root))} files under {options.root}/paper/generated/tables")
+    with _meter("writing tables"):
+        written = write_tables(options.root)
+    print(f"wrote {len(written)} files under {options.root}/paper/generated/tables")
 
 
 def _chart(options):
     from asympk.output.chart import main as chart
     from asympk.output.regenerate import project
-    from asympk.sweep.meter import Steps
 
-    steps = Steps(sys.stderr)
-    try:
-        files = chart(options.quick, project(options.root) / "paper" / "generated", steps.tell)
-    finally:
-        steps.close()
+    with _meter(log=True) as meter:
+        files = chart(options.quick, project(options.root) / "paper" / "generated", meter.tell)
     print(*files, sep="\n")
 
 
 def _paper(options):
     from asympk.output.paper import build, draw
 
-    if options.only:
-        print(*draw(options.root, options.only), sep="\n")
-        return
-    lines = build(options.root, _progress)
-    _progress("")
-    print("\n".join(lines))
+    with _meter(f"drawing {options.only}") as meter:
+        lines = draw(options.root, options.only) if options.only else build(options.root, meter.tell)
+    print(*lines, sep="\n")
 
 
 def _report(options):
     from asympk.output.page import write_page
 
-    path = write_page(options.root, options.out, _progress)
-    _progress("")
+    with _meter() as meter:
+        path = write_page(options.root, options.out, meter.tell)
     print(f"wrote {path}")
 
 
@@ -286,8 +287,8 @@ def _solve(options):
     given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
     given = {name: value for name, value in given.items() if value is not None}
     scene = _scene_file(options).scene
-    with _reaching(scene, options) as progress:
-        path = solve(scene, options.method, **given, **progress)
+    with _meter("following the scene", log=True) as meter:
+        path = solve(scene, options.method, **given, **_reaching(scene, options, meter))
     if options.physical:
         path = path.physical()
     if options.csv:
@@ -297,42 +298,35 @@ def _solve(options):
     print(path_as_json(path, options.digits) if options.json else path_as_text(path, options.digits))
 
 
-@contextmanager
-def _reaching(scene, options):
-    """Yield the option that tells how far the rod's exact flow with many digits has come; others have none."""
-    from asympk.sweep.meter import Steps
-
-    steps = Steps(sys.stderr, pause=0.2)
-    tell = lambda t, until, digits: steps.tell(f"t = {t:.6g} of {until:.6g}, with {digits} digits")  # noqa: E731
-    try:
-        yield {"progress": tell} if options.digits and options.method == "exact" and scene.system is None else {}
-    finally:
-        steps.close()
+def _reaching(scene, options, meter):
+    """Return the option that tells how far the rod's exact flow with many digits has come; others have none."""
+    if not options.digits or options.method != "exact" or scene.system is not None:
+        return {}
+    return {"progress": lambda t, until, digits: meter.tell(f"t = {t:.6g} of {until:.6g}, with {digits} digits")}
 
 
 def _least(options):
     from asympk.output.terminal import ladder_as_json, ladder_as_text
     from asympk.studies.least import least_model
 
-    ladder = least_model(_scene_file(options).scene, options.rtol)
+    scene = _scene_file(options).scene
+    with _meter("climbing the ladder of models"):
+        ladder = least_model(scene, options.rtol)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))
 
 
 def _sweep(options):
     from asympk.sweep import run
     from asympk.sweep.executors import executor
-    from asympk.sweep.meter import Meter
     from asympk.sweep.summary import as_text, summarise
     from asympk.sweep.sweepfile import read_sweep
 
     sweep = read_sweep(options.file)
-    meter = Meter(sweep.total, sys.stderr)
-    try:
-        with executor(options.workers, options.dask) as chosen:
-            run(sweep, options.out, chosen, meter.add)
-    finally:
-        meter.close()
-    print(as_text(summarise(options.out)))
+    with _meter(total=sweep.total, log=True) as meter, executor(options.workers, options.dask) as chosen:
+        run(sweep, options.out, chosen, meter.add)
+    with _meter("summing up", log=True):
+        told = summarise(options.out)
+    print(as_text(told))
 
 
 def _certify(options):
@@ -350,7 +344,8 @@ def _prove_claims():
     from asympk.certify.proofs import inequalities, prove
     from asympk.output.terminal import proofs_as_text
 
-    found = [prove(inequality) for inequality in inequalities()]
+    with _meter("proving the inequalities"):
+        found = [prove(inequality) for inequality in inequalities()]
     print(proofs_as_text(found))
     return 0 if all(proof.proven for proof in found) else 1
 
@@ -361,7 +356,8 @@ def _prove_scene(options):
 
     box = {name: ends for name, *ends in options.box or ()}
     scene = _scene_file(options).scene
-    found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
+    with _meter("proving"):
+        found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
     return 0 if all(one.proven for one in found) else 1
 
@@ -379,11 +375,13 @@ def _mechanism(options):
 
         sheet = sheets()
         sheet.suffix_of(options.plot)
-        with sheet.in_style():
+        with _meter("drawing"), sheet.in_style():
             sheet.kept(motion_plot(described), options.plot)
         print(f"wrote {options.plot}")
         return
-    print(mechanism_as_text(described))
+    with _meter("looking for the paradox"):
+        lines = mechanism_as_text(described)
+    print(lines)
 
 
 def _bench(options):
@@ -392,10 +390,13 @@ def _bench(options):
     return bench()
 
 
-def _progress(message):
-    if sys.stderr.isatty():
-        with suppress(OSError):
-            print(f"\r\033[K{message}", end="", file=sys.stderr, flush=True)
+def _meter(words="", total=None, log=False):
+    """Return the ``Meter`` of a job on stderr, a context; ``log`` lets it add lines to a file, too."""
+    from asympk.output.meter import Meter
+
+    meter = Meter(sys.stderr, total, log)
+    meter.tell(words)
+    return meter
 
 
 if __name__ == "__main__":
