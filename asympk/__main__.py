@@ -145,8 +145,9 @@ def _parser():
 
     sweep = commands.add_parser("sweep", help="follow a grid or a random ensemble, chunk by chunk; resumable")
     sweep.set_defaults(run=_sweep)
-    sweep.add_argument("file", help="TOML: sigma, mu, start, until, each a number, a grid or random")
+    sweep.add_argument("file", help="TOML: a scene in which any number may be a list, a grid or random")
     sweep.add_argument("--out", required=True, metavar="DIR", help="directory of the chunks; run again to resume")
+    sweep.add_argument("--plot", metavar="FILE", help="draw the summary into a .pdf, .svg or .png file")
     sweep.add_argument("--workers", type=_whole, metavar="N", help="compute in N processes")
     sweep.add_argument("--dask", metavar="ADDRESS", help="compute on the dask cluster with this scheduler")
 
@@ -321,11 +322,19 @@ def _sweep(options):
     from asympk.sweep.summary import as_text, summarise
     from asympk.sweep.sweepfile import read_sweep
 
+    if options.plot:
+        from asympk.pictures import sheets
+
+        sheets().suffix_of(options.plot)
     sweep = read_sweep(options.file)
     with _meter(total=sweep.total, log=True) as meter, executor(options.workers, options.dask) as chosen:
         run(sweep, options.out, chosen, meter.add)
     with _meter("summing up", log=True):
         told = summarise(options.out)
+    if options.plot:
+        from asympk.pictures.spread import plot
+
+        plot(told, options.plot)
     print(as_text(told))
 
 

@@ -94,8 +94,8 @@ def solve_many(
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine ``System`` is
     followed, ``values`` and ``start`` mapping its parameters and states, by symbol or by name, to numbers or arrays;
-    ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``; strict ones also ``TooManyEvents``, ``TooLarge``
-    and ``Undecided``, the models ``OrderError``.
+    ``final`` is (n, ...) then, and its options are ``strict`` and ``progress``. Raises ``UnknownName``, ``InputError``;
+    strict ones also what ``solve`` raises, the models ``OrderError``.
     """
     if system is not None:
         if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":
