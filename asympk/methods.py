@@ -16,7 +16,7 @@ from asympk.systems.kernels import ROD, kernel_scene, named
 # by kernels alone
 METHODS = {
     "exact": "integrators.stepped",
-    "rigid": None,
+    "rigid": "",
     "slow": "asymptotics.general",
     "jump": "asymptotics.general",
     "rk45": "integrators.integrate",
@@ -29,7 +29,7 @@ METHODS = {
     "kvaerno5": "integrators.integrate",
     "sign": "integrators.onefield:sign",
     "tanh": "integrators.onefield:tanh",
-    "moreau": None,
+    "moreau": "",
 }
 
 
@@ -47,7 +47,7 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
         return named(_run(ROD.scenes.get(name) or METHODS[name], name, inside, options), scene)
     if name == "exact" and _found("affine.run", "affine")(scene.system):
         return _run("affine.run", name, scene, options)
-    if METHODS[name] is None:
+    if not METHODS[name]:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(n for n, module in METHODS.items() if module)}")  # fmt: skip
     return _run(METHODS[name], name, scene, options)
@@ -86,8 +86,8 @@ def solve_many(
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
     where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine ``System`` is
     followed, ``values`` and ``start`` mapping its parameters and states, by symbol or by name, to numbers or arrays;
-    ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``; strict ones also ``TooManyEvents``, ``TooLarge``
-    and ``Undecided``, the models ``OrderError``.
+    ``final`` is (n, ...) then, and its options are ``strict`` and ``progress``. Raises ``UnknownName``, ``InputError``;
+    strict ones also what ``solve`` raises, the models ``OrderError``.
     """
     if system is not None:
         if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_scene, numbers, scene_file, whole
+from asympk.cli.options import add_scene, meter, numbers, scene_file, whole
 
 HELP = "prove what a scene does, in ball arithmetic"
 
@@ -33,7 +33,8 @@ def _prove_claims() -> int:
     from asympk.certify.proofs import inequalities, prove
     from asympk.output.terminal import proofs_as_text
 
-    found = [prove(inequality) for inequality in inequalities()]
+    with meter("proving the inequalities"):
+        found = [prove(inequality) for inequality in inequalities()]
     print(proofs_as_text(found))
     return 0 if all(proof.proven for proof in found) else 1
 
@@ -44,6 +45,7 @@ def _prove_scene(options: Namespace) -> int:
 
     box = {name: ends for name, *ends in options.box or ()}
     scene = scene_file(options).scene
-    found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
+    with meter("proving"):
+        found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))
     return 0 if all(one.proven for one in found) else 1

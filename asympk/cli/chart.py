@@ -1,9 +1,8 @@
 """``asympk chart``: the chart of cost and error."""
 
-import sys
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_root
+from asympk.cli.options import add_root, meter
 
 HELP = "run every method on every scene; write what each costs and gets wrong"
 
@@ -18,11 +17,7 @@ def run(options: Namespace) -> None:
     """Measure every method on every scene and print the files written."""
     from asympk.output.chart import main as chart
     from asympk.output.regenerate import project
-    from asympk.sweep.meter import Steps
 
-    steps = Steps(sys.stderr)
-    try:
-        files = chart(options.quick, project(options.root) / "paper" / "generated", steps.tell)
-    finally:
-        steps.close()
+    with meter(log=True) as shown:
+        files = chart(options.quick, project(options.root) / "paper" / "generated", shown.tell)
     print(*files, sep="\n")

@@ -2,6 +2,8 @@
 
 from argparse import ArgumentParser, Namespace
 
+from asympk.cli.options import meter
+
 HELP = "check the paper's claims and print the ledger"
 
 
@@ -13,6 +15,9 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Print the ledger, or the evidence of chosen claims; returns 1 where a claim is not settled."""
+    from asympk.ledger import claim, claims
     from asympk.output.terminal import print_claims
 
-    return print_claims(options.id, options.json)
+    with meter("checking claims") as shown:
+        found = tuple(map(claim, options.id)) or claims(lambda identifier: shown.tell(f"checking {identifier}"))
+    return print_claims(found, options.json, bool(options.id))

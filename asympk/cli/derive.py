@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_root, progress
+from asympk.cli.options import add_root, meter
 
 HELP = "run the derivations; write LaTeX, JSON and srepr"
 
@@ -16,4 +16,6 @@ def run(options: Namespace) -> None:
     """Run every derivation and tell how many files it wrote."""
     from asympk.output.regenerate import derive
 
-    print(f"wrote {len(derive(options.root, progress))} files under {options.root}/paper/generated")
+    with meter() as shown:
+        written = derive(options.root, shown.tell)
+    print(f"wrote {len(written)} files under {options.root}/paper/generated")

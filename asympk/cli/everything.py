@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_root, progress
+from asympk.cli.options import add_root, meter
 
 
 def arguments(parser: ArgumentParser) -> None:
@@ -14,4 +14,5 @@ def run(options: Namespace) -> int:
     """Do the main job and print its summary; returns 1 where a claim is not settled."""
     from asympk.output.regenerate import everything
 
-    return everything(options.root, progress)
+    with meter() as shown:
+        return everything(options.root, shown.tell)

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_scene, scene_file
+from asympk.cli.options import add_scene, meter, scene_file
 
 HELP = "find the least model that a scene needs"
 
@@ -19,5 +19,7 @@ def run(options: Namespace) -> None:
     from asympk.output.terminal import ladder_as_json, ladder_as_text
     from asympk.studies.least import least_model
 
-    ladder = least_model(scene_file(options).scene, options.rtol)
+    scene = scene_file(options).scene
+    with meter("climbing the ladder of models"):
+        ladder = least_model(scene, options.rtol)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))

@@ -3,6 +3,8 @@
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from asympk.cli.options import meter
+
 HELP = "tell a mechanism's paradox, and the jump through it"
 
 
@@ -23,8 +25,10 @@ def run(options: Namespace) -> None:
     described = load(options.name).changed(changes(options.set))
     if options.plot:
         _plot(described, options.plot)
-    else:
-        print(mechanism_as_text(described))
+        return
+    with meter("looking for the paradox"):
+        lines = mechanism_as_text(described)
+    print(lines)
 
 
 def _plot(described: Any, file: str) -> None:
@@ -33,6 +37,6 @@ def _plot(described: Any, file: str) -> None:
 
     sheet = sheets()
     sheet.suffix_of(file)
-    with sheet.in_style():
+    with meter("drawing"), sheet.in_style():
         sheet.kept(motion_plot(described), file)
     print(f"wrote {file}")

@@ -1,11 +1,11 @@
-"""What several commands share: their options, the scene that these name, and a line of progress."""
+"""What several commands share: their options, the scene that these name, and the meter of progress."""
 
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from contextlib import suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from asympk.output.meter import Meter
     from asympk.scenes.scenefile import SceneFile
 
 _REQUIRED = ("sigma", "mu", "start", "until")
@@ -58,8 +58,10 @@ def whole(text: str) -> int:
         raise ArgumentTypeError(f"invalid int value {short(text)}: it must be a whole number") from None
 
 
-def progress(message: str) -> None:
-    """Rewrite the line of a terminal on stderr; elsewhere tell nothing."""
-    if sys.stderr.isatty():
-        with suppress(OSError):
-            print(f"\r\033[K{message}", end="", file=sys.stderr, flush=True)
+def meter(words: str = "", total: int | None = None, log: bool = False) -> "Meter":
+    """Return the ``Meter`` of a job on stderr, a context; ``log`` lets it add lines to a file, too."""
+    from asympk.output.meter import Meter
+
+    shown = Meter(sys.stderr, total, log)
+    shown.tell(words)
+    return shown

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_root, progress
+from asympk.cli.options import add_root, meter
 
 HELP = "write the figures, tables and numbers of the paper, and its PDF"
 
@@ -17,9 +17,6 @@ def run(options: Namespace) -> None:
     """Build the paper, or draw one picture, and print what was written."""
     from asympk.output.paper import build, draw
 
-    if options.only:
-        print(*draw(options.root, options.only), sep="\n")
-        return
-    lines = build(options.root, progress)
-    progress("")
-    print("\n".join(lines))
+    with meter(f"drawing {options.only}") as shown:
+        lines = draw(options.root, options.only) if options.only else build(options.root, shown.tell)
+    print(*lines, sep="\n")

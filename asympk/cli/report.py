@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_root, progress
+from asympk.cli.options import add_root, meter
 
 HELP = "write the site: results, systems, derivations, reference"
 
@@ -17,6 +17,6 @@ def run(options: Namespace) -> None:
     """Write the site and print where it is."""
     from asympk.output.site import build_site
 
-    path = build_site(options.root, options.out, progress)
-    progress("")
+    with meter() as shown:
+        path = build_site(options.root, options.out, shown.tell)
     print(f"wrote {path}")

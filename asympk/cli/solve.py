@@ -1,12 +1,9 @@
 """``asympk solve``: the path of a scene."""
 
-import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from asympk.cli.options import add_scene, scene_file, whole
+from asympk.cli.options import add_scene, meter, scene_file, whole
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
@@ -36,8 +33,8 @@ def run(options: Namespace) -> None:
     given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
     given = {name: value for name, value in given.items() if value is not None}
     scene = scene_file(options).scene
-    with _reaching(scene, options) as progress:
-        path = solve(scene, options.method, **given, **progress)
+    with meter("following the scene", log=True) as shown:
+        path = solve(scene, options.method, **given, **_reaching(scene, options, shown))
     if options.physical:
         path = path.physical()
     if options.csv:
@@ -47,14 +44,8 @@ def run(options: Namespace) -> None:
     print(path_as_json(path, options.digits) if options.json else path_as_text(path, options.digits))
 
 
-@contextmanager
-def _reaching(scene: "Scene", options: Namespace) -> Iterator[dict]:
-    """Yield the option that tells how far the rod's exact flow with many digits has come; others have none."""
-    from asympk.sweep.meter import Steps
-
-    steps = Steps(sys.stderr, pause=0.2)
-    tell = lambda t, until, digits: steps.tell(f"t = {t:.6g} of {until:.6g}, with {digits} digits")  # noqa: E731
-    try:
-        yield {"progress": tell} if options.digits and options.method == "exact" and scene.system is None else {}
-    finally:
-        steps.close()
+def _reaching(scene: "Scene", options: Namespace, shown: Any) -> dict[str, Any]:
+    """Return the option that tells how far the rod's exact flow with many digits has come; others have none."""
+    if not options.digits or options.method != "exact" or scene.system is not None:
+        return {}
+    return {"progress": lambda t, until, digits: shown.tell(f"t = {t:.6g} of {until:.6g}, with {digits} digits")}

@@ -1,17 +1,17 @@
 """``asympk sweep``: a grid or an ensemble of scenes."""
 
-import sys
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import whole
+from asympk.cli.options import meter, whole
 
 HELP = "follow a grid or a random ensemble, chunk by chunk; resumable"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("file", help="TOML: sigma, mu, start, until, each a number, a grid or random")
+    parser.add_argument("file", help="TOML: a scene in which any number may be a list, a grid or random")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory of the chunks; run again to resume")
+    parser.add_argument("--plot", metavar="FILE", help="draw the summary into a .pdf, .svg or .png file")
     parser.add_argument("--workers", type=whole, metavar="N", help="compute in N processes")
     parser.add_argument("--dask", metavar="ADDRESS", help="compute on the dask cluster with this scheduler")
 
@@ -20,15 +20,20 @@ def run(options: Namespace) -> None:
     """Follow the chunks that are missing and print a summary of all."""
     from asympk.sweep import run as follow
     from asympk.sweep.executors import executor
-    from asympk.sweep.meter import Meter
     from asympk.sweep.summary import as_text, summarise
     from asympk.sweep.sweepfile import read_sweep
 
+    if options.plot:
+        from asympk.pictures import sheets
+
+        sheets().suffix_of(options.plot)
     sweep = read_sweep(options.file)
-    meter = Meter(sweep.total, sys.stderr)
-    try:
-        with executor(options.workers, options.dask) as chosen:
-            follow(sweep, options.out, chosen, meter.add)
-    finally:
-        meter.close()
-    print(as_text(summarise(options.out)))
+    with meter(total=sweep.total, log=True) as shown, executor(options.workers, options.dask) as chosen:
+        follow(sweep, options.out, chosen, shown.add)
+    with meter("summing up", log=True):
+        told = summarise(options.out)
+    if options.plot:
+        from asympk.pictures.spread import plot
+
+        plot(told, options.plot)
+    print(as_text(told))

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_root
+from asympk.cli.options import add_root, meter
 
 HELP = "write the LaTeX tables and their CSV twins"
 
@@ -16,4 +16,6 @@ def run(options: Namespace) -> None:
     """Write every table and tell how many files that made."""
     from asympk.output.regenerate import write_tables
 
-    print(f"wrote {len(write_tables(options.root))} files under {options.root}/paper/generated/tables")
+    with meter("writing tables"):
+        written = write_tables(options.root)
+    print(f"wrote {len(written)} files under {options.root}/paper/generated/tables")

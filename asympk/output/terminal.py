@@ -156,14 +156,11 @@ def claims_as_json(found):
     return json.dumps([claim.as_dict() for claim in found], indent=1, ensure_ascii=False) + "\n"
 
 
-def print_claims(identifiers, as_json):
-    """Print the ledger, or the evidence of chosen claims; return 1 when one is not settled."""
-    from asympk.ledger import claim, claims
-
-    found = tuple(claim(identifier) for identifier in identifiers) if identifiers else claims()
+def print_claims(found, as_json, evidence):
+    """Print claims, a line each or with their ``evidence``; return 1 when one is not settled."""
     if as_json:
         print(claims_as_json(found), end="")
-    elif identifiers:
+    elif evidence:
         print("\n\n".join(_with_evidence(claim) for claim in found))
     else:
         print("\n".join(_line(claim) for claim in found))

@@ -160,13 +160,16 @@ def of_table(table):
 
 
 def _written(system, parameters):
-    return json.dumps([system, parameters], default=_plain)
+    try:
+        return json.dumps([system, parameters], default=_plain)
+    except (TypeError, ValueError, RecursionError):  # dates, or integers and nests without bounds
+        raise InputError("system: it must hold formulas in text, words and numbers") from None
 
 
 def _plain(value):
     if isinstance(value, Decimal):
         return str(value)
-    raise InputError(f"system: {short(value)}: it must be a formula in text, or a number")
+    raise TypeError
 
 
 @lru_cache(maxsize=8)

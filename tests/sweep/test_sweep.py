@@ -22,7 +22,6 @@ from asympk.path import MODES
 from asympk.sweep import chunks, files, results, run, summary
 from asympk.sweep.executors import Processes
 from asympk.sweep.lock import locked
-from asympk.sweep.meter import Meter, Steps, duration
 from asympk.sweep.rods import Rod, first_phases
 from asympk.sweep.sweepfile import parse_sweep
 
@@ -446,66 +445,6 @@ def test_a_worker_of_another_version_is_refused(tmp_path):
 
     with pytest.raises(InputError, match=r"a worker has asympk .*, numpy 1\.0"):
         run(_sweep(), tmp_path, Elsewhere())
-
-
-class _Screen:
-    def __init__(self, live):
-        self.live, self.text = live, ""
-
-    def isatty(self):
-        return self.live
-
-    def write(self, text):
-        self.text += text
-
-    def flush(self):
-        pass
-
-
-def test_progress_tells_rate_and_remaining_time_of_fresh_work_alone():
-    now = [100.0]
-    screen = _Screen(live=True)
-    meter = Meter(10_000, screen, lambda: now[0])
-    meter.add(4000, fresh=False)
-    now[0] += 2
-    meter.add(1000)
-    assert screen.text.endswith("5,000 of 10,000 trajectories, 500 per second, 10 s left")
-    meter.close()
-    assert screen.text.endswith("\r\033[K")
-
-
-def test_in_a_log_progress_is_a_line_now_and_then():
-    now = [0.0]
-    screen = _Screen(live=False)
-    meter = Meter(10_000, screen, lambda: now[0])
-    for _ in range(100):
-        now[0] += 1
-        meter.add(10)
-    meter.close()
-    assert screen.text.count("\n") == 3
-    assert "\r" not in screen.text
-
-
-def test_the_steps_of_a_job_are_one_line_on_a_terminal_and_none_in_the_log_of_a_short_one():
-    for live, text in ((True, "\r\033[Kone\r\033[Ktwo\r\033[K"), (False, "")):
-        screen = _Screen(live)
-        steps = Steps(screen, lambda: 0.0)
-        for line in ("one", "two"):
-            steps.tell(line)
-        steps.close()
-        assert screen.text == text
-
-
-def test_setting_the_time_of_day_changes_no_progress(monkeypatch):
-    meter = Meter(10, _Screen(live=True))
-    monkeypatch.setattr(time, "time", lambda: -1e9)
-    meter.add(5)
-    assert "-" not in meter.line(time.monotonic())
-
-
-@pytest.mark.parametrize(("seconds", "words"), [(7.4, "7 s"), (125, "2 min 5 s"), (12000, "3 h 20 min"), (0, "0 s")])
-def test_durations_in_words(seconds, words):
-    assert duration(seconds) == words
 
 
 GOOD = {"sigma": "1", "mu": "1e-3", "start": "[0, 0, -1]", "until": "5"}

@@ -471,3 +471,30 @@ def test_itineraries_that_do_not_fit_are_refused_unless_they_are_not_asked_for()
     with pytest.raises(InputError, match="itineraries of 14 frictions do not fit; set itineraries = false"):
         parse_sweep(text)
     assert parse_sweep("itineraries = false\n" + text).total == 1
+
+
+def test_the_picture_of_a_summary_names_every_state_and_is_legible(plain, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    from legibility import flaws
+
+    from asympk.pictures.spread import plot
+
+    figure = plot(summary.summarise(plain))
+    assert [panel.get_ylabel() for panel in figure.axes] == ["x", "v", "w", "y", "itineraries"]
+    assert flaws(figure) == []
+    (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
+    assert main(["sweep", str(tmp_path / "chain.toml"), "--out", str(plain), "--plot", str(tmp_path / "a.svg")]) == 0
+    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
+    assert main(["sweep", "absent.toml", "--out", "o", "--plot", "a.gif"]) == 2
+    assert ".pdf, .svg, .png" in capsys.readouterr().err
+
+
+def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
+    pytest.importorskip("matplotlib")
+    from asympk.pictures.spread import plot
+
+    run(parse_sweep(RIGID.format(mechanism='"painleve_rod"', more="").replace("[0.5, 2]", "2")), tmp_path)
+    told = summary.summarise(tmp_path)
+    assert (told["outcomes"], told["quantiles"]["theta'"]) == ({"no motion": 1}, [])
+    assert "no motion" in summary.as_text(told)
+    assert len(plot(told).axes) == 6

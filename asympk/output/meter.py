@@ -1,0 +1,93 @@
+"""Progress of whatever takes longer than two seconds: how much is done, and how long the rest will take."""
+
+import threading
+import time
+from contextlib import suppress
+
+DELAY = 2  # seconds before anything is shown
+REFRESH = 0.2  # seconds between two looks of a terminal's line
+PAUSE = 60  # seconds between two lines of a log
+
+
+class Meter:
+    """Tell ``stream`` in words what a job is at, or how far it is in its ``total`` of units.
+
+    On a terminal one line is rewritten, elsewhere a line is added now and then, or nothing unless it is a ``log``. The
+    clock is monotonic, so that setting the time of day changes nothing. As a context it tells by itself.
+    """
+
+    def __init__(self, stream, total=None, log=False, clock=time.monotonic):
+        self._stream, self._total, self._clock = stream, total, clock
+        self._live = stream.isatty()
+        self._silent = not (self._live or log)
+        self._start = self._begin = self._last = clock()
+        self._words = self._shown = ""
+        self._known = self._done = 0
+        self._lock, self._over = threading.Lock(), threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self):
+        if not self._silent:
+            self._thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self.tell("")
+
+    def tell(self, words):
+        """Say what the job is at; without words the line is cleared."""
+        with self._lock:
+            self._words = words
+            if not words and self._shown:
+                self._show("")
+
+    def add(self, units, fresh=True):
+        """Count ``units`` more as done; those that are not ``fresh`` were there before and tell nothing of the rate."""
+        with self._lock:
+            self._done += units
+            if not fresh:
+                self._known, self._begin = self._done, self._clock()
+            self._words = "trajectories"
+
+    def tick(self):
+        """Show where the job is, if it is time to."""
+        with self._lock:
+            now = self._clock()
+            due = now - self._start >= DELAY if self._live else now - self._last >= PAUSE
+            if due and self._words and not self._silent:
+                self._last = now
+                self._show(self.line(now))
+
+    def line(self, now):
+        """Return what there is to tell at the time ``now``."""
+        if self._total is None:
+            return f"{self._words}, {duration(now - self._start)}"
+        fresh = self._done - self._known
+        rate = fresh / max(now - self._begin, 1e-9)
+        left = duration((self._total - self._done) / rate) if rate else "unknown"
+        return f"{self._done:,} of {self._total:,} {self._words}, {rate:,.0f} per second, {left} left"
+
+    def _run(self):
+        while not self._over.wait(REFRESH if self._live else 1):
+            self.tick()
+
+    def _show(self, line):
+        if line == self._shown:
+            return
+        self._shown = line
+        with suppress(OSError, ValueError):  # a full disk under the log stops no work
+            self._stream.write(f"\r\033[K{line}" if self._live else f"{line}\n" if line else "")
+            self._stream.flush()
+
+
+def duration(seconds):
+    """Return a time in words: 7 s, 2 min 5 s, 3 h 20 min."""
+    seconds = round(seconds)
+    if seconds < 60:
+        return f"{seconds} s"
+    if seconds < 3600:
+        return f"{seconds // 60} min {seconds % 60} s"
+    return f"{seconds // 3600} h {seconds % 3600 // 60} min"

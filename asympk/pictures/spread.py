@@ -1,0 +1,49 @@
+"""The picture of a sweep's summary: how the final states spread, and the most frequent itineraries."""
+
+from pathlib import Path as File
+from typing import Any
+
+from asympk.pictures import sheets, style
+
+ROW, MARGIN, SHOWN = 0.32, 0.9, 8  # inches, inches, itineraries
+_BARS = ((0, 1, 1), (0.05, 0.95, 4), (0.25, 0.75, 12))  # between two probabilities, so many points wide
+
+
+def plot(told: dict[str, Any], file: str | File | None = None) -> Any:
+    """Return the matplotlib ``Figure`` of a summary, written to ``file`` too where there is one.
+
+    The thick bar of a state has half of the final values, the thin one nine tenths, the line all; a dot is the median.
+    """
+    sheet = sheets()
+    if file is not None:
+        sheet.suffix_of(file)
+    found, words = told["quantiles"], [*told["itineraries"].items()][:SHOWN]
+    rows = [1.5] * len(found) + ([1 + len(words)] if words else [])
+    with sheet.in_style():
+        drawing = sheet.sheet(style.COLUMN, MARGIN + ROW * sum(rows))
+        panels = drawing.subplots(len(rows), 1, height_ratios=rows, squeeze=False)[:, 0]
+        for panel, (state, quantiles) in zip(panels, found.items(), strict=False):
+            _spread(panel, state, dict(zip(told["probabilities"], quantiles, strict=False)))
+        if words:
+            _bars(panels[-1], words)
+    return sheet.kept(drawing, file)
+
+
+def _spread(panel: Any, state: str, quantiles: dict[float, float]) -> None:
+    if quantiles:
+        for low, high, width in _BARS:
+            panel.plot([quantiles[low], quantiles[high]], [0, 0], color=style.BLUE, linewidth=width, alpha=0.5,
+                       solid_capstyle="butt")  # fmt: skip
+        panel.plot([quantiles[0.5]], [0], "o", color=style.BLACK, markersize=3)
+    panel.set(yticks=[], ylabel=state)
+
+
+def _bars(panel: Any, words: list[tuple[str, int]]) -> None:
+    counts = [count for _, count in words]
+    panel.barh(range(len(words)), counts, color=style.BLUE, alpha=0.3)
+    for row, (itinerary, _) in enumerate(words):
+        panel.annotate(itinerary if len(itinerary) < 60 else f"{itinerary[:57]}...", (0, row), (2, 0), va="center",
+                       textcoords="offset points")  # fmt: skip
+    panel.set(yticks=[], ylabel="itineraries", xlabel="trajectories")
+    panel.locator_params(axis="x", integer=True)
+    panel.invert_yaxis()
