@@ -19,12 +19,14 @@ from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Course, Segment, follow
 from asympk.digits import carried
 from asympk.errors import InputError, OutOfRange, TooManyEvents
+from asympk.integrators.watch import Look, first_lost
 from asympk.path import Event, Path
 from asympk.systems.automata import automaton_of
 
 STEPS = 5000
 MOST_DIGITS = 200
 GROW, SHRINK = 1.6, 0.4
+PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
 ORDERS = ((20, 1), (26, 3))  # stages, and digits beyond those asked for, of the two runs
 
@@ -121,40 +123,36 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
 
 
 def _lost(scheme: Scheme, step: Step, before: tuple) -> tuple | None:
-    """Return (time in the step, guard) of the first guard lost in a step; a dip shows in the rates at its ends."""
-    mode, h, found = scheme.mode, step.h, []
-    end = _at(scheme.tableau, step, h)
-    after, rising = mode.guard_values(step.t + h, end), mode.guard_rates(step.t + h, end)
-    falling = mode.guard_rates(step.t, step.state)
-    for k, value in enumerate(after):
-        low, high = 0 * h, h
-        if before[k] == 0 and value < 0 and falling[k] > 0:
-            low = _bisected(lambda at, k=k: _rate(scheme, step, at)[k], low, high, scheme.tolerance)
-        elif value >= 0 and before[k] > 0 and falling[k] < 0 < rising[k]:
-            high = _bisected(lambda at, k=k: -_rate(scheme, step, at)[k], low, high, scheme.tolerance)
-            value = _guards(scheme, step, high)[k]
-        if value < 0:
-            found.append((_bisected(lambda at, k=k: _guards(scheme, step, at)[k], low, high, scheme.tolerance), k))
-    return min(found, default=None)
+    """Return (time in the step, guard) of the first guard lost in a step; ``before`` are the guards at its start."""
+    mode, h = scheme.mode, step.h
+
+    def state(at: Any) -> tuple:
+        return _at(scheme.tableau, step, at)
+
+    def values(at: Any) -> tuple:
+        return mode.guard_values(step.t + at, state(at))
+
+    def rates(at: Any) -> tuple:
+        return mode.guard_rates(step.t + at, state(at))
+
+    def root(function: Any, low: Any, high: Any) -> Any:
+        return _root(function, low, high, scheme.tolerance)
+
+    start = Look(0 * h, before, mode.guard_rates(step.t, step.state))
+    return first_lost(start, Look(h, values(h), rates(h)), values, rates, root, PARTS)
 
 
-def _guards(scheme: Scheme, step: Step, at: Any) -> tuple:
-    return scheme.mode.guard_values(step.t + at, _at(scheme.tableau, step, at))
-
-
-def _rate(scheme: Scheme, step: Step, at: Any) -> tuple:
-    return scheme.mode.guard_rates(step.t + at, _at(scheme.tableau, step, at))
-
-
-def _bisected(function: Any, low: Any, high: Any, tolerance: Any) -> Any:
-    """Return where a function falls through zero between the ends, by the method of Illinois."""
-    above, below, last = function(low), function(high), 0
+def _root(function: Any, low: Any, high: Any, tolerance: Any) -> Any:
+    """Return where a function changes its sign between the ends, by the method of Illinois."""
+    first, second, last = function(low), function(high), 0
+    side = 1 if first > second else -1
+    above, below = side * first, side * second
     at = low
     for _ in range(400):
         if high - low <= tolerance * high or above <= 0 or below >= 0:
             break
         at = high - below * (high - low) / (below - above)
-        value = function(at)
+        value = side * function(at)
         if value > 0:
             low, above, below, last = at, value, below / (2 if last > 0 else 1), 1
         else:

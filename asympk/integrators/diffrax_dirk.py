@@ -1,82 +1,159 @@
-"""Kvaerno5 of diffrax (ESDIRK of order 5): stepping and root finding are compiled once per mode.
+"""Kvaerno5 of diffrax (ESDIRK of order 5): a run of steps is compiled once for all modes, where they are few.
 
-A compiled run cannot be interrupted: the time limit is looked at between modes, and the limit on steps is
-the next power of ten, since another one would have to be compiled.
+A compiled run makes steps until one is of interest: a guard is lost or may be within it, a look is due, or their number
+is reached; the limit on time is looked at between runs.
 """
 
 from functools import cache, lru_cache
-from time import monotonic
+from itertools import product
 
-from asympk.automaton.loop import Segment
-from asympk.automaton.modes import function, library
-from asympk.integrators.integrate import Work, missing
+from asympk.automaton.modes import function, library, mode_of
+from asympk.integrators.integrate import missing
+from asympk.integrators.stepwise import follow
+from asympk.integrators.watch import Look, near
+from asympk.symbolic.branches import Phase
+
+AT_ONCE = 1000  # steps of a run
+MOST_TOGETHER = 6  # modes compiled into one function: those of one friction without a gap
 
 
 def advance(method, mode, t, state, until, rtol, atol, limits, times):
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
-    if limits.steps <= 0 or monotonic() > limits.deadline:
-        return Segment(t, state, None, Work(), f"{'step' if limits.steps <= 0 else 'time'} limit reached")
     try:
         import diffrax  # noqa: F401
-        import jax
+        import jax  # noqa: F401
     except ImportError as error:
         raise missing(method) from error
-    import numpy as np
-
-    solve = _compiled(mode.mode, 10 ** len(str(limits.steps - 1)))
-    early = [v for v in times if v < until]
-    padded = np.full(1 << len(early).bit_length(), t)
-    padded[len(padded) - len(early):] = early
-    with jax.enable_x64(True):
-        p, state = (np.array(v, dtype=float) for v in (mode.p, state))
-        end, last, seen, accepted, made, hits, ok = (
-            np.asarray(v) for v in solve(t, until, state, rtol, atol, p, padded))
-    hit = int(np.flatnonzero(hits)[0]) if hits.any() else None
-    last = tuple(last.tolist())
-    samples = [tuple(w) for v, w in zip(padded.tolist(), seen.tolist(), strict=True) if t < v <= end]
-    samples += [last] * (times[-1:] == [until] and hit is None)
-    short = "" if ok or hit is not None else _reason(int(made), limits)
-    return Segment(float(end), last, hit, Work(0, int(accepted), 0), short, tuple(samples))
+    solver = Steps(mode, t, state, until, (rtol, atol), times, limits.steps)
+    return follow(solver, mode, t, state, limits, times)
 
 
-def _reason(made, limits):
-    return "step limit reached" if made >= limits.steps else "stalled (steps below the spacing of floats)"
+class Steps:
+    """The steps of Kvaerno5 to ``until``, several in a call, as a solver of ``stepwise``."""
+
+    nfev = njev = made = 0
+    status = "running"
+
+    def __init__(self, mode, t, state, until, tolerances, times, limit):
+        import jax
+        import numpy as np
+
+        together = _together(mode.mode)
+        template, self.run = _compiled(together)
+        self.mode, self.limit, self.looks, self.until = mode, limit, [*times, until], until
+        p, w = (np.array(v, dtype=float) for v in (mode.p, state))
+        with jax.enable_x64(True):
+            self.carry = t, t, w, *template(len(w), len(p))
+        self.fixed = until, p, together.index(mode.mode), *tolerances
+        self.t_old, self.t, self.y_old, self.y = t, t, w, w
+
+    def step(self):
+        """Make steps until one is of interest; return why they failed, or None."""
+        import jax
+        import numpy as np
+
+        due, first = next(look for look in self.looks if look > self.t), self.y is self.y_old
+        with jax.enable_x64(True):
+            self.carry, found = self.run(first, self.carry, due, min(AT_ONCE, self.limit), *self.fixed)
+            (made, stalled, self.t_old, self.t), (self.y_old, self.y) = _split(np.asarray(found))
+        self.made = int(made)
+        self.limit -= self.made
+        self.status = "failed" if stalled else "finished" if self.t >= self.until else "running"
+        return "steps below the spacing of floats" if stalled else None
+
+    def dense_output(self):
+        """Return the state as a function of the time within the last step: the cubic of Hermite, as diffrax has it."""
+        import numpy as np
+
+        h, (y_old, y) = self.t - self.t_old, (self.y_old, self.y)
+        slopes = [h * np.array(self.mode.rhs(t, w.tolist())) for t, w in ((self.t_old, y_old), (self.t, y))]
+
+        def at(t):
+            u = (t - self.t_old) / h
+            bend = (1 - 2 * u) * (y - y_old) + (u - 1) * slopes[0] + u * slopes[1]
+            return (1 - u) * y_old + u * y + u * (u - 1) * bend
+
+        return at
+
+
+def _split(found):
+    return found[:4].tolist(), found[4:].reshape(2, -1)
+
+
+@lru_cache(maxsize=64)
+def _together(mode):
+    """Return the modes that are compiled with a mode: all of its system, or itself alone."""
+    system = mode.system
+    phases = [Phase(load, velocity) for load in (1, -1) for velocity in (0, 1, -1)]
+    if len(system.frictions) != 1 or any(f.gap is not None or f.constraint is not None for f in system.frictions):
+        return (mode,)
+    return tuple(mode_of(system, branch) for branch in product(phases, repeat=len(system.frictions)))
 
 
 @lru_cache(maxsize=24)
-def _compiled(mode, max_steps):
-    """Return ``solve(t, until, state, rtol, atol, p, ts)`` for a traced mode."""
+def _compiled(modes):
+    """Return (template of what is carried, run of steps) for some modes, told apart by their index."""
     import diffrax
     import jax
     import jax.numpy as jnp
-    import optimistix
+    import numpy as np
 
-    rates = function(mode.system, mode.rates, "math", _functions())
-    guards = function(mode.system, mode.guard_values, "math", _functions())
-    count = len(mode.guards)
+    def chosen(outputs):
+        lowered = [function(m.system, outputs(m), "math", _functions()) for m in modes]
+        return lambda t, w, p, k: jnp.stack([jnp.stack(jnp.broadcast_arrays(*f(t, *w, *p))) for f in lowered])[k] * 1.0
 
-    def field(t, w, p):
-        return jnp.stack([jnp.asarray(v, float) for v in rates(t, *w, *p)])
+    field, guards, rates = (chosen(which) for which in (
+        lambda m: m.rates, lambda m: m.guard_values or (1,), lambda m: m.guard_rates or (0,)))  # fmt: skip
+    term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
-    def guard(k):
-        return lambda t, y, args, **_: guards(t, *y, *args)[k]
+    def parts(rtol, atol):
+        control = diffrax.PIDController(rtol=rtol, atol=atol)
+        return control, diffrax.Kvaerno5(root_finder=diffrax.VeryChord(rtol=rtol, atol=atol, norm=control.norm))
 
-    root = optimistix.Newton(rtol=1e-14, atol=1e-14)
-    event = diffrax.Event(tuple(map(guard, range(count))), root, (False,) * count) if count else None
+    def look(t, w, args):
+        return Look(t, guards(t, w, *args), rates(t, w, *args))
+
+    def begun(t, w, until, args, control, solver):
+        after, state = control.init(term, t, until, w, None, args, solver.func, solver.error_order(term))
+        after = jnp.minimum(after, until)
+        return t, after, w, solver.init(term, t, after, w, args), state, jnp.asarray(False)
 
     @jax.jit
-    def solve(t, until, state, rtol, atol, p, ts):
-        saved = diffrax.SaveAt(subs=[diffrax.SubSaveAt(t1=True), diffrax.SubSaveAt(ts=ts)])
-        control = diffrax.PIDController(rtol=rtol, atol=atol)
-        found = diffrax.diffeqsolve(
-            diffrax.ODETerm(field), diffrax.Kvaerno5(), t, until, None, state, p, saveat=saved,
-            stepsize_controller=control, event=event, max_steps=max_steps, throw=False)
-        made, accepted = found.stats["num_steps"], found.stats["num_accepted_steps"]
-        ok = found.result == diffrax.RESULTS.successful
-        hits = jnp.stack(found.event_mask) if count else jnp.zeros(0, bool)
-        return found.ts[0][0], found.ys[0][0], found.ys[1], accepted, made, hits, ok
+    def run(first, carry, due, most, until, p, index, rtol, atol):
+        control, solver = parts(rtol, atol)
+        args = p, index
+        carry = jax.lax.cond(first, lambda c: begun(*c[:3:2], until, args, control, solver), lambda c: c, carry)
 
-    return solve
+        def go_on(all_):
+            (t, after, *_), _, _, made, of_interest, _ = all_
+            return (made < most) & (t < due) & (after > t) & ~of_interest
+
+        def attempt(all_):
+            (t, after, w, inner, state, jumped), t_old, w_old, made, _, before = all_
+            new, error, _, inner_new, _ = solver.step(term, t, after, w, args, inner, jumped)
+            error = jnp.where(jnp.isnan(error), jnp.inf, error)
+            kept, begin, end, jumped, state, _ = control.adapt_step_size(
+                t, after, w, new, args, error, solver.error_order(term), state)
+            seen = look(after, new, args)
+            lost = jnp.any((seen.values <= 0) | jnp.stack([near(before, seen, k) for k in range(len(seen.values))]))
+            keep = lambda a, b: jax.tree_util.tree_map(lambda one, other: jnp.where(kept, one, other), a, b)  # noqa: E731
+            following = begin, jnp.minimum(end, until), keep(new, w), keep(inner_new, inner), state, jumped
+            return (following, *keep((t, w, made + 1, lost, seen), (t_old, w_old, made, False, before)))
+
+        t, _, w, *_ = carry
+        carry, t_old, w_old, made, _, _ = jax.lax.while_loop(
+            go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args)))
+        t, after, w, *_ = carry
+        told = jnp.stack([made, (after <= t) & (t < until), t_old, t])
+        return carry, jnp.concatenate([told, w_old, w])
+
+    @cache
+    def template(size, parameters):
+        given = 0.0, np.zeros(size), 1.0, (np.zeros(parameters), 0)
+        shapes = jax.eval_shape(lambda *given: begun(*given, *parts(0.1, 0.1)), *given)
+        return jax.tree_util.tree_map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), shapes)[3:]
+
+    return template, run
 
 
 @cache

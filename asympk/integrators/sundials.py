@@ -1,58 +1,53 @@
-"""CVODE (BDF) of SUNDIALS through scikit-sundae: its own root finding stops at the guards."""
+"""CVODE (BDF) of SUNDIALS through scikit-sundae, stepped one by one; its own interpolation is the dense output."""
 
-from time import monotonic
+from asympk.integrators.integrate import missing
+from asympk.integrators.stepwise import follow, problem
 
-from asympk.automaton.loop import Segment
-from asympk.errors import AsympkError
-from asympk.integrators.integrate import Work, missing
-
-CALLS_PER_STEP = 4  # the limit on steps is kept by counting calls: CVODE makes one to three for a step
-
-
-class _Stopped(AsympkError):
-    """Raised inside the right-hand side to leave CVODE when a limit is reached."""
+MOST_TRIES = 100_000  # of CVODE for one step
 
 
 def advance(method, mode, t, state, until, rtol, atol, limits, times):
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
-    import numpy as np
-
-    last = [0, t, state]
-    solver = _solver(method, mode, rtol, atol, limits, last)
-    span = np.array([t, *(v for v in times if v < until), until])
-    try:
-        found = solver.solve(span, np.array(state))
-    except _Stopped as stop:
-        return Segment(last[1], tuple(last[2]), None, Work(last[0]), str(stop))
-    seen = dict(zip(found.t.tolist(), found.y.tolist(), strict=True))
-    hit = int(np.flatnonzero(found.i_events[0])[0]) if found.status == 2 else None
-    work = Work(int(found.nfev), len(found.t) - 1 if len(span) == 2 else 0, int(found.njev))
-    short = "" if found.success else f"stalled ({found.message.rstrip('.').lower()})"
-    samples = tuple(tuple(seen[v]) for v in times if v in seen)
-    return Segment(float(found.t[-1]), tuple(found.y[-1].tolist()), hit, work, short, samples)
+    return follow(Steps(method, mode, t, state, until, rtol, atol), mode, t, state, limits, times)
 
 
-def _solver(method, mode, rtol, atol, limits, last):
-    try:
-        from sksundae.cvode import CVODE
-    except ImportError as error:
-        raise missing(method) from error
+class Steps:
+    """The steps of CVODE to ``until``, as a solver of ``stepwise``."""
 
-    def rhs(t, w, dw):
-        last[:] = last[0] + 1, t, w.tolist()
-        if last[0] > CALLS_PER_STEP * limits.steps:
-            raise _Stopped("step limit reached")
-        if monotonic() > limits.deadline:
-            raise _Stopped("time limit reached")
-        dw[:] = mode.rhs(t, last[2])
+    made = 1
 
-    def jac(t, w, dw, rows):
-        rows[:] = mode.jac(t, w.tolist())
+    def __init__(self, method, mode, t, state, until, rtol, atol):
+        import numpy as np
 
-    def guards(t, w, values):
-        values[:] = mode.guard_values(t, w.tolist())
+        try:
+            from sksundae.cvode import CVODE
+        except ImportError as error:
+            raise missing(method) from error
+        field, start, jacobian = problem(mode, t, state)
+        p, jac = mode.p, {}
 
-    count = len(mode.kinds)
-    guards.terminal, guards.direction = [True] * count, [-1] * count
-    events = {"eventsfn": guards, "num_events": count} if count else {}
-    return CVODE(rhs, jacfn=jac, rtol=rtol, atol=atol, max_num_steps=100_000, **events)
+        def rhs(t, w, dw):
+            dw[:] = field(t, *w.tolist(), *p)
+
+        if jacobian:
+            n = len(start)
+            jac = {"jacfn": lambda t, w, dw, rows: np.copyto(rows, np.reshape(jacobian(t, *w.tolist(), *p), (n, n)))}
+        self.solver = CVODE(rhs, rtol=rtol, atol=atol, max_num_steps=MOST_TRIES, **jac)
+        self.solver.init_step(t, np.array(start, dtype=float))
+        self.t_old = self.t = t
+        self.until, self.y, self.status, self.nfev, self.njev = until, np.array(start), "running", 0, 0
+
+    def step(self):
+        """Make one step; return why it failed, or None."""
+        begin = self.t
+        found = self.solver.step(self.until, method="onestep", tstop=self.until)
+        if found.success and found.t == begin:  # the end of the last step again, after its dense output was asked for
+            found = self.solver.step(self.until, method="onestep", tstop=self.until)
+        self.t_old, self.t, self.y = begin, float(found.t), found.y
+        self.nfev, self.njev = found.nfev, found.njev
+        self.status = "failed" if not found.success else "finished" if self.t >= self.until else "running"
+        return None if found.success else found.message
+
+    def dense_output(self):
+        """Return the state as a function of the time within the last step."""
+        return lambda t: self.y if t == self.t else self.solver.step(t, method="normal").y

@@ -188,3 +188,55 @@ def test_the_edges_of_stick_in_numbers_are_those_of_the_derived_system():
     sigma0 = next(s for s in painleve_klein.system().parameters if s.name == "sigma0")
     assert ap.stick_regions(painleve_klein.system()).edges == (
         modes.positive_edge(sigma0), modes.other_edge(sigma0))  # fmt: skip
+
+
+def dipping(load, time=None):
+    """Return a system whose load is positive but for a while: u' = 1, and friction slows down v."""
+    u, v, force = sp.symbols("u v F", real=True)
+    friction = ap.Friction(velocity=v, force=force, load=load(time or u), kinetic=1)
+    return ap.System.with_frictions({u: sp.S.One, v: force}, {}, [friction], time=time)
+
+
+def valley(u):
+    """Vanish at u = 0.99 and 1.01: falling before, rising after."""
+    return (u - 1) ** 2 - sp.Rational(1, 10**4)
+
+
+def wave(u):
+    """Vanish at 0.52331112 and 0.62975293 alone in u > 0: rising at both ends of a long step."""
+    return u**3 - u + sp.Rational(38, 100)
+
+
+INTEGRATORS = ["rk45", "dop853", "radau", "bdf", "lsoda", *here("heyoka", "cvode", "kvaerno5")]
+
+
+def loses_its_load(path, *times):
+    assert [e.kind for e in path.events] == ["force_zero", "force_zero"]
+    assert [float(e.t) for e in path.events] == pytest.approx(times, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_a_load_that_vanishes_and_comes_back_within_one_step_is_seen(method):
+    where = ap.Scene(system=dipping(valley), values={}, start={"u": 0, "v": 10}, until=3)
+    loses_its_load(ap.solve(where, method=method, seconds=600), 0.99, 1.01)
+
+
+@pytest.mark.parametrize("method", [m for m in INTEGRATORS if "kvaerno5" not in str(m)])
+def test_a_load_that_rises_at_both_ends_of_a_step_and_falls_below_zero_within_is_seen(method):
+    where = ap.Scene(system=dipping(wave), values={}, start={"u": "-1.1", "v": 10}, until=3)
+    low, high = sorted(np.roots([1, 0, -1, 0.38]))[1:]
+    loses_its_load(ap.solve(where, method=method), low + 1.1, high + 1.1)
+
+
+@pytest.mark.parametrize("method", ["rk45", "lsoda", *here("cvode")])
+def test_a_load_that_depends_on_the_time_is_followed_as_one_that_depends_on_the_state(method):
+    t = sp.Symbol("t", real=True)
+    where = ap.Scene(system=dipping(valley, t), values={}, start={"u": 0, "v": 10}, until=3)
+    loses_its_load(ap.solve(where, method=method), 0.99, 1.01)
+
+
+@pytest.mark.parametrize("load", [valley, wave])
+def test_references_see_a_load_that_vanishes_for_a_while(load):
+    where = ap.Scene(system=dipping(load), values={}, start={"u": "-1.1" if load is wave else 0, "v": 10}, until=3)
+    expected = [e.t for e in ap.solve(where, method="dop853", rtol=1e-10).events]
+    loses_its_load(ap.solve(where, digits=20), *expected)

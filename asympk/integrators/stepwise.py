@@ -1,0 +1,119 @@
+"""The loop over the steps of an integrator, whatever it is: guards are looked at after every step.
+
+A solver has ``step()``, which makes one step or several and returns what stops it or None, ``status`` ("running",
+"finished" or "failed"), the ends ``t_old`` and ``t`` of the last step, the state ``y``, ``dense_output()`` of the last
+step, ``made`` steps in the last call, and ``nfev`` and ``njev`` calls so far: what the solvers of SciPy have, and more.
+"""
+
+from functools import cache
+from time import monotonic
+
+from asympk.automaton.loop import Segment
+from asympk.integrators.integrate import Work
+from asympk.integrators.singular import approach
+from asympk.integrators.watch import Look, first_lost
+
+STEP_LIMIT = "step limit reached"
+IDLE = 100  # steps without any gain in time after which a run is given up
+UNBOUNDED = 1e-8  # part of its first inverse at which a reaction counts as infinite: no step reaches the singular point
+
+
+def follow(solver, mode, t, state, limits, times):
+    """Follow ``mode`` by the steps of ``solver`` until a guard is lost or its end, looking in at ``times``."""
+    watch, n = Watch(mode, t, state), len(state)
+    samples, steps, idle, short, hit = [], 0, 0, "", None
+    start = halfway = t
+    begin = t, state
+    while solver.status == "running" and hit is None and not short:
+        short = _step(solver, steps, limits)
+        steps += solver.made * (not short)
+        halfway = solver.t if 2 * steps <= limits.steps else halfway
+        t, state = solver.t, tuple(solver.y[:n].tolist())
+        idle = idle + 1 if not short and t - solver.t_old <= 4e-16 * abs(t) else 0
+        if idle > IDLE:
+            short = f"stalled (the last {idle} steps gained nothing)"
+        if not short and (met := watch.lost(solver, t, state)):
+            t, hit = met
+            state = tuple(solver.dense_output()(t)[:n].tolist())
+            if mode.kinds[hit][0] == "unbounded":
+                t, state = approach(mode, hit, *begin) or (t, state)
+        while len(samples) < len(times) and times[len(samples)] <= t and not short:
+            samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
+    if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
+        short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
+    return Segment(t, state, hit, Work(int(solver.nfev), steps, int(solver.njev)), short, tuple(samples))
+
+
+class Watch:
+    """The guards of a mode at the end of the last step; none starts outside its mode."""
+
+    def __init__(self, mode, t, state):
+        self.mode, self.size = mode, len(state)
+        values = [max(v, 0.0) for v in mode.guard_values(t, state)]
+        self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
+        self.last = Look(t, self._above(values), mode.guard_rates(t, state))
+
+    def lost(self, solver, t, state):
+        """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
+        if not self.floors:
+            return None
+        within = cache(solver.dense_output)
+
+        def values(at):
+            return self._above(self.mode.guard_values(at, within()(at)[: self.size].tolist()))
+
+        def rates(at):
+            return self.mode.guard_rates(at, within()(at)[: self.size].tolist())
+
+        before, begin = self.last, solver.t_old
+        if before.t != begin:  # the solver has made several steps
+            before = Look(begin, values(begin), rates(begin))
+        self.last = Look(t, self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state))
+        return first_lost(before, self.last, values, rates, _bracketed)
+
+    def _above(self, values):
+        return [v - floor for v, floor in zip(values, self.floors, strict=True)]
+
+
+def _bracketed(function, low, high):
+    """Return the root of a function between two ends, or the end nearer to one where its sign does not change."""
+    from scipy.optimize import brentq
+
+    ends = function(low), function(high)
+    if ends[0] * ends[1] >= 0:
+        return low if abs(ends[0]) <= abs(ends[1]) else high
+    return brentq(function, low, high, xtol=4e-16, rtol=9e-16)
+
+
+def problem(mode, t, state):
+    """Return (field, start, Jacobian or None) of a mode as functions of ``(t, *w, *p)``.
+
+    Guards that depend on the time become states, so that the steps resolve them too.
+    """
+    if not mode.timed:
+        return mode.field, state, mode.jacobian
+    field, slopes, guards, n = mode.field, mode.guard_slopes, len(mode.kinds), len(state)
+
+    def extended(t, *arguments):
+        state, p = arguments[:n], arguments[n + guards :]
+        return (*field(t, *state, *p), *slopes(t, *state, *p))
+
+    return extended, (*state, *mode.guard_values(t, state)), None
+
+
+def _step(solver, steps, limits):
+    """Make one step; return what stops the run, or ""."""
+    if steps >= limits.steps:
+        return STEP_LIMIT
+    if monotonic() > limits.deadline:
+        return "time limit reached"
+    from numpy import errstate
+
+    try:
+        with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
+            reason = solver.step()
+    except (ArithmeticError, ValueError):
+        return "left the range of floats"
+    if solver.status == "failed":
+        return f"stalled ({reason.rstrip('.').lower()})"
+    return "" if all(v - v == 0 for v in solver.y.tolist()) else "left the range of floats"

@@ -1,0 +1,65 @@
+"""Guards over one step of an integrator: the first one lost, where it also leaves and comes back within the step.
+
+What a guard does between the ends of a step is looked for on the polynomial of the step. A guard that does not turn and
+is far off its zero, against how fast it moves at the ends, is left alone: that spares nearly every step the search.
+"""
+
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+PARTS = (0.25, 0.5, 0.75)  # of a step: the times at which the rates are looked at in the search
+
+
+class Look(NamedTuple):
+    """The guards and their rates at a time."""
+
+    t: Any
+    values: Any
+    rates: Any
+
+
+def near(before: Look, after: Look, k: int) -> Any:
+    """Tell whether guard ``k`` may come to zero between two looks: it turns, or the tangents at the two cross zero."""
+    start, end = before.rates[k], after.rates[k]
+    fastest = (abs(start) + abs(end) + abs(abs(start) - abs(end))) / 2  # the larger, for traced numbers too
+    crosses = before.values[k] + after.values[k] < (after.t - before.t) * fastest
+    return ((start < 0) & (end > 0)) | crosses
+
+
+def first_lost(
+    before: Look, after: Look, values: Callable, rates: Callable, root: Callable, parts: Iterable[Any] = PARTS
+) -> tuple | None:
+    """Return (time, guard) of the first guard lost between two looks, or None.
+
+    ``values(t)`` and ``rates(t)`` are the guards on the polynomial of the step, ``root(function, low, high)`` is where
+    a function changes its sign. A guard that starts at zero is lost only where it falls again: it may grow from there
+    by its rounding.
+    """
+    found, looks = [], []
+    for k in range(len(after.values)):
+        crosses = _crosses(before, after, k)
+        if crosses or (before.values[k] > 0 and near(before, after, k)):
+            times = (before.t + (after.t - before.t) * part for part in parts)
+            looks = looks or [before, *(Look(t, values(t), rates(t)) for t in times), after]
+            if (t := _falls(looks, k, values, rates, root, crosses)) is not None:
+                found.append((t, k))
+    return min(found, default=None)
+
+
+def _crosses(before: Look, after: Look, k: int) -> bool:
+    start, end = before.values[k], after.values[k]
+    return start >= 0 >= end and start != end and (start > 0 or after.rates[k] < 0)
+
+
+def _falls(looks: list[Look], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool) -> Any:
+    """Return the first time at which guard ``k`` falls through zero, piece by piece of a step, or None."""
+    for a, b in pairwise(looks):
+        low = root(lambda t: rates(t)[k], a.t, b.t) if a.values[k] == 0 and a.rates[k] > 0 > b.rates[k] else a.t
+        if b.values[k] < 0 or (crosses and b is looks[-1]):
+            return root(lambda t: values(t)[k], low, b.t)
+        if a.values[k] > 0 and a.rates[k] < 0 < b.rates[k]:
+            least = root(lambda t: rates(t)[k], a.t, b.t)
+            if values(least)[k] < 0:
+                return root(lambda t: values(t)[k], a.t, least)
+    return None
