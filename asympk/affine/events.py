@@ -1,19 +1,21 @@
 r"""The first root of any guard, isolated by bounds.
 
-On [lo, hi] of length h let ``|g''| <= B``. Then g stays above ``min(g(lo), g(hi)) - B h^2/8``, and ``(g'(lo) + g'(hi)
--+ B h)/2`` bound its slope from below and above (Lemma 6). So an interval is free of roots, or the guard falls through
-zero on it just once while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept
-per mode bounds a hundred intervals at once; only those in which something may happen are looked at one by one.
+On [lo, hi] of length h let the integral of ``|g''|`` be at most S. Then g stays above ``min(g(lo), g(hi)) - S h/4``, and
+``(g'(lo) + g'(hi) -+ S)/2`` bound its slope from below and above (Lemma 6): the slope of a single exponential has a known
+sign however long the interval is. So an interval is free of roots, or the guard falls through zero on it just once while
+the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per mode bounds a hundred
+intervals at once; only those in which something may happen that it cannot tell are looked at one by one.
 
 A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
 """
 
 from functools import cached_property
+from itertools import repeat
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, functions, initial, sizes, tremors
+from asympk.affine.functions import MOST_EXPONENT, areas, functions, initial, sizes, tremors
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, Undecided
 
@@ -22,6 +24,7 @@ _MOST_STEPS = 200
 _FURTHER = 1.375
 _NOTHING = 1e-8
 _ORDER = 16
+_REACH = 16  # times of the fastest part, and less where that is too long
 _PATIENCE = 8  # steps before the dearer bounds are taken
 
 
@@ -41,8 +44,10 @@ def first_root(guards, until, mesh):
     ``guards`` is a ``Guards``. Raises ``Undecided``.
     """
     done = None
-    for lo, hi in guards.suspects(mesh, until):
+    for lo, hi, falling in guards.suspects(mesh, until):
         if done is None or hi > done.t:
+            if falling is not None and (done is None or done.t <= lo):
+                return root(guards, falling, lo, hi, (lo + hi) / 2), (falling,)
             found, done = _isolated(guards, lo if done is None or lo > done.t else done, hi, until)
             if found:
                 return found
@@ -79,8 +84,8 @@ class Guards:
         )
 
     def bounds(self, lo, hi):
-        """Return a bound of every ``|g''|`` on [lo, hi]."""
-        found = sizes(self.m, self.blocks, lo, hi)
+        """Return a bound of the integral of every ``|g''|`` over [lo, hi]."""
+        found = areas(self.m, self.blocks, lo, hi)
         return [_dot(w, found) for w in self.lists[4]]
 
     @cached_property
@@ -92,7 +97,7 @@ class Guards:
         return [table.T.tolist() for table in found]
 
     def sharper_bounds(self, lo, hi):
-        """Return bounds of every ``|g''|`` on [lo, hi] by the Taylor series of g'' at lo.
+        """Return bounds of the integral of every ``|g''|`` over [lo, hi] by the Taylor series of g'' at lo.
 
         Where eigenvalues are close, weights are large and cancel: in the derivatives at lo they do, and in the
         remainder they count little.
@@ -100,13 +105,13 @@ class Guards:
         m, h = self.m, hi - lo
         found, *_ = functions(m, self.blocks, lo)
         most = sizes(m, self.blocks, lo, hi)
-        totals, factor = [0 * h for _ in self.every], 1
+        totals, factor = [0 * h for _ in self.every], h
         for k, tables in enumerate(self.derivatives):
             rest = k == len(self.derivatives) - 1
             for q, weights in enumerate(tables):
                 size = _dot(map(abs, weights), most)
                 totals[q] += factor * (size if rest else abs(_dot(weights, found)) + m.margin * size)
-            factor = factor * h / (k + 1)
+            factor = factor * h / (k + 2)
         return totals
 
     def value(self, guard, t):
@@ -116,18 +121,20 @@ class Guards:
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
     def suspects(self, mesh, until):
-        """Yield intervals (lo, hi) of (0, until) in order, outside which no guard has a root.
+        """Yield intervals (lo, hi, guard) of (0, until) in order, outside which no guard has a root.
 
+        The guard, if one is given, falls through zero just once there, and the others stay positive.
         Raises ``TooLarge`` where a part of a guard grows beyond the numbers in use, ``OverflowError`` where only its
         exponential does.
         """
         last = self._last()
         for window in mesh.windows():
-            suspect = self._suspects(window) if self.m is Doubles else range(len(window.h))
-            for k in suspect:
+            suspect = self._suspects(window) if self.m is Doubles else zip(range(len(window.h)), repeat(None))
+            for k, falling in suspect:
                 if window.t[k] >= until or window.t[k + 1] > last:
                     break
-                yield self.m.number(window.t[k]), min(self.m.number(window.t[k + 1]), until)
+                lo, hi = self.m.number(window.t[k]), self.m.number(window.t[k + 1])
+                yield (lo, hi, falling) if hi <= until else (lo, until, None)
             if window.t[-1] >= min(until, last):
                 break
         if until > last:
@@ -154,24 +161,28 @@ class Guards:
 
     @np.errstate(all="ignore")
     def _suspects(self, window):
-        """Return which intervals of a window may have a root, by the verdicts of ``_verdict`` on arrays."""
+        """Return (interval, guard that falls there, or None) of a window, by the verdicts of ``_verdict`` on arrays."""
         s, margin = self.segment, self.m.margin
         g, off = window.sums @ s.guards, window.off_sums @ s.off_guards * margin
-        low, spare = g - off, window.bounds @ abs(s.bends) * window.h
-        above = np.minimum(low[:-1], low[1:]) > spare * window.h / 8
+        low, spare = g - off, window.areas @ abs(s.bends)
+        above = np.minimum(low[:-1], low[1:]) > spare * window.h / 4
         left = np.flatnonzero(~above.all(axis=1))
         if not left.size:
-            return left
+            return []
         rise, off_rise = window.values @ s.slopes, window.off_values @ s.off_slopes * margin
         both, off_both = rise[left] + rise[left + 1], spare[left] + off_rise[left] + off_rise[left + 1]
-        rising, falling = both > off_both, (both < -off_both) & (low[left + 1] > 0)
-        clear = low[left] > 0
+        rising, falling, clear = both > off_both, both < -off_both, low[left] > 0
         if s.zero and window.t[0] == 0:
             clear[left == 0, s.zero] = True
             for guard in s.zero:
                 if not (rising | above[left])[left == 0, guard].all():
                     above[:, guard] |= window.t[1:] <= self.reach(guard)
-        return left[~(above[left] | (rising & clear) | falling).all(axis=1)].tolist()
+        positive = above[left] | (rising & clear) | (falling & (low[left + 1] > 0))
+        falls = falling & (low[left] > 0) & (g[left + 1] + off[left + 1] < 0)
+        single = (positive | falls).all(axis=1) & (falls.sum(axis=1) == 1)
+        places = np.flatnonzero(~positive.all(axis=1))
+        guards = np.where(single, falls.argmax(axis=1), None)
+        return zip(left[places].tolist(), guards[places].tolist(), strict=True)
 
     def reach(self, guard):
         """Return a time up to which a guard that vanishes at the start is positive."""
@@ -183,8 +194,8 @@ class Guards:
 def _reach(segment, guard):
     """Return a time up to which a guard that vanishes at the start is positive.
 
-    Let ``g^(p)(0) = v > 0`` be its first derivative that does not vanish and ``|g^(p+1)| <= B`` up to a time h; then
-    g is positive up to the smaller of h and v/B. Raises ``Undecided`` where v is negative or none is found.
+    Let ``g^(p)(0) = v > 0`` be its first derivative that does not vanish. g is positive up to a time h up to which the
+    integral of ``|g^(p+1)|`` is below v. Raises ``Undecided`` where v is negative or none is found.
     """
     m, flow = segment.m, segment.flow
     weights, off = segment.slopes[:, guard], segment.off_slopes[:, guard]
@@ -199,9 +210,9 @@ def _reach(segment, guard):
     if value <= doubt:
         raise Undecided
     bends, fastest = abs(flow.rate @ weights).tolist(), max(rate_sizes.sum(axis=0).tolist())
-    h = 1 / fastest if fastest else m.number(1)
+    h = _REACH / fastest if fastest else m.number(1)
     for _ in range(_MOST_STEPS):
-        if _dot(bends, sizes(m, flow.blocks, 0 * h, h)) * h < value - doubt:
+        if _dot(bends, areas(m, flow.blocks, 0 * h, h)) < value - doubt:
             return h
         h = h / 4
     raise Undecided
@@ -245,7 +256,8 @@ def _earliest(guards, fall, left, right):
 
     Doubles leave that to more digits.
     """
-    roots = sorted((root(guards, q, left, right), q) for q in fall)
+    starts = [left.t + (right.t - left.t) * left.values[q] / (left.values[q] - right.values[q]) for q in fall]
+    roots = sorted((root(guards, q, left.t, right.t, t), q) for q, t in zip(fall, starts, strict=True))
     t, first = roots[0]
     point = guards.at(t)
     together = [q for _, q in roots[1:] if point.values[q] <= point.doubts[q]]
@@ -283,17 +295,17 @@ def _cut(guards, left, right):
     raise Undecided
 
 
-def _verdicts(guards, left, right, bends):
-    return [_verdict(guards, q, left, right, bend) for q, bend in zip(guards.every, bends, strict=True)]
+def _verdicts(guards, left, right, areas):
+    return [_verdict(guards, q, left, right, area) for q, area in zip(guards.every, areas, strict=True)]
 
 
-def _verdict(guards, q, left, right, bend):
+def _verdict(guards, q, left, right, area):
     h = right.t - left.t
     (a, off_a), (b, off_b) = ((p.values[q], p.doubts[q]) for p in (left, right))
-    if min(a - off_a, b - off_b) > bend * h * h / 8:
+    if min(a - off_a, b - off_b) > area * h / 4:
         return "positive"
     both = left.slopes[q] + right.slopes[q]
-    spare = bend * h + left.slope_doubts[q] + right.slope_doubts[q]
+    spare = area + left.slope_doubts[q] + right.slope_doubts[q]
     touching = not left.t and q in guards.segment.zero
     if (both > spare and (touching or a > off_a)) or (touching and h <= guards.reach(q)):
         return "positive"
@@ -302,11 +314,9 @@ def _verdict(guards, q, left, right, bend):
     return "unknown"
 
 
-def root(guards, q, left, right):
-    """Return the root of a guard that falls from plus at ``left`` to minus at ``right``, by Newton's method."""
-    lo, hi, m = left.t, right.t, guards.m
-    close = (hi - lo) * m.root_tol
-    t = lo + (hi - lo) * left.values[q] / (left.values[q] - right.values[q])
+def root(guards, q, lo, hi, t):
+    """Return the root of a guard that falls from plus at ``lo`` to minus at ``hi``, by Newton's method from ``t``."""
+    close = (hi - lo) * guards.m.root_tol
     for _ in range(_MOST_STEPS):
         value, slope = guards.value(q, t)
         if value > 0:

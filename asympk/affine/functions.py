@@ -67,6 +67,17 @@ def sizes(m, blocks, lo, hi):
     return found
 
 
+def areas(m, blocks, lo, hi):
+    """Return bounds of the integrals of |F_r| over [lo, hi]."""
+    found = []
+    for decay, turn, count in blocks:
+        area = m.exp(decay * lo) * m.expm1(decay * (hi - lo)) / decay if decay else hi - lo
+        for k in range(count):
+            found += (area, area) if turn else (area,)
+            area = area * hi / (k + 1)
+    return found
+
+
 def tremors(m, blocks, t):
     """Return the sizes in whose proportion rounding is wrong: of what F_r adds to a sum at t, and of F_r(t).
 

@@ -11,21 +11,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, sizes, tremors
+from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, tremors
 
 POINTS = 96
 _PART = 0.4
 _KEPT = 64
-_LARGEST = 1e300
+_LARGEST = 1e300  # so that a part of no weight is 0 however far it has grown
 
 
-class Window(NamedTuple):
-    """Times t_0 < .. < t_K and what is known there.
+class Table(NamedTuple):
+    """Times (.., K + 1), the last axis in order, and what is known there.
 
-    ``sums`` (K + 1, functions + blocks + 1) are what the functions add and, 1 in the column of the base that it is
+    ``sums`` (.., K + 1, functions + blocks + 1) are what the functions add and, 1 in the column of the base that it is
     added to, so that a product with a segment's weights is the guard; ``off_sums`` are the sizes that its rounding goes
-    with. ``values`` (K + 1, functions) are the functions, ``off_values`` their sizes. ``bounds`` (K, functions) bound
-    them on the intervals, whose lengths are ``h``.
+    with. ``values`` (.., K + 1, functions) are the functions, ``off_values`` their sizes. ``areas`` (.., K, functions)
+    bound the integrals of their sizes over the intervals, whose lengths are ``h`` (.., K, 1).
     """
 
     t: np.ndarray
@@ -33,8 +33,20 @@ class Window(NamedTuple):
     off_sums: np.ndarray
     values: np.ndarray
     off_values: np.ndarray
-    bounds: np.ndarray
+    areas: np.ndarray
     h: np.ndarray
+
+
+def table(blocks, t):
+    """Return the ``Table`` of the functions of blocks at an array of times."""
+    with np.errstate(all="ignore"):
+        values, gained, begun = functions(Arrays, blocks, t)
+        off_gained, off_values = tremors(Arrays, blocks, t)
+        swept = areas(Arrays, blocks, t[..., :-1], t[..., 1:])
+    base = [begun == k for k in range(len(blocks) + 1)]
+    parts = [*gained, *base], [*off_gained, *base], values, off_values
+    found = (np.stack(np.broadcast_arrays(*part), axis=-1).astype(float) for part in parts)
+    return Table(t, *found, np.stack(np.broadcast_arrays(*swept, t[..., 1:])[:-1], axis=-1), np.diff(t)[..., None])
 
 
 class Mesh:
@@ -61,15 +73,7 @@ class Mesh:
         times = [t]
         for _ in range(POINTS):
             times.append(times[-1] + self._step(times[-1]))
-        t, blocks = np.array(times), self.blocks
-        with np.errstate(over="ignore", invalid="ignore"):
-            values, gained, begun = functions(Arrays, blocks, t)
-            off_gained, off_values = tremors(Arrays, blocks, t)
-            bounds = sizes(Arrays, blocks, t[:-1], t[1:])
-        base = [begun == k for k in range(len(blocks) + 1)]
-        sums, off_sums = _columns([*gained, *base], t), _columns([*off_gained, *base], t)
-        values, off_values, bounds = _columns(values, t), _columns(off_values, t), _columns(bounds, t[:-1])
-        return Window(t, sums, off_sums, values, off_values, bounds, np.diff(t)[:, None])
+        return Table(*(np.clip(part, -_LARGEST, _LARGEST) for part in table(self.blocks, np.array(times))))
 
     def _step(self, t):
         fastest = max((speed * math.exp(min(decay * t / 4, 0.0)) for decay, speed in self._speeds
@@ -82,8 +86,3 @@ def _leading(speeds):
     """Return the (decay, speed) that no other one, as fast, outlasts."""
     ordered = sorted(set(speeds), reverse=True)
     return [pair for k, pair in enumerate(ordered) if all(pair[1] > speed for _, speed in ordered[:k])]
-
-
-def _columns(found, t):
-    columns = np.stack([np.broadcast_to(column, t.shape) for column in found], axis=-1).astype(float)
-    return np.clip(columns, -_LARGEST, _LARGEST)  # so that a part of no weight is 0 however far it has grown

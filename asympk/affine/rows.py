@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, sizes, tremors
-from asympk.affine.mesh import Window
+from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, tremors
+from asympk.affine.mesh import Table, table
 from asympk.arithmetic import Doubles
 
 _MARGIN = Doubles.margin
@@ -95,29 +95,6 @@ def _reach(flow, slopes, off_slopes, bends, off_bends):
     return np.where(still, np.inf, found)
 
 
-class Table(NamedTuple):
-    """The functions at times (.., P): what enters sums, values, their sizes, bounds on the intervals, lengths."""
-
-    sums: np.ndarray
-    off_sums: np.ndarray
-    values: np.ndarray
-    off_values: np.ndarray
-    bounds: np.ndarray
-    h: np.ndarray
-
-
-def table(blocks, t):
-    """Return the ``Table`` at an array of times, the last axis in order."""
-    with np.errstate(all="ignore"):
-        values, gained, begun = functions(Arrays, blocks, t)
-        off_gained, off_values = tremors(Arrays, blocks, t)
-        bounds = sizes(Arrays, blocks, t[..., :-1], t[..., 1:])
-    base = [begun == k for k in range(len(blocks) + 1)]
-    parts = [*gained, *base], [*off_gained, *base], values, off_values
-    found = (np.stack(np.broadcast_arrays(*part), axis=-1).astype(float) for part in parts)
-    return Table(*found, np.stack(np.broadcast_arrays(*bounds), axis=-1), np.diff(t)[..., None])
-
-
 class Verdicts(NamedTuple):
     """Of every row, interval and guard: whether it is positive there, and whether it falls through zero just once."""
 
@@ -129,9 +106,9 @@ def judge(rows, known, first):
     """Return the ``Verdicts`` on the intervals of a table; ``first`` tells which intervals begin at the start."""
     g, off = known.sums @ rows.guards, known.off_sums @ rows.off_guards * _MARGIN
     rise, off_rise = known.values @ rows.slopes, known.off_values @ rows.off_slopes * _MARGIN
-    spare = known.bounds @ rows.bends * known.h
+    spare = known.areas @ rows.bends
     low, high = g - off, g + off
-    above = np.minimum(low[:, :-1], low[:, 1:]) > spare * known.h / 8
+    above = np.minimum(low[:, :-1], low[:, 1:]) > spare * known.h / 4
     both, doubt = rise[:, :-1] + rise[:, 1:], spare + off_rise[:, :-1] + off_rise[:, 1:]
     touching = first[..., None] & rows.zero[:, None, :]
     rising = (both > doubt) & ((low[:, :-1] > 0) | touching)
@@ -174,15 +151,14 @@ def _pieces(mesh):
     for window in islice(mesh.windows(), _WINDOWS):
         for k in range(0, len(window.h), _PIECE):
             points, intervals = slice(k, k + _PIECE + 1), slice(k, k + _PIECE)
-            yield Window(*(part[points] for part in window[:5]), *(part[intervals] for part in window[5:]))
+            yield Table(*(part[points] for part in window[:5]), *(part[intervals] for part in window[5:]))
 
 
 def _in_window(rows, window, left):
     """Return (time, guard or -1, doubtful) of the first root of each row within a window."""
-    known = Table(window.sums, window.off_sums, window.values, window.off_values, window.bounds, window.h)
     first = np.zeros((1, len(window.h)), dtype=bool)
     first[0, 0] = window.t[0] == 0
-    suspect = ~judge(rows, known, first).positive.all(axis=2) & (window.t[:-1] < left[:, None])
+    suspect = ~judge(rows, window, first).positive.all(axis=2) & (window.t[:-1] < left[:, None])
     at, found, doubtful = np.zeros(left.shape), np.full(left.shape, -1), np.zeros(left.shape, dtype=bool)
     todo = np.flatnonzero(suspect.any(axis=1))
     while todo.size:

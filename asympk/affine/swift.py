@@ -20,7 +20,6 @@ from asympk.symbolic.branches import Branch, Phase, conditions
 _ZERO, _CLEAR = 1e-13, 1e-11
 _ORDERS = 3
 _PAYS = 4  # a table needs the exponentials of modes that a motion may never enter
-_AT_START = {"velocity_zero"}
 _AT_EVENT = {
     "velocity_zero": ("velocity_zero",),
     "force_zero": ("force_zero",),
@@ -55,7 +54,7 @@ class Swift:
 
     def first(self, start: tuple) -> Branch:
         """Return the mode that begins at t = 0, as ``Automaton.first`` does."""
-        table = self._known("first", lambda: _beginning(self.system), _AT_START)
+        table = self._known("first", lambda: _beginning(self.system), set())
         return (table and _begun(table, tuple(map(float, start)))) or self.automaton.first(start)
 
     def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: tuple, slack: Any) -> Branch:
@@ -117,20 +116,22 @@ def _beginning(system):
 
 
 def _begun(table, state):
-    """Return the branch that begins at a state, where all signs are clear or sliding velocities are 0 as given.
+    """Return the branch that begins at a state, where all signs are clear, or velocities and loads are 0 as given.
 
-    A sliding velocity that is a state of its own and is given as 0 is taken for 0; any other value that is not clear
-    leaves the decision to exact numbers.
+    What is made of states that are given as 0, or is a single one of them, is taken for 0; any other value that is not
+    clear leaves the decision to exact numbers.
     """
     whole = np.array([*state, *(value(Doubles, *wave, 0.0) for wave in table.waves), 1.0])
     values, sizes = table.rows[0] @ whole, table.sizes[0] @ abs(whole)
     alone = (table.rows[0] != 0).sum(axis=1) == 1
-    if not ((abs(values) > _CLEAR * sizes) | (alone & (values == 0))).all():
+    told = [kind[0] in ("velocity_zero", "force_zero") for kind in table.kinds]
+    zero = (values == 0) & (alone | (sizes == 0)) & told
+    if not ((abs(values) > _CLEAR * sizes) | zero).all():
         return None
     still = [k for k, kind in enumerate(table.kinds) if kind[0] == "velocity_zero" and values[k] == 0]
     resting = {table.kinds[k][1] for k in still}
     possible = [all((phase.velocity != 0) or k in resting for k, phase in enumerate(b)) for b in table.branches]
-    return _decided(table, 0.0, state, possible)
+    return _decided(table._replace(vanishing=tuple(zero)), 0.0, state, possible)
 
 
 def _following(branch, event):
