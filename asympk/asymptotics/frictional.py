@@ -1,47 +1,43 @@
-r"""The asymptotic model of order 0 of a system with one friction and one fast state: layers, jumps, slow motion, edges.
+r"""The asymptotic models of a system with friction: layers, jumps, slow motion, edges.
 
-The start's layer lands on the critical manifold of a mode (``impact``), the reduced flow goes on from there until a
-guard of the mode vanishes, a new layer begins at that edge, and so on. Layers take no time in this limit: what their
-events have in common is the time of the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
+Higher orders are those of ``matched``. To order 0, for one friction and one fast state, the start's layer lands on the
+critical manifold of a mode (``impact``), the reduced flow goes on from there until a guard of the mode vanishes, a new
+layer begins at that edge, and so on. Layers take no time in this limit: what their events have in common is the time of
+the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from asympk.asymptotics import reduced
+from asympk.asymptotics import matched, reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.impact import Arrival, Layers
+from asympk.asymptotics.matched import Stretch
+from asympk.asymptotics.smooth import checked_order, tolerance
 from asympk.automaton.automaton import Automaton
-from asympk.errors import InputError, NoManifold, NotDerivable, OrderError, TooManyEvents
+from asympk.errors import InputError, NoManifold, NotDerivable, OutOfRange, TooManyEvents
 from asympk.path import Event, Path
 from asympk.symbolic import branches
 from asympk.symbolic.system import Mode, System
 
 RTOL = 1e-9
+FINER, ROUNDING = 1e-4, 500  # how much finer than mu^(n + 1) the integrations are, and what they lose
+SAFETY = 2
 EVENTS = 1000
 
 
-class Stretch(NamedTuple):
-    """Slow motion in one mode from the time ``began`` on; ``states(t)`` takes the time since then."""
-
-    began: float
-    mode: str
-    states: Callable
-
-
 def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
-    """Follow a ``scene`` with friction by its jumps and slow motions to order 0.
+    """Follow a ``scene`` with friction by its layers and slow motions to ``order``.
 
     ``"slow"`` refuses, with ``NoManifold``, what passes a jump or an edge. Raises ``OrderError``, ``NotDerivable``,
     ``OutOfRange`` where a layer does not settle, ``NotNormallyHyperbolic``, ``NoMotion``, ``TooManyEvents``.
     """
     system = scene.system
-    if isinstance(order, bool) or order != 0:
-        raise OrderError(f"order = {order!r}: the jump of a system with friction is known to order 0")
+    if checked_order(method, order):
+        return _to_order(scene, method, order)
     _require_derivable(system)
     automaton = Automaton(system, scene.values)
     mu = float(dict(zip(system.parameters, scene.values, strict=True))[system.small])
@@ -68,6 +64,24 @@ def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
         if len(events) > EVENTS:
             raise TooManyEvents(f"more than {EVENTS} events by t = {t:.6g}, at {system.states} = {state}")
     return Path(scene, method, state, tuple(events), tuple(modes), Dense(tuple(stretches), until))
+
+
+def _to_order(scene: Any, method: str, order: int) -> Path:
+    """Follow a scene to an order above 0; ``path.info["omitted"]`` is what the next order changes at ``until``."""
+    if scene.system.small is None:
+        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
+    mu = float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])
+    rtol = tolerance(mu, order, FINER)
+    course, next_ = matched.courses(scene, method, (order, order + 1), rtol)
+    final = np.array(course.state)
+    omitted = np.array(next_.state) - final
+    size = SAFETY * np.abs(omitted).max()
+    error = float(size / max(1.0, np.abs(final).max() - size) + ROUNDING * rtol)
+    if not error < 1:
+        raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
+                         "not small here; use an exact method")  # fmt: skip
+    return Path(scene, method, course.state, course.events, course.modes, Dense(course.stretches, float(scene.until)),
+                error, {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
 def _slowly(automaton: Automaton, landed: Arrival, t: float, until: float, mu: float) -> tuple:
@@ -119,5 +133,8 @@ class Dense:
             raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
         began = np.array([s.began for s in self.stretches])
         which = np.searchsorted(began, times.ravel(), side="right") - 1
-        columns = [self.stretches[k].states(u - began[k]) for k, u in zip(which, times.ravel(), strict=True)]
-        return np.array(columns).T.reshape(-1, *times.shape)
+        parts = [(which == k, s.states(times.ravel()[which == k] - s.began)) for k, s in enumerate(self.stretches)]
+        found = np.empty((len(parts[0][1]), times.size))
+        for here, states in parts:
+            found[:, here] = states
+        return found.reshape(-1, *times.shape)

@@ -5,7 +5,7 @@ to tau = 0 (``fibre``). A start whose layer does not settle on an attracting bra
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -109,26 +109,27 @@ def _followed(formulas, order, x, y, values, fine, coarse):
     return Landing(order, branch, end, base, during)
 
 
-def root(formulas: Formulas, x: tuple, guess: tuple, values: tuple) -> tuple | None:
+def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tuple | None:
     """Return the root b of g(x, b, 0) that Newton's method finds from ``guess``, or None."""
-    b = np.array(guess, dtype=float)
+    b, size, scale = tuple(map(float, guess)), math.inf, 1.0
     for _ in range(50):
         step = newton(formulas, x, b, values)
         if step is None:
             return None
-        b = b - step
-        if np.abs(step).max() <= 4e-16 * max(1, np.abs(b).max()):
-            return tuple(b.tolist())
-    return tuple(b.tolist()) if np.abs(step).max() <= 1e-13 * max(1, np.abs(b).max()) else None
+        b = tuple(v - s for v, s in zip(b, step, strict=True))
+        size, scale = max(map(abs, step)), max(1, *map(abs, b))
+        if size <= 4e-16 * scale:
+            return b
+    return b if size <= 1e-13 * scale else None
 
 
-def newton(formulas: Formulas, x: tuple, y: Any, values: tuple) -> Any:
+def newton(formulas: Formulas, x: Sequence, y: Sequence, values: tuple) -> Sequence[float] | None:
     """Return g_y^-1 g, or None where g_y is singular."""
     try:
         force = formulas.force(*x, *y, *values)
         if len(y) == 1:
-            return np.array(force) / formulas.jacobian(*x, *y, *values)[0]
-        return np.linalg.solve(_square(formulas, x, y, values), force)
+            return (force[0] / formulas.jacobian(*x, *y, *values)[0],)
+        return np.linalg.solve(_square(formulas, x, y, values), force).tolist()
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return None
 
@@ -160,7 +161,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         if scale > FAR * max(1, *map(abs, y)):
             break
         if known is None:
-            known, rate = _approached(formulas, x, now, scale, values)
+            known, rate = approached(formulas, x, now, scale, values)
             until = _reached(found) + _over(order) / rate if known else math.inf
         if _reached(found) >= until:
             if max(abs(v - w) for v, w in zip(now, known, strict=True)) < SETTLED * scale:
@@ -174,10 +175,13 @@ def _settled(formulas, first, x, y, values, order, tolerances):
                      f"most {STEPS} steps, at tau = {_reached(found):.6g}, y = {text(now)}")  # fmt: skip
 
 
-def _approached(formulas, x, now, scale, values):
-    """Return the attracting branch that the layer has come near to, and its rate; or None."""
+def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:
+    """Return the attracting branch that a layer has come near to at y = ``now``, and its rate; or None.
+
+    Raises ``OutOfRange`` for a start on a branch that does not attract.
+    """
     step = newton(formulas, x, now, values)
-    size = np.abs(step).max() if step is not None else math.inf
+    size = max(map(abs, step)) if step is not None else math.inf
     branch = root(formulas, x, now, values) if size < NEAR * scale else None
     rate = -abscissa(formulas, x, branch, values) if branch else 0
     if branch and size < 1e-14 * scale and rate <= 0:

@@ -9,7 +9,7 @@ and Wanner, Solving Ordinary Differential Equations I, section II.10).
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -52,7 +52,7 @@ class Step:
             found = (found + part.reshape(shape)) * (share if i % 2 == 0 else 1 - share)
         return found + np.array(self.state).reshape(shape)
 
-    @property
+    @cached_property
     def _parts(self) -> np.ndarray:
         stages = [*self.stages]
         for row in DOP853.A_EXTRA:
@@ -83,7 +83,7 @@ class Trajectory:
         found = np.empty((len(self.start), t.size))
         for k in set(which.tolist()):
             found[:, which == k] = self.steps[k](np.minimum(t.ravel()[which == k], ends[k]))
-        return found.reshape(-1, *t.shape)
+        return found.reshape(len(self.start), *t.shape)
 
 
 def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import abscissa, text
+from asympk.asymptotics.landing import abscissa, root, text
 from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
@@ -39,14 +39,14 @@ class Reduced:
     def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t``, for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)
-        motions = self.trajectory(t.ravel()).reshape(len(self.orders), -1, t.size)
+        motions = np.split(self.trajectory(t.ravel()), len(self.orders))
         known = self.formulas if t.size == 1 else self.formulas.arrays
         found = []
         for order, motion in zip(self.orders, motions, strict=True):
             point = motion[:, 0].tolist() if t.size == 1 else motion
             height = known.height[order](*point, self.mu, *self.values)
             found.append([*motion[: self.slow], *(np.broadcast_to(y, t.size) for y in height)])
-        return np.array(found).reshape(len(self.orders), -1, *t.shape)
+        return np.array(found).reshape(len(self.orders), len(found[0]), *t.shape)
 
 
 def follow(
@@ -83,6 +83,15 @@ def follow(
         raise OutOfRange(f"the reduced flow ends at t = {t:.6g} near {text(last[:size])}: its states grow beyond "
                          "bounds, or its steps become too small")  # fmt: skip
     return Reduced(formulas, orders, slow, mu, values, end, Trajectory(first, tuple(found)))
+
+
+def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
+    """Return (x, b), b the branch's value at x that Newton's method finds from ``near``; raises ``OutOfRange``."""
+    b = root(formulas, x, near, values)
+    if b is None:
+        raise OutOfRange(f"the base point x = {text(x)} is off the branch that the layer settles on; the small "
+                         "parameter is not small here")  # fmt: skip
+    return np.array([*x, *b])
 
 
 def _edge(step, size, inside):

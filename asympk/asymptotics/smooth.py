@@ -17,7 +17,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import Landing, land, root
+from asympk.asymptotics.landing import Landing, land
 from asympk.asymptotics.reduced import Reduced
 from asympk.errors import InputError, NotDerivable, OrderError, OutOfRange
 from asympk.path import Path
@@ -93,20 +93,17 @@ def follow(
 ) -> Motion:
     """Return the ``Motion`` to ``order`` and the ``EXTRA`` orders beyond it."""
     slow = len(known.mode.slow)
-    rtol = min(max(FINER * mu ** (order + 1), FINEST), COARSEST)
+    rtol = tolerance(mu, order)
     landing = land(known, order + EXTRA, begin[:slow], begin[slow:], values, rtol, mu)
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
-    starts = [_on_branch(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
+    starts = [reduced.branch_at(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
     return Motion(landing, reduced.follow(known, orders, starts, slow, mu, values, until, rtol), rtol, kept)
 
 
-def _on_branch(known, x, near, values):
-    b = root(known, x, near, values)
-    if b is None:
-        raise OutOfRange(f"the base point x = {', '.join(f'{v:.6g}' for v in x)} is off the branch that the layer "
-                         "settles on; the small parameter is not small here")  # fmt: skip
-    return np.array([*x, *b])
+def tolerance(mu: float, order: int, finer: float = FINER) -> float:
+    """Return the tolerance of the integrations of a model that is wrong by O(mu^(order + 1))."""
+    return min(max(finer * mu ** (order + 1), FINEST), COARSEST)
 
 
 def predicted_error(composites: Sequence[np.ndarray], left: Any = 0.0, rtol: float = 0.0) -> float:

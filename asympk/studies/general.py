@@ -1,27 +1,27 @@
 r"""The ladder of models for the scene of any slow-fast system: slow, jump of orders 0, 1, 2, exact.
 
-A smooth system's models predict their errors from the terms that they omit. With friction the error of the limit is
-C mu log(1/mu); C is measured on the same scene at 4 mu and 2 mu, where the exact motion is followed beside the model.
-Where the two constants do not agree the order is not seen, and no prediction is made. The error of an exact motion that
-is integrated is bounded by what a tolerance a hundred times as large changes.
+A smooth system's models predict their errors from the terms that they omit, and so do those of higher order with
+friction. What the limit with friction is wrong by is its distance from the jump of order 1, and what that is wrong by.
+The limit without a layer is ``"rigid"``: of an elastic contact it is the rigid mechanism. The error of an exact motion
+that is integrated is bounded by what a tolerance a hundred times as large changes.
 """
 
-import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
-from asympk.errors import AsympkError, OutOfRange
+from asympk.errors import AsympkError
 from asympk.methods import solve
 from asympk.scene import Scene
 
-SMOOTH = {"slow": ("slow", {"order": 1}), **{f"jump-{n}": ("jump", {"order": n}) for n in range(3)}}
-FRICTION = {"slow": ("slow", {}), "jump-0": ("jump", {})}
+JUMPS = {f"jump-{n}": ("jump", {"order": n}) for n in range(3)}
+SMOOTH = {"slow": ("slow", {"order": 1}), **JUMPS}
+FRICTION = {"rigid": ("slow", {"order": 0}), **SMOOTH}
 CRUDER = {"method": "lsoda", "rtol": 1e-8, "atol": 1e-8}
 REFERENCE_DIGITS = 16
-SAFETY = 1.5  # the constant that is taken, over the larger of the two measured
-AGREEMENT = 2  # between the two constants
 _REPEATS = 5
 
 
@@ -49,6 +49,13 @@ class Rung:
         return ", ".join([*words, f"cost {self.cost:.2g}"] if self.cost else words)
 
 
+def ladder(system: Any) -> dict[str, tuple[str, dict]]:
+    """Return the models below the exact one, lowest first: name -> (method, options)."""
+    if system.small is None:
+        return {}
+    return FRICTION if system.frictions else SMOOTH
+
+
 def rungs(scene: Scene) -> tuple[Rung, ...]:
     """Return the rungs of a scene's ladder, lowest first, with predictions, measured errors and costs.
 
@@ -56,42 +63,57 @@ def rungs(scene: Scene) -> tuple[Rung, ...]:
     """
     exact = solve(scene)
     reference = solve(scene, digits=REFERENCE_DIGITS).final
-    models = FRICTION if scene.system.frictions else SMOOTH
-    found = [_rung(scene, name, *of, reference) for name, of in models.items() if scene.system.small is not None]
+    found = [_rung(scene, name, *of, reference) for name, of in ladder(scene.system).items()]
     unit = seconds(scene, "exact", {})
     last = Rung("exact", _exact_error(scene, exact), _distance(exact.final, reference), 1.0)
     return (*(replace(r, cost=r.cost and r.cost / unit) for r in found), last)
 
 
+def atlas(
+    system: Any, values: Mapping, start: Mapping, until: Any, rtol: float, progress: Callable[[float], None] | None
+) -> np.ndarray:
+    """Return the place on the ladder of the least model, over values, starts and horizons that broadcast."""
+    given = [dict(part) for part in (values, start)]
+    columns = [*given[0].values(), *given[1].values(), until]
+    shape = np.broadcast_shapes(*(np.shape(c) for c in columns))
+    flat = [np.broadcast_to(np.asarray(c, dtype=object), shape).ravel() for c in columns]
+    found = np.empty(int(np.prod(shape)), dtype=np.int8)
+    for i, (*numbers, end) in enumerate(zip(*flat, strict=True)):
+        if progress:
+            progress(i / found.size)
+        first = len(given[0])
+        scene = Scene(system=system, values=dict(zip(given[0], numbers[:first], strict=True)),
+                      start=dict(zip(given[1], numbers[first:], strict=True)), until=end)  # fmt: skip
+        found[i] = _least(scene, rtol)
+    return found.reshape(shape)
+
+
+def _least(scene, rtol):
+    models = ladder(scene.system)
+    for i, of in enumerate(models.values()):
+        try:
+            if predicted(scene, solve(scene, of[0], **of[1])) < rtol:
+                return i
+        except AsympkError:
+            continue
+    return len(models)
+
+
 def _rung(scene, name, method, options, reference):
     try:
         path = solve(scene, method, **options)
-        predicted = path.error if path.error is not None else calibrated_error(scene, method, options)
-    except AsympkError as error:
-        return Rung(name, None, reason=f"{type(error).__name__}: {error}")
-    return Rung(name, float(predicted), _distance(path.final, reference), seconds(scene, method, options))
+        error = predicted(scene, path)
+    except AsympkError as reason:
+        return Rung(name, None, reason=f"{type(reason).__name__}: {reason}")
+    return Rung(name, float(error), _distance(path.final, reference), seconds(scene, method, options))
 
 
-def calibrated_error(scene: Scene, method: str, options: dict) -> float:
-    """Return C mu log(1/mu) with the constant C measured at 4 mu and 2 mu; raises ``OutOfRange`` where they differ."""
-    k = scene.system.parameters.index(scene.system.small)
-    mu = float(scene.values[k])
-    if 4 * mu >= 1 / math.e:
-        raise OutOfRange(f"{scene.system.small} = {mu:.3g} is too large to measure the error at four times as much")
-    constants = []
-    for factor in (4, 2):
-        values = (*scene.values[:k], factor * mu, *scene.values[k + 1 :])
-        other = replace(scene, values=values)
-        off = _distance(solve(other, method, **options).final, solve(other).final)
-        constants.append(off / _size(factor * mu))
-    if max(constants) > AGREEMENT * min(constants):
-        raise OutOfRange(f"the errors at 4 and 2 times {scene.system.small} = {mu:.3g} are {constants[0]:.3g} and "
-                         f"{constants[1]:.3g} times their order; they do not show it yet")  # fmt: skip
-    return SAFETY * max(constants) * _size(mu)
-
-
-def _size(mu):
-    return mu * math.log(1 / mu)
+def predicted(scene: Scene, path: Any) -> float:
+    """Return the error that a path predicts, or, in the limit with friction, its distance from the jump of order 1."""
+    if path.error is not None:
+        return path.error
+    finer = solve(scene, "jump", order=1)
+    return _distance(path.final, finer.final) + finer.error
 
 
 def _exact_error(scene, exact):

@@ -48,7 +48,7 @@ class Ladder(ShownAsTable):
 def least_model(scene, rtol=1e-3):
     """Climb the ladder for ``scene``; return the ``Ladder`` with the lowest rung that predicts an error below ``rtol``.
 
-    The scene of a system that is not the rod has the ladder of ``general.rungs``: slow, jump of orders 0, 1, 2, exact.
+    The scene of a system that is not the rod has the ladder of ``general.rungs``: rigid, slow, jump-0 .. jump-2, exact.
     Raises ``InputError`` for an rtol that is not a positive number, or below what doubles hold.
     """
     require_scene(scene, "least_model")
@@ -82,15 +82,19 @@ def lowest(rungs, rtol):
     return next(rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol)
 
 
-def atlas(sigma, mu, x, y, z, until, rtol=1e-3, sigma0=None, progress=None):
+def atlas(sigma=None, mu=None, x=None, y=None, z=None, until=None, rtol=1e-3, sigma0=None, progress=None, *,
+          system=None, values=None, start=None):  # fmt: skip
     """Map the least model over parameters and starts that broadcast: an array of rung numbers, 0 for ``"rigid"``.
 
     Plane by plane: give two of the arguments as ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the
-    share of the ladder that is climbed. The names of the rungs are the keys of ``LADDER``, in order.
+    share of the work that is done. The names of the rungs are the keys of ``LADDER``, in order; those of a ``system``
+    with ``values`` and ``start``, mappings to numbers or arrays, are the keys of ``general.ladder``, and ``"exact"``.
     """
     import numpy as np
 
     rtol = _tolerance(rtol)
+    if system is not None:
+        return general.atlas(system, values or {}, start or {}, until, rtol, progress)
     shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
     size = int(np.prod(shape))
     flat = [job[name].array(slice(0, size)) for name in ("sigma", "mu", "x", "y", "z", "until", "sigma0")]

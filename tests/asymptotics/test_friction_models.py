@@ -102,6 +102,48 @@ def test_the_impulses_followed_in_numbers_are_those_of_the_jump_law():
     assert path.final == pytest.approx([float(v) for v in truth.final], abs=2e-3)
 
 
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize(("start", "sigma"), [(STARTS[0], 1), (STARTS[2], 1), ((0, "1/5", -1), -1)])
+def test_the_error_of_higher_orders_over_their_omitted_term_tends_to_one(start, sigma, order):
+    off = []
+    for small in ("1/100", "1/400"):
+        truth = ap.solve(ap.Scene(sigma=sigma, mu=small, start=start, until=3), digits=30)
+        path = ap.solve(ap.Scene(system=ROD, values={s: sigma, c: small}, start=start, until=3), "jump", order=order)
+        error = np.array([float(a - b) for a, b in zip(truth.final, path.final, strict=True)])
+        k = np.abs(path.info["omitted"]).argmax()
+        off.append(abs(error[k] / path.info["omitted"][k] - 1))
+        assert path.modes == truth.modes
+        assert np.abs(error).max() < path.error * max(1, *map(abs, path.final))
+    assert off[1] < off[0] / 2
+    assert off[1] < 0.2
+
+
+def test_higher_orders_are_right_within_the_layer_and_at_its_events():
+    small, until = "1/10000", "1/10"
+    truth = ap.solve(ap.Scene(sigma=1, mu=small, start=STARTS[0], until=until))
+    path = ap.solve(ap.Scene(system=ROD, values={s: 1, c: small}, start=STARTS[0], until=until), "jump", order=1)
+    for mine, true in zip(path.events, truth.events, strict=True):
+        assert mine.t == pytest.approx(true.t, abs=1e-12)
+    times = np.concatenate([np.linspace(0, 0.004, 41), np.linspace(0.01, 0.1, 7)])
+    size = np.abs(truth(times)).max(axis=1, keepdims=True)
+    assert np.abs((path(times) - truth(times)) / size).max() < 1e-8
+
+
+def test_higher_orders_take_several_frictions_and_a_belt_that_swings():
+    p, q, u, v, t = sp.symbols("p q u v t", real=True)
+    F1, F2 = sp.symbols("F1 F2", real=True)
+    system = ap.System.with_frictions(
+        slow={p: q, u: 1 - (p + q) + F1, v: -p - v + F2 + sp.cos(3 * t) / 5}, fast={q: 1 - 2 * (p + q) + F1}, small=c,
+        time=t, frictions=(ap.Friction(velocity=u, force=F1, load=p + q, kinetic=3),
+                           ap.Friction(velocity=v, force=F2, load=sp.Integer(1), kinetic=sp.Rational(1, 10))),
+    )  # fmt: skip
+    scene = ap.Scene(system=system, values={c: "1e-4"}, start={p: 0, q: "1/5", u: -1, v: "1/2"}, until=1)
+    path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene, "lsoda", rtol=1e-11)
+    assert path.modes == truth.modes
+    assert [e.friction for e in path.events] == [e.friction for e in truth.events]
+    assert np.abs(np.array(path.final) - truth.final).max() < path.error < 1e-6
+
+
 def test_a_start_on_the_divide_is_refused():
     with pytest.raises(OutOfRange, match="divide"):
         _rod("1/1000", (0, -1, 1))
@@ -109,8 +151,8 @@ def test_a_start_on_the_divide_is_refused():
 
 def test_what_is_not_derived_is_refused_by_name():
     scene = ap.Scene(system=ROD, values={s: 1, c: "1/1000"}, start=STARTS[0], until=1)
-    with pytest.raises(OrderError, match="order 0"):
-        ap.solve(scene, "jump", order=1)
+    with pytest.raises(OrderError, match="known to the orders"):
+        ap.solve(scene, "jump", order=5)
     curved = ap.System.with_friction(
         slow={a: b}, fast={b: 1 - b**3 + F}, velocity={w: 1 + F}, force=F, load=a + b, kinetic=s, small=c
     )

@@ -7,7 +7,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.errors import AsympkError, InputError
-from asympk.studies.general import calibrated_error
+from asympk.studies.general import predicted
 
 x, y, z, F, t = sp.symbols("x y z F t", real=True)
 mu, kappa, s = sp.symbols("mu kappa s", positive=True)
@@ -43,20 +43,44 @@ def test_a_tolerance_below_every_prediction_is_refused():
 
 
 @pytest.mark.parametrize("start", [(0, "1/5", -1), ("3/10", -2, "-1/2"), (0, 0, 1)])
-def test_the_calibrated_error_of_a_jump_bounds_the_error(start):
+def test_the_limit_with_friction_is_wrong_by_what_its_distance_from_the_next_order_predicts(start):
     scene = ap.Scene(system=ROD, values={s: 1, mu: "1e-5"}, start=start, until=2)
     truth = ap.solve(ap.Scene(sigma=1, mu="1e-5", start=start, until=2)).final
-    off = max(abs(p - q) for p, q in zip(ap.solve(scene, "jump").final, truth, strict=True))
-    predicted = calibrated_error(scene, "jump", {})
-    assert off <= predicted < 4 * off
+    path = ap.solve(scene, "jump")
+    off = max(abs(p - q) for p, q in zip(path.final, truth, strict=True))
+    assert off / max(1, *map(abs, truth)) <= predicted(scene, path) < 1.01 * off
 
 
-def test_the_ladder_of_a_scene_with_friction_has_its_jump_and_the_exact_motion():
-    ladder = ap.least_model(ap.Scene(system=ROD, values={s: 1, mu: "1e-5"}, start=(0, "1/5", -1), until=1), 1e-2)
-    assert [r.model for r in ladder.rungs] == ["slow", "jump-0", "exact"]
-    assert ladder.rungs[0].reason.startswith("NoManifold")
+def test_the_ladder_of_a_scene_with_friction_has_its_jumps_and_the_exact_motion():
+    scene = ap.Scene(system=ROD, values={s: 1, mu: "1e-5"}, start=(0, "1/5", -1), until=1)
+    ladder = ap.least_model(scene, 1e-2)
+    assert [r.model for r in ladder.rungs] == ["rigid", "slow", "jump-0", "jump-1", "jump-2", "exact"]
+    assert all(rung.reason.startswith("NoManifold") for rung in ladder.rungs[:2])
     assert ladder.model == "jump-0"
-    assert all(r.measured <= r.predicted for r in ladder.rungs[1:])
+    assert all(r.measured <= r.predicted for r in ladder.rungs[2:])
+    assert ap.least_model(scene, 1e-6).model == "jump-1"
+    assert ap.least_model(ap.Scene(system=ROD, values={s: 1, mu: "1e-5"}, start=(0, 0, 1), until=1)).model == "rigid"
+
+
+def test_the_rigid_rung_of_an_elastic_contact_is_the_rigid_mechanism():
+    mechanism, numbers = ap.systems.held_rod.mechanism(), {"m": 1, "alpha": "6/5", "P": 1, "kappa": 1, "f": "1/2"}
+    system = mechanism.elastic(mu, sp.Rational(1, 2))
+    start = {"x1": 0, "x2": 0, "x": "1/4", "y": 0, "z": 1}
+    scene = ap.Scene(system=system, values={**numbers, mu: "1e-8"}, start=start, until="1/2")
+    rigid = ap.Scene(system=mechanism.rigid(), values=numbers, until="1/2",
+                     start={"x1": 0, "x2": 0, "x1'": 1, "x2'": 1})  # fmt: skip
+    rung = dict(zip(scene.names, ap.solve(scene, "slow", order=0).final, strict=True))
+    truth = dict(zip(rigid.names, ap.solve(rigid).final, strict=True))
+    assert (rung["x1"], rung["x2"], rung["z"]) == pytest.approx((truth["x1"], truth["x2"], truth["x1'"]), abs=1e-7)
+
+
+def test_the_atlas_of_a_reaction_needs_more_of_a_model_as_its_parameter_grows():
+    found = ap.atlas(system=ENZYME, values={kappa: 1, s: "1/2", mu: ["1e-5", "1e-3", "1e-2", "1/5"]},
+                     start={x: 1, y: 0}, until=1, rtol=1e-4)  # fmt: skip
+    assert found.tolist() == sorted(found.tolist())
+    assert found[0] < found[-1]
+    scene = ap.Scene(system=ENZYME, values={kappa: 1, s: "1/2", mu: "1e-2"}, start={x: 1, y: 0}, until=1)
+    assert [r.model for r in ap.least_model(scene, 1e-4).rungs][found[2]] == ap.least_model(scene, 1e-4).model
 
 
 @pytest.mark.parametrize("system", [ENZYME, CUBIC, FORCED], ids=["enzyme", "cubic", "forced"])
