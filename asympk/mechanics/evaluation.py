@@ -1,5 +1,6 @@
 """Expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
+from contextlib import nullcontext
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -44,19 +45,14 @@ def _at(expr: sp.Basic, symbols: tuple[sp.Symbol, ...], numbers: tuple) -> Any:
         return np.full(np.shape(numbers[0]) if numbers else (), expr == sp.true)
     if isinstance(expr, sp.StrictGreaterThan | sp.StrictLessThan):
         return _at(expr.gts - expr.lts, symbols, numbers) > 0
-    if expr.has(sp.Piecewise):
-        return np.vectorize(lambda *at: _piece(expr, dict(zip(symbols, at, strict=True))), otypes=[float])(*numbers)
-    return _function(expr, symbols)(*numbers)
-
-
-def _piece(expr: sp.Expr, values: dict[sp.Symbol, Any]) -> float:
-    return float(expr.subs({symbol: sp.Rational(float(value)) for symbol, value in values.items()}))
+    with np.errstate(invalid="ignore", divide="ignore") if expr.has(sp.Piecewise) else nullcontext():
+        return _function(expr, symbols)(*numbers)
 
 
 @lru_cache(maxsize=256)
 def _function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
     plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
-    return lower(tuple(plain.values()), expr.xreplace(plain), "numpy")
+    return lower(tuple(plain.values()), expr.xreplace(plain), "numpy", branching=True)
 
 
 def exact(name: str, value: Any) -> sp.Expr:

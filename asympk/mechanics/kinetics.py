@@ -48,7 +48,10 @@ class Kinetics:
     @cached_property
     def delassus(self) -> sp.ImmutableMatrix:
         """The Delassus matrix G = W' M^-1 W."""
-        return (self.directions * self.response[:, :2]).applyfunc(tidy).as_immutable()
+        normal, mixed, tangential = (
+            tidy((self.directions[i, :] * self.response[:, j])[0]) for i, j in ((0, 0), (0, 1), (1, 1))
+        )
+        return sp.ImmutableMatrix([[normal, mixed], [mixed, tangential]])
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
@@ -59,7 +62,7 @@ class Kinetics:
     def free(self) -> tuple[sp.Expr, sp.Expr]:
         """The free accelerations (a_N, a_T): g'' and gamma' without reaction and friction."""
         accelerations = dict(zip(self.velocities, self.response[:, 2], strict=True))
-        return tuple(tidy(self.rate(expr, accelerations)) for expr in (self.gap_rate, self.slip))
+        return tuple(_short(self.rate(expr, accelerations)) for expr in (self.gap_rate, self.slip))
 
     @cached_property
     def determinant(self) -> sp.Expr:
@@ -79,3 +82,8 @@ class Kinetics:
         parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
         used = set().union(*(part.free_symbols for part in parts))
         return tuple(sorted(used - {*self.coordinates, *self.velocities, self.time}, key=str))
+
+
+def _short(total: sp.Expr) -> sp.Expr:
+    """Tidy a sum of tidy terms; a long one gains little over one denominator and costs seconds to bring there."""
+    return total if total.count_ops() > 60 else tidy(total)

@@ -20,7 +20,8 @@ from asympk.mechanics.jump import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
 from asympk.mechanics.names import keyed, plain_names, plainly
-from asympk.mechanics.paradox import LeastFriction, ParadoxSet
+from asympk.mechanics.paradox import LeastFriction
+from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.reading import expression
@@ -161,8 +162,8 @@ class Mechanism(ShownAsFormulas):
         return rigid.motion_map(self.plain, self.keyed(values))
 
     def paradox_set(self, ranges: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
-        """Return where there is a paradox over one or two coordinates or parameters; see ``paradox.paradox_set``."""
-        return paradox.paradox_set(self.plain, self.keyed(ranges), self.keyed(values or {}))
+        """Return where there is a paradox over one or two coordinates or parameters; see ``paradoxset.paradox_set``."""
+        return paradox_set(self.plain, self.keyed(ranges), self.keyed(values or {}))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate`` and where it is; see ``paradox.least``."""

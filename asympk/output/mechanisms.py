@@ -2,7 +2,10 @@
 
 from importlib import import_module
 
+import sympy as sp
+
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.jump import rebound
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described
 
@@ -116,7 +119,7 @@ def _rebounds(told):
     rod = told.mechanism
     if rod.evaluate(rod.free[0], told.numbers) >= 0:
         return []
-    rates = [(b, rod.evaluate(rod.jump_law(ratio=b).gap_rate, told.numbers)) for b in _DAMPINGS]
+    rates = [(b, rod.evaluate(rod.own(rebound(rod.plain, sp.Integer(b))), told.numbers)) for b in _DAMPINGS]
     shown = ", ".join(f"g' = {_short(rate)} for a damping ratio {b}" for b, rate in rates)
     return [f"rebound         {shown}"]
 

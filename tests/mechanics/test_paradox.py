@@ -71,11 +71,50 @@ def test_a_coordinate_that_the_contact_ties_is_given_as_a_function():
     assert found.intervals
 
 
+def test_an_interval_that_no_sample_meets_is_found_by_the_roots_of_a_polynomial():
+    """Just above the least critical friction 4/3 the paradox is a sliver around tan(theta) = 2."""
+    found = slender_rod().paradox_set({"theta": (0, "1.57")}, {"f": "1.3333334", "m": 1})
+    roots = np.arctan(np.sort(np.roots([1, -3 * 1.3333334, 4])))
+    assert found.complete
+    assert found.edges == pytest.approx(roots, abs=1e-12)
+    assert roots[1] - roots[0] < 1.57 / 2001
+
+
+def test_edges_over_several_turns_are_those_of_one_turn_repeated():
+    rod, values = slender_rod(), {"f": 2, "m": 1}
+    once = rod.paradox_set({"theta": (-2, 2 * np.pi - 2)}, values).edges
+    four = rod.paradox_set({"theta": (-2 - 2 * np.pi, 6 * np.pi - 2)}, values).edges
+    assert len(four) == 4 * len(once) == 32
+    assert np.reshape(four, (4, -1)) - 2 * np.pi * np.arange(-1, 3)[:, None] == pytest.approx(np.tile(once, (4, 1)))
+
+
+def test_an_interval_between_two_samples_is_found_without_a_polynomial_too():
+    """The slider-crank's rod angle is tied by an arcsine: a sliver just above the least critical friction."""
+    crank = ap.systems.crank_slider
+    values = {**{name: crank.VALUES[name] for name in ("J", "m", "r", "l")}, "phi": crank.TURN[3]["phi"]}
+    at, rod = np.linspace(0.3, 3, 200001), crank.mechanism()
+    critical = rod.evaluate(rod.critical_friction, {**values, "theta": at, "phi": values["phi"](at)})
+    least, where = critical.min(), at[critical.argmin()]
+    found = rod.paradox_set({"theta": (0.3, 3)}, {**values, "f": least + 1e-9})
+    assert not found.complete
+    ((start, end),) = ((i.start, i.end) for i in found.intervals)
+    assert start < where < end
+    assert end - start < 2.7 / 2001
+
+
+def test_over_a_parameter_the_edge_is_the_critical_friction():
+    rod = slender_rod()
+    (edge,) = rod.paradox_set({"f": (0, 10)}, {"theta": "1.1", "m": 1}).edges
+    assert edge == pytest.approx(float(rod.evaluate(rod.critical_friction, {"theta": 1.1})), rel=1e-15)
+
+
 @pytest.mark.parametrize(
     ("ranges", "match"),
     [
         ({}, "0 ranges"),
         ({"theta": (1, 0)}, "low < high"),
+        ({"theta": 1}, "give \\(low, high\\)"),
+        ({"theta": (0, float("nan"))}, "range of theta"),
         ({"theta": (0, 1), "f": (0, 1), "m": (1, 2)}, "3 ranges"),
     ],
 )

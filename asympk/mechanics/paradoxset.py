@@ -1,0 +1,181 @@
+r"""The configurations with a paradox: where friction load |G_NT| - G_NN is positive over one or two coordinates.
+
+Its zeros are those of G_NN^2 - (friction load G_NT)^2. Where that is rational in the first coordinate q or in its sine
+and cosine, a polynomial in T = q or T = tan(q/2) has the same zeros; they part the range into stretches of one sign, so
+that none is missed. Elsewhere the range is sampled, and the extrema between samples are looked up.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import sympy as sp
+
+from asympk.errors import InputError
+from asympk.mechanics.evaluation import as_floats, evaluate, exact
+from asympk.mechanics.kinetics import Kinetics
+from asympk.mechanics.paradox import ratio
+
+ROWS = 201  # values of the second coordinate
+_HALVINGS = 60  # of a bracket, to rounding
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A stretch of one coordinate with a paradox; ``other`` is the value of the second coordinate, or None."""
+
+    start: float
+    end: float
+    other: float | None = None
+
+
+@dataclass(frozen=True)
+class ParadoxSet:
+    """Where a mechanism has a paradox over one or two coordinates or parameters, named in ``over``.
+
+    ``intervals`` is the table; ``edges`` are its ends that lie within the range, to rounding. With ``complete`` every
+    interval over the first coordinate is there; without it one may be missed where the condition has two extrema
+    within the range divided by ``samples``.
+    """
+
+    over: tuple[str, ...]
+    ranges: tuple[tuple[float, float], ...]
+    intervals: tuple[Interval, ...]
+    samples: int
+    complete: bool
+
+    @property
+    def edges(self) -> tuple[float, ...]:
+        """The ends of the intervals that are no ends of the range, in order."""
+        ends = (end for interval in self.intervals for end in (interval.start, interval.end))
+        return tuple(end for end in ends if end not in self.ranges[0])
+
+
+def paradox_set(
+    kinetics: Kinetics, ranges: dict[sp.Symbol, Any], values: dict[sp.Symbol, Any], samples: int = 2001
+) -> ParadoxSet:
+    """Return the ``ParadoxSet`` over the coordinates or parameters of ``ranges``, ``{name: (low, high)}``, one or two.
+
+    ``values`` gives the others, as numbers or as functions of those of ``ranges``, in their order; the edges over the
+    first are refined to rounding. Raises ``InputError`` for ranges that are none and for missing values.
+    """
+    names = tuple(ranges)
+    if not 1 <= len(names) <= 2:
+        raise InputError(f"{len(names)} ranges; give one or two coordinates or parameters with their (low, high)")
+    if not isinstance(samples, int) or samples < 3:
+        raise InputError(f"samples = {samples!r:.60}: give a whole number of 3 or more")
+    ends = tuple(_ends(name, ranges[name]) for name in names)
+    import numpy as np
+
+    witnesses = _witnesses(kinetics, names, values)
+    others = np.linspace(*ends[1], ROWS) if len(names) == 2 else np.zeros(1)
+    excess = _excess(kinetics, names, values, others)
+    at, row = np.tile(np.linspace(*ends[0], samples), len(others)), np.repeat(np.arange(len(others)), samples)
+    if witnesses is None:
+        inner, of = _extrema(excess, at, row)
+    else:
+        places = [witnesses(*ends[0], *([other] if len(names) == 2 else [])) for other in others]
+        inner, of = np.concatenate(places), np.repeat(np.arange(len(others)), [len(p) for p in places])
+    at, row = np.append(at, inner), np.append(row, of)
+    order = np.lexsort((at, row))
+    found = _positive(excess, at[order], row[order])
+    intervals = (Interval(*span, float(others[k]) if len(names) == 2 else None) for k, span in found)
+    return ParadoxSet(tuple(map(str, names)), ends, tuple(intervals), samples, witnesses is not None)
+
+
+def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
+    try:
+        low, high = given
+    except (TypeError, ValueError):
+        raise InputError(f"range of {name} = {given!r:.60}: give (low, high)") from None
+    low, high = (as_floats(f"range of {name}", end) for end in (low, high))
+    if not low < high:
+        raise InputError(f"range of {name} = ({low:g}, {high:g}): give (low, high) with low < high")
+    return low, high
+
+
+def _excess(kinetics: Kinetics, names: tuple, values: dict, others: Any) -> Callable[[Any, Any], Any]:
+    """Return friction load |G_NT| - G_NN as a function of arrays: the first coordinate, and which of ``others``."""
+    import numpy as np
+
+    G = kinetics.delassus
+    expr = kinetics.friction * kinetics.load * sp.Abs(G[0, 1]) - G[0, 0]
+
+    def excess(at: Any, row: Any) -> Any:
+        turned = (at, others[row])[: len(names)]
+        placed = {key: value(*turned) if callable(value) else value for key, value in values.items()}
+        (found,) = evaluate((expr,), placed | dict(zip(names, turned, strict=True)))
+        return np.broadcast_to(found, np.shape(at))
+
+    return excess
+
+
+def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., Any] | None:
+    """Return the function (low, high, other) -> one place between every two roots, or None without a polynomial."""
+    import numpy as np
+
+    normal, mixed = ratio(kinetics)
+    expr = normal**2 - (kinetics.friction * kinetics.load * mixed) ** 2
+    needed = [s for s in expr.free_symbols - {*names} if s in values]
+    if any(callable(values[s]) for s in needed):
+        return None
+    found = _polynomial(expr.subs({s: exact(str(s), values[s]) for s in needed}), names[0])
+    if found is None:
+        return None
+    coefficients, angle = found
+
+    def places(low: float, high: float, *fixed: float) -> Any:
+        numbers = evaluate(coefficients, dict(zip(names[1:], fixed, strict=True)))
+        roots = np.roots(np.array(numbers, dtype=float)).real
+        if angle:
+            turns = 2 * np.pi * np.arange(np.floor(low / (2 * np.pi)) - 1, np.ceil(high / (2 * np.pi)) + 2)
+            roots = np.add.outer(np.append(2 * np.arctan(roots), np.pi), turns).ravel()
+        cuts = np.unique(np.concatenate(([low], roots[(roots > low) & (roots < high)], [high])))
+        return (cuts[1:] + cuts[:-1]) / 2
+
+    return places
+
+
+def _polynomial(expr: sp.Expr, name: sp.Symbol) -> tuple[tuple[sp.Expr, ...], bool] | None:
+    """Return coefficients of a polynomial with the zeros of ``expr``, in ``name`` or (True) in tan(name/2), or None."""
+    expanded, T = sp.expand_trig(expr), sp.Dummy("T", real=True)
+    sine, cosine = 2 * T / (1 + T**2), (1 - T**2) / (1 + T**2)
+    turned = expanded.subs({sp.tan(name): sine / cosine, sp.sin(name): sine, sp.cos(name): cosine})
+    angle = turned != expanded
+    if turned.has(name) and angle:
+        return None
+    numerator, _ = sp.fraction(sp.together(turned.subs(name, T)))
+    if not numerator.is_polynomial(T) or numerator.has(sp.Abs, sp.Piecewise):
+        return None
+    return tuple(sp.Poly(numerator, T).all_coeffs()), angle
+
+
+def _extrema(function: Callable[[Any, Any], Any], at: Any, row: Any) -> tuple[Any, Any]:
+    """Return (places, rows) where a function is least or greatest between the neighbours of an extreme sample."""
+    import numpy as np
+
+    rise = np.sign(np.diff(function(at, row)))
+    found = np.nonzero((rise[1:] * rise[:-1] <= 0) & (row[2:] == row[:-2]))[0]
+    sign = np.where(rise[found] >= rise[found + 1], 1.0, -1.0)
+    low, high, of = at[found], at[found + 2], row[found]
+    for _ in range(_HALVINGS if len(found) else 0):
+        left, right = low + (high - low) / 3, high - (high - low) / 3
+        rises = sign * function(left, of) < sign * function(right, of)
+        low, high = np.where(rises, left, low), np.where(rises, high, right)
+    return (low + high) / 2, of
+
+
+def _positive(function: Callable[[Any, Any], Any], at: Any, row: Any) -> list[tuple[int, tuple[float, float]]]:
+    """Return (row, (start, end)) where a function is positive, the ends within a row refined by halving."""
+    import numpy as np
+
+    inside, turns = function(at, row) > 0, row[1:] != row[:-1]
+    cuts = np.nonzero((inside[1:] != inside[:-1]) & ~turns)[0]
+    low, high, of = at[cuts], at[cuts + 1], row[cuts]
+    for _ in range(_HALVINGS if len(cuts) else 0):
+        middle = (low + high) / 2
+        same = (function(middle, of) > 0) == inside[cuts]
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    outer = [*np.nonzero(inside & np.append(True, turns))[0], *np.nonzero(inside & np.append(turns, True))[0]]
+    ends = sorted([*zip(of, high, strict=True), *((row[k], at[k]) for k in outer)])
+    return [(int(k), (float(a), float(b))) for (k, a), (_, b) in zip(ends[::2], ends[1::2], strict=True)]
