@@ -42,6 +42,8 @@ html_math_renderer = "mathml"
 _ROW = re.compile(r"\\(?:label\{.*?\}|notag|nonumber)")
 _ENVIRONMENT = re.compile(r"\\begin\{(equation|align)(\*?)\}(.*)\\end\{\1\2\}", re.DOTALL)
 _FUNCTION = re.compile(r'<mi mathvariant="normal">([a-z]{2,6})</mi><mo>&#8289;</mo>')
+_LOW = re.compile(r"\\left([(\[])((?:(?!\\left|\\right|\\frac|\\begin|\\sqrt|\^).)*)\\right([)\]])")
+_ACCENTS = str.maketrans("\u0307\u0308", "\u02d9\u00a8")  # those that stand alone lie in the middle of their letters
 _MARKS = re.compile(r"(``.*?``|`[^`]*`)|([|*\\]|(?<=\w)_(?!\w))")
 
 
@@ -65,7 +67,7 @@ def _formulas(app, doctree, docname):
     for node, latex, mathml in zip(found, asked, answers, strict=True):
         if not mathml.startswith("<math"):
             raise ExtensionError(f"{docname}: Pandoc has no MathML for {latex}")
-        mathml = re.sub(r"<annotation.*?</annotation>|</?semantics>", "", mathml)
+        mathml = re.sub(r"<annotation.*?</annotation>|</?semantics>", "", mathml).translate(_ACCENTS)
         node["mathml"] = _FUNCTION.sub(r'<mo lspace="0.17em" rspace="0.08em">\1</mo>', mathml)
 
 
@@ -73,7 +75,10 @@ def _bare(latex):
     latex = _ENVIRONMENT.sub(
         lambda found: rf"\begin{{aligned}}{found[3]}\end{{aligned}}" if found[1] == "align" else found[3], latex
     )
-    return " ".join(_ROW.sub("", latex).split())
+    latex, low = " ".join(_ROW.sub("", latex).split()), ""
+    while latex != low:  # brackets that might stretch have more space around them
+        low, latex = latex, _LOW.sub(r"\1\2\3", latex)
+    return latex
 
 
 def _inline(writer, node):
