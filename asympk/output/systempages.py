@@ -50,11 +50,12 @@ def write_page(name: str, out: Path) -> None:
 def write_index(out: Path) -> None:
     """Write ``out``/index.rst, which shows the sketch of every system of the catalogue."""
     parts = [*_heading("Systems", "="), "The catalogue, ``ap.systems``. ``asympk mechanism NAME`` tells of a mechanism "
-             "at the prompt.", ""]  # fmt: skip
+             "at the prompt.", "", ".. container:: tiles", ""]  # fmt: skip
     for name in SKETCHES:
         about = (import_module(f"asympk.systems.{name}").__doc__ or "").partition("\n")[0]
-        parts += [f".. figure:: {name}-sketch.svg", f"   :target: {name}.html", f"   :alt: {SKETCHES[name].title}",
-                  "   :figclass: tile", "", f"   :doc:`{name}`: {about}", ""]  # fmt: skip
+        tile = [f".. image:: {name}-sketch.svg", f"   :target: {name}.html", f"   :alt: {SKETCHES[name].title}", "",
+                f":doc:`{name}`. {about}", ""]  # fmt: skip
+        parts += ["   .. container::", "", *(f"      {line}" for line in tile)]
     parts += [".. toctree::", "   :hidden:", "", *(f"   {name}" for name in SKETCHES), ""]
     write_text(out / "index.rst", "\n".join(parts))
 
