@@ -35,13 +35,16 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "notebook_extensions": set(),
     "write_computation_times": False,
-    "remove_config_comments": True,
+    "within_subsection_order": "FileNameSortKey",
 }
 suppress_warnings = ["config.cache"]
 html_math_renderer = "mathml"
 _ROW = re.compile(r"\\(?:label\{.*?\}|notag|nonumber)")
 _ENVIRONMENT = re.compile(r"\\begin\{(equation|align)(\*?)\}(.*)\\end\{\1\2\}", re.DOTALL)
 _FUNCTION = re.compile(r'<mi mathvariant="normal">([a-z]{2,6})</mi><mo>&#8289;</mo>')
+_PRIME = re.compile(r"<msup>(<mi>[^<]*</mi>)(<mo>′+</mo>)</msup>")  # a prime is high by itself
+_LOW = re.compile(r"\\left([(\[])((?:(?!\\left|\\right|\\frac|\\begin|\\sqrt|\^).)*)\\right([)\]])")
+_ACCENTS = str.maketrans("\u0307\u0308", "\u02d9\u00a8")  # those that stand alone lie in the middle of their letters
 _MARKS = re.compile(r"(``.*?``|`[^`]*`)|([|*\\]|(?<=\w)_(?!\w))")
 
 
@@ -50,7 +53,13 @@ def setup(app):
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     app.connect("doctree-resolved", _formulas)
     app.connect("autodoc-process-docstring", _plain)
+    app.connect("source-read", _without_archives)
     return {"parallel_read_safe": True}
+
+
+def _without_archives(app, docname, source):
+    """Leave out the archive that sphinx-gallery offers beside each script: its bytes depend on the time."""
+    source[0] = re.sub(r"\n +\.\. container:: sphx-glr-download sphx-glr-download-zip\n\n.*\n", "\n", source[0])
 
 
 def _formulas(app, doctree, docname):
@@ -65,7 +74,8 @@ def _formulas(app, doctree, docname):
     for node, latex, mathml in zip(found, asked, answers, strict=True):
         if not mathml.startswith("<math"):
             raise ExtensionError(f"{docname}: Pandoc has no MathML for {latex}")
-        mathml = re.sub(r"<annotation.*?</annotation>|</?semantics>", "", mathml)
+        mathml = re.sub(r"<annotation.*?</annotation>|</?semantics>", "", mathml).translate(_ACCENTS)
+        mathml = _PRIME.sub(r"<mrow>\1\2</mrow>", mathml)
         node["mathml"] = _FUNCTION.sub(r'<mo lspace="0.17em" rspace="0.08em">\1</mo>', mathml)
 
 
@@ -73,7 +83,10 @@ def _bare(latex):
     latex = _ENVIRONMENT.sub(
         lambda found: rf"\begin{{aligned}}{found[3]}\end{{aligned}}" if found[1] == "align" else found[3], latex
     )
-    return " ".join(_ROW.sub("", latex).split())
+    latex, low = " ".join(_ROW.sub("", latex).split()), ""
+    while latex != low:  # brackets that might stretch have more space around them
+        low, latex = latex, _LOW.sub(r"\1\2\3", latex)
+    return latex
 
 
 def _inline(writer, node):

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 from asympk.errors import InputError
 from asympk.output.gallery import pictures
@@ -15,8 +14,8 @@ _FORMULA = re.compile(r"^\.\. math::\n\n((?: +.*\n|\n)+)", re.MULTILINE)
 _LABEL = re.compile(r"\\label\{(.+?)\}")
 
 
-def write_article(root: Path, out: Path, lua: Path, tell: Any) -> None:
-    """Write ``out``/index.rst and its figures, from ``root``/paper and the rows and numbers that are kept there."""
+def write_article(root: Path, out: Path, lua: Path) -> list[str]:
+    """Write ``out``/index.rst from ``root``/paper and the tables and numbers kept there; return its pictures' names."""
     import pypandoc
 
     paper = root / "paper"
@@ -28,9 +27,13 @@ def write_article(root: Path, out: Path, lua: Path, tell: Any) -> None:
         raise InputError(f"{paper / 'main.tex'}: Pandoc cannot read it: {str(error).strip()}") from None
     title = _TITLE.search(latex)[1].replace(r"\\", "").replace("--", "–")  # type: ignore[index]
     write_text(out / "index.rst", f"{title}\n{'#' * len(title)}\n\n{labelled(found)}\n")
+    return re.findall(r"^\.\. figure:: (.+)\.svg$", found, re.MULTILINE)
+
+
+def draw_pictures(root: Path, names: list[str], out: Path) -> None:
+    """Draw pictures of the paper as SVG into ``out``."""
     drawn = {picture.name: picture for picture in pictures(root)}
-    for name in re.findall(r"^\.\. figure:: (.+)\.svg$", found, re.MULTILINE):
-        tell(f"drawing {name}")
+    for name in names:
         save(drawn[name].draw(), out / f"{name}.svg")
 
 

@@ -11,15 +11,18 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from importlib.util import find_spec
+from multiprocessing import get_context
 from pathlib import Path
 
 from asympk.errors import InputError, MissingPackage
 from asympk.output.arrow import arrow, arrow_drawing
-from asympk.output.article import write_article
+from asympk.output.article import draw_pictures, write_article
 from asympk.output.regenerate import project
-from asympk.output.systempages import write_system_pages
+from asympk.output.systempages import write_index, write_page
 from asympk.pictures.figures import save
+from asympk.pictures.sketches import SKETCHES
 from asympk.storage.files import write_text
 
 NEEDED = ("sphinx", "myst_parser", "sphinx_gallery", "furo", "pypandoc", "matplotlib")
@@ -43,11 +46,23 @@ def build_site(root: str | Path, out: str | Path, progress: Callable[[str], None
         shutil.copytree(checkout / "docs", source)
         write_scripts(checkout, source / "gallery-source")
         write_arrow(checkout, source)
-        write_article(checkout, source / "article", source / "article.lua", tell)
-        write_system_pages(source / "systems", tell)
+        _write_pages(checkout, source, tell)
         tell("setting the pages")
         _sphinx(source, Path(out), Path(folder) / "doctrees")
     return Path(out) / "index.html"
+
+
+def _write_pages(root: Path, source: Path, tell: Callable[[str], None]) -> None:
+    """Write the article and the systems, a task for each system and one for the article's pictures on all cores."""
+    article, systems = source / "article", source / "systems"
+    names = write_article(root, article, source / "article.lua")
+    write_index(systems)
+    with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
+        tasks = {pool.submit(draw_pictures, root, names, article): "the pictures of the article"}
+        tasks |= {pool.submit(write_page, name, systems): name for name in reversed(SKETCHES)}
+        for task in as_completed(tasks):
+            task.result()
+            tell(f"{tasks[task]} done")
 
 
 def _sphinx(source: Path, out: Path, doctrees: Path) -> None:

@@ -2,11 +2,8 @@
 
 import contextlib
 import io
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator
 from importlib import import_module
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -37,16 +34,6 @@ ap.phase(path, file="{name}-phase.svg")
 """
 
 
-def write_system_pages(out: Path, tell: Callable[[str], None]) -> None:
-    """Write ``out``/index.rst and a page with its pictures for every system, one process for each core."""
-    tell("following the systems of the catalogue")
-    names = list(SKETCHES)
-    with ProcessPoolExecutor(min(os.cpu_count() or 1, 4), get_context("spawn")) as pool:
-        for name, _ in zip(names, pool.map(write_page, names, [out] * len(names)), strict=True):
-            tell(f"followed {name}")
-    write_text(out / "index.rst", _index(names))
-
-
 def write_page(name: str, out: Path) -> None:
     """Write the page and the pictures of one system of the catalogue."""
     save(sketch(name), out / f"{name}-sketch.svg")
@@ -60,14 +47,17 @@ def write_page(name: str, out: Path) -> None:
     write_text(out / f"{name}.rst", "\n".join(parts))
 
 
-def _index(names: list[str]) -> str:
+def write_index(out: Path) -> None:
+    """Write ``out``/index.rst, which shows the sketch of every system of the catalogue."""
     parts = [*_heading("Systems", "="), "The catalogue, ``ap.systems``. ``asympk mechanism NAME`` tells of a mechanism "
-             "at the prompt.", ""]  # fmt: skip
-    for name in names:
+             "at the prompt.", "", ".. container:: tiles", ""]  # fmt: skip
+    for name in SKETCHES:
         about = (import_module(f"asympk.systems.{name}").__doc__ or "").partition("\n")[0]
-        parts += [f".. figure:: {name}-sketch.svg", f"   :target: {name}.html", f"   :alt: {SKETCHES[name].title}",
-                  "   :figclass: tile", "", f"   :doc:`{name}`: {about}", ""]  # fmt: skip
-    return "\n".join([*parts, ".. toctree::", "   :hidden:", "", *(f"   {name}" for name in names), ""])
+        tile = [f".. image:: {name}-sketch.svg", f"   :target: {name}.html", f"   :alt: {SKETCHES[name].title}", "",
+                f":doc:`{name}`. {about}", ""]  # fmt: skip
+        parts += ["   .. container::", "", *(f"      {line}" for line in tile)]
+    parts += [".. toctree::", "   :hidden:", "", *(f"   {name}" for name in SKETCHES), ""]
+    write_text(out / "index.rst", "\n".join(parts))
 
 
 def _heading(words: str, line: str) -> list[str]:
