@@ -16,8 +16,8 @@ PACKAGE = Path(asympk.__file__).parent
 ARROW = (
     "errors", "numbers", "rodmodes", "multiprecision", "digits", "doors", "shown", "formulas", "storage", "path",
     "many", "scene", "symbolic", "automaton", "mechanics", "systems", "flow", "affine", "arrays", "asymptotics",
-    "integrators", "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output", "cli",
-    "__main__",
+    "integrators", "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output",
+    "explore", "cli", "__main__",
 )
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path != PACKAGE / "__init__.py")
 
