@@ -9,25 +9,25 @@ from asympk.errors import AsympkError, InputError, Stopped, Unfinished, UnknownN
 from asympk.methods import solve
 from asympk.path import Path
 from asympk.pictures.motion import logarithmic_from, shade
-from asympk.pictures.trace import trace
+from asympk.pictures.trace import pieces
 from asympk.scene import Scene
 
-SAMPLES = 400
-DRAFT = 1e-6  # tolerance of an integrator while the start is dragged
+SAMPLES, SAMPLES_OF_DRAFT = 800, 300
+TOLERANCE_OF_DRAFT = 1e-6
 BEFORE = 1 - 2.0**-40  # of the time at which a motion stops
 
 
 def motion(scene: Scene, draft: bool = False) -> dict[str, Any]:
     """Return samples by quantity, modes, events and model of the motion; ``stopped`` says why it ends early, or "".
 
-    A ``draft`` is followed by LSODA to 1e-6 where there is no closed form. Raises ``InputError`` for a scene that
-    cannot be followed at all.
+    A ``draft``, while the start is dragged, has fewer samples, and LSODA at 1e-6 where there is no closed form.
+    Raises ``InputError`` for a scene that cannot be followed at all.
     """
     path, stopped = _followed(scene, draft)
     if path is None:
         return {"stopped": stopped, "modes": []}
     path = path.physical() if scene.rod is not None else path
-    return {**_drawn(path), "stopped": stopped}
+    return {**_drawn(path, SAMPLES_OF_DRAFT if draft else SAMPLES), "stopped": stopped}
 
 
 def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
@@ -56,12 +56,12 @@ def _solved(scene: Scene, draft: bool) -> Path:
     from asympk.affine.run import affine
 
     stepped = scene.system is not None and not affine(scene.system)
-    return solve(scene, "lsoda", rtol=DRAFT) if draft and stepped else solve(scene)
+    return solve(scene, "lsoda", rtol=TOLERANCE_OF_DRAFT) if draft and stepped else solve(scene)
 
 
-def _drawn(path: Path) -> dict[str, Any]:
+def _drawn(path: Path, samples: int) -> dict[str, Any]:
     names = [*path.names, *(name for name, _ in path.scene.combinations)]
-    t, *values = (np.array(column) for column in list(zip(*trace(path, SAMPLES), strict=True))[:-1])
+    t, *values = np.concatenate([piece for _, piece in pieces(path, samples)], axis=1)
     moments = [0.0, *(float(event.t) for event in path.events), float(path.end)]
     return {
         "model": path.model,

@@ -1,5 +1,6 @@
 """What the page asks, read from its JSON and answered: the motion, what surrounds it, the least model."""
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -23,9 +24,14 @@ class Question:
     seconds: float
     keys: tuple[str, ...] = ()
 
-    def __call__(self, scenes: tuple[Scene, ...], asked: Any) -> Any:
-        """Return what JSON can hold; raises ``InputError`` for what is not asked properly."""
-        return self.answer(scenes, _read(asked, (*KEYS, *self.keys)))
+    def __call__(self, scenes: tuple[Scene, ...], asked: Any) -> bytes:
+        """Return the answer as JSON; raises ``InputError`` for what is not asked properly."""
+        return as_json(self.answer(scenes, _read(asked, (*KEYS, *self.keys))))
+
+
+def as_json(thing: Any) -> bytes:
+    """Return what JSON can hold as such."""
+    return json.dumps(thing, allow_nan=False).encode()
 
 
 def _motion(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:

@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 from asympk.errors import AsympkError
 from asympk.explore.knobs import described
-from asympk.explore.questions import QUESTIONS
+from asympk.explore.questions import QUESTIONS, as_json
 from asympk.explore.worker import Broken, Late, Worker
 from asympk.scene import Scene
 
@@ -49,7 +49,7 @@ class Server(ThreadingHTTPServer):
     def __init__(self, scenes: tuple[Scene, ...], port: int = 0, seconds: float | None = None):
         self.token = token_urlsafe(24)
         self.parts = {name: (_shipped(file), kind) for name, (file, kind) in PAGE.items()}
-        self.parts["scenes"] = (_json([described(scene) for scene in scenes]), "application/json")
+        self.parts["scenes"] = (as_json([described(scene) for scene in scenes]), "application/json")
         self.workers = {name: Worker(q, scenes, seconds or q.seconds) for name, q in QUESTIONS.items()}
         super().__init__((HOST, port), _Handler)
 
@@ -119,7 +119,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _asked(self, name: str) -> tuple[bytes, str]:
         worker = self.server.workers[name]
-        return _json(worker.ask(self._question())), "application/json"
+        return worker.ask(self._question()), "application/json"
 
     def _question(self) -> Any:
         length = self.headers.get("Content-Length", "")
@@ -147,12 +147,8 @@ def _shipped(file: str) -> bytes:
     return files("asympk").joinpath("explore", "page", file).read_bytes()
 
 
-def _json(thing: Any) -> bytes:
-    return json.dumps(thing, allow_nan=False).encode()
-
-
 def _told(line: str) -> tuple[bytes, str]:
-    return _json({"error": line}), "application/json"
+    return as_json({"error": line}), "application/json"
 
 
 def _status(error: Exception) -> int:

@@ -90,7 +90,12 @@ function around(values, stretch) {
   return [low - beside, high + beside].map(v => stretch ? stretch * Math.sinh(v) : v);
 }
 
-const short = v => v === 0 ? "0" : Math.abs(v) >= 1e4 || Math.abs(v) < 1e-3 ? v.toExponential(2).replace(/\.?0+e/, "e").replace("e+", "e") : String(+v.toPrecision(4));
+// A place of an axis with as many digits as tell it from the others.
+function label(v, places) {
+  const size = Math.max(...places.map(Math.abs)), digits = Math.ceil(Math.log10(size / Math.min(...places.flatMap((a, k) => places.slice(k + 1).map(b => Math.abs(a - b))), size))) + 1;
+  const text = +v.toPrecision(Math.min(15, Math.max(1, digits)));
+  return v !== 0 && (Math.abs(v) >= 1e4 || Math.abs(v) < 1e-3) ? text.toExponential().replace("e+", "e") : String(text);
+}
 const plain = v => v !== 0 && Math.abs(v) < 1e-3 ? v.toExponential().replace("e+", "e") : String(+v.toPrecision(6));
 const named = name => scene.units[name] ? `${name} (${scene.units[name]})` : name;
 
@@ -117,13 +122,14 @@ function clipped(svg, id, x, y) {
 }
 
 function ruled(svg, x, y, told) {
-  for (const v of apart(x.ticks(5), x, 34)) {
+  const across = apart(x.ticks(5), x, 34), upward = apart(y.ticks(4), y, 13);
+  for (const v of across) {
     svg.append(make("line", { class: "grid", x1: x.at(v), x2: x.at(v), y1: y.from, y2: y.to }));
-    if (told.x) svg.append(make("text", { x: x.at(v), y: y.from + 16, "text-anchor": "middle" }, short(v)));
+    if (told.x) svg.append(make("text", { x: x.at(v), y: y.from + 16, "text-anchor": "middle" }, label(v, across)));
   }
-  for (const v of apart(y.ticks(4), y, 13)) {
+  for (const v of upward) {
     svg.append(make("line", { class: "grid", x1: x.from, x2: x.to, y1: y.at(v), y2: y.at(v) }));
-    svg.append(make("text", { x: x.from - 6, y: y.at(v) + 4, "text-anchor": "end" }, short(v)));
+    svg.append(make("text", { x: x.from - 6, y: y.at(v) + 4, "text-anchor": "end" }, label(v, upward)));
   }
   svg.append(make("rect", { class: "frame", x: x.from, y: y.to, width: x.to - x.from, height: y.from - y.to }));
   if (told.x) svg.append(make("text", { class: "name", x: x.to, y: y.from + 32, "text-anchor": "end" }, named(told.x)));
