@@ -2,7 +2,7 @@
 
 import csv
 import io
-from itertools import islice, pairwise
+from itertools import pairwise
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
 
@@ -24,30 +24,44 @@ def columns(path: Path) -> tuple[str, ...]:
     return "t", *path.names, *(name for name, _ in path.scene.combinations), "mode"
 
 
-def trace(path: Path, samples: int | None = None) -> list[tuple]:
-    """Return rows of ``columns``, some ``samples`` in all, dense where a mode begins and ends.
+def pieces(path: Path, samples: int) -> list[tuple[str, Any]]:
+    """Return (mode, array of shape (1 + quantities, m)) for each mode: times, states, and what is told beside them.
 
-    An event is there twice, as the end of one mode and the start of the next, with the state the path gives it. Raises
-    ``InputError`` for a number of samples that is none.
+    There are some ``samples`` in all, dense where a mode begins and ends. An event is there twice, as the end of one
+    mode and the start of the next, with the state the path gives it.
+    """
+    import numpy as np
+
+    events = [(float(event.t), *map(float, event.state)) for event in path.events]
+    ends = np.array([(0.0, *path(0.0)), *events, (float(path.end), *map(float, path.final))], dtype=float).T
+    each = max(6, samples // len(path.modes))
+    spans = [_times(begin, end, each) for begin, end in pairwise(ends[0])]
+    inner = iter(np.split(_at(path, np.concatenate(spans)), np.cumsum([*map(len, spans)])[:-1], axis=1))
+    weights = np.array([w for _, w in path.scene.combinations], dtype=float).reshape(-1, len(path.names))
+    found = []
+    for k, mode in enumerate(path.modes):
+        piece = np.column_stack([ends[:, k], next(inner), ends[:, k + 1]])
+        found.append((mode, np.vstack([piece, weights @ piece[1:]])))
+    return found
+
+
+def trace(path: Path, samples: int | None = None) -> list[tuple]:
+    """Return rows of ``columns``, some ``samples`` in all, as ``pieces`` places them.
+
+    Raises ``InputError`` for a number of samples that is none.
     """
     if samples is None:
         samples = SAMPLES_WITH_DIGITS if any(hasattr(v, "_mpf_") for v in path.final) else SAMPLES
-    samples = whole("samples", samples, 1, MOST_SAMPLES)
-    ends = [(0, *path(0.0)), *((event.t, *event.state) for event in path.events), (path.end, *path.final)]
-    each = max(6, samples // len(path.modes))
-    spans = [_times(float(first[0]), float(last[0]), each) for first, last in pairwise(ends)]
-    inner = iter(_states(path, spans))  # in one call: an integrator runs again for each
-    rows = []
-    for first, last, times, mode in zip(ends, ends[1:], spans, path.modes, strict=False):
-        rows += [_row(path, state, mode) for state in (first, *islice(inner, len(times)), last)]
-    return rows
+    found = pieces(path, whole("samples", samples, 1, MOST_SAMPLES))
+    return [(*row, mode) for mode, piece in found for row in piece.T.tolist()]
 
 
-def _states(path: Path, spans: list) -> Any:
+def _at(path: Path, times: Any) -> Any:
+    """Return times and states as rows, in one call: an integrator runs again for each."""
     import numpy as np
 
-    times = np.concatenate(spans)
-    return zip(times, *path(times), strict=True) if times.size else ()
+    states = np.asarray(path(times), dtype=float) if times.size else np.empty((len(path.names), 0))
+    return np.vstack([times, states])
 
 
 def _times(begin: float, end: float, count: int) -> Any:
@@ -58,12 +72,6 @@ def _times(begin: float, end: float, count: int) -> Any:
     close = 10.0 ** (12 * (part - 1))
     found = np.unique(begin + (end - begin) * np.concatenate([part, close, 1 - close]))
     return found[(found > begin) & (found < end)]
-
-
-def _row(path: Path, state: Any, mode: str) -> tuple:
-    t, *values = map(float, state)
-    combined = (sum(c * v for c, v in zip(weights, values, strict=True) if c) for _, weights in path.scene.combinations)
-    return t, *values, *combined, mode
 
 
 def write_csv(path: Path, file: str | File, samples: int | None = None) -> File:

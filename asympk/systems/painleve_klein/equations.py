@@ -44,6 +44,7 @@ def friction_parameter():
     return sp.diff(_fast(phi=kinetic_ratio() * _LOAD), _LOAD)
 
 
+@cache
 def groups(law=None):
     """Return the nondimensional groups in the order of the paper; t and x_1 are the physical time and position.
 

@@ -1,0 +1,32 @@
+"""``asympk explore``: a page on which one turns a scene and sees its motion."""
+
+from argparse import ArgumentParser, Namespace
+
+from asympk.cli.options import whole
+
+HELP = "drag the start of a scene and turn its parameters in a browser"
+
+
+def arguments(parser: ArgumentParser) -> None:
+    """Add the options of the command."""
+    parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue, or a TOML file; "
+                                                 "all that ship without it")  # fmt: skip
+    parser.add_argument("--port", type=whole, default=0, help="listen on this port (any that is free)")
+    parser.add_argument("--no-browser", action="store_true", help="print the address and open no browser")
+
+
+def run(options: Namespace) -> None:
+    """Serve the page until the keyboard interrupts."""
+    import webbrowser
+    from contextlib import suppress
+
+    from asympk.explore.choice import chosen
+    from asympk.explore.server import Server
+    from asympk.numbers import whole as require_whole
+
+    port = require_whole("--port", options.port, 0, 65535)
+    with Server(chosen(options.scene), port) as server, suppress(KeyboardInterrupt):
+        print(f"{server.address}\nCtrl-C ends it.", flush=True)
+        if not options.no_browser:
+            webbrowser.open(server.address)
+        server.serve_forever()

@@ -1,0 +1,47 @@
+"""Which scenes a word on the command line names: one that ships, a file, or a member of the catalogue."""
+
+from importlib import import_module
+
+from asympk import systems
+from asympk.errors import UnknownName
+from asympk.scene import Scene
+from asympk.scenes.scenefile import names, read_scene
+from asympk.storage.tomlfile import nearest, read_table
+from asympk.systems.catalogue import c, example, h
+from asympk.systems.kernels import kernel_scene
+
+FIRST = "backward"
+COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # of a mechanism whose file tells of none
+
+
+def chosen(word: str | None) -> tuple[Scene, ...]:
+    """Return the scenes that ``word`` names; without one all that ship. Raises ``UnknownName``, ``InputError``."""
+    if word is None:
+        return tuple(read_scene(name) for name in (FIRST, *(name for name in names() if name != FIRST)))
+    if word in systems.__all__ and word not in names():
+        return _of_catalogue(word)
+    if word.endswith(".toml") and "coordinates" in read_table(word):
+        return _of_mechanism(word)
+    try:
+        return (read_scene(word),)
+    except UnknownName:
+        known = (*names(), *systems.__all__)
+        raise UnknownName(f"scene {word!r:.60} is unknown; the nearest is {nearest(word, known)!r}; give a scene that "
+                          "ships, a system of the catalogue, or a .toml file") from None  # fmt: skip
+
+
+def _of_catalogue(name: str) -> tuple[Scene, ...]:
+    module = import_module(f"asympk.systems.{name}")
+    if not hasattr(module, "scenes"):
+        raise UnknownName(f"system {name!r} has no scenes; write one in a .toml file with system = {name!r}")
+    return tuple(kernel_scene(scene) or scene for scene in module.scenes())
+
+
+def _of_mechanism(file: str) -> tuple[Scene, ...]:
+    """Return a mechanism's example with an elastic contact, and with a rigid one."""
+    from asympk.mechanics.described import read_mechanism
+
+    told = read_mechanism(file)
+    values = {str(c): COMPLIANCE, str(h): DAMPING, **told.values}
+    models = {"elastic contact": told.mechanism.elastic(compliance=c, damping=h), "rigid": told.mechanism.rigid()}
+    return tuple(example(told.mechanism, model, values, told.state, UNTIL, name) for name, model in models.items())

@@ -1,0 +1,91 @@
+"""The motion of a scene as the page draws it: a few hundred samples, modes, events, and what stopped it."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from asympk.errors import AsympkError, InputError, Stopped, Unfinished, UnknownName
+from asympk.methods import solve
+from asympk.path import Path
+from asympk.pictures.paths import logarithmic_from, shade
+from asympk.pictures.trace import pieces
+from asympk.scene import Scene
+
+SAMPLES, SAMPLES_OF_DRAFT = 800, 300
+TOLERANCE_OF_DRAFT = 1e-6
+BEFORE = 1 - 2.0**-40  # of the time at which a motion stops
+
+
+def motion(scene: Scene, draft: bool = False) -> dict[str, Any]:
+    """Return samples by quantity, modes, events and model of the motion; ``stopped`` says why it ends early, or "".
+
+    A ``draft``, while the start is dragged, has fewer samples, and LSODA at 1e-6 where there is no closed form.
+    Raises ``InputError`` for a scene that cannot be followed at all.
+    """
+    path, stopped = _followed(scene, draft)
+    if path is None:
+        return {"stopped": stopped, "modes": []}
+    path = path.physical() if scene.rod is not None else path
+    return {**_drawn(path, SAMPLES_OF_DRAFT if draft else SAMPLES), "stopped": stopped}
+
+
+def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
+    """Return the path, or what there is of it, and why there is no more."""
+    try:
+        return _solved(scene, draft), ""
+    except (InputError, UnknownName):
+        raise
+    except AsympkError as error:
+        told = f"{type(error).__name__}: {error}"
+        if isinstance(error, Unfinished):
+            return error.path, told
+        if isinstance(error, Stopped) and error.t:
+            return _until(scene, float(error.t) * BEFORE, draft), told
+        return None, told
+
+
+def _until(scene: Scene, t: float, draft: bool) -> Path | None:
+    try:
+        return _solved(replace(scene, until=t), draft)
+    except AsympkError:
+        return None
+
+
+def _solved(scene: Scene, draft: bool) -> Path:
+    from asympk.affine.run import affine
+
+    stepped = scene.system is not None and not affine(scene.system)
+    return solve(scene, "lsoda", rtol=TOLERANCE_OF_DRAFT) if draft and stepped else solve(scene)
+
+
+def _drawn(path: Path, samples: int) -> dict[str, Any]:
+    names = [*path.names, *(name for name, _ in path.scene.combinations)]
+    t, *values = np.concatenate([piece for _, piece in pieces(path, samples)], axis=1)
+    moments = [0.0, *(float(event.t) for event in path.events), float(path.end)]
+    return {
+        "model": path.model,
+        "t": _listed(t),
+        "states": {name: _listed(v) for name, v in zip(names, values, strict=True)},
+        "stretch": {name: logarithmic_from(t, v) for name, v in zip(names, values, strict=True)},
+        "modes": [{"name": mode, "from": begin, "to": end, "shade": _css(mode)}
+                  for mode, begin, end in zip(path.modes, moments, moments[1:], strict=False)],
+        "events": [{"kind": event.kind, "t": float(event.t), "state": _listed(_with(path, event.state))}
+                   for event in path.events],
+        "final": _listed(_with(path, path.final)),
+    }  # fmt: skip
+
+
+def _with(path: Path, state: tuple) -> np.ndarray:
+    """Return a state followed by its combinations."""
+    values = [*map(float, state)]
+    return np.array([*values, *(np.dot(weights, values) for _, weights in path.scene.combinations)], dtype=float)
+
+
+def _listed(values: np.ndarray) -> list[float | None]:
+    """Return numbers as JSON has them: None where one is not finite."""
+    return [v if finite else None for v, finite in zip(values.tolist(), np.isfinite(values).tolist(), strict=True)]
+
+
+def _css(mode: str) -> str:
+    return f"rgb({', '.join(f'{255 * part:.0f}' for part in shade(mode))})"

@@ -1,0 +1,370 @@
+// The page of asympk explore: it asks the server for a motion and draws what comes back. Nothing is computed here.
+
+const $ = id => document.getElementById(id);
+const GRID = 160; // places along either axis at which slow manifolds and stick regions are asked for
+let scenes = [], scene = null;
+let given = null; // what was turned: { parameters, start, until }
+let motion = null, curves = [], axes = null, dragging = false;
+
+// ---- the server -----------------------------------------------------------------------------------------------------
+
+const lanes = {}; // for each question: one request under way, and the last that waits for it
+
+async function ask(name, question, show) {
+  const lane = lanes[name] ??= { busy: false, next: null };
+  if (lane.busy) { lane.next = [question, show]; return; }
+  lane.busy = true;
+  const asked = scene;
+  try {
+    const reply = await fetch(name, { method: "POST", body: JSON.stringify({ ...turned(), ...question }) });
+    const answer = await reply.json();
+    if (asked === scene) reply.ok ? show(answer) : tell(answer.error);
+  } catch {
+    tell("The server does not answer any more: start asympk explore again.");
+  }
+  lane.busy = false;
+  const next = lane.next;
+  lane.next = null;
+  if (next) ask(name, ...next);
+}
+
+const turned = () => ({ scene: scenes.indexOf(scene), ...given });
+const tell = words => { $("message").textContent = words; };
+
+function refresh() {
+  $("verdict").classList.add("stale");
+  ask("motion", { draft: dragging }, found => {
+    tell(found.stopped);
+    if (found.t && !motion) $("logarithmic").checked = found.events[0]?.t < found.t.at(-1) / 50;
+    if (found.t) { motion = found; draw(); }
+    $("model").textContent = found.t ? `followed by ${found.model}, ${found.events.length} events` : "";
+    surround();
+  });
+}
+
+function surround() {
+  if (!axes) return;
+  const places = axis => Array.from({ length: GRID }, (_, k) => axis.back(axis.from + (axis.to - axis.from) * k / (GRID - 1)));
+  const pair = [$("across").value, $("up").value];
+  const question = { pair, across: places(axes.x), up: places(axes.y) };
+  ask("surroundings", question, found => { if (pair[0] === $("across").value && pair[1] === $("up").value) { curves = found; drawPhase(); } });
+}
+
+// ---- axes -----------------------------------------------------------------------------------------------------------
+
+// A linear axis, or, with `stretch`, one that is logarithmic beyond that size on either side of 0.
+function axis(low, high, stretch, from, to) {
+  const bent = stretch ? v => Math.asinh(v / stretch) : v => v;
+  const straight = stretch ? v => stretch * Math.sinh(v) : v => v;
+  const size = (to - from) / (bent(high) - bent(low));
+  return {
+    from, to, low, high,
+    at: v => Math.max(-1e5, Math.min(1e5, from + (bent(v) - bent(low)) * size)),
+    back: p => straight(bent(low) + (p - from) / size),
+    ticks: count => stretch && Math.max(high, -low) > 30 * stretch ? powers(low, high, stretch, count) : steps(low, high, count),
+  };
+}
+
+function steps(low, high, count) {
+  const rough = (high - low) / count, power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map(k => k * power).find(s => s >= rough) ?? 10 * power;
+  const found = [];
+  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push(k * step);
+  return found;
+}
+
+function powers(low, high, stretch, count) {
+  const first = Math.round(Math.log10(stretch)), last = Math.floor(Math.log10(Math.max(high, -low)));
+  const by = Math.max(1, Math.ceil((last - first + 1) * (low < 0 && high > 0 ? 2 : 1) / count));
+  const found = low <= 0 && high >= 0 ? [0] : [];
+  for (let k = first; k <= last; k += by) found.push(10 ** k, -(10 ** k));
+  return found.filter(v => v >= low && v <= high);
+}
+
+// The range of values with a margin, as the axis will show it.
+function around(values, stretch) {
+  const finite = values.filter(v => v !== null);
+  const bent = finite.map(v => stretch ? Math.asinh(v / stretch) : v);
+  const low = bent.reduce((a, b) => Math.min(a, b), Infinity), high = bent.reduce((a, b) => Math.max(a, b), -Infinity);
+  const beside = (high - low) * 0.12 || Math.max(1, Math.abs(low)) * 0.12;
+  return [low - beside, high + beside].map(v => stretch ? stretch * Math.sinh(v) : v);
+}
+
+// A place of an axis with as many digits as tell it from the others.
+function label(v, places) {
+  const size = Math.max(...places.map(Math.abs)), digits = Math.ceil(Math.log10(size / Math.min(...places.flatMap((a, k) => places.slice(k + 1).map(b => Math.abs(a - b))), size))) + 1;
+  const text = +v.toPrecision(Math.min(15, Math.max(1, digits)));
+  return v !== 0 && (Math.abs(v) >= 1e4 || Math.abs(v) < 1e-3) ? text.toExponential().replace("e+", "e") : String(text);
+}
+const plain = v => v !== 0 && Math.abs(v) < 1e-3 ? v.toExponential().replace("e+", "e") : String(+v.toPrecision(6));
+const named = name => scene.units[name] ? `${name} (${scene.units[name]})` : name;
+
+// ---- drawing --------------------------------------------------------------------------------------------------------
+
+function make(kind, attributes = {}, text) {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", kind);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  if (text !== undefined) made.textContent = text;
+  return made;
+}
+
+const line = (points, x, y) => points
+  .map(([u, v]) => u === null || v === null ? "" : `${x.at(u).toFixed(1)},${y.at(v).toFixed(1)}`)
+  .reduce((d, p) => p === "" ? d : d + (d ? "L" : "M") + p, "");
+
+function clipped(svg, id, x, y) {
+  const clip = make("clipPath", { id });
+  clip.append(make("rect", { x: x.from, y: y.to, width: x.to - x.from, height: y.from - y.to }));
+  svg.append(clip);
+  const group = make("g", { "clip-path": `url(#${id})` });
+  svg.append(group);
+  return group;
+}
+
+function ruled(svg, x, y, told) {
+  const across = apart(x.ticks(5), x, 34), upward = apart(y.ticks(4), y, 13);
+  for (const v of across) {
+    svg.append(make("line", { class: "grid", x1: x.at(v), x2: x.at(v), y1: y.from, y2: y.to }));
+    if (told.x) svg.append(make("text", { x: x.at(v), y: y.from + 16, "text-anchor": "middle" }, label(v, across)));
+  }
+  for (const v of upward) {
+    svg.append(make("line", { class: "grid", x1: x.from, x2: x.to, y1: y.at(v), y2: y.at(v) }));
+    svg.append(make("text", { x: x.from - 6, y: y.at(v) + 4, "text-anchor": "end" }, label(v, upward)));
+  }
+  svg.append(make("rect", { class: "frame", x: x.from, y: y.to, width: x.to - x.from, height: y.from - y.to }));
+  if (told.x) svg.append(make("text", { class: "name", x: x.to, y: y.from + 32, "text-anchor": "end" }, named(told.x)));
+  svg.append(make("text", { class: "name", x: x.from + 6, y: y.to + 15 }, named(told.y)));
+}
+
+// Those of the places that leave some pixels between them, 0 before all others.
+function apart(values, axis, pixels) {
+  const kept = [];
+  for (const v of [...values].sort((a, b) => Math.abs(a) - Math.abs(b))) if (kept.every(w => Math.abs(axis.at(v) - axis.at(w)) >= pixels)) kept.push(v);
+  return kept;
+}
+
+const wide = svg => svg.parentElement.clientWidth || 400;
+
+function sized(svg, height) {
+  const width = wide(svg);
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  svg.setAttribute("height", height);
+  svg.replaceChildren();
+  return width;
+}
+
+function draw() {
+  if (!motion) return;
+  drawPhase();
+  drawSeries();
+}
+
+function drawPhase() {
+  const svg = $("phase"), across = $("across").value, up = $("up").value;
+  const height = Math.min(460, 0.9 * wide(svg), 0.42 * Math.max(window.innerHeight, 700)), width = sized(svg, height);
+  const u = motion.states[across], v = motion.states[up];
+  if (!dragging || !axes) {
+    axes = {
+      x: axis(...around(u, motion.stretch[across]), motion.stretch[across], 52, width - 10),
+      y: axis(...around(v, motion.stretch[up]), motion.stretch[up], height - 38, 8),
+    };
+  }
+  const { x, y } = axes;
+  ruled(svg, x, y, { x: across, y: up });
+  const inside = clipped(svg, "within", x, y);
+  for (const curve of curves) inside.append(make("path", { class: `curve ${curve.kind}`, d: line(curve.points, x, y) }));
+  inside.append(make("path", { class: "path", d: line(u.map((value, k) => [value, v[k]]), x, y) }));
+  const [a, b] = [across, up].map(name => scene.quantities.indexOf(name));
+  for (const event of motion.events.slice(0, 200)) inside.append(make("circle", { class: "event", r: 3, cx: x.at(event.state[a]), cy: y.at(event.state[b]) }));
+  if (motion.stopped) inside.append(cross(x.at(motion.final[a]), y.at(motion.final[b])));
+  const start = { cx: x.at(u[0]), cy: y.at(v[0]) };
+  svg.append(make("circle", { class: "ring", r: 6, ...start }), make("circle", { class: "handle", id: "handle", r: 22, ...start }));
+  const words = { stable: "slow manifold at μ = 0, attracting", unstable: "repelling", stick: "sticks" };
+  $("legend").replaceChildren(...Object.keys(words).filter(kind => curves.some(c => c.kind === kind))
+    .map(kind => key(kind, words[kind], [...new Set(curves.filter(c => c.kind === kind && kind !== "stick").map(c => c.name.replace("Pi", "Π")))])));
+}
+
+function key(kind, words, names) {
+  const told = document.createElement("span"), mark = document.createElement("i");
+  mark.className = kind;
+  told.append(mark, [names.join(", "), words].filter(Boolean).join(": "));
+  return told;
+}
+
+const cross = (x, y) => make("path", { class: "stop", d: `M${x - 5},${y - 5}l10,10m0,-10l-10,10` });
+
+function drawSeries() {
+  const svg = $("series"), names = scene.quantities, panel = names.length > 4 ? 92 : 118, gap = 8;
+  const width = sized(svg, names.length * (panel + gap) + 38);
+  const end = motion.t.at(-1) || 1, first = motion.events[0]?.t;
+  const x = axis(0, end, $("logarithmic").checked ? first || end / 1000 : null, 52, width - 10);
+  names.forEach((name, k) => {
+    const top = k * (panel + gap) + 2, stretch = motion.stretch[name];
+    const y = axis(...around(motion.states[name], stretch), stretch, top + panel, top);
+    for (const mode of motion.modes) {
+      const shade = make("rect", { fill: mode.shade, x: x.at(mode.from), y: top, width: Math.max(0, x.at(mode.to) - x.at(mode.from)), height: panel });
+      shade.append(make("title", {}, mode.name));
+      svg.append(shade);
+    }
+    ruled(svg, x, y, { x: k === names.length - 1 ? "t" : "", y: name });
+    const inside = clipped(svg, `panel${k}`, x, y);
+    for (const event of motion.events) {
+      const moment = make("line", { class: "moment", x1: x.at(event.t), x2: x.at(event.t), y1: top, y2: top + panel });
+      moment.append(make("title", {}, `${event.kind} at t = ${event.t}`));
+      inside.append(moment);
+    }
+    inside.append(make("path", { class: "path", d: line(motion.t.map((t, j) => [t, motion.states[name][j]]), x, y) }));
+    for (const event of motion.events.slice(0, 40)) inside.append(make("circle", { class: "event", r: 2.6, cx: x.at(event.t), cy: y.at(event.state[k]) }));
+    if (motion.stopped) inside.append(cross(x.at(end), y.at(motion.final[k])));
+  });
+  const shades = new Map(motion.modes.map(mode => [mode.name, mode.shade]));
+  $("modes").replaceChildren(...[...shades].map(([name, shade]) => {
+    const told = key("", name, []);
+    told.firstChild.style.background = shade;
+    return told;
+  }));
+}
+
+// ---- knobs ----------------------------------------------------------------------------------------------------------
+
+const STEPS = 1000; // of a slider
+
+function knob(told, set) {
+  const row = document.createElement("div"), slider = document.createElement("input"), box = document.createElement("input");
+  const name = document.createElement("span");
+  row.className = "knob";
+  name.textContent = told.unit ? `${told.name} (${told.unit})` : told.name;
+  Object.assign(slider, { type: "range", min: 0, max: STEPS, step: 1, ariaLabel: told.name });
+  Object.assign(box, { type: "text", inputMode: "decimal", ariaLabel: `${told.name}, number` });
+  slider.dataset.slider = told.name;
+  box.dataset.box = told.name;
+  const { low, high, log } = told;
+  const value = part => log ? low * (high / low) ** part : low + (high - low) * part;
+  const part = v => log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low);
+  const show = v => { slider.value = STEPS * part(Number(v)); box.value = typeof v === "number" ? plain(v) : v; };
+  slider.oninput = () => { const v = +value(slider.value / STEPS).toPrecision(4); box.value = plain(v); set(v); };
+  box.onchange = () => { if (Number.isFinite(Number(box.value))) slider.value = STEPS * part(Number(box.value)); set(box.value.trim()); };
+  show(told.value);
+  row.append(name, slider, box);
+  row.show = show;
+  return row;
+}
+
+const follows = {}; // rows of the knobs that follow another one until they are turned themselves
+
+function knobs() {
+  for (const name of Object.keys(follows)) delete follows[name];
+  $("parameters").replaceChildren(...scene.parameters.map(told => {
+    const row = knob(told, v => {
+      given.parameters[told.name] = v;
+      row.classList.remove("follows");
+      delete follows[told.name];
+      for (const [, [follower, leader]] of Object.entries(follows)) if (leader === told.name) follower.show(v);
+      refresh();
+    });
+    if (told.follows) { follows[told.name] = [row, told.follows]; row.classList.add("follows"); row.title = `as ${told.follows}`; }
+    return row;
+  }));
+  $("start").replaceChildren(...scene.start.map(told => knob(told, v => { given.start[told.name] = v; refresh(); })));
+  $("until").replaceChildren(knob(scene.until, v => { given.until = v; refresh(); }));
+}
+
+function choose(k) {
+  scene = scenes[k];
+  motion = axes = null;
+  curves = [];
+  $("phase").replaceChildren();
+  $("series").replaceChildren();
+  $("model").textContent = "computing …";
+  given = { parameters: {}, start: {}, until: null };
+  $("scene").value = k;
+  for (const [menu, chosen] of [["across", scene.pair[0]], ["up", scene.pair[1]]]) {
+    $(menu).replaceChildren(...scene.quantities.map(name => new Option(name, name)));
+    $(menu).value = chosen;
+  }
+  $("verdict").replaceChildren();
+  tell("");
+  knobs();
+  refresh();
+}
+
+// ---- the start that is dragged --------------------------------------------------------------------------------------
+
+const weights = name => {
+  const k = scene.quantities.indexOf(name);
+  return k < scene.start.length ? scene.start.map((_, j) => Number(j === k)) : scene.combinations[k - scene.start.length].weights;
+};
+
+// Put the two quantities of the picture at (u, v): each moves itself, or the last state of its own that the other leaves.
+function place(u, v) {
+  const start = scene.start.map((told, k) => motion.states[told.name][0]);
+  const goals = [[weights($("across").value), u], [weights($("up").value), v]];
+  const own = w => w.flatMap((part, k) => part ? [k] : []);
+  goals.sort((a, b) => own(a[0]).length - own(b[0]).length);
+  const fixed = [];
+  for (const [w, goal] of goals) {
+    const k = own(w).filter(j => !fixed.includes(j)).at(-1);
+    if (k === undefined) continue;
+    start[k] += (goal - w.reduce((sum, part, j) => sum + part * start[j], 0)) / w[k];
+    start[k] = +start[k].toPrecision(6);
+    given.start[scene.start[k].name] = start[k];
+    $("start").children[k].show(start[k]);
+    fixed.push(k);
+  }
+}
+
+$("phase").onpointerdown = event => {
+  if (event.target.id !== "handle") return;
+  $("phase").setPointerCapture(event.pointerId);
+  dragging = true;
+};
+$("phase").onpointermove = event => {
+  if (!dragging) return;
+  const box = $("phase").getBoundingClientRect();
+  const p = Math.max(axes.x.from, Math.min(axes.x.to, event.clientX - box.left));
+  const q = Math.max(axes.y.to, Math.min(axes.y.from, event.clientY - box.top));
+  place(axes.x.back(p), axes.y.back(q));
+  refresh();
+};
+$("phase").onpointerup = $("phase").onpointercancel = () => { if (dragging) { dragging = false; refresh(); } };
+
+// ---- the least model ------------------------------------------------------------------------------------------------
+
+const few = number => number === null ? "–" : number === 0 ? "0" : number.toExponential(1);
+
+function cell(kind, text) {
+  const made = document.createElement(kind);
+  made.textContent = text;
+  return made;
+}
+
+function verdict(ladder) {
+  const table = document.createElement("table");
+  const head = table.insertRow();
+  head.append(...["", "predicted", "measured", "time / exact"].map(words => cell("th", words)));
+  for (const rung of ladder.rungs) {
+    const row = table.insertRow();
+    row.append(cell("td", rung.model), cell("td", few(rung.predicted)), cell("td", few(rung.measured)), cell("td", rung.cost ? rung.cost.toFixed(1) : "–"));
+    if (rung.model === ladder.model) row.className = "chosen";
+    if (rung.reason) { const told = table.insertRow().insertCell(); told.colSpan = 4; told.className = "reason"; told.textContent = rung.reason; }
+  }
+  $("verdict").replaceChildren(cell("p", `${ladder.model} will do`), table);
+  $("verdict").classList.remove("stale");
+}
+
+$("least").onclick = () => {
+  $("verdict").replaceChildren(cell("p", "climbing the ladder of models …"));
+  ask("least", { rtol: $("rtol").value.trim() }, verdict);
+};
+
+// ---- begin ----------------------------------------------------------------------------------------------------------
+
+$("scene").onchange = () => choose(Number($("scene").value));
+$("reset").onclick = () => choose(scenes.indexOf(scene));
+$("across").onchange = $("up").onchange = () => { curves = []; axes = null; draw(); surround(); };
+$("logarithmic").onchange = drawSeries;
+window.addEventListener("resize", () => { axes = null; draw(); surround(); });
+
+scenes = await (await fetch("scenes")).json();
+$("scene").replaceChildren(...scenes.map((told, k) => new Option(told.name || "scene", k)));
+choose(0);

@@ -1,0 +1,86 @@
+"""What the page asks, read from its JSON and answered: the motion, what surrounds it, the least model."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from asympk.errors import InputError
+from asympk.explore.knobs import turned
+from asympk.explore.motion import motion
+from asympk.explore.surroundings import surroundings
+from asympk.numbers import number, short
+from asympk.scene import Scene
+
+KEYS = ("scene", "parameters", "start", "until")
+MOST_PLACES = 1000  # of a grid
+
+
+@dataclass(frozen=True)
+class Question:
+    """How a question is answered: the keys it has beside ``KEYS``, and how many seconds it may take."""
+
+    answer: Callable[[tuple[Scene, ...], dict[str, Any]], Any]
+    seconds: float
+    keys: tuple[str, ...] = ()
+
+    def __call__(self, scenes: tuple[Scene, ...], asked: Any) -> bytes:
+        """Return the answer as JSON; raises ``InputError`` for what is not asked properly."""
+        return as_json(self.answer(scenes, _read(asked, (*KEYS, *self.keys))))
+
+
+def as_json(thing: Any) -> bytes:
+    """Return what JSON can hold as such."""
+    return json.dumps(thing, allow_nan=False).encode()
+
+
+def _motion(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
+    return motion(_scene(scenes, asked), draft=asked.get("draft") is True)
+
+
+def _surroundings(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
+    scene = _scene(scenes, asked)
+    pair = asked.get("pair")
+    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(name, str) for name in pair):
+        raise InputError(f"pair = {short(pair)}: it must be the names of two quantities")
+    return surroundings(scene, pair, _grid(asked, "across"), _grid(asked, "up"))
+
+
+def _least(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
+    from asympk.studies.least import least_model
+
+    return least_model(_scene(scenes, asked), asked.get("rtol", "1e-3")).as_dict()
+
+
+QUESTIONS = {
+    "motion": Question(_motion, 30, ("draft",)),
+    "surroundings": Question(_surroundings, 120, ("pair", "across", "up")),
+    "least": Question(_least, 300, ("rtol",)),
+}
+
+
+def _read(asked: Any, known: tuple[str, ...]) -> dict[str, Any]:
+    if not isinstance(asked, dict):
+        raise InputError(f"a question is a JSON object, not {short(asked)}")
+    for key in asked:
+        if key not in known:
+            raise InputError(f"key {short(key)} is unknown; a question has {', '.join(known)}")
+    return asked
+
+
+def _scene(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Scene:
+    which = asked.get("scene", 0)
+    if isinstance(which, bool) or not isinstance(which, int) or not 0 <= which < len(scenes):
+        raise InputError(f"scene = {short(which)}: it must be a whole number from 0 to {len(scenes) - 1}")
+    given = {key: asked.get(key, {}) for key in ("parameters", "start")}
+    for key, table in given.items():
+        if not isinstance(table, dict):
+            raise InputError(f"{key} = {short(table)}: it must be an object of numbers by name")
+    return turned(scenes[which], given["parameters"], given["start"], asked.get("until"))
+
+
+def _grid(asked: dict[str, Any], key: str) -> list[float]:
+    values = asked.get(key)
+    if not isinstance(values, list) or len(values) > MOST_PLACES:
+        raise InputError(f"{key} = {short(values)}: it must be a list of at most {MOST_PLACES} numbers")
+    return [float(number(key, value)) for value in values]

@@ -1,0 +1,159 @@
+"""The server of the page: it listens on this machine alone, and answers only who has the token in the address.
+
+Every address is ``/TOKEN/NAME``: the page and its parts are read from the package when the server starts, and the
+questions of ``asympk.explore.questions`` are posted as JSON. Whatever else is asked is refused in one line.
+"""
+
+import json
+from collections.abc import Callable
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from secrets import compare_digest, token_urlsafe
+from typing import Any, NoReturn
+
+from asympk.errors import AsympkError
+from asympk.explore.knobs import described
+from asympk.explore.questions import QUESTIONS, as_json
+from asympk.explore.worker import Broken, Late, Worker
+from asympk.scene import Scene
+
+HOST = "127.0.0.1"
+LARGEST = 65536  # bytes of a question
+PAGE = {
+    "": ("index.html", "text/html; charset=utf-8"),
+    "explore.css": ("explore.css", "text/css; charset=utf-8"),
+    "explore.js": ("explore.js", "text/javascript; charset=utf-8"),
+}
+GUARDS = {
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+}
+
+
+class Refused(Exception):
+    """A request is refused with an HTTP status and one line."""
+
+    def __init__(self, status: int, line: str):
+        super().__init__(line)
+        self.status = status
+
+
+class Server(ThreadingHTTPServer):
+    """The page of some scenes; ``address`` is where a browser finds it. Close it to end its processes."""
+
+    daemon_threads = True
+
+    def __init__(self, scenes: tuple[Scene, ...], port: int = 0, seconds: float | None = None):
+        self.token = token_urlsafe(24)
+        self.parts = {name: (_shipped(file), kind) for name, (file, kind) in PAGE.items()}
+        self.parts["scenes"] = (as_json([described(scene) for scene in scenes]), "application/json")
+        self.workers = {name: Worker(q, scenes, seconds or q.seconds) for name, q in QUESTIONS.items()}
+        super().__init__((HOST, port), _Handler)
+
+    @property
+    def address(self) -> str:
+        """The address of the page, with its token."""
+        return f"http://{HOST}:{self.server_port}/{self.token}/"
+
+    @property
+    def hosts(self) -> tuple[str, ...]:
+        """What a request may call this machine."""
+        return f"{HOST}:{self.server_port}", f"localhost:{self.server_port}"
+
+    def server_close(self) -> None:
+        """Stop listening and end the processes."""
+        super().server_close()
+        for worker in self.workers.values():
+            worker.close()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing where a browser went away in the middle of an answer."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """One connection."""
+
+    server: Server
+    protocol_version = "HTTP/1.1"
+    server_version, sys_version = "asympk", ""
+    error_message_format, error_content_type = "%(code)d %(message)s\n", "text/plain; charset=utf-8"
+    disable_nagle_algorithm = True
+    wbufsize = -1
+    timeout = 60
+
+    def do_GET(self) -> None:
+        """Send a part of the page."""
+        self._answer(lambda name: self.server.parts[name], self.server.workers)
+
+    def do_POST(self) -> None:
+        """Answer a question."""
+        self._answer(self._asked, self.server.parts)
+
+    def _answer(self, found: Callable[[str], tuple[bytes, str]], others: Any) -> None:
+        status = 200
+        try:
+            name = self._name()
+            if name in others:
+                raise Refused(405, f"{self.command} is not for this address")
+            body, kind = found(name)
+        except KeyError:
+            status, body, kind = 404, *_told("there is nothing at this address")
+        except Refused as refused:
+            status, body, kind = refused.status, *_told(str(refused))
+            self.close_connection = True
+        except (AsympkError, RecursionError) as error:
+            status, body, kind = _status(error), *_told(" ".join(str(error).split()))
+        self._send(status, body, kind)
+
+    def _name(self) -> str:
+        """Return what of the page is asked for; raises ``Refused`` for a stranger."""
+        if self.headers.get("Host") not in self.server.hosts:
+            raise Refused(421, "this server is known by its address alone; open the address that it printed")
+        token, _, name = self.path.removeprefix("/").partition("/")
+        if not compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
+            raise Refused(403, "the token in the address is missing or wrong; open the address that was printed")
+        return name
+
+    def _asked(self, name: str) -> tuple[bytes, str]:
+        worker = self.server.workers[name]
+        return worker.ask(self._question()), "application/json"
+
+    def _question(self) -> Any:
+        length = self.headers.get("Content-Length", "")
+        if not (length.isascii() and length.isdigit()) or "Transfer-Encoding" in self.headers:
+            raise Refused(411, "a question needs a Content-Length")
+        if len(length) > 9 or int(length) > LARGEST:
+            raise Refused(413, f"a question has at most {LARGEST} bytes")
+        try:
+            return json.loads(self.rfile.read(int(length)), parse_constant=_refuse_constant)
+        except (ValueError, RecursionError):
+            raise Refused(400, "the question is not JSON of finite numbers") from None
+
+    def _send(self, status: int, body: bytes, kind: str) -> None:
+        self.send_response(status)
+        for name, value in (("Content-Type", kind), ("Content-Length", str(len(body))), *GUARDS.items()):
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *arguments: Any) -> None:
+        """Keep the terminal quiet."""
+
+
+def _shipped(file: str) -> bytes:
+    return files("asympk").joinpath("explore", "page", file).read_bytes()
+
+
+def _told(line: str) -> tuple[bytes, str]:
+    return as_json({"error": line}), "application/json"
+
+
+def _status(error: Exception) -> int:
+    return 503 if isinstance(error, Late) else 500 if isinstance(error, Broken) else 400
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number")

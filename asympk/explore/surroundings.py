@@ -1,0 +1,175 @@
+r"""What stands around a motion in its phase picture: slow manifolds at mu = 0, and where the switching plane sticks.
+
+Both are cut through the start: the states that the picture does not show are those of the start. A quantity that is a
+combination of states, the load s = x + y, moves its last state that the picture does not show otherwise.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from asympk.errors import NotDerivable, UnknownName
+from asympk.numbers import short
+from asympk.scene import Scene
+from asympk.symbolic.critical import critical_manifolds
+from asympk.symbolic.lowering import lower
+from asympk.symbolic.stick import friction_cone
+from asympk.symbolic.system import System
+from asympk.systems import painleve_klein
+
+Curve = dict[str, Any]
+
+
+def surroundings(scene: Scene, pair: Sequence[str], across: Sequence[float], up: Sequence[float]) -> list[Curve]:
+    """Return curves of name, kind (``stable``, ``unstable``, ``stick``) and points over a pair of quantities.
+
+    ``across`` and ``up`` are the places of the picture's grid. A system without slow manifolds of one fast state, or
+    without a friction of its own, has none of these. Raises ``UnknownName`` for a quantity that the scene has not.
+    """
+    plane = _Plane(scene, pair)
+    grids = [np.array(grid) / size for grid, size in zip((across, up), plane.sizes, strict=True)]
+    found = [*_slow(plane, grids), *_stick(plane, grids)]
+    return [{**curve, "points": (curve["points"] * plane.sizes).tolist()} for curve in found]
+
+
+class _Plane:
+    """The picture's plane: the states by the two quantities it shows, all others at the start."""
+
+    def __init__(self, scene: Scene, pair: Sequence[str]):
+        rod = scene.system is None
+        self.system: System = painleve_klein.system() if rod else scene.system
+        given = (scene.mu, scene.sigma, scene.sigma0) if rod else scene.values
+        self.values = [float(v) for v in given]
+        self.start = np.array([float(v) for v in scene.start])
+        self.weights, sizes = _quantities(scene)
+        for name in pair:
+            if name not in self.weights:
+                raise UnknownName(f"{short(name)} is no quantity; choose two of {', '.join(self.weights)}")
+        self.pair = [self.weights[name] for name in pair]
+        self.sizes = np.array([sizes[name] for name in pair])
+        self.moved = self._moved()
+
+    def _moved(self) -> list[int]:
+        """Return the state that either quantity moves: itself, or the last of its own that the other does not move."""
+        own = [np.flatnonzero(weights).tolist() for weights in self.pair]
+        others = (own[1] if len(own[1]) == 1 else [], own[0] if len(own[0]) == 1 else [])
+        return [[k for k in mine if k not in other][-1] for mine, other in zip(own, others, strict=True)]
+
+    def placed(self, which: int, grid: np.ndarray) -> np.ndarray:
+        """Return states of shape (n, m) in which one quantity of the pair takes the values of ``grid``."""
+        states = np.repeat(self.start[:, None], grid.size, axis=1)
+        weights, k = self.pair[which], self.moved[which]
+        states[k] += (grid - weights @ self.start) / weights[k]
+        return states
+
+    def seen(self, states: np.ndarray) -> np.ndarray:
+        """Return the points of the picture, of shape (m, 2)."""
+        return np.stack([weights @ states for weights in self.pair], axis=-1)
+
+
+def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+    """Return the weights of the states in every quantity by its name, and the size of its unit."""
+    names, n = list(scene.names), len(scene.names)
+    weights = {name: np.eye(n)[k] for k, name in enumerate(names)}
+    weights |= {name: np.array(w, dtype=float) for name, w in scene.combinations}
+    if scene.rod is None:
+        return weights, dict.fromkeys(weights, 1.0)
+    from asympk.systems.painleve_klein.units import told_physically
+
+    told, units = told_physically(scene), scene.rod.units
+    named = [*told.names, *(name for name, _ in told.combinations)]
+    sizes = [*map(float, units.state(1, 1, 1)), float(units.reaction)]
+    return dict(zip(named, weights.values(), strict=True)), dict(zip(named, sizes, strict=True))
+
+
+def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
+    """Return the slow manifolds as graphs over the quantity that does not move the fast state."""
+    system = plane.system
+    if len(system.fast) != 1 or system.small is None:
+        return []
+    fast = system.states.index(next(iter(system.fast)))
+    if fast not in plane.moved or plane.moved[0] == plane.moved[1]:
+        return []
+    over = 1 - plane.moved.index(fast)
+    if plane.pair[over][fast]:
+        return []
+    states = plane.placed(over, grids[over])
+    curves = []
+    for name, function in _manifolds(system):
+        values = np.broadcast_arrays(*_run(function, states, plane.values), states[0])[:3]
+        on = states.copy()
+        on[fast] = values[0]
+        kinds = np.where(values[1] > 0, np.where(values[2] < 0, "stable", "unstable"), "")
+        curves += _pieces(name, kinds, plane.seen(on))
+    return curves
+
+
+@cache
+def _manifolds(system: System) -> tuple[tuple[str, Any], ...]:
+    """Return (name, function of states and parameters) of the critical manifolds: height, whether there, fast rate."""
+    try:
+        found = critical_manifolds(system)
+    except NotDerivable:
+        return ()
+    return tuple(
+        (m.name, _lowered(system, [*m.branch.values(), _holds(m.dynamics.where.subs(m.branch)), m.jacobian[0, 0]]))
+        for m in found if not m.name.startswith("Lambda") and m.domain != sp.false
+    )  # fmt: skip
+
+
+def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
+    """Return where the switching plane v = 0, a line of the picture, sticks."""
+    friction = _rest(plane.system)
+    if friction is None:
+        return []
+    state, function = friction
+    if state not in plane.moved or plane.moved[0] == plane.moved[1]:
+        return []
+    over = 1 - plane.moved.index(state)
+    states = plane.placed(over, grids[over])
+    rest, sticks = np.broadcast_arrays(*_run(function, states, plane.values), states[0])[:2]
+    states[state] = rest
+    return _pieces("stick", np.where(sticks > 0, "stick", ""), plane.seen(states))
+
+
+@cache
+def _rest(system: System) -> tuple[int, Any] | None:
+    """Return the index of the sliding state, and its value at rest and whether it sticks there as a function."""
+    friction = system.friction
+    if friction is None:
+        return None
+    velocity, cone = friction.velocity, friction_cone(system)
+    state = next(s for s in reversed(system.states) if velocity.has(s))
+    rest = -velocity.subs(state, 0) / velocity.diff(state)
+    sticks = _holds(cone.rule("stick"))
+    if sticks.has(*(s for s in (friction.normal, friction.force) if s is not None)):  # a rigid contact's reaction
+        return None
+    return system.states.index(state), _lowered(system, [rest, sticks])
+
+
+def _lowered(system: System, outputs: list[sp.Expr]) -> Any:
+    """Return expressions as a function of arrays of the states and of the parameters, at the time 0."""
+    own = (*system.states, *system.parameters)
+    plain = sp.symbols(f"w:{len(own)}", real=True)
+    known = dict(zip(own, plain, strict=True)) | ({system.time: sp.S.Zero} if system.time else {})
+    return lower(plain, [output.xreplace(known) for output in outputs], branching=True)
+
+
+def _holds(condition: sp.Basic) -> sp.Expr:
+    return sp.Piecewise((1, condition), (0, True))
+
+
+def _run(function: Any, states: np.ndarray, values: list[float]) -> Any:
+    with np.errstate(all="ignore"):
+        return function.compiled(*states, *values)
+
+
+def _pieces(name: str, kinds: np.ndarray, points: np.ndarray) -> list[Curve]:
+    """Cut a curve where its kind changes; what has no kind or no finite place is left out."""
+    kinds = np.where(np.isfinite(points).all(axis=1), kinds, "")
+    runs = [(kind, [*run]) for kind, run in groupby(range(len(kinds)), key=lambda k: str(kinds[k]))]
+    return [{"name": name, "kind": kind, "points": points[run]} for kind, run in runs if kind and len(run) > 1]

@@ -1,0 +1,88 @@
+"""A process that answers one kind of question, and is ended where an answer takes too long."""
+
+import signal
+from collections.abc import Callable
+from multiprocessing import get_context
+from threading import Lock
+from typing import Any
+
+from asympk.errors import AsympkError
+
+Answer = Callable[[Any, Any], Any]  # of what the worker was given at the start, and of the question
+
+
+class Late(AsympkError, TimeoutError):
+    """An answer took too long, and its process was ended."""
+
+
+class Broken(AsympkError, RuntimeError):
+    """The process met an error of its own, or died."""
+
+
+class Worker:
+    """One process with one function, ``answer(given, question)``, started at the first question.
+
+    Questions of several threads wait for each other. What a process has compiled is kept until it is ended.
+    """
+
+    def __init__(self, answer: Answer, given: Any, seconds: float):
+        self._answer, self._given, self._seconds = answer, given, seconds
+        self._lock = Lock()
+        self._process: Any = None
+
+    def ask(self, question: Any) -> Any:
+        """Return the answer; raises the ``AsympkError`` that it raised, ``Late`` and ``Broken``."""
+        with self._lock:
+            if self._process is None or not self._process.is_alive():
+                self._start()
+            try:
+                answer = self._reply(question)
+            except (EOFError, OSError):
+                self.close()
+                answer = Broken("the computing process died; ask again")
+        if isinstance(answer, AsympkError):
+            raise answer
+        return answer
+
+    def _reply(self, question: Any) -> Any:
+        self._pipe.send(question)
+        if self._pipe.poll(self._seconds):
+            return self._pipe.recv()
+        self.close()
+        return Late(f"no answer within {self._seconds:g} s: the computation was ended; ask for less")
+
+    def close(self) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.join()
+            self._pipe.close()
+            self._process = None
+
+    def _start(self) -> None:
+        self.close()
+        context = get_context("spawn")  # a copy of a process with threads may hang
+        self._pipe, other = context.Pipe()
+        self._process = context.Process(target=_serve, args=(other, self._answer, self._given), daemon=True)
+        self._process.start()
+        other.close()
+
+
+def _serve(pipe: Any, answer: Answer, given: Any) -> None:
+    """Answer questions until there are no more; the keyboard interrupts the parent alone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    while True:
+        try:
+            question = pipe.recv()
+        except (EOFError, OSError):
+            return
+        pipe.send(_answered(answer, given, question))
+
+
+def _answered(answer: Answer, given: Any, question: Any) -> Any:
+    try:
+        return answer(given, question)
+    except AsympkError as error:
+        return type(error)(str(error))
+    except Exception as error:
+        return Broken(f"an error of asympk itself, {type(error).__name__}: {str(error)[:200]}")

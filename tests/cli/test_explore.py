@@ -1,0 +1,387 @@
+"""The explorer: what is turned is what is followed, strangers and nonsense are refused, and the page moves."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from http.client import HTTPConnection
+from threading import Thread
+
+import pytest
+from browser import PRESENT, browser
+
+import asympk as ap
+from asympk.errors import InputError, UnknownName
+from asympk.explore.choice import chosen
+from asympk.explore.knobs import described, turned
+from asympk.explore.motion import motion
+from asympk.explore.server import LARGEST, Server
+from asympk.explore.surroundings import surroundings
+from asympk.explore.worker import Broken, Late, Worker
+
+ROD = ap.read_scene("backward")
+BLOCK = """until = 8
+[system.slow]
+x = "v"
+v = "-x + F"
+[[system.frictions]]
+velocity = "v - 1"
+force = "F"
+load = 1
+kinetic = "k / (1 + (v - 1)^2)"
+static = 1
+[values]
+k = 0.8
+[start]
+x = 0
+v = 1
+"""
+MECHANISM = """coordinates = ["X", "Y", "theta"]
+lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
+gap = "Y - l*sin(theta)"
+slip = "X - l*cos(theta)"
+friction = "f"
+unilateral = true
+[values]
+m = 1
+l = 1
+g = 10
+f = 2
+[state]
+X = 0
+Y = 0.8
+theta = 0.9
+"X'" = -2
+"Y'" = 0
+"theta'" = 0
+"""
+
+
+# ---- what is turned -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", chosen(None), ids=lambda scene: scene.name)
+def test_a_scene_of_which_nothing_is_turned_is_the_scene_itself(scene):
+    assert turned(scene, {}, {}, None) == scene
+
+
+def test_what_is_turned_is_what_is_followed():
+    scene = turned(ROD, {"sigma": "1/2", "mu": 1e-3}, {"z": "-0.5"}, 2)
+    assert scene == ap.Scene(sigma="1/2", mu=1e-3, start=(0, "0.2", "-0.5"), until=2, name="backward")
+    path, found = ap.solve(scene), motion(scene)
+    assert found["final"][:3] == [*path.final]
+    assert [mode["name"] for mode in found["modes"]] == [*path.modes]
+    assert [event["t"] for event in found["events"]] == [event.t for event in path.events]
+
+
+def test_static_friction_follows_the_kinetic_one_until_it_is_turned_itself():
+    assert turned(ROD, {"sigma": 3}, {}, None).sigma0 == 3
+    assert turned(ROD, {"sigma": 3, "sigma0": 4}, {}, None).sigma0 == 4
+    with pytest.raises(InputError):
+        turned(ROD, {"sigma": 3, "sigma0": 2}, {}, None)
+
+
+def test_a_physical_rod_is_turned_and_drawn_in_its_own_units():
+    chalk = ap.read_scene("chalk")
+    told = described(chalk)
+    assert [knob["name"] for knob in told["parameters"]] == ["m", "P", "f", "f0", "alpha", "l", "k", "h"]
+    assert told["quantities"] == ["R_1", "dR_1", "u", "R"]
+    found = motion(turned(chalk, {"alpha": 65}, {"u": "-0.01"}, None))
+    given = {"m": "0.01", "P": 1, "f": "1.5", "f0": "1.8", "alpha": "65 deg", "l": "0.08", "k": 50000, "h": "0.05"}
+    own = ap.solve(ap.Scene.physical(**given, start=(0, 0, "-0.01"), until="0.05")).physical()
+    assert found["final"][:3] == pytest.approx([*map(float, own.final)], rel=1e-12)
+
+
+def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
+    near = ap.Scene.near("Pi2", sigma=1, mu="1e-3", x=0, offset="1e-300", z=1, until=2)
+    assert turned(near, {"sigma": 2}, {}, None).near_to == near.near_to
+    assert turned(near, {}, {"x": "0.1"}, None).near_to is None
+
+
+@pytest.mark.parametrize(("text", "quantities"), [(BLOCK, ["x", "v"]), (MECHANISM, ["X", "Y", "theta", "x"])])
+def test_files_of_ones_own_are_explored_too(tmp_path, text, quantities):
+    file = tmp_path / "own.toml"
+    file.write_text(text)
+    scene = chosen(str(file))[0]
+    assert described(scene)["quantities"][: len(quantities)] == quantities
+    assert motion(turned(scene, {}, {}, "1/2"))["t"][-1] == 0.5
+
+
+def test_a_motion_that_stops_shows_what_was_followed_and_says_why(tmp_path):
+    file = tmp_path / "own.toml"
+    file.write_text(MECHANISM)
+    rigid = chosen(str(file))[1]
+    scene = turned(rigid, {"f": 1}, {"Y": "0.9"}, 3)
+    with pytest.raises(ap.AsympkError) as stopped:
+        ap.solve(scene)
+    found = motion(scene)
+    assert found["stopped"] == f"{type(stopped.value).__name__}: {stopped.value}"
+    assert found["t"][-1] == pytest.approx(stopped.value.t)
+
+
+def test_an_unknown_scene_is_refused_with_the_nearest():
+    with pytest.raises(UnknownName, match="'backward'"):
+        chosen("bakward")
+
+
+# ---- what stands around ---------------------------------------------------------------------------------------------
+
+
+def test_the_slow_planes_and_the_stick_regions_are_drawn_where_the_paper_has_them():
+    places = [k / 50 - 2.003 for k in range(201)]  # no edge of a region among them
+    curves = surroundings(ROD, ["s", "z"], places, places)
+    planes = {(c["name"], c["kind"]): c["points"] for c in curves if c["kind"] != "stick"}
+    assert set(planes) == {("Pi1", "stable"), ("Pi2", "unstable")}
+    assert {round(s, 12) for s, z in planes["Pi1", "stable"]} == {0.2}
+    assert {round(s, 12) for s, z in planes["Pi2", "unstable"]} == {-1}
+    assert all(z > 0 for points in planes.values() for s, z in points)
+    regions = ap.stick_regions(ap.systems.painleve_klein.system())
+    drawn = {round(s, 12) for c in curves if c["kind"] == "stick" for s, z in c["points"]}
+    assert drawn == {round(s, 12) for s in places if regions.stick.contains(s, sigma=1, sigma0=1)}
+
+
+def test_a_physical_rod_has_its_slow_planes_in_newtons():
+    chalk = ap.read_scene("chalk")
+    places = [k / 20 - 1 for k in range(41)]
+    (plane,) = (c for c in surroundings(chalk, ["R", "u"], places, places) if c["name"] == "Pi1")
+    sigma, unit = float(chalk.sigma), float(chalk.rod.units.reaction)
+    assert {round(R, 9) for R, u in plane["points"]} == {round(unit / (sigma + 4), 9)}
+
+
+# ---- the process that answers ---------------------------------------------------------------------------------------
+
+
+def _slow_answer(given, question):
+    time.sleep(question)
+    return given
+
+
+def _wrong_answer(given, question):
+    raise question
+
+
+def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answered():
+    worker = Worker(_slow_answer, "given", seconds=20)
+    try:
+        assert worker.ask(0) == "given"
+        worker._seconds = 0.2
+        with pytest.raises(Late, match="ended"):
+            worker.ask(60)
+        worker._seconds = 20
+        assert worker.ask(0) == "given"
+    finally:
+        worker.close()
+
+
+def test_an_error_of_the_process_comes_back_as_one_line():
+    worker = Worker(_wrong_answer, None, seconds=20)
+    try:
+        with pytest.raises(InputError, match="x = 1"):
+            worker.ask(InputError("x = 1"))
+        with pytest.raises(Broken, match="ZeroDivisionError: by zero"):
+            worker.ask(ZeroDivisionError("by zero"))
+    finally:
+        worker.close()
+
+
+# ---- the server -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    file = tmp_path_factory.mktemp("own") / "block.toml"
+    file.write_text(BLOCK)
+    with Server((ROD, *chosen(str(file)))) as running:
+        Thread(target=running.serve_forever, daemon=True).start()
+        yield running
+        running.shutdown()
+
+
+def _reply(server, method, name, body=None, host=None, token=None, **headers):
+    connection = HTTPConnection("127.0.0.1", server.server_port, timeout=60)
+    path = f"/{server.token if token is None else token}/{name}"
+    sent = {"Host": host or f"127.0.0.1:{server.server_port}", **headers}
+    connection.request(method, path, body, sent)
+    reply = connection.getresponse()
+    text = reply.read().decode()
+    connection.close()
+    assert "Traceback" not in text
+    return reply.status, text
+
+
+def _refused(server, status, *arguments, **options):
+    found, text = _reply(server, *arguments, **options)
+    assert found == status
+    line = json.loads(text)["error"]
+    assert line
+    assert "\n" not in line
+    return line
+
+
+def test_the_server_listens_on_this_machine_alone(server):
+    assert server.server_address[0] == "127.0.0.1"
+
+
+@pytest.mark.parametrize("token", ["", "wrong", "é", "x" * 3000, ".."])
+def test_without_the_token_nothing_is_answered(server, token):
+    token = token.encode("latin-1").decode("latin-1").replace("é", "%C3%A9")
+    _refused(server, 403, "GET", "", token=token)
+    _refused(server, 403, "POST", "motion", b"{}", token=token)
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1", "127.0.0.1:1", "evil.example:80@127.0.0.1"])
+def test_a_page_of_another_name_that_points_here_is_refused(server, host):
+    _refused(server, 421, "GET", "", host=host)
+
+
+@pytest.mark.parametrize("name", ["no", "page/index.html", "../../etc/passwd", "..%2f..%2fpyproject.toml", "explore.py",
+                                  "motion/", "?"])  # fmt: skip
+def test_nothing_but_the_page_and_its_questions_is_there(server, name):
+    _refused(server, 404, "GET", name)
+    _refused(server, 404, "POST", name, b"{}")
+
+
+def test_an_address_is_asked_in_its_own_way(server):
+    _refused(server, 405, "GET", "motion")
+    _refused(server, 405, "POST", "explore.js", b"{}")
+    assert _reply(server, "DELETE", "")[0] == 501
+
+
+def test_a_question_too_long_or_of_no_length_is_refused_unread(server):
+    _refused(server, 413, "POST", "motion", b" " * (LARGEST + 1))
+    _refused(server, 413, "POST", "motion", b"", **{"Content-Length": "9" * 400})
+    _refused(server, 411, "POST", "motion", b"", **{"Content-Length": "-1"})
+    _refused(server, 411, "POST", "motion", iter([b"{}"]), **{"Transfer-Encoding": "chunked"})
+
+
+@pytest.mark.parametrize("body", [b"", b"{", b"\xff\xfe", b"NaN", b'{"until": Infinity}', b"[" * 60000, b"9" * 60000])
+def test_what_is_not_json_is_refused(server, body):
+    _refused(server, 400, "POST", "motion", body)
+
+
+@pytest.mark.parametrize("question", [
+    [], 1, None, "x", {"x": 1}, {"scene": 99}, {"scene": -1}, {"scene": "0"}, {"scene": True}, {"parameters": [1]},
+    {"parameters": {"sigma": "__import__('os')"}}, {"parameters": {"sigma": -2}}, {"parameters": {"sgma": 1}},
+    {"parameters": {"sigma": [1]}}, {"parameters": {"sigma": None}}, {"parameters": {"sigma": True}},
+    {"parameters": {"mu": "1e-99999"}}, {"parameters": {"mu": 0}}, {"start": {"x": "<script>"}}, {"start": {"w": 1}},
+    {"until": -1}, {"until": "9" * 5000}, {"until": {}}, {"scene": 1, "parameters": {"k": "1/0"}},
+    {"until": "\r\nSet-Cookie: a=b"}, {"start": {"x": "1\n2"}},
+])  # fmt: skip
+def test_hostile_and_mistaken_questions_are_refused_in_one_line(server, question):
+    _refused(server, 400, "POST", "motion", json.dumps(question))
+
+
+@pytest.mark.parametrize("question", [{}, {"pair": ["s", "s", "z"]}, {"pair": "sz"}, {"pair": ["s", "w"]},
+                                      {"pair": ["s", "z"], "across": "x"}, {"pair": ["s", "z"], "across": [0] * 2000},
+                                      {"pair": ["s", "z"], "across": [{}], "up": [1]}])  # fmt: skip
+def test_a_picture_that_is_none_is_refused(server, question):
+    grids = {"across": [0, 1], "up": [0, 1]}
+    _refused(server, 400, "POST", "surroundings", json.dumps({**grids, **question} if question else question))
+
+
+def test_a_picture_of_one_quantity_twice_has_nothing_around_it(server):
+    question = {"pair": ["s", "s"], "across": [0, 1], "up": [0, 1]}
+    assert _reply(server, "POST", "surroundings", json.dumps(question)) == (200, "[]")
+
+
+def test_the_least_model_of_the_page_is_that_of_python(server):
+    status, text = _reply(server, "POST", "least", json.dumps({"parameters": {"mu": "1e-4"}, "rtol": "1e-2"}))
+    scene = ap.Scene(sigma=1, mu="1e-4", start=(0, "0.2", -1), until=5)
+    assert (status, json.loads(text)["model"]) == (200, ap.least_model(scene, "1e-2").model)
+    _refused(server, 400, "POST", "least", json.dumps({"rtol": "small"}))
+
+
+def test_the_page_is_self_contained_and_may_load_from_nowhere_else(server):
+    for name in ("", "explore.css", "explore.js", "scenes"):
+        status, text = _reply(server, "GET", name)
+        assert status == 200
+        assert "//" not in text.replace("http://www.w3.org/2000/svg", "").replace("// ", "")
+    connection = HTTPConnection("127.0.0.1", server.server_port)
+    connection.request("GET", f"/{server.token}/")
+    assert "default-src 'none'" in connection.getresponse().headers["Content-Security-Policy"]
+    connection.close()
+
+
+def _ask(server, connection, question):
+    connection.request("POST", f"/{server.token}/motion", json.dumps(question))
+    reply = connection.getresponse()
+    return reply.status, reply.read()
+
+
+def test_the_motion_of_the_rod_feels_instant(server):
+    connection = HTTPConnection("127.0.0.1", server.server_port)
+    times = []
+    for k in range(30):
+        begin = time.perf_counter()
+        assert _ask(server, connection, {"start": {"z": -1 - k / 100}})[0] == 200
+        times.append(time.perf_counter() - begin)
+    connection.close()
+    assert min(times) < 0.05  # some 7 ms where nothing else runs
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise there")
+def test_ctrl_c_ends_the_command_cleanly():
+    command = [sys.executable, "-m", "asympk", "explore", "backward", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        assert running.stdout.readline().startswith("http://127.0.0.1:")
+        running.send_signal(signal.SIGINT)
+        _, complaint = running.communicate(timeout=60)
+    assert (running.returncode, complaint) == (0, "")
+
+
+# ---- the page -------------------------------------------------------------------------------------------------------
+
+PATH = "document.querySelector('#phase .path')?.getAttribute('d')"
+RING = "(() => { const b = document.querySelector('#phase .ring').getBoundingClientRect(); " \
+       "return [b.x + b.width / 2, b.y + b.height / 2]; })()"  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def window(server):
+    if not PRESENT:
+        pytest.skip("needs chromium and chromedriver")
+    with browser() as found:
+        yield found
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, width):
+    window.open(server.address, width)
+    window.wait(f"{PATH} && document.querySelector('#phase .stick')")
+    assert window.run("return document.documentElement.scrollWidth") <= width
+    before = window.run(f"return {PATH}")
+    window.set("[data-slider=sigma]", 900, "input")
+    turned = window.wait(f"{PATH} !== {json.dumps(before)} && {PATH}")
+    assert window.run("return document.querySelector('[data-box=sigma0]').value") \
+        == window.run("return document.querySelector('[data-box=sigma]').value")  # fmt: skip
+    x, y = window.run(f"return {RING}")
+    window.drag((x, y), (x + 40, y - 30))
+    window.wait(f"{PATH} !== {json.dumps(turned)}")
+    assert float(window.run("return document.querySelector('[data-box=z]').value")) > -1
+    assert window.complaints() == []
+
+
+def test_the_page_says_what_is_wrong_and_keeps_the_last_picture(server, window):
+    window.open(server.address)
+    before = window.wait(PATH)
+    window.set("[data-box=mu]", "<b>", "change")
+    said = window.wait("document.getElementById('message').textContent")
+    assert "mu = '<b>'" in said
+    assert window.run(f"return {PATH}") == before
+    (refused,) = window.complaints()
+    assert "400" in refused
+
+
+def test_the_page_shows_the_verdict_of_the_ladder_and_another_scene(server, window):
+    window.open(server.address)
+    window.wait(PATH)
+    window.run("document.getElementById('least').click()")
+    assert "will do" in window.wait("document.querySelector('#verdict table')?.parentElement.textContent")
+    window.set("#scene", 1, "change")
+    window.wait("document.querySelector('[data-slider=k]') && document.querySelector('#series .path')")
+    assert window.run("return document.querySelectorAll('#series .path').length") == 2
+    assert window.complaints() == []
+
+
