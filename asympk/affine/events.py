@@ -1,10 +1,10 @@
 r"""The first root of any guard, isolated by bounds.
 
-On [lo, hi] of length h let the integral of ``|g''|`` be at most S. Then g stays above ``min(g(lo), g(hi)) - S h/4``, and
-``(g'(lo) + g'(hi) -+ S)/2`` bound its slope from below and above (Lemma 6): the slope of a single exponential has a known
-sign however long the interval is. So an interval is free of roots, or the guard falls through zero on it just once while
-the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per mode bounds a hundred
-intervals at once; only those in which something may happen that it cannot tell are looked at one by one.
+On [lo, hi] of length h let the integral of ``|g''|`` be at most S. Then g stays above ``min(g(lo), g(hi)) - S h/4``,
+and ``(g'(lo) + g'(hi) -+ S)/2`` bound its slope from below and above (Lemma 6): the slope of a single exponential has a
+known sign however long the interval is. So an interval is free of roots, or the guard falls through zero on it once
+while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per mode bounds a
+hundred intervals at once; only those in which something may happen that it cannot tell are looked at one by one.
 
 A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
 """

@@ -8,13 +8,14 @@ from pathlib import Path
 
 from asympk.errors import MissingPackage
 from asympk.methods import solve
+from asympk.pictures import anymechanism, drawings, maps, portraits
 from asympk.pictures import damping as jam
-from asympk.pictures import drawings, maps, portraits
 from asympk.pictures.decreasing import decreasing
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
 from asympk.studies.damping import TINY
 from asympk.studies.least import LADDER
+from asympk.systems.catalogue import described
 
 PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
 STEEP, SHALLOW = 1, Fraction(-1, 2)
@@ -23,6 +24,11 @@ STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
 CHARTS = {
     "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-cost-ii": "work.csv",
     "chart-failures-iii": "work.csv", "chart-plane": "plane.csv", "chart-nonlinear": "nonlinear.csv",
+}  # fmt: skip
+MECHANISM_NAMES = {
+    "painleve_klein": "Painlevé and Klein", "unequal_masses": "unequal masses", "held_rod": "mass on a spring",
+    "butenin": "Butenin", "painleve_rod": "slender rod on the ground", "bead_rod": "bead on a rod",
+    "brake_shoe": "brake shoe", "crank_slider": "crank and slider", "arm": "two-link arm",
 }  # fmt: skip
 README = ("phase", "jump", "regimes", "chart-cost-ii")
 SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
@@ -43,6 +49,7 @@ def pictures(root):
         raise MissingPackage("figures need matplotlib: pip install 'asympk[plot]'")
     kept = Path(root) / "paper" / "generated" / "rows"
     found = [
+        Picture("mechanisms", mechanisms),
         Picture("system", drawings.system),
         Picture("phase", phase),
         Picture("jump", jump),
@@ -50,7 +57,8 @@ def pictures(root):
         Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
           for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
-                             ("decreasing", decreasing),
+                             ("decreasing", decreasing), ("rebound", anymechanism.rebound),
+                             ("jumplaw", partial(anymechanism.errors, names=MECHANISM_NAMES)),
                              ("least", partial(maps.least_models, names=list(LADDER))), ("damping", damping))),
     ]  # fmt: skip
     return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
@@ -67,6 +75,11 @@ def _charts(kept):
 
 def _from_rows(draw, file):
     return draw(read_rows(file))
+
+
+def mechanisms():
+    """Draw four mechanisms of the catalogue over their maps of rigid motions."""
+    return anymechanism.mechanisms({name: described(name) for name in anymechanism.TITLES})
 
 
 def phase():

@@ -13,11 +13,13 @@ from asympk.output.gallery import README, pictures
 from asympk.output.regenerate import project, write_tables
 from asympk.pictures.figures import save
 from asympk.storage.files import write_text
-from asympk.studies import collisions, convergence, damping, decreasing, divide, leastmap
+from asympk.studies import anymechanism, collisions, convergence, damping, decreasing, divide, leastmap
 
 PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
-ROWS = {"convergence": convergence.write, "escape": divide.write, "collisions": collisions.write,
-        "least": leastmap.write, "decreasing": decreasing.write, "damping": damping.write}  # fmt: skip
+ROWS = {"mechanisms": anymechanism.write_formulas, "jumplaw": anymechanism.write_errors,
+        "rebound": anymechanism.write_rebounds, "convergence": convergence.write, "escape": divide.write,
+        "collisions": collisions.write, "least": leastmap.write, "decreasing": decreasing.write,
+        "damping": damping.write}  # fmt: skip
 LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build", "main.tex")
 MOST_RUNS = 6
 

@@ -5,6 +5,7 @@ from itertools import groupby
 from pathlib import Path
 
 from asympk.output.chart import method_table
+from asympk.output.gallery import MECHANISM_NAMES
 from asympk.output.tabular import Cell, Table, words
 from asympk.storage.rows import read_rows
 from asympk.studies.convergence import groups, monotone_from
@@ -19,7 +20,7 @@ def tables_from_rows(root):
     kept = Path(root) / "paper" / "generated" / "rows"
     made = {"methods": ("work", method_table), "convergence": ("convergence", convergence_table),
             "escape": ("escape", escape_table), "decreasing": ("decreasing", decreasing_table),
-            "damping": ("damping", damping_table)}  # fmt: skip
+            "damping": ("damping", damping_table), "mechanisms": ("mechanisms", mechanisms_table)}  # fmt: skip
     files = {name: (kept / f"{stem}.csv", make) for name, (stem, make) in made.items()}
     return {name: lambda file=file, make=make: make(read_rows(file))
             for name, (file, make) in files.items() if file.is_file()}  # fmt: skip
@@ -87,6 +88,26 @@ def escape_table(rows):
         header += (Cell(rf"$T$ at $\mu={_scale(float(mu))}$", f"T{at}"),
                    *(Cell(name, f"{name}{at}") for name in ("quotient", "motion")))
     return Table("escape", "ll" + "lll" * len(MUS), header, tuple(body))
+
+
+def mechanisms_table(rows):
+    """The catalogue: critical friction and impulses over the sliding velocity, and their values for the examples.
+
+    Mechanisms that have the same formulas share a line.
+    """
+    body = []
+    key = ("critical_latex", "normal_latex", "tangential_latex")
+    for formulas in dict.fromkeys(tuple(row[k] for k in key) for row in rows):
+        same = [row for row in rows if tuple(row[k] for k in key) == formulas]
+        row = same[0]
+        numbers = (f"{row[k]:.4g}" for k in ("critical", "normal", "tangential"))
+        names = ", ".join(MECHANISM_NAMES[r["mechanism"]] for r in same)
+        body.append((names, *(f"${part}$" for part in formulas), *numbers))
+    normal, tangential = r"$P_N/\gamma_0$", r"$P_T/\gamma_0$"
+    told = (("critical", "critical friction"), (normal, "P_N / gamma"), (tangential, "P_T / gamma"))
+    header = ("mechanism", "critical friction", normal, tangential,
+              *(Cell(latex, f"{text} of the example") for latex, text in told))  # fmt: skip
+    return Table("mechanisms", "p{1.25in}lllrrr", header, tuple(body))
 
 
 def damping_table(rows):

@@ -17,30 +17,39 @@ def motion_plot(described):
     The contact is closed and slides as in the example. Raises ``InputError`` where friction is no single parameter, or
     the description names nothing to draw over.
     """
+    if described.turn is None or not described.mechanism.contact.friction.is_Symbol:
+        raise InputError("a map needs [over] in the description and friction that is one parameter")
+    rows = 1 if described.undamped is None else 3
+    with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
+        shown = draw_motions(axes.flat[0], described)
+        place = "outside lower center" if rows == 1 else "outside upper center"
+        figure.legend(handles=motion_handles(shown), loc=place, ncols=len(shown))
+        if described.undamped is not None:
+            reactions.draw(axes.flat[1:], described)
+    return figure
+
+
+def draw_motions(ax, described):
+    """Draw the map of a mechanism into ``ax``; return the numbers of motions that it has."""
     import numpy as np
-    from matplotlib.patches import Patch
 
     rod, turn = described.mechanism, described.turn
-    if turn is None or not rod.contact.friction.is_Symbol:
-        raise InputError("a map needs [over] in the description and friction that is one parameter")
     most = 2 * float(rod.evaluate(rod.contact.friction, described.numbers))
     at = np.linspace(*(as_floats(turn[0], end) for end in turn[1:3]), 241)
     friction = np.linspace(most / 240, most, 240)
     count = rod.motion_map(described.closed(at[None, :], friction[:, None])).count
-    rows = 1 if described.undamped is None else 3
-    with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
-        ax = axes.flat[0]
-        shown = sorted({*count.flat})
-        for number in shown:
-            _, colour, hatch = LOOKS[min(number, 3)]
-            ax.contourf(at, friction, count == number, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
-        ax.set(xlabel=f"${turn[0]}$" if len(turn[0]) == 1 else rf"$\{turn[0]}$", ylabel="friction", ylim=(0, most))
-        handles = []
-        for number in shown:
-            word, colour, hatch = LOOKS[min(number, 3)]
-            label = f"{word} rigid motion{'s' if number > 1 else ''}"
-            handles.append(Patch(facecolor=colour, hatch=hatch, edgecolor=style.BLACK, linewidth=0.4, label=label))
-        figure.legend(handles=handles, loc="outside lower center" if rows == 1 else "outside upper center", ncols=3)
-        if described.undamped is not None:
-            reactions.draw(axes.flat[1:], described)
-    return figure
+    shown = {*count.flat}
+    for number in sorted(shown):
+        _, colour, hatch = LOOKS[min(number, 3)]
+        ax.contourf(at, friction, count == number, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
+    ax.set(xlabel=f"${turn[0]}$" if len(turn[0]) == 1 else rf"$\{turn[0]}$", ylabel="friction", ylim=(0, most))
+    return shown
+
+
+def motion_handles(shown):
+    """Return the entries of a legend for numbers of rigid motions."""
+    from matplotlib.patches import Patch
+
+    looks = [(number, *LOOKS[min(number, 3)]) for number in sorted(shown)]
+    return [Patch(facecolor=colour, hatch=hatch, edgecolor=style.BLACK, linewidth=0.4,
+                  label=f"{word} rigid motion{'s' if number > 1 else ''}") for number, word, colour, hatch in looks]

@@ -1,0 +1,96 @@
+"""The jump law of any mechanism: four mechanisms over their maps of rigid motions, its errors, and the rebound."""
+
+from itertools import groupby
+from math import log
+from typing import Any
+
+from asympk.pictures import sketches, style
+from asympk.pictures.portraits import plate
+from asympk.pictures.rigid import draw_motions, motion_handles
+
+LOOKS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
+WIDE, SKETCH = 7.04, 1.15  # inches: the page, and the height of a drawing
+
+
+def mechanisms(told: dict[str, Any]) -> Any:
+    """Draw mechanisms of the catalogue by their names in ``TITLES``, each over its map of rigid motions."""
+    from matplotlib.figure import Figure
+
+    matplotlib = style.matplotlib()
+    with matplotlib.rc_context(style.RC):
+        figure = Figure(figsize=(WIDE, 3.15), layout="constrained")
+        axes = figure.subplots(2, len(told), height_ratios=(SKETCH, 1.6))
+        shown: set[int] = set()
+        for column, (name, described) in enumerate(told.items()):
+            sketch, below = axes[:, column]
+            sketch.set(xlim=(0, sketches.WIDTH), ylim=(0, sketches.HEIGHT), aspect="equal")
+            sketch.set_axis_off()
+            sketch.set_title(f"({'abcd'[column]}) {TITLES[name]}", pad=2)
+            sketches.SKETCHES[name].draw(sketch)
+            shown |= draw_motions(below, described)
+            below.set_ylabel("friction" if column == 0 else "")
+        figure.legend(handles=motion_handles(shown), loc="outside lower center", ncols=len(shown))
+    return figure
+
+
+TITLES = {
+    "painleve_klein": "Painlev\u00e9 and Klein",
+    "painleve_rod": "slender rod on the ground",
+    "crank_slider": "crank and slider",
+    "arm": "two-link arm",
+}
+
+
+def errors(rows: list[dict], names: dict[str, str]) -> Any:
+    """Draw error / (c log(1/c)) of the jump law over 1 / log(1/c), in units of its limit, with straight lines."""
+    with plate(1.9) as (figure, axes):
+        ax = axes.flat[0]
+        for (name, group), (ink, mark) in zip(groupby(rows, key=lambda row: row["mechanism"]), LOOKS, strict=True):
+            several = list(group)
+            limit, slope = _line_through(several[-2:])
+            at = [_over_log(row) for row in several]
+            ax.plot((0, at[0]), (1, 1 + slope * at[0] / limit), color=ink, lw=0.5)
+            ax.plot(at, [row["ratio"] / limit for row in several], mark, color=ink, mfc="white", ms=3.4)
+            ax.annotate(names[name], (at[0], several[0]["ratio"] / limit), (5, 0), textcoords="offset points",
+                        va="center", color=ink)  # fmt: skip
+        ax.axhline(1, color="0.5", lw=0.4)
+        ax.set(xlim=(0, 0.215), xlabel=r"$1/\log(1/c)$", ylabel=r"$\mathrm{error}/(A\,c\,\log(1/c))$")
+    return figure
+
+
+def _over_log(row):
+    return 1 / log(1 / row["compliance"])
+
+
+def _line_through(pair):
+    """Return the value at 0 and the slope of the line through two rows over 1 / log(1/c)."""
+    (x, u), (y, v) = ((_over_log(row), row["ratio"]) for row in pair)
+    slope = (v - u) / (y - x)
+    return u - slope * x, slope
+
+
+def limit(rows: list[dict]) -> float:
+    """Return the constant A to which error / (c log(1/c)) tends, from the last two rows."""
+    return _line_through(rows[-2:])[0]
+
+
+def rebound(rows: list[dict]) -> Any:
+    """Draw the rebound of a one-sided contact over the damping ratio: formula, marks that were followed, two limits."""
+    with plate(2.1) as (figure, axes):
+        ax = axes.flat[0]
+        cases = groupby(rows, key=lambda row: (row["theta"], row["friction"]))
+        for ((theta, friction), group), (ink, mark) in zip(cases, LOOKS, strict=True):
+            several = list(group)
+            ratio = [row["ratio"] for row in several]
+            ax.plot(ratio, [row["law"] for row in several], color=ink)
+            thick = [row for row in several if row["ratio"] > 1.5]
+            ax.plot([r["ratio"] for r in thick], [r["overdamped"] for r in thick], color=ink, lw=0.6, ls=(0, (4, 2)))
+            ax.plot(ratio[:14], [row["undamped"] for row in several[:14]], color=ink, lw=0.6, ls=(0, (1, 1)))
+            met = [row for row in several if row["followed"] is not None]
+            label = rf"$\theta = {theta:g}$, $f = {friction:g}$"
+            ax.plot([row["ratio"] for row in met], [row["followed"] for row in met], mark, color=ink, mfc="white", ms=3,
+                    label=label)  # fmt: skip
+        ax.set(xscale="log", yscale="log", xlabel="damping ratio $b$", ylabel=r"$\dot g^+/|\gamma_0|$", ylim=(2e-5, 1))
+        ax.minorticks_off()
+        ax.legend(loc="lower left")
+    return figure

@@ -1,0 +1,206 @@
+r"""The jump law of any mechanism in numbers: the catalogue, errors for decreasing compliance, and the rebound.
+
+With the compliance c and L = log(1/c) the errors of the law are c (A L + B + ..): error / (c L) tends to the constant
+A, linearly in 1/L. The rebound of a one-sided contact is followed through the jump for a stiff contact of fixed damping
+ratio and set beside its formula, with the limits of no damping, sqrt(p (p - p_s)) / q, and of much, |G_NT| / (D b^2).
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from math import cos, log, sin
+from pathlib import Path
+from typing import Any
+
+import sympy as sp
+
+from asympk.mechanics import paradox
+from asympk.mechanics.kinetics import Kinetics
+from asympk.methods import solve
+from asympk.scene import Scene
+from asympk.storage.rows import provenance, write_rows
+from asympk.systems import MECHANISMS, painleve_rod
+from asympk.systems.catalogue import c, described, eps, example, h
+
+CHECKED = ("bead_rod", "arm", "crank_slider")  # nonlinear; held both ways and one-sided; two and three coordinates
+COMPLIANCES = ("1e-3", "1e-4", "1e-5", "1e-6", "1e-7")
+LAYER = 8  # the time in c log(1/c) after which the law is checked
+REBOUNDS = ((1.1, "2"), (0.9, "3"), (1.2, "9/5"))  # theta, friction
+RATIOS = tuple(10 ** (k / 8) for k in range(-16, 17))
+FOLLOWED = RATIOS[:25:4]  # for more damping the rebound is not large against the closing of the gap by a_N
+STIFF = 1e-4  # eps, where the rebound is followed
+BETA = sp.Symbol("beta", positive=True)  # the damping ratio of the ground
+KEPT = 6  # digits of a row
+LONG = 130  # letters of a formula beyond which a shorter form is sought
+
+
+@dataclass(frozen=True)
+class Formulas:
+    """What the law says of a mechanism: formulas in LaTeX, and their values for its example; impulses over gamma."""
+
+    mechanism: str
+    coordinates: int
+    unilateral: bool
+    critical_latex: str
+    normal_latex: str
+    tangential_latex: str
+    critical: float
+    friction: float
+    normal: float
+    tangential: float
+
+
+@dataclass(frozen=True)
+class Error:
+    """The largest error of the law in the coordinates, the velocities (g', gamma, others) and x, and over c L."""
+
+    mechanism: str
+    compliance: float
+    worst: str
+    error: float
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Rebound:
+    """g' / |gamma| after the jump of the slender rod, by the formula and followed; the limits b -> 0 and b -> oo."""
+
+    theta: float
+    friction: float
+    ratio: float
+    law: float
+    followed: float | None
+    undamped: float
+    overdamped: float
+
+
+def formulas() -> list[Formulas]:
+    """Return a row for every mechanism of the catalogue, in its order."""
+    return [_formulas(name) for name in MECHANISMS]
+
+
+def _formulas(name):
+    told = described(name)
+    rod, kinetics = told.mechanism, told.mechanism.plain
+    normal, tangential = impulses(kinetics)
+    critical = paradox.critical_friction(kinetics)
+    values = [rod.evaluate(part, told.numbers) for part in (critical, rod.contact.friction, normal, tangential)]
+    short = sp.Abs(shortened(tangential / normal, kinetics)) / kinetics.load
+    shown = critical if len(sp.latex(critical)) < LONG else short
+    latex = [sp.latex(part, fold_func_brackets=True) for part in (shown, normal, tangential)]
+    return Formulas(name, len(kinetics.coordinates), kinetics.unilateral, *latex, *map(_kept, values))
+
+
+def impulses(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
+    """Return P_N / gamma and P_T / gamma, -G^-1 (0, 1), in short form."""
+    W = sp.Matrix(kinetics.directions)
+    if W.is_square:
+        found = -W.inv().T * kinetics.mass * W.inv()[:, 1]
+    else:
+        found = sp.Matrix([kinetics.delassus[0, 1], -kinetics.delassus[0, 0]]) / kinetics.determinant
+    return shortened(found[0], kinetics), shortened(found[1], kinetics)
+
+
+def shortened(expr: sp.Expr, kinetics: Kinetics) -> sp.Expr:
+    """Return a fraction whose parts are collected by the parameters, with trigonometric coefficients in short form."""
+    top, bottom = (_collected(part, kinetics) for part in sp.fraction(sp.factor(sp.together(expr))))
+    return sp.factor_terms(sp.cancel(top / bottom))
+
+
+def _collected(expr, kinetics):
+    angles = {s for part in expr.atoms(sp.sin, sp.cos) for s in part.free_symbols}
+    parameters = [s for s in kinetics.parameters if expr.has(s) and s not in angles]
+    if not parameters:
+        return sp.trigsimp(sp.factor(expr))
+    terms = sp.Poly(sp.expand(expr), *parameters).terms()
+    powers = [sp.Mul(*(s**n for s, n in zip(parameters, power, strict=True))) for power, _ in terms]
+    return sp.Add(*(sp.trigsimp(sp.factor(term)) * power for power, (_, term) in zip(powers, terms, strict=True)))
+
+
+def errors() -> list[Error]:
+    """Return the errors of the law for the ``CHECKED`` mechanisms, the compliance decreasing."""
+    return [_error(name, small) for name in CHECKED for small in COMPLIANCES]
+
+
+def _error(name, small):
+    module, told = import_module(f"asympk.systems.{name}"), described(name)
+    number = float(small)
+    layer = number * log(1 / number)
+    values = {**module.VALUES, c.name: small}
+    scene = example(told.mechanism, module.system(), values, module.STATE, repr(LAYER * layer), name)
+    found = dict(zip(scene.names, map(float, solve(scene).final), strict=True))
+    found["y"] *= number  # -g' = c y
+    after = _after(told, scene)
+    worst = max(after, key=lambda state: abs(found[state] - after[state]))
+    error = found[worst] - after[worst]
+    return Error(name, number, worst, _kept(error), _kept(error / layer))
+
+
+def _after(told: Any, scene: Scene) -> dict[str, float]:
+    """Return what the states are after the jump by the law; y stands for c y."""
+    rod = told.mechanism
+    law = rod.jump_law(damping=sp.Rational(told.values[h.name]))
+    rates = {plain.name: rod.evaluate(law.velocities[own], told.numbers)
+             for own, plain in zip(rod.velocities, rod.plain.velocities, strict=True)}  # fmt: skip
+    gain = rod.evaluate(law.reaction, told.numbers)
+    known = {**told.numbers, **rates, "x": gain, "y": 0, "z": 0}
+    return {name: float(known[name]) for name in scene.names}
+
+
+def rebounds() -> list[Rebound]:
+    """Return the rebounds of the slender rod that slides backward with unit speed, by angle and damping ratio."""
+    return [_rebound(theta, friction, ratio) for theta, friction in REBOUNDS for ratio in RATIOS]
+
+
+def _rebound(theta, friction, ratio):
+    rod, numbers = painleve_rod.mechanism(), _sliding(theta, friction)
+    law, undamped = (rod.evaluate(rod.jump_law(ratio=sp.Rational(b)).gap_rate, numbers) for b in (ratio, 0))
+    mixed, D = (rod.evaluate(part, numbers) for part in (rod.delassus[0, 1], rod.delassus.det()))
+    followed = _followed(numbers, ratio) if ratio in FOLLOWED else None
+    kept = map(_kept, (ratio, law, followed, undamped, abs(mixed) / (D * ratio**2)))
+    return Rebound(theta, float(sp.Rational(friction)), *kept)
+
+
+def _sliding(theta, friction):
+    """Return numbers of the rod with theta' = 1/5 whose end slides on the ground with the velocity -1."""
+    rates = {"X'": -1 - sin(theta) / 5, "Y'": cos(theta) / 5, "theta'": 0.2}
+    return {"m": 1, "l": 1, "g": 1, "f": friction, "X": 0, "Y": sin(theta), "theta": theta, **rates}
+
+
+@cache
+def _stiff_ground():
+    return painleve_rod.mechanism().elastic(compliance=eps**2, damping=BETA * eps)
+
+
+def _followed(numbers, ratio):
+    """Return the gap rate at lift-off of the rod on ground of the compliance STIFF^2 and the given damping ratio."""
+    state = {name: value for name, value in numbers.items() if name in painleve_rod.STATE}
+    values = {**numbers, eps.name: repr(STIFF), BETA.name: ratio}
+    until = 20 * STIFF * (1 + ratio) * log(1 / STIFF)
+    scene = example(painleve_rod.mechanism(), _stiff_ground(), values, state, repr(until), "rebound")
+    opened = next(event for event in solve(scene).events if event.kind == "lift_off")
+    return -STIFF * float(opened.state[scene.names.index("y")])
+
+
+def _kept(value):
+    return None if value is None else float(f"{float(value):.{KEPT}g}")
+
+
+def write_formulas(out: Path) -> Path:
+    """Write the rows of ``formulas`` to ``out``/mechanisms.csv; return the file."""
+    return _written(out / "mechanisms.csv", formulas(), examples="those of the catalogue")
+
+
+def write_errors(out: Path) -> Path:
+    """Write the rows of ``errors`` to ``out``/jumplaw.csv; return the file."""
+    return _written(out / "jumplaw.csv", errors(), layer=LAYER, reference="exact motion of the elastic contact")
+
+
+def write_rebounds(out: Path) -> Path:
+    """Write the rows of ``rebounds`` to ``out``/rebound.csv; return the file."""
+    return _written(out / "rebound.csv", rebounds(), eps=STIFF)
+
+
+def _written(path, rows, **story):
+    write_rows(path, rows, provenance(kept=KEPT, **story))
+    return path
