@@ -9,7 +9,7 @@ from asympk.pictures.portraits import plate
 from asympk.pictures.rigid import draw_motions, motion_handles
 
 LOOKS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
-WIDE, SKETCH = 7.04, 1.15  # inches: the page, and the height of a drawing
+WIDE = 7.04  # inches, the page
 
 
 def mechanisms(told: dict[str, Any]) -> Any:
@@ -18,12 +18,12 @@ def mechanisms(told: dict[str, Any]) -> Any:
 
     matplotlib = style.matplotlib()
     with matplotlib.rc_context(style.RC):
-        figure = Figure(figsize=(WIDE, 3.15), layout="constrained")
-        axes = figure.subplots(2, len(told), height_ratios=(SKETCH, 1.6))
+        figure = Figure(figsize=(WIDE, 3.9), layout="constrained")
+        axes = figure.subplots(2, len(told), height_ratios=(sketches.HEIGHT, 1.7))
         shown: set[int] = set()
         for column, (name, described) in enumerate(told.items()):
             sketch, below = axes[:, column]
-            sketch.set(xlim=(0, sketches.WIDTH), ylim=(0, sketches.HEIGHT), aspect="equal")
+            sketch.set(xlim=(0.12, sketches.WIDTH - 0.13), ylim=(0, sketches.HEIGHT), aspect="equal")
             sketch.set_axis_off()
             sketch.set_title(f"({'abcd'[column]}) {TITLES[name]}", pad=2)
             sketches.SKETCHES[name].draw(sketch)
