@@ -269,7 +269,7 @@ def test_work_without_end_is_refused_at_once_as_undecided(sigma, mu, until):
 
 
 def test_a_certificate_whose_work_is_spent_is_undecided(monkeypatch):
-    monkeypatch.setattr("asympk.certify.WORK", 3)
+    monkeypatch.setattr("asympk.certify.certificates.WORK", 3)
     assert certify(BACKWARD).reason.startswith("undecided: 3 pieces of work are spent")
 
 

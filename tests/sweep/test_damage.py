@@ -12,7 +12,8 @@ import pytest
 
 from asympk.errors import AsympkError, InputError
 from asympk.storage.files import write_bytes, write_text
-from asympk.sweep import MANIFEST, _drive, chunks, files, results, run
+from asympk.sweep import MANIFEST, chunks, files, results, run
+from asympk.sweep.directory import _drive
 from asympk.sweep.executors import Here
 from asympk.sweep.summary import summarise
 from asympk.sweep.sweepfile import parse_sweep
@@ -159,7 +160,7 @@ def test_the_users_own_dot_files_stay(copy):
 
 def test_the_chunks_of_a_huge_sweep_are_counted_one_at_a_time(tmp_path, monkeypatch):
     huge, taken = iter(range(10**11)), []
-    monkeypatch.setattr("asympk.sweep._write", lambda sweep, out, index, *_: taken.append(index))
+    monkeypatch.setattr("asympk.sweep.directory._write", lambda sweep, out, index, *_: taken.append(index))
     monkeypatch.setattr(chunks, "compute", lambda sweep, index: (None, b""))
 
     def progress(units, fresh):

@@ -1,0 +1,356 @@
+r"""Certificates: the exact flow enclosed in balls, with a proof of its sequence of modes, or a refusal by name.
+
+Every number of the scene becomes a ball that contains it, a box of starts or parameters a wider one. Each mode is
+followed in closed form in balls (``enclosure``); at an event what vanishes is set exactly, and what follows is decided
+by inequalities that hold for every point of the balls. What cannot be decided is refused: ``grazing``, ``edge``
+(z = 0 met on an edge of the static cone), ``simultaneous``, ``horizon``, ``unstable plane``, ``start``, ``too many``,
+and ``undecided`` where the work that is allowed is spent.
+"""
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from asympk.affine.run import affine as is_affine
+from asympk.certify import affine
+from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
+from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
+from asympk.errors import InputError
+from asympk.numbers import number, whole
+from asympk.path import Event
+from asympk.scene import require_scene
+from asympk.shown import Card, ShownAsTable
+from asympk.storage.tomlfile import nearest
+
+COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
+MOST_EVENTS = 200
+MOST_DIGITS, MOST_PIECES = 300, 100_000
+MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
+_BITS = (96, 192, 384, 768, 1536, 3072)
+_FINEST_IN_BOX = 2.0**-16
+WORK = 200_000  # pieces of time, some ten seconds
+
+
+@dataclass(frozen=True, repr=False)
+class Certificate(ShownAsTable):
+    """A proof of what ``scene`` does, or why there is none.
+
+    ``proven`` certificates have ``modes``, ``events`` (Event of balls) and ``final``, three balls that contain the
+    exact (x, y, z) at ``until`` for every point of ``box``; others have ``reason``, which begins with the obstacle.
+    ``bits`` is the working precision.
+    """
+
+    scene: Any
+    proven: bool
+    modes: tuple = ()
+    events: tuple = ()
+    final: tuple = ()
+    reason: str = ""
+    bits: int = 0
+    box: dict = field(default_factory=dict)
+
+    def _card(self) -> Card:
+        box = [(name, f"{low} .. {high}") for name, (low, high) in self.box.items()]
+        if not self.proven:
+            return Card("Certificate: undecided", (("reason", self.reason), *box))
+        events = [(f"t = {event.t.str(6)}", event.kind) for event in self.events]
+        final = [(name, value.str(17)) for name, value in zip("xyz", self.final, strict=True)]
+        return Card(f"Certificate: proven with {self.bits} bits: {' -> '.join(self.modes)}", (*box, *events, *final))
+
+    @property
+    def obstacle(self):
+        """The name of what stands in the way of a proof."""
+        return self.reason.partition(":")[0]
+
+
+class Case(NamedTuple):
+    """The balls of a scene; ``exact`` are the Fractions (sigma0, mu, x, y, z) of a single one, or None."""
+
+    sigma: Any
+    mu: Any
+    sigma0: Any
+    x: Any
+    y: Any
+    z: Any
+    until: Any
+    exact: tuple | None
+    near: tuple | None
+    finest: float
+
+
+def certify(scene, box=None, digits=15):
+    """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
+
+    Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
+    1, |x|, |z|, or the work allowed is spent and the certificate is ``undecided``. Raises ``InputError`` for a box that
+    is not one.
+    """
+    require_scene(scene, "certify")
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    sides = _sides(scene, box or {})
+    last, budget = None, Budget(WORK)
+    for bits in _BITS[1:2] if sides else _BITS:
+        with flint().ctx.workprec(bits):
+            last = _attempt(scene, sides, bits, budget)
+            if last.proven and (sides or _sharp(last.final, digits)):
+                return last
+        if last.obstacle == "undecided":
+            break
+    return last
+
+
+def cover(scene, box, pieces=64):
+    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all.
+
+    The largest refused piece and the smallest are halved in turn: so parts of a wide box are proven as well.
+    """
+    require_scene(scene, "cover")
+    pieces = whole("pieces", pieces, 1, MOST_PIECES)
+    done, todo, smallest = [], [certify(scene, box)], False
+    while todo:
+        found, smallest = todo.pop(-1 if smallest else 0), not smallest
+        if found.proven or len(done) + len(todo) + 1 >= pieces or not _widest(found.box, box):
+            done.append(found)
+        else:
+            todo += [certify(scene, half) for half in _halves(found.box, _widest(found.box, box))]
+    return tuple(done)
+
+
+def _widest(piece, box):
+    """Return the side of the piece that is longest against that of the box, or None for a point."""
+    lengths = {name: Fraction(high) - Fraction(low) for name, (low, high) in box.items()}
+    parts = {name: (high - low) / lengths[name] for name, (low, high) in piece.items() if high > low}
+    return max(parts, key=parts.get, default=None)
+
+
+def _halves(piece, name):
+    low, high = piece[name]
+    return tuple({**piece, name: half} for half in ((low, (low + high) / 2), ((low + high) / 2, high)))
+
+
+def _attempt(scene, sides, bits, budget):
+    try:
+        modes, events, final = _followed(scene, sides, budget)
+    except Refused as reason:
+        return Certificate(scene, False, reason=str(reason), bits=bits, box=sides)
+    return Certificate(scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
+
+
+def _sharp(final, digits):
+    largest = max(1.0, *(abs(float(value.mid())) for value in final[::2]))
+    return all(value.rad() < flint().arb(10) ** -digits * largest for value in final)
+
+
+def _followed(scene, sides, budget):
+    """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
+    if scene.system is None:
+        return _follow(_case(scene, sides), budget)
+    finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
+    start = affine.start_of(scene, sides)
+    return affine.follow(scene.system, scene.values, start, ball(scene.until), finest, budget)
+
+
+def _sides_of_starts(scene, box):
+    """Return the sides of a box of starts of an affine system."""
+    if not is_affine(scene.system):
+        raise InputError("a certificate is for the rod and for systems whose modes are all affine; this one is not")
+    sides = {}
+    for name, ends in box.items():
+        if name not in scene.names:
+            raise InputError(f"box: {name!r} is no state; the nearest is {nearest(name, scene.names)!r}")
+        low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
+        if low > high:
+            raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
+        sides[name] = (low, high)
+    return sides
+
+
+def _sides(scene, box):
+    if scene.system is not None:
+        return _sides_of_starts(scene, box)
+    sides = {}
+    for name, ends in box.items():
+        if name not in COORDINATES:
+            raise InputError(f"box: {name!r} is no coordinate; the nearest is {nearest(name, COORDINATES)!r}")
+        low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
+        if low > high:
+            raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
+        sides[name] = (low, high)
+    least = {"sigma": -2, "mu": 0, "until": 0}
+    for name, bound in least.items():
+        if name in sides and not (sides[name][0] > bound or (name == "until" and sides[name][0] == 0)):
+            raise InputError(f"box: {name} must be above {bound}; it starts at {sides[name][0]}")
+    if scene.near_to and sides.keys() & {"x", "y", "z"}:
+        raise InputError("box: a scene that starts beside a slow line has no box of starts")
+    largest = sides.get("sigma", (0, Fraction(scene.sigma)))[1]
+    if scene.sigma0 != scene.sigma or "sigma0" in sides:
+        least = sides.get("sigma0", (Fraction(scene.sigma0),))[0]
+        if least < largest:
+            raise InputError(f"box: sigma0 must not be below sigma anywhere; it is {least} where sigma is {largest}")
+    return sides
+
+
+def _pair(name, ends):
+    if isinstance(ends, str) or len(ends) != 2:
+        raise InputError(f"box: {name} = {ends!r:.60}: it must be two numbers (low, high)")
+    return ends
+
+
+def _case(scene, sides):
+    given = dict(zip(COORDINATES, (scene.sigma, scene.mu, scene.sigma0, *scene.start, scene.until), strict=True))
+    values = {name: ball(value) for name, value in given.items()}
+    same = scene.sigma0 == scene.sigma
+    if scene.rod:
+        values, same = _from_rod(dict(scene.rod.quantities))
+    values |= {name: between(*ends) for name, ends in sides.items()}
+    if same and "sigma0" not in sides:
+        values["sigma0"] = values["sigma"]
+    exact = None
+    if not sides and not scene.rod:
+        exact = tuple(map(Fraction, (scene.sigma0, scene.mu, *scene.start)))
+    finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
+    return Case(**values, exact=exact, near=scene.near_to, finest=finest)
+
+
+def _from_rod(quantities):
+    """Enclose the nondimensional numbers of a physical scene from its exact quantities."""
+    from asympk.systems.painleve_klein.units import Degrees, formulas, symbols
+
+    known = symbols()
+    balls = {
+        known[name]: flint().arb.pi() * ball(q.value / 180) if isinstance(q, Degrees) else ball(q)
+        for name, q in quantities.items()
+    }
+    values = {name: ball_of(expr, balls) for name, expr in formulas().items()}
+    return values, quantities["f"] == quantities["f0"]
+
+
+def _follow(case, budget):
+    """Return (modes, events, final balls) of a case; raises ``Refused``."""
+    state, s_sign, z_sign, touching, deviation = _beginning(case)
+    t, modes, events = ball(0), [], []
+    while True:
+        name = "stick" if not z_sign else "slip_same" if z_sign == s_sign else "slip_opposite"
+        modes.append(name)
+        mode = _mode(case, name, state, deviation)
+        left = case.until - t
+        found = first_event(mode, _guards(case, state, s_sign, z_sign, touching), left, case.finest, budget)
+        if found is None:
+            end = mode.state(left)
+            return modes, events, (end.x, end.y, end.z if z_sign else ball(0))
+        guard, dt = found
+        if not dt < left:
+            raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(case.until.mid()):.10g}")
+        state, s_sign, z_sign, touching = _after(case, guard, mode.at(guard, dt), s_sign, z_sign)
+        deviation, t = None, t + dt
+        events.append(Event(guard.kind, t, (state.x, state.y, state.z)))
+        if len(events) > MOST_EVENTS:
+            raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
+
+
+def _mode(case, name, state, deviation):
+    a, b = (0, ball(1)) if name == "stick" else (1, case.sigma + 4 if name == "slip_same" else -case.sigma)
+    return segment(a, b, case.mu, state, deviation)
+
+
+def _guards(case, state, s_sign, z_sign, touching):
+    if z_sign:
+        pairs = (("force_zero", "s", s_sign), ("velocity_zero", "z", z_sign))
+        return [Guard(kind, axis, side, 0, axis in touching) for kind, axis, side in pairs]
+    near, far = _edges(case, s_sign)
+    guards = [Guard("slip_onset", "s", s_sign, near, "near" in touching)]
+    return guards if far is None else [*guards, Guard("slip_onset", "s", -1, far, "far" in touching)]
+
+
+def _edges(case, s_sign):
+    """Return the static cone's edges on the side of s: near zero (None: no cone), and far from it (None: unbounded)."""
+    which = sign(case.sigma0 + 1)
+    if not which and not case.sigma0 == -1:
+        raise Refused("edge: the shape of the static cone changes at sigma0 = -1, within the box")
+    if s_sign < 0:
+        return (-1 / (case.sigma0 + 1) if which > 0 else None), None
+    return 1 / (case.sigma0 + 3), (-1 / (case.sigma0 + 1) if which < 0 else None)
+
+
+def _beginning(case):
+    """Return (state, sign of s, sign of z, what touches its guard, deviation) just after the start."""
+    if case.near:
+        return _beside_line(case)
+    s = case.x + case.y
+    if case.exact:
+        return _exact_beginning(case)
+    s_sign, z_sign = sign(s), sign(case.z)
+    touching = {axis for axis, value in (("s", s), ("z", case.z)) if value == 0}
+    if "s" in touching:
+        s_sign = sign(1 + case.mu * case.y)
+    if not s_sign or not (z_sign or "z" in touching):
+        raise Refused(f"start: the sign of {'z' if s_sign else 'x + y'} is not the same throughout")
+    state = State(case.x, case.y, s, case.z)
+    if not z_sign and not _sticks(case, s, s_sign):
+        z_sign = _direction(s)
+    return state, s_sign, z_sign, touching, None
+
+
+def _exact_beginning(case):
+    """Decide the start in rational arithmetic, down to the rates where s = 0 or s is on an edge of the cone."""
+    sigma0, mu, x, y, z = case.exact
+    s = x + y
+    touching = {axis for axis, value in (("s", s), ("z", z)) if value == 0}
+    s_sign = _sign(s) or _sign(1 + mu * y) or 1
+    state, z_sign = State(case.x, case.y, ball(s), case.z), _sign(z)
+    if z_sign:
+        return state, s_sign, z_sign, touching, None
+    grip = (sigma0 + 2) * abs(s) - abs(1 - s)
+    if grip == 0:
+        widens = (sigma0 + 2) * s_sign + _sign(1 - s)
+        far = s > 1
+        state, touching = state._replace(s=_edges(case, s_sign)[far]), {"far" if far else "near", "z"}
+        grip = widens * (mu * y - s or -s)
+    return state, s_sign, 0 if grip > 0 else _sign(1 - s), touching, None
+
+
+def _sign(value):
+    return (value > 0) - (value < 0)
+
+
+def _beside_line(case):
+    manifold, offset = case.near
+    name = MODE_OF[manifold]
+    b = case.sigma + 4 if name == "slip_same" else -case.sigma
+    deviation, rho = ball(offset), (1 + (1 - 4 * case.mu / b).sqrt()) / 2
+    y = -(case.x - 1 / b) / rho + deviation
+    s = 1 / (b * rho) - case.mu / (b * rho * rho) * case.x + deviation
+    signs = sign(s), sign(case.z)
+    if not all(signs):
+        raise Refused("start: the sign of x + y or z is not certain")
+    return State(case.x, y, s, case.z), *signs, set(), deviation
+
+
+def _sticks(case, s, s_sign):
+    """Tell whether s lies inside the static cone, or outside; refuse its edges."""
+    near, far = _edges(case, s_sign)
+    if near is None:
+        return False
+    inside = [sign(s_sign * (s - near))] + ([] if far is None else [sign(far - s)])
+    if 0 in inside:
+        raise Refused(f"edge: z = 0 is met at x + y = {s.str(6)}, within the radius of an edge of the static cone")
+    return all(side > 0 for side in inside)
+
+
+def _direction(s):
+    way = sign(1 - s)
+    if not way:
+        raise Refused("edge: the direction in which z = 0 is left is not certain, x + y = 1")
+    return way
+
+
+def _after(case, guard, state, s_sign, z_sign):
+    """Return the state with what vanishes set, the signs that follow, and which guards of the next mode it touches."""
+    if guard.kind == "force_zero":
+        return State(state.x, -state.x, ball(0), state.z), -s_sign, z_sign, {"s"}
+    if guard.kind == "slip_onset":
+        s = guard.level
+        return State(state.x, s - state.x, s, ball(0)), s_sign, _direction(s), {"z"}
+    s = common(state.s, state.x + state.y)
+    state = State(state.x, common(state.y, s - state.x), s, ball(0))
+    return state, s_sign, 0 if _sticks(case, s, s_sign) else -z_sign, {"z"}

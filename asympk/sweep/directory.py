@@ -1,0 +1,182 @@
+r"""Sweeps: more trajectories than fit into memory or into a day, chunk by chunk into a directory.
+
+    DIR/sweep.json          what is swept over, and the versions that do it
+    DIR/chunk-00000000.npz  one file per chunk, written whole or not at all
+    DIR/summary.json        itineraries, collisions, quantiles of the final state
+
+A run computes the chunks that are missing or damaged and leaves the others alone, so that a run killed at any moment
+is resumed by starting it again. What a chunk holds depends on the sweep alone: neither on the executor nor on who
+computed it when.
+"""
+
+import itertools
+import json
+import os
+import re
+from collections import deque
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
+from pathlib import Path
+
+from asympk.errors import InputError, WorkersLost
+from asympk.storage.files import write_bytes, write_text
+from asympk.sweep import chunks, manifest
+from asympk.sweep.executors import Here
+from asympk.sweep.lock import locked
+
+MANIFEST = "sweep.json"
+_UNFINISHED = re.compile(
+    r"\.chunk-\d{8,}\.(npz|parquet)\.\w.*|\.(sweep|summary)\.json\.(\d+-\d+\.part|[a-z0-9_]{8})", re.ASCII)
+_AHEAD = 32  # chunks under way at once, whatever the executor
+_MOST_LOSSES = 160  # five times all that is under way
+
+
+def run(sweep, out, executor=None, progress=None):
+    """Compute the missing chunks of ``sweep`` into the directory ``out`` and return how many they were.
+
+    ``executor`` is any ``concurrent.futures.Executor``; by default chunks are computed here. ``progress(n, fresh)`` is
+    called with the number of trajectories of each chunk, found (``fresh`` false) or done. A damaged chunk is
+    computed again. Raises ``InputError`` when ``out`` holds another sweep, is damaged or in use, ``WorkersLost``
+    when workers keep dying.
+    """
+    out, progress = Path(out), progress or (lambda units, fresh: None)
+    with locked(out):
+        _sweep_up(out)
+        _declare(sweep, out)
+        missing = (index for index in range(sweep.chunks) if not _kept(sweep, out, index, progress))
+        return _drive(sweep, out, missing, executor or Here(), progress)
+
+
+def _sweep_up(out):
+    """Remove what a killed run left half written, and nothing else."""
+    for path in out.glob(".*"):
+        if _UNFINISHED.fullmatch(path.name) and path.is_file():
+            path.unlink()
+
+
+def _declare(sweep, out):
+    """Write the manifest, or check that the one there is of this sweep and of these versions."""
+    path, mine = out / MANIFEST, manifest.of(sweep)
+    if not os.path.lexists(path):
+        if next(out.glob("chunk-*"), None):
+            raise InputError(f"{out}: there are chunks but no {MANIFEST}; take another --out")
+        write_text(path, json.dumps(mine, indent=1) + "\n")
+        return
+    _, there = manifest.read(path)
+    if there["digest"] != mine["digest"]:
+        raise InputError(f"{out}: it holds another sweep; take another --out, or the file that it was begun with")
+    if there["versions"] != mine["versions"]:
+        raise InputError(f"{out}: it was begun with {_words(there['versions'])}, this is {_words(mine['versions'])}; "
+                         "results of two versions are not mixed")  # fmt: skip
+
+
+def _words(versions):
+    return ", ".join(f"{key} {value}" for key, value in versions.items())
+
+
+def _kept(sweep, out, index, progress):
+    """Tell whether the file of a chunk is there and whole; what stands in its place and is no file is set aside."""
+    path = out / chunks.name(sweep, index)
+    if not os.path.lexists(path):
+        return False
+    try:
+        story, _ = chunks.read(sweep, path)
+        whole = story == chunks.provenance(sweep, index)
+    except InputError:
+        whole = False
+    if not whole:
+        if not path.is_file():
+            _set_aside(path)
+        return False
+    start, stop = sweep.rows(index)
+    progress(stop - start, False)
+    return True
+
+
+def _set_aside(path):
+    aside = (path.with_name(f"{path.name}.damaged{k or ''}") for k in itertools.count())
+    path.rename(next(name for name in aside if not os.path.lexists(name)))
+
+
+def _drive(sweep, out, missing, executor, progress):
+    """Keep some chunks under way until all are written, and count them; one whose worker died is given out again."""
+    under_way, again, losses, done = {}, deque(), 0, 0
+    ahead = 1 if isinstance(executor, Here) else _AHEAD
+    try:
+        while True:
+            while len(under_way) < ahead and (index := again.popleft() if again else next(missing, None)) is not None:
+                under_way[_given_out(executor, sweep, index)] = index
+            if not under_way:
+                return done
+            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                index = under_way.pop(future)
+                if _lost(future):
+                    losses += 1
+                    if losses > _MOST_LOSSES:
+                        raise WorkersLost(_short_of_workers(index))
+                    again.append(index)
+                    continue
+                losses, done = 0, done + 1
+                _write(sweep, out, index, *future.result())
+                start, stop = sweep.rows(index)
+                progress(stop - start, True)
+    finally:
+        for future in under_way:
+            future.cancel()
+
+
+def _lost(future):
+    """Tell whether the worker is to blame and not the work; a cluster names that error in its own class."""
+    if future.cancelled():
+        return True
+    error = future.exception()
+    return isinstance(error, BrokenExecutor | CancelledError) or type(error).__name__ == "KilledWorker"
+
+
+def _given_out(executor, sweep, index):
+    try:
+        return executor.submit(chunks.compute, sweep, index)
+    except BrokenExecutor:
+        raise WorkersLost(_short_of_workers(index)) from None
+
+
+def _short_of_workers(index):
+    return f"workers keep dying, last at chunk {index}: is memory short? All that is done is kept; run again to resume"
+
+
+def _write(sweep, out, index, story, content):
+    mine = chunks.provenance(sweep, index)
+    if story != mine:
+        theirs, ours = ({key: told.get(key) for key in ("asympk", "numpy")} for told in (story, mine))
+        raise InputError(f"a worker has {_words(theirs)}, this process has {_words(ours)}: install the same")
+    write_bytes(out / chunks.name(sweep, index), content)
+
+
+def results(out, only=None):
+    """Yield (file name, provenance, {name: array}) of the chunks in ``out``, one at a time, or ``only`` some arrays.
+
+    Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.
+    """
+    sweep, told = read_manifest(out)
+    for index, path in enumerate(files(out)):
+        story, columns = chunks.read(sweep, path, only)
+        if story != {**chunks.provenance(sweep, index), **told["versions"]}:
+            raise InputError(f"{path}: it is not of this sweep; run the sweep again to replace it")
+        yield path.name, story, columns
+
+
+def read_manifest(out):
+    """Return (the ``Sweep`` in ``out``, what its manifest says); raises ``InputError`` where there is none."""
+    return manifest.read(Path(out) / MANIFEST)
+
+
+def files(out):
+    """Return the paths of all chunks of the sweep in ``out``, in order; raises ``InputError`` unless it is complete."""
+    out = Path(out)
+    sweep, _ = read_manifest(out)
+    found = {chunks.index_of(path.name): path for path in out.glob(f"chunk-*.{sweep.format}")}
+    for index, path in found.items():
+        if index is None or index >= sweep.chunks:
+            raise InputError(f"{path}: this sweep has {sweep.chunks} chunks, and this is none of them; move it away")
+    if len(found) != sweep.chunks:
+        raise InputError(f"{out}: {len(found)} of {sweep.chunks} chunks are there; run its sweep again to complete it")
+    return [found[index] for index in range(sweep.chunks)]
