@@ -404,10 +404,10 @@ HOSTILE = ["__import__('os').system('touch evaluated')", "9**9**9", "1e99999999"
 def test_a_hostile_string_is_refused_at_once_in_one_line(tmp_path, monkeypatch, place, text):
     monkeypatch.chdir(tmp_path)
     put = text if place in ("w - y", "2 + x/4", "k + 1/4") else json.dumps(text)
-    begin = time.monotonic()
+    begin = time.process_time()
     with pytest.raises(AsympkError) as refusal:
         parse_sweep(CHAIN.replace(place, put.replace("{", "{{")).format(count=1, chunk=1))
-    assert time.monotonic() - begin < 2
+    assert time.process_time() - begin < 2
     assert "\n" not in str(refusal.value)
     assert len(str(refusal.value)) < 400
     assert [*tmp_path.iterdir()] == []

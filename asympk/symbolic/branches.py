@@ -15,6 +15,7 @@ from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
+from sympy.solvers.solveset import NonlinearError
 
 from asympk.errors import InputError
 
@@ -133,7 +134,10 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
             unknowns.append(friction.normal)
             equations.append(_reaction_law(friction, phase))
     equations = [_signed(system, branch, e) for e in equations]
-    return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+    try:
+        return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+    except NonlinearError:
+        raise InputError(f"mode {name(branch)}: the forces must enter rates, loads and bounds linearly") from None
 
 
 def _by_elimination(
