@@ -498,3 +498,12 @@ def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
     assert (told["outcomes"], told["quantiles"]["theta'"]) == ({"no motion": 1}, [])
     assert "no motion" in summary.as_text(told)
     assert len(plot(told).axes) == 6
+
+
+@pytest.mark.parametrize(("kinetic", "x"), [("k*sqrt(x)", -1), ("k/x", 0), ("k*log(x)", -1), ("k*x**0.5", 0)])
+def test_a_start_where_a_formula_has_no_value_is_an_outcome(tmp_path, kinetic, x):
+    text = BELT.format(until=1, k=0.5, k0=50, x=[x, 1]).replace("k / (1 + abs(v - 1))", kinetic)
+    run(parse_sweep(text), tmp_path)
+    found = _whole(tmp_path)
+    assert [OUTCOMES[k] for k in found["outcome"]] == ["a rate is not finite", "followed"]
+    assert np.isnan(found["v"]).tolist() == [True, False]
