@@ -113,14 +113,15 @@ TWIST = ap.System.with_frictions(
 
 
 def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its_own():
-    start, until = {"x": [1.0, 1.0, -1.0], "v": 0.0}, np.array([1.0, 9.0, 1.0])
+    start, until = {"x": np.linspace(1, 2, 8), "v": 0.0}, np.array([1.0, 99.0, *[1.0] * 6])
     many = ap.solve_many(system=TWIST, values={}, start=start, until=until)
-    assert [many.outcomes[k] for k in many.outcome] == ["followed", "events accumulate", "followed"]
+    assert [many.outcomes[k] for k in many.outcome] == ["followed", "events accumulate", *["followed"] * 6]
     assert np.isnan(many.final[:, 1]).all()
     assert many.n_events[1] == 0
     assert 1 not in many.events().trajectory
-    alone = ap.solve_many(system=TWIST, values={}, start={"x": [1.0, -1.0], "v": 0.0}, until=1.0)
-    assert many.final[:, [0, 2]] == pytest.approx(alone.final, rel=1e-14)
+    others = [0, *range(2, 8)]
+    fair = ap.solve_many(system=TWIST, values={}, start={"x": start["x"][others], "v": 0.0}, until=1.0)
+    assert many.final[:, others] == pytest.approx(fair.final, rel=1e-14)
     with pytest.raises(Accumulation, match="trajectory 1: events accumulate"):
         ap.solve_many(system=TWIST, values={}, start=start, until=until, strict=True)
 
