@@ -132,3 +132,16 @@ def test_what_every_friction_does_at_the_start_is_told(starts):
     expected = [alone({"mu": 1e-3, "k": 0.5}, {**starts, "v": 0.0}, 0.0, i).modes[0] for i in range(40)]
     assert found == expected
     assert {"stick"} < {*found}
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_friction_that_is_affine_on_one_side_alone_is_followed_by_an_integrator(side):
+    """With kinetic friction 1 + (v -+ |v|)^2 one mode is x'' = -x -+ 1, the other quadratic in v."""
+    kinetic = 1 + (v - side * sp.Abs(v)) ** 2
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, load=1, kinetic=kinetic, static=2)])
+    scene = ap.Scene(system=system, values={}, start={"x": 0, "v": 3 * side}, until=3)
+    path = ap.solve(scene)
+    assert path.model == "lsoda"
+    assert path.final == pytest.approx(ap.solve(scene, method="radau", rtol=1e-11, atol=1e-11).final, abs=1e-8)
+    with pytest.raises(InputError, match="affine"):
+        ap.solve_many(system=system, values={}, start={"x": 0.0, "v": np.ones(9)}, until=1.0)
