@@ -23,6 +23,7 @@ from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, Phase
 
 CHUNK = 1024
+FEW = 3  # rows that cost less one by one
 MOST_EVENTS = 1000
 TRUSTED = 1e-12
 _CLEAR = 1e-13
@@ -251,7 +252,7 @@ def _follow(case, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
     start = w.copy()
     try:
-        lost = _together(case, w, until, rows, result)
+        lost = _together(case, w, until, rows, result) if len(w) > FEW else np.ones(len(w), dtype=bool)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates
         lost = np.ones(len(w), dtype=bool)
     for i in np.flatnonzero(lost):

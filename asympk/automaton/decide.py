@@ -22,7 +22,7 @@ import sympy as sp
 
 from asympk.automaton.modes import Mode, function, mode_of
 from asympk.digits import context
-from asympk.errors import InputError, NoMotion, TwoMotions
+from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import Friction, System
@@ -90,7 +90,12 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
         with suppress(_Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
     ctx = context(max(WORKING, *(v.context.dps for v in state if hasattr(v, "context")), 0))
-    return _follow_on(automaton, before, hits, t, state, slack, Numbers("mpmath", ctx, partial(number, ctx), -1.0))
+    numbers = Numbers("mpmath", ctx, partial(number, ctx), -1.0)
+    try:
+        return _follow_on(automaton, before, hits, t, state, slack, numbers)
+    except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no sign
+        raise OutOfRange(f"a rate or a bound of the system is not a finite real number at t = {float(t):.6g}; start "
+                         "where its formulas hold, or give other parameters") from error  # fmt: skip
 
 
 def _follow_on(

@@ -15,6 +15,7 @@ from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
 import sympy as sp
+from sympy.solvers.solveset import NonlinearError
 
 from asympk.errors import InputError
 
@@ -59,8 +60,12 @@ def named(system: "System") -> Iterator[Branch]:
 
 
 def telling(system: "System") -> Iterator[Branch]:
-    """Yield a branch in which all contacts slip, and those that differ from it in one phase."""
-    choices = [*map(_choices, system.frictions)]
+    """Yield a branch in which all contacts slip, and those that differ from it in one phase.
+
+    Of the phases of one mode one tells, unless a formula asks for the sign of something.
+    """
+    signed = sp.Tuple(*system.rates.values(), *(e for f in system.frictions for e in (f.load, f.kinetic, f.static)))
+    choices = [*map(_phases if signed.has(sp.Abs, sp.sign) else _choices, system.frictions)]
     slip = tuple(choice[0] for choice in choices)
     yield slip
     for k, choice in enumerate(choices):
@@ -72,6 +77,11 @@ def telling(system: "System") -> Iterator[Branch]:
 
 def _choices(friction: "Friction") -> tuple[Phase, ...]:
     return (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if friction.gap is not None else []))
+
+
+def _phases(friction: "Friction") -> tuple[Phase, ...]:
+    closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in (1, -1))
+    return (*closed, *([OPEN] if friction.gap is not None else []))
 
 
 def _determined(system: "System", branch: Branch) -> bool:
@@ -133,7 +143,10 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
             unknowns.append(friction.normal)
             equations.append(_reaction_law(friction, phase))
     equations = [_signed(system, branch, e) for e in equations]
-    return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+    try:
+        return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
+    except NonlinearError:
+        raise InputError(f"mode {name(branch)}: the forces must enter rates, loads and bounds linearly") from None
 
 
 def _by_elimination(

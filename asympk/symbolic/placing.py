@@ -91,10 +91,11 @@ def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
     for friction in system.frictions:
         kinetic, static = (sp.sympify(b, strict=True).subs(rational) for b in (friction.kinetic, friction.static))
         if kinetic.is_negative:
-            raise InputError(f"values: kinetic friction {kinetic} is negative; friction opposes the velocity")
+            raise InputError(f"values: kinetic friction {short(kinetic)} is negative; friction opposes the velocity")
         if (static - kinetic).is_negative:
             raise InputError(
-                f"values: static friction {static} is below the kinetic one, {kinetic}; make it at least that"
+                f"values: static friction {short(static)} is below the kinetic one, {short(kinetic)}; make it at least "
+                "that"
             )
 
 

@@ -5,7 +5,8 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import InputError
+from asympk.errors import Accumulation, InputError
+from asympk.many import PHASES
 
 F, G, t = sp.symbols("F G t", real=True)
 x, v, y, u, w = sp.symbols("x v y u w", real=True)
@@ -103,3 +104,44 @@ def test_bad_arrays_are_refused_in_one_line(starts):
     van_der_pol = ap.System.smooth({x: v, v: (1 - x**2) * v - x}, {}, None)
     with pytest.raises(InputError, match="affine"):
         ap.solve_many(system=van_der_pol, values={}, start={"x": 1, "v": 0}, until=1)
+
+
+# a twisting relay: events accumulate at the origin
+TWIST = ap.System.with_frictions(
+    {x: v, v: F / 4 + G}, {}, [ap.Friction(x, G, load=1, kinetic=1), ap.Friction(v, F, load=1, kinetic=2)]
+)
+
+
+def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its_own():
+    start, until = {"x": np.linspace(1, 2, 8), "v": 0.0}, np.array([1.0, 99.0, *[1.0] * 6])
+    many = ap.solve_many(system=TWIST, values={}, start=start, until=until)
+    assert [many.outcomes[k] for k in many.outcome] == ["followed", "events accumulate", *["followed"] * 6]
+    assert np.isnan(many.final[:, 1]).all()
+    assert many.n_events[1] == 0
+    assert 1 not in many.events().trajectory
+    others = [0, *range(2, 8)]
+    fair = ap.solve_many(system=TWIST, values={}, start={"x": start["x"][others], "v": 0.0}, until=1.0)
+    assert many.final[:, others] == pytest.approx(fair.final, rel=1e-14)
+    with pytest.raises(Accumulation, match="trajectory 1: events accumulate"):
+        ap.solve_many(system=TWIST, values={}, start=start, until=until, strict=True)
+
+
+def test_what_every_friction_does_at_the_start_is_told(starts):
+    many = ap.solve_many(system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start={**starts, "v": np.zeros(40)}, until=1.0)
+    found = [PHASES[k] for k in many.first[0]]
+    expected = [alone({"mu": 1e-3, "k": 0.5}, {**starts, "v": 0.0}, 0.0, i).modes[0] for i in range(40)]
+    assert found == expected
+    assert {"stick"} < {*found}
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_friction_that_is_affine_on_one_side_alone_is_followed_by_an_integrator(side):
+    """With kinetic friction 1 + (v -+ |v|)^2 one mode is x'' = -x -+ 1, the other quadratic in v."""
+    kinetic = 1 + (v - side * sp.Abs(v)) ** 2
+    system = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v, F, load=1, kinetic=kinetic, static=2)])
+    scene = ap.Scene(system=system, values={}, start={"x": 0, "v": 3 * side}, until=3)
+    path = ap.solve(scene)
+    assert path.model == "lsoda"
+    assert path.final == pytest.approx(ap.solve(scene, method="radau", rtol=1e-11, atol=1e-11).final, abs=1e-8)
+    with pytest.raises(InputError, match="affine"):
+        ap.solve_many(system=system, values={}, start={"x": 0.0, "v": np.ones(9)}, until=1.0)

@@ -404,10 +404,10 @@ HOSTILE = ["__import__('os').system('touch evaluated')", "9**9**9", "1e99999999"
 def test_a_hostile_string_is_refused_at_once_in_one_line(tmp_path, monkeypatch, place, text):
     monkeypatch.chdir(tmp_path)
     put = text if place in ("w - y", "2 + x/4", "k + 1/4") else json.dumps(text)
-    begin = time.monotonic()
+    begin = time.process_time()
     with pytest.raises(AsympkError) as refusal:
         parse_sweep(CHAIN.replace(place, put.replace("{", "{{")).format(count=1, chunk=1))
-    assert time.monotonic() - begin < 2
+    assert time.process_time() - begin < 2
     assert "\n" not in str(refusal.value)
     assert len(str(refusal.value)) < 400
     assert [*tmp_path.iterdir()] == []
@@ -498,3 +498,12 @@ def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
     assert (told["outcomes"], told["quantiles"]["theta'"]) == ({"no motion": 1}, [])
     assert "no motion" in summary.as_text(told)
     assert len(plot(told).axes) == 6
+
+
+@pytest.mark.parametrize(("kinetic", "x"), [("k*sqrt(x)", -1), ("k/x", 0), ("k*log(x)", -1), ("k*x**0.5", 0)])
+def test_a_start_where_a_formula_has_no_value_is_an_outcome(tmp_path, kinetic, x):
+    text = BELT.format(until=1, k=0.5, k0=50, x=[x, 1]).replace("k / (1 + abs(v - 1))", kinetic)
+    run(parse_sweep(text), tmp_path)
+    found = _whole(tmp_path)
+    assert [OUTCOMES[k] for k in found["outcome"]] == ["a rate is not finite", "followed"]
+    assert np.isnan(found["v"]).tolist() == [True, False]
