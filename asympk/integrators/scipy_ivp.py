@@ -8,7 +8,6 @@ from time import monotonic
 
 from asympk.automaton.loop import Segment
 from asympk.integrators.integrate import Work
-from asympk.integrators.singular import approach
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
@@ -23,7 +22,6 @@ def advance(method, mode, t, state, until, rtol, atol, limits, times):
     watch, n = Watch(mode, t, state), len(state)
     samples, steps, idle, short, hit = [], 0, 0, "", None
     start = halfway = t
-    begin = t, state
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, limits)
         steps += not short
@@ -35,8 +33,6 @@ def advance(method, mode, t, state, until, rtol, atol, limits, times):
         if not short and (met := watch.lost(solver, t, state)):
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
-            if mode.kinds[hit][0] == "unbounded":
-                t, state = approach(mode, hit, *begin) or (t, state)
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
