@@ -19,6 +19,7 @@ from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Course, Segment, follow
 from asympk.digits import carried
 from asympk.errors import InputError, OutOfRange, TooManyEvents
+from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
 from asympk.path import Event, Path
 from asympk.systems.automata import automaton_of
@@ -90,7 +91,9 @@ def _follow(
     tableau = _tableau(stages, ctx.dps)
 
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
-        return _segment(Scheme(mode, automaton.mode(mode.branch), tableau, tolerance), t, state, until)
+        doubles = automaton.mode(mode.branch)
+        scheme = Scheme(mode, doubles, tableau, tolerance)
+        return followed(doubles, t, state, until, lambda end: _segment(scheme, t, state, end))
 
     return follow(automaton, first, start, until, advance, events, ctx.dps, tolerance * 100)
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from asympk.automaton.loop import Segment, follow
 from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
+from asympk.integrators.singular import followed
 from asympk.numbers import number, numbers, whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -91,7 +92,8 @@ def _trace(scene, method, options, times=()):
         left = Limits(options["steps"] - sum(s.work.steps for s in segments), deadline)
         later = [v for v in times if v > t]
         try:
-            return advance(method, mode, t, state, until, options["rtol"], options["atol"], left, later)
+            return followed(mode, t, state, until, lambda end: advance(
+                method, mode, t, state, end, options["rtol"], options["atol"], left, later))  # fmt: skip
         except AsympkError:
             raise
         except (ArithmeticError, ValueError):

@@ -10,7 +10,6 @@ from time import monotonic
 
 from asympk.automaton.loop import Segment
 from asympk.integrators.integrate import Work
-from asympk.integrators.singular import approach
 from asympk.integrators.watch import Look, first_lost
 
 STEP_LIMIT = "step limit reached"
@@ -23,7 +22,6 @@ def follow(solver, mode, t, state, limits, times):
     watch, n = Watch(mode, t, state), len(state)
     samples, steps, idle, short, hit = [], 0, 0, "", None
     start = halfway = t
-    begin = t, state
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, limits)
         steps += solver.made * (not short)
@@ -35,8 +33,6 @@ def follow(solver, mode, t, state, limits, times):
         if not short and (met := watch.lost(solver, t, state)):
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
-            if mode.kinds[hit][0] == "unbounded":
-                t, state = approach(mode, hit, *begin) or (t, state)
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:

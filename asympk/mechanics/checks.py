@@ -17,6 +17,16 @@ def check(kinetics: Kinetics, contact: Any) -> None:
     _check_slip(kinetics, contact)
 
 
+def check_bounds(contact: Any) -> None:
+    """Raise ``InputError`` for friction that is known to be negative, static below kinetic, or without a load."""
+    for name in ("friction", "load"):
+        if getattr(contact, name).is_negative or contact.load == 0:
+            given = f"friction = {contact.friction!s:.60}, load = {contact.load!s:.60}"
+            raise InputError(f"contact: {given}: friction must not be negative, its load must be positive")
+    if (contact.static - contact.friction).is_negative:
+        raise InputError(f"contact: static = {contact.static} is below friction = {contact.friction}")
+
+
 def _check_sizes(kinetics: Kinetics) -> None:
     symbols = (*kinetics.coordinates, *kinetics.velocities)
     if len(set(symbols)) < len(symbols) or len({*map(str, symbols)}) < len(symbols):

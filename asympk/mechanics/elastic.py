@@ -34,6 +34,9 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     for other scalings, ``NotDerivable`` where no rates complete a basis.
     """
     scaling = _scaling(compliance, damping)
+    used = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
+    if scaling.small.name in map(str, used):
+        raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
     return System.with_friction(**fields(kinetics, scaling))
 
 
@@ -54,6 +57,8 @@ class Scaling:
 
 def _scaling(compliance: Any, damping: Any) -> Scaling:
     compliance, damping = expression("compliance", compliance), expression("damping", damping)
+    if damping.is_negative:
+        raise InputError(f"damping = {damping}: it must be zero or positive")
     if isinstance(compliance, sp.Symbol):
         if vanishes(damping) or damping.has(compliance):
             raise InputError(

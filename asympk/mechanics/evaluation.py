@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError
+from asympk.errors import InputError, OutOfRange
 from asympk.scene import number
 from asympk.symbolic.lowering import lower
 
@@ -22,7 +22,7 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     missing = [str(symbol) for symbol in needed if symbol not in values]
     if missing:
         raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")
-    numbers = _broadcast({symbol: as_floats(str(symbol), values[symbol]) for symbol in needed})
+    numbers = _broadcast({symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed})
     return tuple(_at(e, tuple(needed), numbers) for e in expressions)
 
 
@@ -45,8 +45,23 @@ def _at(expr: sp.Basic, symbols: tuple[sp.Symbol, ...], numbers: tuple) -> Any:
         return np.full(np.shape(numbers[0]) if numbers else (), expr == sp.true)
     if isinstance(expr, sp.StrictGreaterThan | sp.StrictLessThan):
         return _at(expr.gts - expr.lts, symbols, numbers) > 0
-    with np.errstate(invalid="ignore", divide="ignore") if expr.has(sp.Piecewise) else nullcontext():
-        return _function(expr, symbols)(*numbers)
+    try:
+        with np.errstate(invalid="ignore", divide="ignore") if expr.has(sp.Piecewise) else nullcontext():
+            return _function(expr, symbols)(*numbers)
+    except OutOfRange:
+        told = ", ".join(f"{s} = {value.flat[0]:g}" for s, value in zip(symbols, numbers, strict=True) if value.size)
+        raise OutOfRange(f"an equation of the contact is not finite at {told}, or beside it") from None
+
+
+def _declared(symbol: sp.Symbol, value: Any) -> Any:
+    """Hold numbers to the sign that their symbol is declared to have."""
+    import numpy as np
+
+    for word, good in (("positive", np.greater), ("negative", np.less), ("nonnegative", np.greater_equal)):
+        if getattr(symbol, f"is_{word}") and not np.all(good(value, 0)):
+            wrong = np.ravel(value)[~np.ravel(good(value, 0))][0]
+            raise InputError(f"{symbol} = {wrong:g}: the symbol is declared {word}")
+    return value
 
 
 @lru_cache(maxsize=256)

@@ -73,7 +73,10 @@ def jump_law(
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
-        return _law(kinetics, own, sp.S.Zero, condition, DAMPING if damping is None else expression("damping", damping))
+        damping = DAMPING if damping is None else expression("damping", damping)
+        if not isinstance(damping, sp.Expr) or damping.is_nonpositive or damping.has(sp.oo, sp.nan):
+            raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
+        return _law(kinetics, own, sp.S.Zero, condition, damping)
     ratio = _ratio(ratio)
     return _law(kinetics, own, rebound(kinetics, ratio), sp.And(condition, kinetics.free[0] < 0), None)
 

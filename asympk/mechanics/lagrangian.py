@@ -42,7 +42,9 @@ def _forces(forces: Any, coordinates: tuple) -> list:
         if unknown := forces.keys() - {*coordinates}:
             raise InputError(f"forces: {', '.join(sorted(map(str, unknown)))} is no coordinate")
         return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
-    forces = [*forces]
+    if isinstance(forces, str) or not hasattr(forces, "__iter__"):
+        raise InputError(f"forces = {forces!r:.60}: give one for each coordinate, or a dict")
+    forces = [expression(f"the force on {q}", force) for q, force in zip(coordinates, forces, strict=False)]
     if len(forces) != len(coordinates):
         raise InputError(f"{len(forces)} forces for {len(coordinates)} coordinates; give one for each, or a dict")
     return forces

@@ -14,7 +14,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.mechanics import elastic, jump, motion, paradox, rigid
-from asympk.mechanics.checks import check
+from asympk.mechanics.checks import check, check_bounds
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.jump import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
@@ -49,7 +49,10 @@ class Contact:
         static = self.friction if self.static is None else self.static
         for name, value in (("gap", self.gap), ("slip", self.slip), ("friction", self.friction), ("static", static),
                             ("load", self.load)):
-            object.__setattr__(self, name, _expression(f"contact: {name}", value))
+            object.__setattr__(self, name, _finite(f"contact: {name}", value))
+        if not isinstance(self.unilateral, bool):
+            raise InputError(f"contact: unilateral = {self.unilateral!r:.60}: it must be True or False")
+        check_bounds(self)
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,7 +90,7 @@ class Mechanism(ShownAsFormulas):
     def __post_init__(self):
         put = object.__setattr__
         for name in ("coordinates", "velocities", "forces"):
-            put(self, name, tuple(_expression(name, value) for value in _listed(getattr(self, name), name)))
+            put(self, name, tuple(_finite(name, value) for value in _listed(getattr(self, name), name)))
         put(self, "mass", _matrix(self.mass))
         if not isinstance(self.contact, Contact):
             raise InputError(f"contact = {self.contact!r:.60}: it must be an ap.Contact")
@@ -231,13 +234,22 @@ def _expression(name, value):
     return _exact(found)
 
 
+def _finite(name, value):
+    found = _expression(name, value)
+    if found.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
+        raise InputError(f"{name} = {found!s:.60}: it must be finite and real")
+    return found
+
+
 def _exact(expr):
     """Replace every float by the rational number that it is."""
     return expr.xreplace({number: sp.Rational(number) for number in expr.atoms(sp.Float)})
 
 
 def _matrix(mass):
-    try:
-        return sp.ImmutableMatrix(mass).applyfunc(_exact)
-    except (TypeError, ValueError):
-        raise InputError(f"mass = {mass!r:.60}: it must be a square matrix") from None
+    rows = mass.tolist() if hasattr(mass, "tolist") else mass
+    if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
+        raise InputError(f"mass = {mass!r:.60}: it must be a square matrix, a list of rows")
+    if len({len(row) for row in rows}) != 1:
+        raise InputError(f"mass = {mass!r:.60}: its rows differ in length")
+    return sp.ImmutableMatrix([[_finite("mass", entry) for entry in row] for row in rows])

@@ -47,7 +47,7 @@ def keyed(values: Any, kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> d
     for key, value in values.items():
         plain = known.get(str(key))
         if plain is None:
-            near = nearest(str(key), known)
+            near = nearest(str(key), [name for name in known if "(" not in name])
             raise UnknownName(f"{key} is no coordinate, rate or parameter; the nearest name is {near}")
         if plain in found:
             raise InputError(f"{plain} is given twice; give it once")

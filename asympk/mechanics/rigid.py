@@ -103,6 +103,8 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     size = sp.Add(*map(sp.Abs, parts))
     arrays = np.broadcast_arrays(*evaluate((*contact_terms(kinetics), size), values))
     *terms, size = (np.array(a, dtype=float) for a in arrays)
+    if (least := min(terms[0].min(initial=0), terms[2].min(initial=0))) < 0:
+        raise InputError(f"the mass matrix is not positive at these values: it gives G_NN or G_TT = {least:g}")
     slip = terms[_SLIP]
     slip[np.abs(slip) <= _ROUNDING * size] = 0.0
     return _Terms(*terms)

@@ -123,6 +123,9 @@ def _rebound(b):
         (eps**2, 1, "give 0 or a multiple of eps"),
         (sp.Rational(1, 1000), h, "must be a Symbol or the square of one"),
         (eps**3, h, "must be a Symbol or the square of one"),
+        (c, -1, "damping = -1: it must be zero or positive"),
+        (sp.Symbol("m"), h, "the mechanism has a m already"),
+        (sp.Symbol("X"), h, "the mechanism has a X already"),
     ],
 )
 def test_scalings_without_a_limit_are_refused(compliance, damping, match):

@@ -103,8 +103,8 @@ def _broken(**changes):
     q, u = sp.symbols("q1:3"), sp.symbols("u1:3")
     parts = {"coordinates": q, "velocities": u, "mass": sp.eye(2), "forces": (0, -1)}
     contact = {"gap": q[1], "slip": q[0], "friction": f}
-    contact.update({key: value for key, value in changes.items() if key in ("gap", "slip", "friction")})
     parts.update({key: value for key, value in changes.items() if key in parts})
+    contact.update({key: value for key, value in changes.items() if key not in parts})
     return ap.Mechanism(**parts, contact=ap.Contact(**contact))
 
 
@@ -126,6 +126,17 @@ q1, q2, u1, u2 = sp.symbols("q1 q2 u1 u2")
         ({"slip": u1**2}, "not linear in the velocities"),
         ({"slip": "q1"}, "must be a SymPy expression"),
         ({"friction": None}, "must be a SymPy expression"),
+        ({"friction": -1}, "friction must not be negative"),
+        ({"friction": float("nan")}, "friction = nan: it must be finite and real"),
+        ({"load": 0}, "its load must be positive"),
+        ({"load": sp.oo}, "load = oo: it must be finite and real"),
+        ({"friction": 2, "static": 1}, "static = 1 is below friction = 2"),
+        ({"gap": q2 + sp.I}, "it must be finite and real"),
+        ({"gap": q2 > 0}, "must be an expression in symbols"),
+        ({"unilateral": "yes"}, "unilateral = 'yes': it must be True or False"),
+        ({"mass": [[1, sp.nan], [0, 1]]}, "mass = nan: it must be finite and real"),
+        ({"mass": [["m", 0], [0, 1]]}, "mass = 'm': it must be a SymPy expression"),
+        ({"forces": (0, sp.zoo)}, "forces = zoo: it must be finite and real"),
         ({"forces": (0,)}, "1 forces for 2 coordinates"),
         ({"coordinates": (q1, q1)}, "a name is given twice"),
         ({"gap": q2 + dynamicsymbols("w")}, "is no coordinate or velocity"),
@@ -146,6 +157,8 @@ def test_what_is_no_mechanism_is_refused_in_one_line(changes, match):
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, sp.symbols("X Y"), contact=c), "not a dynamicsymbol"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c), "mass is singular"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces=(1,)), "1 forces for 2"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces=3), "forces = 3: give one"),
+        (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces="PQ"), "forces = 'PQ': give"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces={THETA: 1}), "no coordinate"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact="ground"), "must be an ap.Contact"),
     ],

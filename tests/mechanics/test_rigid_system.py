@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import asympk as ap
 from asympk.errors import InputError, NoMotion, TwoMotions, UnboundedReaction
+from asympk.integrators.integrate import FAMILIES, absent
 
 GROUND = {"m": 1, "l": 1, "g": 1}
 
@@ -89,6 +90,22 @@ def test_the_rod_slides_into_its_singular_point_to_six_digits(theta, rate, frict
     s, c = np.sin(expected[1]), np.cos(expected[1])
     assert 1 + 3 * c * (c - friction * s) == pytest.approx(0, abs=1e-9)
     assert expected[2] ** 2 * s == pytest.approx(1, abs=1e-6)
+
+
+@pytest.mark.parametrize("options", [*({"method": method} for method in FAMILIES), {"digits": 8}], ids=str)
+def test_every_integrator_stops_at_the_singular_point_by_name(options):
+    if options.get("method") in absent():
+        pytest.skip("not installed")
+    with pytest.raises(UnboundedReaction) as stop:
+        _run(0.6, 0.1, -5, 1.6, until=3, **options)
+    expected = _singular(0.6, 0.1, 1.6)
+    assert (stop.value.t, stop.value.state[2], stop.value.state[5]) == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_run_that_ends_before_the_singular_point_is_not_stopped_by_it():
+    path = _run(0.6, 0.1, -5, 1.6, until=0.6)
+    assert path.modes == ("slip_opposite",)
+    assert path.info["reached"] == 0.6
 
 
 def test_a_rod_that_falls_on_the_ground_hits_it():
