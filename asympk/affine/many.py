@@ -22,7 +22,7 @@ from asympk.many import Many
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, Phase
 
-CHUNK = 1024
+CHUNK = 4096
 MOST_EVENTS = 1000
 TRUSTED = 1e-12
 _CLEAR = 1e-13
@@ -76,21 +76,15 @@ def solve_many(*, system: Any, values: Any, start: Any, until: Any, progress: An
     done = 0
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), _first(start, states, rows[0]))
-        case = _Case(system, exact, start)
+        modes = _Modes(Automaton(system, exact))
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
-            _follow(case, states[mine], horizon[mine], mine, result)
+            _follow(modes, states[mine], horizon[mine], mine, result)
             done += mine.size
             if progress:
                 progress(done, total)
     final, count = result.final.reshape(-1, *shape), result.count.reshape(shape)
     return Ensemble(names, final, count, len(result.alone), _in_order(result.notes, len(names)))
-
-
-class _Case(NamedTuple):
-    system: Any
-    values: tuple
-    keys: Any
 
 
 class _Result(NamedTuple):
@@ -223,9 +217,9 @@ class _Flock(NamedTuple):
     alive: np.ndarray
 
 
-def _follow(case, w, until, rows, result):
+def _follow(modes, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
-    modes, start, t = _Modes(Automaton(case.system, case.values)), w.copy(), np.zeros(len(w))
+    start, t = w.copy(), np.zeros(len(w))
     branch, lost = _beginning(modes, t, w)
     count, notes = np.zeros(len(w), dtype=np.int32), []
     flock = _Flock(rows, until, t, w, np.zeros_like(w), abs(w), branch, count, lost, ~lost)
@@ -238,7 +232,7 @@ def _follow(case, w, until, rows, result):
     result.final[:, rows], result.count[rows] = w.T, count
     result.notes.extend(_kept(notes, rows[lost]) if lost.any() else notes)
     for i in np.flatnonzero(lost):
-        _alone(case, start[i], until[i], rows[i], result)
+        _alone(modes.automaton, start[i], until[i], rows[i], result)
 
 
 def _advanced(modes, flock, k):
@@ -340,12 +334,12 @@ def _chosen(modes, candidates, t, w, velocities, loads):
     return found, doubtful | (found < 0)
 
 
-def _alone(case, start, until, row, result):
+def _alone(automaton, start, until, row, result):
     """Follow one trajectory by the scalar flow."""
-    states = dict(zip((s.name for s in case.system.states), map(float, start), strict=True))
-    values = dict(zip(case.system.parameters, case.values, strict=True))
+    states = dict(zip((s.name for s in automaton.system.states), map(float, start), strict=True))
+    values = dict(zip(automaton.system.parameters, automaton.values, strict=True))
     try:
-        path = run(Scene(system=case.system, values=values, start=states, until=float(until)))
+        path = run(Scene(system=automaton.system, values=values, start=states, until=float(until)))
     except Exception as error:
         error.args = (f"trajectory {row}: {error}", *error.args[1:])
         raise
