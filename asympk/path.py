@@ -52,7 +52,8 @@ class Path(ShownAsTable):
     ``final`` is the state at ``until`` in the order of ``names``, (x, y, z) for the rod; ``modes`` is one longer than
     ``events``; calling the path at times ``t`` gives an array of shape ``(n,) + t.shape``. ``error`` is an estimate of
     the error of ``final``, relative to the largest of 1, |x|, |z|, or None when the model makes none.
-    ``info`` is what the model tells of its own run; an integrator gives "status", "reached", "work" and "options".
+    ``info`` is what the model tells of its own run; an integrator gives "status", "reached", "work" and "options", and
+    "why" where it took the place of the exact flow.
     Paths are equal when scene, model, states, events and modes are.
     """
 
@@ -116,7 +117,8 @@ class Path(ShownAsTable):
                 for (kind, t), mode in zip(begins, self.modes, strict=True)]  # fmt: skip
         final = [(f"{name}({float(self.end):.6g})", number(value))
                  for name, value in zip(self.names, self.final, strict=True)]  # fmt: skip
-        return Card(title, (*_few(rows, 5), *_few(final, 4)))
+        why = [("not exact", self.info["why"])] if "why" in self.info else []
+        return Card(title, (*why, *_few(rows, 5), *_few(final, 4)))
 
 
 def _few(rows: list, most: int) -> list:

@@ -6,16 +6,26 @@ from asympk.errors import InputError
 from asympk.numbers import number, objects
 
 
-class Dense:
-    """The state (x, y, z) of a solved scene as a function of time; pickled as the scene, which ``again`` solves."""
+class ClosedForm:
+    """The legs of a scene that ``run`` has solved; pickled as the scene, which ``run`` solves again."""
 
-    __slots__ = ("again", "convert", "digits", "legs", "scene")
+    __slots__ = ("convert", "digits", "legs", "run", "scene")
 
-    def __init__(self, scene, digits, legs, convert, again):
-        self.scene, self.digits, self.legs, self.convert, self.again = scene, digits, legs, convert, again
+    def __init__(self, run, scene, digits, legs, convert):
+        self.run, self.scene, self.digits, self.legs, self.convert = run, scene, digits, legs, convert
 
     def __reduce__(self):
-        return self.again, (self.scene, self.digits)
+        return _solved, (self.run, self.scene, self.digits)
+
+
+def _solved(run, scene, digits):
+    return run(scene, digits=digits).at
+
+
+class Dense(ClosedForm):
+    """The state (x, y, z) of a solved scene of the rod as a function of time."""
+
+    __slots__ = ()
 
     def __call__(self, t):
         """Return an array of shape ``(3,) + t.shape``, of objects with digits; for one time and digits, a tuple."""

@@ -9,8 +9,8 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from asympk.digits import carried
-from asympk.errors import InputError, TooLarge, Undecided
+from asympk.digits import carried, double
+from asympk.errors import InputError, Undecided
 from asympk.flow.arithmetic import Doubles, context, set_digits
 from asympk.flow.dense import Dense
 from asympk.flow.legs import Flow, follow
@@ -72,11 +72,11 @@ def _in_doubles(scene):
             return _path(scene, None, legs, legs, SAFETY * error, float)
         if error <= REFINABLE:
             legs = legs_of(_refining(), case, legs)
-            return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
+            return _path(scene, None, _rounded(legs, double), legs, ROUNDED, double)
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
     legs, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(scene, None, _rounded(legs, _double), legs, ROUNDED, _double)
+    return _path(scene, None, _rounded(legs, double), legs, ROUNDED, double)
 
 
 @lru_cache(maxsize=64)
@@ -150,16 +150,4 @@ def _path(scene, digits, rounded, legs, error, convert):
         events.append(Event(leg.kind, after.start, (x, y, z)))
     x, y, _, z, _ = rounded[-1].end
     modes = tuple([leg.mode for leg in rounded])
-    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(scene, digits, legs, convert, _again), error)
-
-
-def _again(scene, digits):
-    return run(scene, digits=digits).at
-
-
-def _double(value):
-    rounded = float(value)
-    if abs(rounded) == float("inf"):
-        raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
-                       "ask for digits=, or a smaller until")
-    return rounded
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(run, scene, digits, legs, convert), error)
