@@ -60,21 +60,13 @@ class Ends(NamedTuple):
 
 def rows_of(flow, whole):
     """Return the ``Rows`` of starts ``(w, 1)``, an array (rows, n + 1)."""
-    sums, guards, slopes, bends = _parts(flow, whole @ flow.tables.T)
-    off_sums, off_guards, off_slopes, off_bends = _parts(flow, abs(whole) @ flow.table_sizes.T)
+    sums, guards, slopes, bends = map(np.copy, flow.parts(whole @ flow.tables.T))
+    off_sums, off_guards, off_slopes, off_bends = map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T))
     n = len(flow.rate)
     zero = abs(guards[:, n]) <= _ULPS * Doubles.eps * off_guards[:, n]
     guards[:, n][zero] = off_guards[:, n][zero] = 0.0
     reach = np.where(zero, _reach(flow, slopes, off_slopes, bends, off_bends), 0.0)
     return Rows(flow, sums, off_sums, guards, off_guards, slopes, off_slopes, abs(bends), zero, reach)
-
-
-def _parts(flow, product):
-    found, at = [], 0
-    for rows, columns in flow.shapes:
-        found.append(product[:, at : at + rows * columns].reshape(-1, rows, columns).copy())
-        at += rows * columns
-    return found
 
 
 def _reach(flow, slopes, off_slopes, bends, off_bends):
