@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from asympk import multiprecision
+from asympk.errors import TooLarge
 
 LEAST = 15  # digits at which carriers of fewer compute
 _REFLECTED = ("__radd__", "__rsub__", "__rmul__", "__rtruediv__", "__rpow__", "__rmod__")
@@ -37,6 +38,15 @@ def carried(value: Any, digits: int) -> Any:
     if hasattr(value, "numerator") and not isinstance(value, int):
         return ctx.mpf(int(value.numerator)) / int(value.denominator)
     return ctx.mpf(value)
+
+
+def double(value: Any) -> float:
+    """Return an mpf as a double; raises ``TooLarge`` beyond their range."""
+    rounded = float(value)
+    if abs(rounded) == float("inf"):
+        raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
+                       "ask for digits=, or a smaller until")  # fmt: skip
+    return rounded
 
 
 def _reflected(name: str) -> Any:

@@ -1,6 +1,7 @@
 """The doors to every model: ``solve`` and ``solve_many`` look the method up and load its module only then."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -37,7 +38,8 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     """Follow ``scene`` from its start to ``until`` and return a ``Path``.
 
     ``method="exact"`` is the event-driven closed form of the rod; for the scene of a system without a closed form it
-    is a stiff integrator of small tolerance, and ``path.model`` tells. ``digits=n`` runs either on mpmath numbers.
+    is a stiff integrator of small tolerance: ``path.model`` tells, and ``path.info["why"]`` says what is not affine.
+    ``digits=n`` runs either on mpmath numbers.
     Options belong to the method. Raises ``UnknownName`` for a method that does not exist, ``InputError`` for an option
     it does not have and for what is no ``Scene``.
     """
@@ -45,12 +47,15 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     name = _known(method, METHODS)
     if inside := kernel_scene(scene):
         return named(_run(ROD.scenes.get(name) or METHODS[name], name, inside, options), scene)
-    if name == "exact" and _found("affine.run", "affine")(scene.system):
-        return _run("affine.run", name, scene, options)
     if not METHODS[name]:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(n for n, module in METHODS.items() if module)}")  # fmt: skip
-    return _run(METHODS[name], name, scene, options)
+    if name != "exact":
+        return _run(METHODS[name], name, scene, options)
+    if reason := _found("affine.run", "obstacle")(scene.system):
+        path = _run(METHODS[name], name, scene, options)
+        return replace(path, info={**path.info, "why": reason})
+    return _run("affine.run", name, scene, options)
 
 
 def _run(module: str, method: str, scene: Any, options: dict[str, Any]) -> Path:

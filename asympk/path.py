@@ -53,7 +53,8 @@ class Path(ShownAsTable):
     ``final`` is the state at ``until`` in the order of ``names``, (x, y, z) for the rod; ``modes`` is one longer than
     ``events``; calling the path at times ``t`` gives an array of shape ``(n,) + t.shape``. ``error`` is an estimate of
     the error of ``final``, relative to the largest of 1, |x|, |z|, or None when the model makes none.
-    ``info`` is what the model tells of its own run; an integrator gives "status", "reached", "work" and "options".
+    ``info`` is what the model tells of its own run; an integrator gives "status", "reached", "work" and "options", and
+    "why" where it took the place of the exact flow.
     Paths are equal when scene, model, states, events and modes are.
     """
 
@@ -117,10 +118,27 @@ class Path(ShownAsTable):
                 for (kind, t), mode in zip(begins, self.modes, strict=True)]  # fmt: skip
         final = [(f"{name}({float(self.end):.6g})", number(value))
                  for name, value in zip(self.names, self.final, strict=True)]  # fmt: skip
-        return Card(title, (*_few(rows, 5), *_few(final, 4)))
+        why = [("not exact", self.info["why"])] if "why" in self.info else []
+        return Card(title, (*why, *_few(rows, 5), *_few(final, 4)))
 
 
 def _few(rows: list, most: int) -> list:
     if len(rows) <= most:
         return rows
     return [*rows[: most - 2], ("...", f"{len(rows) - most + 1} more"), rows[-1]]
+
+
+class ClosedForm:
+    """The legs of a scene that ``run`` has solved; pickled as the scene, which ``run`` solves again."""
+
+    __slots__ = ("convert", "digits", "legs", "run", "scene")
+
+    def __init__(self, run: Any, scene: Any, digits: int | None, legs: Any, convert: Any) -> None:
+        self.run, self.scene, self.digits, self.legs, self.convert = run, scene, digits, legs, convert
+
+    def __reduce__(self) -> tuple:
+        return _solved, (self.run, self.scene, self.digits)
+
+
+def _solved(run: Any, scene: Any, digits: int | None) -> Any:
+    return run(scene, digits=digits).at

@@ -7,18 +7,13 @@ import numpy as np
 from asympk.affine.functions import Arrays, functions
 from asympk.errors import InputError
 from asympk.numbers import number
+from asympk.path import ClosedForm
 
 
-class Dense:
-    """The state of a solved scene as a function of time; pickled as the scene, which ``again`` solves."""
+class Dense(ClosedForm):
+    """The state of a solved scene as a function of time."""
 
-    __slots__ = ("again", "convert", "digits", "legs", "scene")
-
-    def __init__(self, scene, digits, legs, convert, again):
-        self.scene, self.digits, self.legs, self.convert, self.again = scene, digits, legs, convert, again
-
-    def __reduce__(self):
-        return self.again, (self.scene, self.digits)
+    __slots__ = ()
 
     def __call__(self, t):
         """Return an array of shape ``(n,) + t.shape``, of objects with digits; for one time and digits, a tuple."""

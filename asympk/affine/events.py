@@ -66,8 +66,8 @@ class Guards:
     def lists(self):
         """The weights and sizes as lists, one per guard: of sums, slopes and bends; and the bases, one per number."""
         s, functions = self.segment, self.segment.functions
-        columns = [table[:functions].T.tolist() for table in (s.guards, s.off_guards, s.slopes, s.off_slopes)]
-        return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off_guards[functions:].tolist()
+        columns = [table[:functions].T.tolist() for table in (s.guards, s.off.guards, s.slopes, s.off.slopes)]
+        return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off.guards[functions:].tolist()
 
     def at(self, t):
         """Return the ``Point`` at t."""
@@ -163,13 +163,13 @@ class Guards:
     def _suspects(self, window):
         """Return (interval, guard that falls there, or None) of a window, by the verdicts of ``_verdict`` on arrays."""
         s, margin = self.segment, self.m.margin
-        g, off = window.sums @ s.guards, window.off_sums @ s.off_guards * margin
+        g, off = window.sums @ s.guards, window.off_sums @ s.off.guards * margin
         low, spare = g - off, window.areas @ abs(s.bends)
         above = np.minimum(low[:-1], low[1:]) > spare * window.h / 4
         left = np.flatnonzero(~above.all(axis=1))
         if not left.size:
             return []
-        rise, off_rise = window.values @ s.slopes, window.off_values @ s.off_slopes * margin
+        rise, off_rise = window.values @ s.slopes, window.off_values @ s.off.slopes * margin
         both, off_both = rise[left] + rise[left + 1], spare[left] + off_rise[left] + off_rise[left + 1]
         rising, falling, clear = both > off_both, both < -off_both, low[left] > 0
         if s.zero and window.t[0] == 0:
@@ -198,7 +198,7 @@ def _reach(segment, guard):
     integral of ``|g^(p+1)|`` is below v. Raises ``Undecided`` where v is negative or none is found.
     """
     m, flow = segment.m, segment.flow
-    weights, off = segment.slopes[:, guard], segment.off_slopes[:, guard]
+    weights, off = segment.slopes[:, guard], segment.off.slopes[:, guard]
     if not weights.any():
         return float("inf")
     margin, start, rate_sizes = max(m.margin, 16 * m.eps), np.array(initial(flow.blocks)), abs(flow.rate)

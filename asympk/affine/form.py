@@ -59,6 +59,14 @@ def form_of(mode: Mode) -> Form | None:
     return Form(mode.system, tuple(needed), tuple(rows), tuple(_row(row, forced, needed) for row, forced in guards))
 
 
+def obstacle(mode: Mode) -> str | None:
+    """Return which rate or guard of a mode is not affine in the states with a forcing that can be carried, or None."""
+    rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
+    guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
+    named = next(((what, expr) for what, expr in (*rates, *guards) if _linear(mode, expr) is None), None)
+    return named and f"in mode {mode.name} {named[0]} is not affine: {named[1]!s:.80}"
+
+
 def _linear(mode, expr):
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
     states, time = mode.system.states, mode.system.time

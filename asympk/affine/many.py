@@ -6,6 +6,7 @@ which that stays open, or that rounding may spoil, are followed one by one by th
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -22,7 +23,7 @@ from asympk.many import PHASES, REFUSALS, Many, outcome_of
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, Phase
 
-CHUNK = 1024
+CHUNK = 4096
 FEW = 3  # rows that cost less one by one
 MOST_EVENTS = 1000
 TRUSTED = 1e-12
@@ -87,7 +88,7 @@ def solve_many(
     done = 0
     for chosen, rows in _groups(parameters, total):
         exact, _ = system.placed(dict(zip(values, chosen, strict=True)), _first(start, states, rows[0]))
-        case = _Case(system, exact, start)
+        case = _Case(system, exact)
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
             _follow(case, states[mine], horizon[mine], mine, result)
@@ -99,10 +100,16 @@ def solve_many(
     return Ensemble(names, final, count, first.reshape(-1, *shape), len(result.alone), result.left, events)
 
 
-class _Case(NamedTuple):
+@dataclass(frozen=True)
+class _Case:
+    """A system with one set of parameters; its modes in numbers are kept for all of its rows."""
+
     system: Any
     values: tuple
-    keys: Any
+
+    @cached_property
+    def modes(self):
+        return _Modes(Automaton(self.system, self.values))
 
 
 class _Result(NamedTuple):
@@ -252,16 +259,16 @@ def _follow(case, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
     start = w.copy()
     try:
-        lost = _together(case, w, until, rows, result) if len(w) > FEW else np.ones(len(w), dtype=bool)
+        lost = _together(case.modes, w, until, rows, result) if len(w) > FEW else np.ones(len(w), dtype=bool)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates
         lost = np.ones(len(w), dtype=bool)
     for i in np.flatnonzero(lost):
         _alone(case, start[i], until[i], rows[i], result)
 
 
-def _together(case, w, until, rows, result):
+def _together(modes, w, until, rows, result):
     """Follow rows mode by mode, and return those that are left to the scalar flow."""
-    modes, t = _Modes(Automaton(case.system, case.values)), np.zeros(len(w))
+    t = np.zeros(len(w))
     branch, lost = _beginning(modes, t, w)
     for k in np.unique(branch[~lost]):
         mine = rows[(branch == k) & ~lost]

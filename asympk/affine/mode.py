@@ -7,7 +7,7 @@ many digits before they are rounded, so a guard that does not feel a fast part s
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -93,6 +93,11 @@ class Flow:
         return abs(self.tables)
 
     @cached_property
+    def row_sizes(self):
+        """The sizes of the entries of ``rows``."""
+        return abs(self.rows)
+
+    @cached_property
     def flat(self):
         """The matrices, one function a row."""
         return self.matrices[:, :, :-1].reshape(len(self.matrices), -1)
@@ -105,12 +110,12 @@ class Flow:
         return (wide, states), (wide, guards), (functions, guards), (functions, guards)
 
     def parts(self, product):
-        """Return the parts of a product of ``tables``."""
+        """Return the ``Parts`` of products (.., size) of ``tables``."""
         found, at = [], 0
         for rows, columns in self.shapes:
-            found.append(product[at : at + rows * columns].reshape(rows, columns))
+            found.append(product[..., at : at + rows * columns].reshape(*product.shape[:-1], rows, columns))
             at += rows * columns
-        return found
+        return Parts(*found)
 
 
 def in_digits(m, mode):
@@ -165,28 +170,43 @@ def _summed(blocks, weights, whole):
     return weights, np.stack([whole, *later, 0 * whole])
 
 
+class Parts(NamedTuple):
+    """What a segment needs, as weights of the functions in time.
+
+    ``sums`` are those in the states and, below them, the bases: what the blocks that have not started add up to, by the
+    number of those that have. ``guards`` likewise; ``slopes`` and ``bends`` are those in the guards' derivatives.
+    """
+
+    sums: np.ndarray
+    guards: np.ndarray
+    slopes: np.ndarray
+    bends: np.ndarray
+
+
 class Segment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
-    ``sums`` are the weights of the functions in the states and, below them, the bases: what the blocks that have not
-    started add up to, by the number of those that have. ``guards`` likewise; ``slopes`` and ``bends`` are the weights
-    in the guards' derivatives. The names with ``off_`` are the sizes of the terms that made them, on which rounding
-    depends; ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within
-    rounding vanishes there, and is set to zero.
+    ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within rounding
+    vanishes there, and is set to zero.
     """
 
     def __init__(self, flow, start, sizes=None):
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
         whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)
-        size = abs(whole) if sizes is None else np.array([*sizes, m.number(1)], dtype=whole.dtype)
+        self.size = abs(whole) if sizes is None else np.array([*sizes, m.number(1)], dtype=whole.dtype)
         self.start = whole[:-1]
         self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.tables @ whole)
-        self.off_sums, self.off_guards, self.off_slopes, self.off_bends = flow.parts(flow.table_sizes @ size)
-        first, off = self.guards[self.functions], self.off_guards[self.functions]
+        first, off = self.guards[self.functions], flow.row_sizes @ self.size
         self.zero = np.flatnonzero(abs(first) <= max(m.margin, _ULPS * m.eps) * off).tolist()
-        for guard in self.zero:
-            first[guard] = off[guard] = 0 * off[guard]
+        first[self.zero] = m.number(0)
+
+    @cached_property
+    def off(self):
+        """The ``Parts`` of the sizes of the terms, on which rounding depends."""
+        found = self.flow.parts(self.flow.table_sizes @ self.size)
+        found.guards[self.functions][self.zero] = self.m.number(0)
+        return found
 
     def state(self, t):
         """Return the state (n,) at the time t."""

@@ -26,7 +26,7 @@ def estimate(legs, states):
         off, _ = tremors(Doubles, flow.blocks, span)
         n, values = segment.functions, np.array(values)
         end = np.array(gained) @ segment.sums[:n] + segment.sums[n + begun]
-        lost = np.array(off) @ segment.off_sums[:n] + segment.off_sums[n + begun] + abs(end)
+        lost = np.array(off) @ segment.off.sums[:n] + segment.off.sums[n + begun] + abs(end)
         size = np.maximum(size, np.maximum(abs(segment.start), abs(end))[:states])
         if after is not None:
             rates = values @ flow.rate @ segment.sums[:n]

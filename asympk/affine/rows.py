@@ -60,21 +60,13 @@ class Ends(NamedTuple):
 
 def rows_of(flow, whole):
     """Return the ``Rows`` of starts ``(w, 1)``, an array (rows, n + 1)."""
-    sums, guards, slopes, bends = _parts(flow, whole @ flow.tables.T)
-    off_sums, off_guards, off_slopes, off_bends = _parts(flow, abs(whole) @ flow.table_sizes.T)
+    sums, guards, slopes, bends = map(np.copy, flow.parts(whole @ flow.tables.T))
+    off_sums, off_guards, off_slopes, off_bends = map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T))
     n = len(flow.rate)
     zero = abs(guards[:, n]) <= _ULPS * Doubles.eps * off_guards[:, n]
     guards[:, n][zero] = off_guards[:, n][zero] = 0.0
     reach = np.where(zero, _reach(flow, slopes, off_slopes, bends, off_bends), 0.0)
     return Rows(flow, sums, off_sums, guards, off_guards, slopes, off_slopes, abs(bends), zero, reach)
-
-
-def _parts(flow, product):
-    found, at = [], 0
-    for rows, columns in flow.shapes:
-        found.append(product[:, at : at + rows * columns].reshape(-1, rows, columns).copy())
-        at += rows * columns
-    return found
 
 
 def _reach(flow, slopes, off_slopes, bends, off_bends):
@@ -101,12 +93,22 @@ class Verdicts(NamedTuple):
     positive: np.ndarray
     falls: np.ndarray
 
+    @property
+    def clear(self):
+        """Whether all guards are positive, by row and interval."""
+        return self.positive.all(axis=2)
+
+    @property
+    def single(self):
+        """Whether one guard falls and the others are positive, by row and interval."""
+        return (self.falls.sum(axis=2) == 1) & (self.positive | self.falls).all(axis=2)
+
 
 def judge(rows, known, first):
     """Return the ``Verdicts`` on the intervals of a table; ``first`` tells which intervals begin at the start."""
-    g, off = known.sums @ rows.guards, known.off_sums @ rows.off_guards * _MARGIN
-    rise, off_rise = known.values @ rows.slopes, known.off_values @ rows.off_slopes * _MARGIN
-    spare = known.areas @ rows.bends
+    g, off = _on(known.sums, rows.guards), _on(known.off_sums, rows.off_guards) * _MARGIN
+    rise, off_rise = _on(known.values, rows.slopes), _on(known.off_values, rows.off_slopes) * _MARGIN
+    spare = _on(known.areas, rows.bends)
     low, high = g - off, g + off
     above = np.minimum(low[:, :-1], low[:, 1:]) > spare * known.h / 4
     both, doubt = rise[:, :-1] + rise[:, 1:], spare + off_rise[:, :-1] + off_rise[:, 1:]
@@ -116,6 +118,15 @@ def judge(rows, known, first):
     within = touching & (known.h <= rows.reach[:, None, :])
     positive = above | rising | within | (falling & (low[:, 1:] > 0))
     return Verdicts(positive, falling & (low[:, :-1] > 0) & (high[:, 1:] < 0))
+
+
+def _on(known, weights):
+    """Return the products (rows, times, guards) of tables, of all rows (times, r) or of each, with weights."""
+    if known.ndim > 2:
+        return known @ weights
+    rows, size, guards = weights.shape
+    product = known @ weights.transpose(1, 0, 2).reshape(size, rows * guards)
+    return product.reshape(-1, rows, guards).transpose(1, 0, 2)
 
 
 def advance(flow, mesh, whole, left, error):
@@ -158,13 +169,19 @@ def _in_window(rows, window, left):
     """Return (time, guard or -1, doubtful) of the first root of each row within a window."""
     first = np.zeros((1, len(window.h)), dtype=bool)
     first[0, 0] = window.t[0] == 0
-    suspect = ~judge(rows, window, first).positive.all(axis=2) & (window.t[:-1] < left[:, None])
+    verdicts = judge(rows, window, first)
+    suspect, single = ~verdicts.clear & (window.t[:-1] < left[:, None]), verdicts.single
     at, found, doubtful = np.zeros(left.shape), np.full(left.shape, -1), np.zeros(left.shape, dtype=bool)
     todo = np.flatnonzero(suspect.any(axis=1))
     while todo.size:
         k = suspect[todo].argmax(axis=1)
         lo, hi = window.t[k], np.minimum(window.t[k + 1], left[todo])
-        at[todo], found[todo], doubtful[todo] = _within(rows.of(todo), lo, hi)
+        one = single[todo, k] & (hi == window.t[k + 1])
+        told, others = todo[one], todo[~one]
+        found[told] = guard = verdicts.falls[told, k[one]].argmax(axis=1)
+        at[told] = _newton(rows, told, guard, lo[one], hi[one])
+        if others.size:
+            at[others], found[others], doubtful[others] = _within(rows.of(others), lo[~one], hi[~one])
         suspect[todo, k] = False
         todo = todo[(found[todo] < 0) & ~doubtful[todo] & suspect[todo].any(axis=1)]
     return at, found, doubtful
@@ -178,13 +195,12 @@ def _within(rows, lo, hi):
         mine = rows.of(todo)
         grid = _grid(mine, lo, hi)
         verdicts = judge(mine, table(rows.flow.blocks, grid), grid[:, :-1] == 0)
-        clear, every = verdicts.positive.all(axis=2), np.arange(len(todo))
+        clear, every = verdicts.clear, np.arange(len(todo))
         k, clean = clear.argmin(axis=1), clear.all(axis=1)
-        falls = verdicts.falls[every, k]
-        one = ~clean & (falls.sum(axis=1) == 1) & (verdicts.positive[every, k] | falls).all(axis=1)
+        one = ~clean & verdicts.single[every, k]
         if one.any():
-            found[todo[one]] = guard = falls[one].argmax(axis=1)
-            at[todo[one]] = _newton(mine.of(one), guard, grid[every, k][one], grid[every, k + 1][one])
+            found[todo[one]] = guard = verdicts.falls[every, k][one].argmax(axis=1)
+            at[todo[one]] = _newton(mine, every[one], guard, grid[every, k][one], grid[every, k + 1][one])
         lo, hi = np.where(clean, hi, grid[every, k]), np.where(clean, end[todo], grid[every, k + 1])
         again = ~one & (lo < hi)
         todo, lo, hi = todo[again], lo[again], hi[again]
@@ -202,10 +218,10 @@ def _grid(rows, lo, hi):
     return np.concatenate([lo[:, None], inner + (hi[:, None] - inner) * parts[:-1] * 8 / 7], axis=1)
 
 
-def _newton(rows, guard, lo, hi):
-    """Return the root of a guard of each row that falls from plus at lo to minus at hi."""
+def _newton(rows, which, guard, lo, hi):
+    """Return the root of a guard of each of some rows that falls from plus at lo to minus at hi."""
     every, n = np.arange(len(lo)), len(rows.flow.rate)
-    weights, slopes = rows.guards[every, :, guard], rows.slopes[every, :, guard]
+    weights, slopes = rows.guards[which, :, guard], rows.slopes[which, :, guard]
     close, t = (hi - lo) * _CLOSE, (lo + hi) / 2
     for _ in range(_STEPS):
         values, gained, begun = functions(Arrays, rows.flow.blocks, t)

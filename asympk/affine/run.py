@@ -8,9 +8,9 @@ from functools import lru_cache, partial
 from numbers import Integral
 from typing import Any, NamedTuple
 
+from asympk.affine import form
 from asympk.affine.dense import Dense
 from asympk.affine.forcing import amplitude, value
-from asympk.affine.form import form_of, placed
 from asympk.affine.mode import Segment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
@@ -18,7 +18,7 @@ from asympk.arithmetic import Doubles, context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
-from asympk.digits import carried
+from asympk.digits import carried, double
 from asympk.errors import InputError, OutOfRange, TooLarge, TooManyEvents, Undecided
 from asympk.path import Path
 from asympk.symbolic import branches
@@ -46,12 +46,18 @@ class Leg(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def affine(system: System) -> bool:
-    """Tell whether all modes of a system are affine in its states, and their forcing of a kind that can be carried.
+def obstacle(system: System) -> str | None:
+    """Return what keeps a system from the exact flow, or None where all modes are affine and their forcing is carried.
 
     What one friction does leaves the others' terms as they are: modes that differ from one of them in one phase tell.
     """
-    return all(form_of(mode_of(system, branch)) is not None for branch in branches.telling(system))
+    modes = (mode_of(system, branch) for branch in branches.telling(system))
+    return next((form.obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
+
+
+def affine(system: System) -> bool:
+    """Tell whether all modes of a system are affine in its states, and their forcing of a kind that can be carried."""
+    return obstacle(system) is None
 
 
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:
@@ -91,7 +97,7 @@ def _in_doubles(case):
         return _path(case, None, course, float, error)
     known = course if error <= TOLD else None
     course, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(case, None, course, _double, ROUNDED)
+    return _path(case, None, course, double, ROUNDED)
 
 
 def _estimated(case):
@@ -132,8 +138,8 @@ class Flows:
         """Return (flow, waves, indices of the guards that move) of a mode in the numbers of ``m``."""
         key = branch, m.prec
         if key not in self._found:
-            form = form_of(mode_of(self.automaton.system, branch))
-            found = placed(form, self.automaton.values, 24 if m is Doubles else m.dps)
+            affine_form = form.form_of(mode_of(self.automaton.system, branch))
+            found = form.placed(affine_form, self.automaton.values, 24 if m is Doubles else m.dps)
             flow = found.mode.in_doubles if m is Doubles else in_digits(m, found.mode)
             waves = [(power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in found.waves]
             self._found[key] = flow, tuple(waves), found.kept
@@ -229,21 +235,9 @@ def _distance(coarse, fine):
 def _path(case, digits, course, convert, error):
     events = tuple(e._replace(t=convert(e.t), state=_converted(e.state, convert)) for e in course.events)
     legs = [segment.work for segment in course.segments]
-    dense = Dense(case.scene, digits, legs, convert, _again)
+    dense = Dense(run, case.scene, digits, legs, convert)
     return Path(case.scene, "exact", _converted(course.last.state, convert), events, course.modes, dense, error)
 
 
 def _converted(state, convert):
     return tuple(map(convert, state))
-
-
-def _again(scene, digits):
-    return run(scene, digits=digits).at
-
-
-def _double(value):
-    rounded = float(value)
-    if abs(rounded) == float("inf"):
-        raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
-                       "ask for digits=, or a smaller until")  # fmt: skip
-    return rounded

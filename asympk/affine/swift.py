@@ -15,7 +15,7 @@ from asympk.affine.forcing import value
 from asympk.arithmetic import Doubles
 from asympk.automaton.modes import function
 from asympk.errors import InputError
-from asympk.symbolic.branches import Branch, Phase, conditions
+from asympk.symbolic.branches import Branch, Phase
 
 _ZERO, _CLEAR = 1e-13, 1e-11
 _ORDERS = 3
@@ -82,7 +82,7 @@ class Swift:
         Its forces are not determined, or a guard that depends on the parameters alone is not positive.
         """
         try:
-            fixed = function(self.system, conditions(self.system, branch), "math", math)
+            fixed = function(self.system, self.mode(branch).mode.conditions, "math", math)
             p = map(float, self.automaton.values)
             holds = all(v > 0 for v in fixed(0.0, *(0.0 for _ in self.system.states), *p))
             return self.flows.of(Doubles, branch) if holds else None

@@ -51,6 +51,11 @@ class Mode:
         """The guards, positive inside the mode."""
         return branches.guards(self.system, self.branch)
 
+    @cached_property
+    def conditions(self) -> tuple[sp.Expr, ...]:
+        """What must be positive of the parameters alone for the mode to be entered at all."""
+        return branches.conditions(self.system, self.branch)
+
     @property
     def guard_values(self) -> tuple[sp.Expr, ...]:
         """The expressions of the guards."""

@@ -133,7 +133,7 @@ class _Modes:
         mode = mode_of(self.system, branch)
         numbers = dict(zip(self.system.parameters, self.values, strict=True))
         try:
-            fixed = [_rational_value(e, numbers) for e in branches.conditions(self.system, branch)]
+            fixed = [_rational_value(e, numbers) for e in mode.conditions]
             found = placed(self._form(branch), self.values, 24)
         except InputError:
             return None

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.arithmetic import Doubles, context, set_digits
-from asympk.errors import InputError, TooLarge, Undecided
+from asympk.errors import InputError, Undecided
 from asympk.numbers import whole
 from asympk.path import Event, Path
 from asympk.systems.painleve_klein.flow.dense import Dense
@@ -72,12 +72,16 @@ def in_doubles(case):
         if error <= TRUSTED:
             return legs, legs, SAFETY * error, float
         if error <= REFINABLE:
-            legs = legs_of(_refining(), case, legs)
-            return _rounded(legs, _double), legs, ROUNDED, _double
+            return _to_doubles(legs_of(_refining(), case, legs))
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
-    legs, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _rounded(legs, _double), legs, ROUNDED, _double
+    return _to_doubles(_certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)[0])
+
+
+def _to_doubles(legs):
+    from asympk.digits import double
+
+    return _rounded(legs, double), legs, ROUNDED, double
 
 
 @lru_cache(maxsize=64)
@@ -151,16 +155,4 @@ def _path(scene, digits, rounded, legs, error, convert):
         events.append(Event(leg.kind, after.start, (x, y, z)))
     x, y, _, z, _ = rounded[-1].end
     modes = tuple([leg.mode for leg in rounded])
-    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(scene, digits, legs, convert, _again), error)
-
-
-def _again(scene, digits):
-    return run(scene, digits=digits).at
-
-
-def _double(value):
-    rounded = float(value)
-    if abs(rounded) == float("inf"):
-        raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
-                       "ask for digits=, or a smaller until")
-    return rounded
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(run, scene, digits, legs, convert), error)
