@@ -96,10 +96,10 @@ def stick_regions(system: System) -> StickRegions:
     facts = closed(plane.allowed)
     linear = reduced and _linear(reduced)
     shown = reduced or cone
-    regions = (
+    stick, up, down, ambiguous = (
         Region(name, shown.rule(name), plane, _cells(name, reduced, facts) if linear else ()) for name in _RULES
     )
-    return StickRegions(*regions, edges=_zeros(reduced, reduced.hold) if linear else ())
+    return StickRegions(stick, up, down, ambiguous, edges=_zeros(reduced, reduced.hold) if linear else ())
 
 
 def friction_cone(system: System) -> Cone:
