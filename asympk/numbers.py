@@ -63,7 +63,7 @@ def place(name: str, at: tuple) -> str:
 
 def whole(name: str, value: Any, least: int, most: int) -> int:
     """Return ``value`` as an int from ``least`` to ``most``; raises ``InputError`` for anything else."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= value <= most:
+    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
         raise InputError(f"{name} = {short(value)}: it must be a whole number from {least} to {most}")
     return int(value)
 

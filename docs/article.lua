@@ -20,15 +20,17 @@ function Emph(words)
   return plain and words or words.content
 end
 
-local function named(block, identifier)
+local function named(block, identifier, options)
   local text = pandoc.write(pandoc.Pandoc(block), "rst", { wrap_text = "none" })
   text = text:gsub("\n   :?name: [^\n]*", "")
-  text = text:gsub("(%.%. %a+::[^\n]*\n)", "%1   :name: " .. identifier .. "\n", 1)
+  text = text:gsub("(%.%. %a+::[^\n]*\n)", "%1   :name: " .. identifier .. "\n" .. (options or ""), 1)
   return pandoc.RawBlock("rst", text .. "\n")
 end
 
 function Figure(figure)
-  return named({ figure }, figure.identifier)
+  local words = pandoc.utils.stringify(figure.caption.long):gsub("\\frac{(.-)}{(.-)}", "%1/%2")
+  words = words:gsub("[\\{}]", ""):gsub("%s+", " "):gsub("%%", "%%%%")
+  return named({ figure }, figure.identifier, "   :alt: " .. words .. "\n")
 end
 
 function Div(block)

@@ -26,6 +26,7 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 autodoc_preserve_defaults = True
 pygments_style = "friendly"
+highlight_language = "none"
 exclude_patterns = ["arrow-parts.md", "gallery-source/**", "**/sg_execution_times.rst", "sg_execution_times.rst"]
 sphinx_gallery_conf = {
     "examples_dirs": "gallery-source",

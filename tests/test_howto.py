@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from asympk.__main__ import main
+from asympk.output.terminal import NEXT
 
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("howto", "own")}
@@ -45,3 +46,10 @@ def test_the_commands_of_the_pages_run(desk, capsys):
     written = {"my.png", "my.csv", "fan", "build"}
     assert written <= {path.name for path in desk.iterdir()}
     assert "6,000 trajectories" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("line", NEXT)
+def test_what_the_main_job_says_to_try_next_runs(line, desk):
+    command = line.partition("  ")[0].split()
+    assert command[0] == "asympk"
+    assert main(command[1:]) == 0

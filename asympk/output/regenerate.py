@@ -15,7 +15,8 @@ def project(root):
     root = Path(root)
     if not (root / "derivations").is_dir():
         raise InputError(
-            f"{root.resolve()} has no derivations/: run asympk in a checkout of the project, or give --root"
+            f"{root.resolve()} has no derivations/: run asympk in a checkout of the project, or give --root; "
+            "asympk solve, least, mechanism, certify and sweep need none"
         )
     return root
 

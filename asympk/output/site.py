@@ -43,13 +43,18 @@ def build_site(root: str | Path, out: str | Path, progress: Callable[[str], None
         raise MissingPackage(f"the site needs {missing[0]}: pip install 'asympk[site]'")
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "source"
-        shutil.copytree(checkout / "docs", source)
-        write_scripts(checkout, source / "gallery-source")
-        write_arrow(checkout, source)
-        _write_pages(checkout, source, tell)
+        write_sources(checkout, source, tell)
         tell("setting the pages")
-        _sphinx(source, Path(out), Path(folder) / "doctrees")
+        set_pages(source, Path(out), Path(folder) / "doctrees")
     return Path(out) / "index.html"
+
+
+def write_sources(root: Path, source: Path, tell: Callable[[str], None]) -> None:
+    """Write what Sphinx reads: the pages of ``docs/``, and those made from scripts, the paper and the catalogue."""
+    shutil.copytree(root / "docs", source)
+    write_scripts(root, source / "gallery-source")
+    write_arrow(root, source)
+    _write_pages(root, source, tell)
 
 
 def _write_pages(root: Path, source: Path, tell: Callable[[str], None]) -> None:
@@ -65,7 +70,8 @@ def _write_pages(root: Path, source: Path, tell: Callable[[str], None]) -> None:
             tell(f"{tasks[task]} done")
 
 
-def _sphinx(source: Path, out: Path, doctrees: Path) -> None:
+def set_pages(source: Path, out: Path, doctrees: Path) -> None:
+    """Run Sphinx; raises ``InputError`` with its first complaint, of a page or of a link that leads nowhere."""
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", doctrees, source, out.resolve()]
     run = subprocess.run(list(map(str, command)), cwd=source, env={**os.environ, **FIXED}, capture_output=True,
                          text=True, errors="replace")  # fmt: skip

@@ -8,6 +8,11 @@ from textwrap import wrap
 from asympk.ledger.verdicts import VERDICTS
 
 _WIDTH = 110
+NEXT = (
+    "asympk claims C23                    the evidence of one claim",
+    "asympk solve backward --plot a.svg   a steep rod where the rigid one has no motion",
+    "asympk mechanism painleve_rod        another mechanism, its paradox and its jump",
+)
 
 
 def path_as_json(path, digits=None):
@@ -208,7 +213,7 @@ def summary(found, files):
             parts.append("")
     parts += ["Beyond the paper, for sigma > 0 and z < 0, with L = log(1/mu):", *_jump_lines(), ""]
     parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
-    parts.append(f"{files} files written under paper/generated; asympk claims ID shows the evidence of a claim.")
+    parts += [f"{files} files written under paper/generated. To try next:", *(f"  {command}" for command in NEXT)]
     return "\n".join(parts)
 
 

@@ -74,14 +74,14 @@ def read_system(table: Any, parameters: Any) -> System:
     if not isinstance(frictions, list) or not all(isinstance(f, dict) for f in frictions):
         raise InputError("system.frictions must be tables, each under [[system.frictions]]")
     symbols = _symbols(table, [*slow, *fast], frictions, parameters)
-    rates = [
+    slow_rates, fast_rates = (
         {symbols[s]: read_formula(plain(rate), symbols, f"the rate of {s}") for s, rate in part.items()}
         for part in (slow, fast)
-    ]
+    )
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
     assumed = [read_relation(a, symbols) for a in _list(table.get("assumptions", []), "system.assumptions")]
     found = [_friction(f, symbols, k) for k, f in enumerate(frictions)]
-    return System.with_frictions(*rates, found, small, time, sp.And(*assumed))
+    return System.with_frictions(slow_rates, fast_rates, found, small, time, sp.And(*assumed))
 
 
 def _symbols(table: dict, states: list[str], frictions: list[dict], parameters: Any) -> dict[str, sp.Symbol]:

@@ -309,7 +309,7 @@ def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Ex
 
 def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
     """Put the known sign of every sliding velocity and load into its absolute value and sign."""
-    known = {}
+    known: dict[sp.Basic, sp.Basic] = {}
     for friction, phase in zip(system.frictions, branch, strict=True):
         for quantity, sign in ((friction.velocity, phase.velocity), (friction.load, phase.load)):
             known |= {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sp.Integer(sign)}

@@ -23,7 +23,7 @@ def attracting(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.tru
 
 def repelling(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which all roots have positive real parts; coefficients from the highest, c_n > 0."""
-    return attracting([(-1) ** k * c for k, c in enumerate(coefficients)], assumptions)
+    return attracting(tuple((-1) ** k * c for k, c in enumerate(coefficients)), assumptions)
 
 
 def split(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:

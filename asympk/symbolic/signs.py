@@ -43,7 +43,8 @@ def conjunction(signs: list[tuple[sp.Expr, int]], assumptions: sp.Basic = sp.tru
     >>> conjunction([(a * b, 1), (a, -1)]), conjunction([(a + b, 1), (-a - b, 1)])
     ((a < 0) & (b < 0), False)
     """
-    known, conditions = {}, []
+    known: dict[sp.Expr, int] = {}
+    conditions = []
     for expr, sign in sorted(signs, key=lambda pair: len(factored(pair[0])[1])):
         rest, unknown = _apart(expr, known, assumptions, even=sign == 0)
         if not unknown:

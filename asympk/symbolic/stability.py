@@ -37,7 +37,7 @@ class Spectrum:
     """
 
     mode: str
-    small: sp.Symbol | None
+    small: Any  # None where the mode has no fast states
     polynomial: sp.Expr
     neutral: int
     slow_polynomial: sp.Expr

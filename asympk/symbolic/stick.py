@@ -123,10 +123,10 @@ def stick_regions(system: System) -> StickRegions:
     plane = _plane(system, cone, reduced, moving)
     linear = reduced is not None and _linear(reduced)
     shown = cone if reduced is None else reduced
-    regions = (
+    stick, up, down, ambiguous = (
         Region(name, shown.rule(name), plane, _cells(name, reduced, plane) if linear else ()) for name in _RULES
     )
-    return StickRegions(*regions, edges=_zeros(reduced, reduced.hold) if linear else ())
+    return StickRegions(stick, up, down, ambiguous, edges=_zeros(reduced, reduced.hold) if linear else ())
 
 
 def friction_cone(system: System) -> Cone:

@@ -59,10 +59,10 @@ class Friction(ShownAsFormulas):
     force: sp.Symbol
     load: sp.Expr
     kinetic: sp.Expr
-    static: sp.Expr | None = None
-    gap: sp.Expr | None = None
-    normal: sp.Symbol | None = None
-    constraint: sp.Expr | None = None
+    static: Any = None
+    gap: Any = None
+    normal: Any = None
+    constraint: Any = None
 
     def _card(self) -> Card:
         told = ("force", "velocity", "load", "kinetic", "static", "gap", "constraint")
@@ -191,14 +191,11 @@ class System(ShownAsFormulas):
         ['slip_same', 'slip_opposite', 'stick']
         """
         slow, fast = _rates("slow", slow), _rates("fast", fast)
-        try:
-            frictions = tuple(frictions)
-        except TypeError:
-            frictions = (None,)
-        if not all(isinstance(f, Friction) for f in frictions):
+        given = tuple(frictions) if isinstance(frictions, Iterable) else (None,)
+        if not all(isinstance(f, Friction) for f in given):
             raise InputError("frictions must be a sequence of ap.Friction(velocity=, force=, load=, kinetic=)")
         assumed = expression("assumptions", assumptions)
-        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, frictions, time, assumed)
+        return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
 
     @property
     def friction(self) -> Friction | None:

@@ -16,14 +16,14 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import c, example, f, h
+from asympk.systems.catalogue import Turn, c, example, f, h
 
 X, theta = dynamicsymbols("X theta")
 M, m, l, kappa, T, b = sp.symbols("M m l kappa T b", positive=True)
 v = sp.Symbol("v", real=True)
 VALUES = {"M": 4, "m": 1, "l": 1, "kappa": 1, "T": 1, "v": -1, "b": cos(0.5), "f": 3, "c": "1e-6", "h": "1/2"}
 STATE = {"X": 0, "theta": 0.5, "X'": 0, "theta'": 0}
-TURN = ("theta", "1/20", "3/2", {})
+TURN: Turn = ("theta", "1/20", "3/2", {})
 
 
 @cache

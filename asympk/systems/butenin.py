@@ -11,11 +11,11 @@ from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
-from asympk.systems.catalogue import eps, example
+from asympk.systems.catalogue import Turn, eps, example
 
 VALUES = {"m": 1, "P": 1, "alpha": "6/5", "f": 2, "f_0": 2, "eps": "1e-2"}
 STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
-TURN = ("alpha", "1/20", "3/2", {})
+TURN: Turn = ("alpha", "1/20", "3/2", {})
 
 
 def mechanism() -> Mechanism:

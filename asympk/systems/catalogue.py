@@ -5,7 +5,9 @@ A module of the catalogue has ``mechanism()``, ``system()``, ``scenes()``, the n
 functions of it, the coordinates that the closed contact ties to it.
 """
 
+from collections.abc import Callable
 from importlib import import_module
+from typing import Any
 
 import sympy as sp
 
@@ -13,6 +15,7 @@ from asympk.errors import UnknownName
 from asympk.mechanics.described import Described
 from asympk.scene import Scene
 
+Turn = tuple[str, Any, Any, dict[str, Callable[[Any], Any]]]
 c, h, eps = sp.symbols("c h eps", positive=True)  # compliance, damping time, square root of the compliance
 f, f0 = sp.symbols("f f_0", positive=True)
 

@@ -14,13 +14,13 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import c, example, f, h
+from asympk.systems.catalogue import Turn, c, example, f, h
 
 x1, x2 = dynamicsymbols("x1 x2")
 m, alpha, P, kappa = sp.symbols("m alpha P kappa", positive=True)
 VALUES = {"m": 1, "alpha": "6/5", "P": 1, "kappa": 1, "f": 2, "c": "1e-6", "h": "1/2"}
 STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
-TURN = ("alpha", "1/20", "3/2", {})
+TURN: Turn = ("alpha", "1/20", "3/2", {})
 
 
 @cache

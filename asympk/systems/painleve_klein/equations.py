@@ -13,6 +13,7 @@ from functools import cache
 import sympy as sp
 
 from asympk.symbolic.system import System
+from asympk.systems.catalogue import Turn
 from asympk.systems.painleve_klein import rod
 
 x, y, z = sp.symbols("x y z", real=True)
@@ -90,7 +91,7 @@ def system(law=None):
 
 VALUES = {"m": 1, "P": 1, "alpha": "6/5", "f": 2, "f_0": 2}
 STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
-TURN = ("alpha", "1/20", "3/2", {})
+TURN: Turn = ("alpha", "1/20", "3/2", {})
 
 
 @cache
