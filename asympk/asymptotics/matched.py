@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import approached, text
+from asympk.asymptotics.landing import abscissa, approached, text
 from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.errors import NoManifold, OutOfRange, TooManyEvents
@@ -151,6 +151,8 @@ def _over(slow: Slow, t: float, state: tuple, mu: float, rtol: float) -> float:
     """Return the time at which the fast motion is over, once it is near an attracting manifold."""
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
+    if len(y) == 1 and abscissa(slow.formulas, x, y, slow.values) >= 0:
+        return math.inf
     scale = max(1.0, *map(abs, y))
     branch, rate = approached(slow.formulas, x, y, scale, slow.values)
     return t + mu * math.log(scale / rtol) / rate if branch else math.inf

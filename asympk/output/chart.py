@@ -17,6 +17,7 @@ from asympk.path import Path as Trajectory
 from asympk.pictures import figures, style
 from asympk.scene import Scene
 from asympk.storage.rows import provenance, read_provenance, read_rows, write_rows
+from asympk.studies import modelwork
 from asympk.studies.compare import workprec
 from asympk.systems import nonlinear_rod
 
@@ -36,11 +37,13 @@ KAPPAS = {"0.1": MUS[1::2], "1": MUS, "10": MUS[1::2]}  # kappa -> its values of
 FULL = {
     "scenes": tuple(SCENES), "mus": MUS, "kappas": KAPPAS, "tolerances": (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
     "step_sizes": (1e-2, 1e-3, 1e-4), "offsets": tuple(f"{s}1e-{k}" for s in ("-", "") for k in range(2, 15, 2)),
+    "model_mus": modelwork.MUS, "model_tolerances": modelwork.TOLERANCES,
     "repeats": 5, "steps": 100_000, "seconds": 120.0,
 }  # fmt: skip
 QUICK = {
     "scenes": ("ii", "iii"), "mus": ("1e-2", "1e-5"), "kappas": {"1": ("1e-2", "1e-5")}, "tolerances": (1e-3, 1e-7),
     "step_sizes": (1e-2, 1e-3), "offsets": ("-1e-10", "-1e-4", "1e-4", "1e-10"),
+    "model_mus": ("1e-2", "1e-4"), "model_tolerances": (1e-5, 1e-8, 1e-11),
     "repeats": 1, "steps": 2_000, "seconds": 10.0,
 }  # fmt: skip
 COMPILED = 100  # a compiled step of heyoka is so much cheaper that it may make this many times more of them
@@ -56,7 +59,11 @@ CARELESS = (
     "the present mode where a step has several solutions."
 )
 KEPT = " Scene (ii), tan α = 3; the reference is a Radau IIA collocation to 30 digits."
-PARTS = ("work", "plane", "nonlinear")
+SAVED = (
+    "Each integrator at the loosest tolerance at which its error is no larger than that of the jump of order 1; median "
+    "CPU times, what is derived and compiled once for a system not counted."
+)
+PARTS = ("work", "plane", "nonlinear", "models")
 
 
 def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
@@ -73,7 +80,8 @@ def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
     out = kept / "quick" if quick else kept
     story = provenance(plan=plan, quick=quick, digits=30, seed=None, reference="exact flow")
     files = []
-    _warm(plan, tell)
+    if {*parts} - {"models"}:
+        _warm(plan, tell)
     if "work" in parts:
         files += _store(out, "work", work_rows(plan, tell), story)
     if "plane" in parts:
@@ -83,6 +91,8 @@ def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
         story |= {"reference": "collocation"}
         files += _store(out, "nonlinear-reference", found, story)
         files += _store(out, "nonlinear", nonlinear_rows(plan, found, tell), story)
+    if "models" in parts:
+        files += _store(out, "models", model_rows(plan, tell), story | {"reference": "Radau 1e-13"})
     return files + draw(out, tell)
 
 
@@ -181,6 +191,12 @@ def _kept(kappa, scene):
     return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
 
 
+def model_rows(plan, tell):
+    """Return the rows of models beside integrators on a nonlinear mechanism and on a reaction."""
+    return modelwork.rows(plan["model_mus"], [m for m in IMPLICIT if m in modelwork.METHODS and m not in absent()],
+                          plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip
+
+
 def nonlinear_references(plan, kept, tell):
     """Return rows with the reference solutions of scene (ii), final state and events as decimals.
 
@@ -259,6 +275,8 @@ def drawn(out):
     if (out / "rows" / "nonlinear.csv").exists():
         rows = read_rows(out / "rows" / "nonlinear.csv")
         found["nonlinear"] = figures.nonlinear(rows, _note(out / "rows" / "nonlinear.csv", KEPT))
+    if (out / "rows" / "models.csv").exists() and (saved := modelwork.savings(read_rows(out / "rows" / "models.csv"))):
+        found["models"] = figures.savings(saved, SAVED)
     return {f"chart-{name}": figure for name, figure in found.items()}
 
 

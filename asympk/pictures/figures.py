@@ -224,6 +224,34 @@ def nonlinear(rows, note=""):
     return figure
 
 
+def savings(found, note=""):
+    """What integrators cost at the error of the jump of order 1, in units of it: a panel per system, over mu.
+
+    ``found`` is that of ``studies.modelwork.savings``; what no tolerance reaches stands in the band.
+    """
+    systems = list(dict.fromkeys(system for system, _ in found))
+    methods = [m for m in style.METHODS if any(m in of for of in found.values())]
+    top = 3 * max(cost or 1 for of in found.values() for cost in of.values())
+    with sheet(1.5, 1, len(systems), entries=len(methods), per_line=4, note=note, sharey=True) as (figure, axes):
+        for ax, system in zip(axes.flat, systems, strict=True):
+            ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", title=system, ylim=(0.2, 3 * top))
+            ax.axhspan(top, 3 * top, color="0.93", lw=0)
+            ax.axhline(1, color="black", lw=0.8)
+            for k, method in enumerate(methods):
+                places = [(mu, of[method]) for (name, mu), of in found.items() if name == system and method in of]
+                ax.plot(*zip(*((mu, c) for mu, c in places if c), strict=True), **style.line(method))
+                lost = [mu for mu, c in places if not c]
+                level = top * 3 ** ((k + 0.5) / len(methods))
+                ax.plot(lost, [level] * len(lost), **{**style.line(method), "linestyle": "none", "label": None})
+            ax.minorticks_off()
+            ax.margins(x=0.1)
+            ax.invert_xaxis()
+        axes[0, 0].set_ylabel("CPU time / jump 1")
+        axes[0, 0].annotate("not reached", (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points",
+                            fontsize=6, va="top")  # fmt: skip
+    return figure
+
+
 def _model_panel(ax, rows):
     """Error against mu of the models that are linear in the angle, for every kappa; one integrator beside them."""
     ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="error of the final state")

@@ -65,7 +65,7 @@ def rungs(scene: Scene) -> tuple[Rung, ...]:
     reference = solve(scene, digits=REFERENCE_DIGITS).final
     found = [_rung(scene, name, *of, reference) for name, of in ladder(scene.system).items()]
     unit = seconds(scene, "exact", {})
-    last = Rung("exact", _exact_error(scene, exact), _distance(exact.final, reference), 1.0)
+    last = Rung("exact", _exact_error(scene, exact), distance(exact.final, reference), 1.0)
     return (*(replace(r, cost=r.cost and r.cost / unit) for r in found), last)
 
 
@@ -105,7 +105,7 @@ def _rung(scene, name, method, options, reference):
         error = predicted(scene, path)
     except AsympkError as reason:
         return Rung(name, None, reason=f"{type(reason).__name__}: {reason}")
-    return Rung(name, float(error), _distance(path.final, reference), seconds(scene, method, options))
+    return Rung(name, float(error), distance(path.final, reference), seconds(scene, method, options))
 
 
 def predicted(scene: Scene, path: Any) -> float:
@@ -113,14 +113,15 @@ def predicted(scene: Scene, path: Any) -> float:
     if path.error is not None:
         return path.error
     finer = solve(scene, "jump", order=1)
-    return _distance(path.final, finer.final) + finer.error
+    return distance(path.final, finer.final) + finer.error
 
 
 def _exact_error(scene, exact):
-    return max(2e-15, _distance(exact.final, solve(scene, **CRUDER).final))
+    return max(2e-15, distance(exact.final, solve(scene, **CRUDER).final))
 
 
-def _distance(final, reference):
+def distance(final: tuple, reference: tuple) -> float:
+    """Return how far ``final`` is from ``reference``, relative to the largest of 1 and its states."""
     final, reference = (np.array([float(v) for v in states]) for states in (final, reference))
     return float(np.abs(final - reference).max() / max(1.0, np.abs(reference).max()))
 

@@ -99,7 +99,8 @@ def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
 # the chart
 
 TINY = {"scenes": ("ii",), "mus": ("1e-1",), "kappas": {"1": ("1e-1",)}, "tolerances": (1e-3,), "step_sizes": (1e-1,),
-        "offsets": ("1e-2",), "repeats": 1, "steps": 400, "seconds": 5.0}  # fmt: skip
+        "offsets": ("1e-2",), "model_mus": ("1e-2",), "model_tolerances": (1e-4, 1e-8),
+        "repeats": 1, "steps": 400, "seconds": 5.0}  # fmt: skip
 
 
 @pytest.fixture
@@ -128,7 +129,8 @@ def test_the_quick_chart_prints_its_files_and_leaves_the_kept_rows_alone(tiny, c
     assert status == 0
     assert "asympk:" not in err
     files = [Path(line) for line in out.splitlines()]
-    assert {"work.csv", "plane.csv", "nonlinear.csv", "methods.tex", "chart-cost.pdf"} <= {file.name for file in files}
+    wanted = {"work.csv", "plane.csv", "nonlinear.csv", "models.csv", "methods.tex", "chart-models.pdf"}
+    assert wanted <= {file.name for file in files}
     assert all(file.is_file() and (kept / "quick") in file.parents for file in files)
     assert {path: path.read_bytes() for path in kept.rglob("*.*") if kept / "quick" not in path.parents} == before
     assert "quick/" in (Path(__file__).parents[2] / ".gitignore").read_text()

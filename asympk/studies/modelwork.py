@@ -1,0 +1,96 @@
+"""What a model saves: integrators that reach the error of the jump of order 1, on a nonlinear mechanism and a reaction.
+
+The unit of cost is the jump of order 1 on the same scene, a scene of its system having been solved before, so that what
+is derived and compiled once is not counted. Integrators follow one mode at a time, their tolerances from loose to fine
+until the error is reached. The reference is Radau at its finest.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from itertools import product
+from statistics import median
+from time import process_time
+
+from asympk.errors import AsympkError
+from asympk.methods import solve
+from asympk.studies.decreasing import cases
+from asympk.studies.general import distance
+
+SYSTEMS = ("nonlinear rod", "enzyme reaction")
+MUS = ("1e-2", "1e-3", "1e-4", "1e-5")
+TOLERANCES = tuple(10.0**-k for k in range(4, 13))
+METHODS = ("lsoda", "cvode", "radau", "bdf")
+JUMPS = (0, 1, 2)
+FINEST = {"rtol": 1e-13, "atol": 1e-13, "steps": 10**6}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run: its error at the end and its CPU time in units of that of the jump of order 1; or why there is none."""
+
+    system: str
+    mu: float
+    method: str
+    rtol: float | None
+    final_error: float | None
+    ratio: float | None
+    status: str
+
+
+def rows(
+    mus: Iterable[str] = MUS,
+    methods: Iterable[str] = METHODS,
+    tolerances: Iterable[float] = TOLERANCES,
+    repeats: int = 5,
+    tell: Callable[[str], None] = lambda line: None,
+) -> list[Row]:
+    """Return the rows of both systems by mu and method, of an integrator up to the tolerance that reaches the error."""
+    found = []
+    for system, mu in product(SYSTEMS, mus):
+        tell(f"{system}, mu = {mu}: models beside integrators")
+        scene = cases()[system].scene(mu)
+        truth, unit = solve(scene, "radau", **FINEST).final, _seconds(scene, "jump", {"order": 1}, repeats)
+        measured = partial(_row, system, scene, truth, unit, repeats)
+        found += [measured(f"jump {n}", "jump", {"order": n}) for n in JUMPS]
+        (enough,) = (row.final_error for row in found[-len(JUMPS) :] if row.method == "jump 1")
+        for method in methods:
+            for tolerance in tolerances:
+                found.append(measured(method, method, {"rtol": tolerance}))
+                if found[-1].final_error is not None and found[-1].final_error <= (enough or 0):
+                    break
+    return found
+
+
+def _row(system, scene, truth, unit, repeats, name, method, options):
+    place = system, float(scene.values[scene.system.parameters.index(scene.system.small)]), name, options.get("rtol")
+    try:
+        error = distance(solve(scene, method, **options).final, truth)
+        seconds = _seconds(scene, method, options, repeats)
+    except AsympkError as reason:
+        return Row(*place, None, None, f"{type(reason).__name__}: {reason}")
+    return Row(*place, error, seconds / unit, "finished")
+
+
+def _seconds(scene, method, options, repeats):
+    """Return the median CPU time of a few runs, after one that derives and compiles."""
+    solve(scene, method, **options)
+    times = []
+    for _ in range(repeats):
+        began = process_time()
+        solve(scene, method, **options)
+        times.append(process_time() - began)
+    return median(times)
+
+
+def savings(rows: list[dict]) -> dict[tuple[str, float], dict[str, float | None]]:
+    """Return {(system, mu): {integrator: its least ratio at the error of the jump of order 1, or None}}."""
+    found: dict = {}
+    for row in rows:
+        mine = [r for r in rows if (r["system"], r["mu"]) == (row["system"], row["mu"])]
+        (enough,) = (r["final_error"] for r in mine if r["method"] == "jump 1")
+        if row["method"].startswith("jump") or enough is None:
+            continue
+        costs = [r["ratio"] for r in mine if r["method"] == row["method"] and r["ratio"] and r["final_error"] <= enough]
+        found.setdefault((row["system"], row["mu"]), {})[row["method"]] = min(costs, default=None)
+    return found
