@@ -5,6 +5,7 @@ from importlib import import_module
 from typing import Any
 
 from asympk.errors import InputError, UnknownName
+from asympk.naming import named
 from asympk.numbers import short
 from asympk.path import Path
 from asympk.scene import Scene, require_scene
@@ -49,7 +50,7 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     it does not have and for what is no ``Scene``.
     """
     require_scene(scene, "solve")
-    name = _known(method, METHODS)
+    name = named("method", method, METHODS)
     if scene.system is None:
         return _run(METHODS, name, scene, options)
     if inside := _found("systems.kernels", "kernel_scene")(scene):
@@ -69,18 +70,6 @@ def _run(registry: dict[str, str], method: str, scene: Any, options: dict[str, A
     return run(scene, method, **options)
 
 
-def _known(method: Any, registry: dict[str, str]) -> str:
-    """Return the name of a method, in any case; raises ``UnknownName`` with the nearest."""
-    name = method.lower() if isinstance(method, str) else method
-    if isinstance(name, str) and name in registry:
-        return name
-    from difflib import get_close_matches
-
-    near = get_close_matches(str(name)[:60], registry, 1)
-    hint = f"did you mean {near[0]!r}? " if near else ""
-    raise UnknownName(f"method {short(method)} is unknown; {hint}choose one of {', '.join(registry)}")
-
-
 def solve_many(
     sigma: Any = None, mu: Any = None, x: Any = None, y: Any = None, z: Any = None, until: Any = None,
     sigma0: Any = None, method: str = "exact", *, system: Any = None, values: Any = None, start: Any = None,
@@ -97,13 +86,13 @@ def solve_many(
     ``final`` is (n, ...) then. Raises ``UnknownName``, ``InputError``; strict ones also ``TooManyEvents``, ``TooLarge``
     and ``Undecided``, the models ``OrderError``.
     """
+    method = named("method", method, METHODS)
     if system is not None:
         if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":
             raise InputError("sigma, mu, x, y, z, sigma0 and method belong to the rod; a system has values= and start=")
         return _found("affine.many", "solve_many")(
             system=system, values={} if values is None else values, start=start, until=until, **options
         )
-    method = _known(method, METHODS)
     if method not in FOR_ARRAYS:
         raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip

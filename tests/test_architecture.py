@@ -14,8 +14,8 @@ PACKAGE = Path(asympk.__file__).parent
 
 # from left to right: a part imports only from itself and from parts to its left
 ARROW = (
-    "errors", "numbers", "rodmodes", "multiprecision", "digits", "doors", "shown", "formulas", "storage", "path",
-    "many", "scene", "symbolic", "automaton", "mechanics", "systems", "flow", "affine", "arrays", "asymptotics",
+    "errors", "numbers", "naming", "rodmodes", "multiprecision", "digits", "doors", "shown", "formulas", "storage",
+    "path", "many", "scene", "symbolic", "automaton", "mechanics", "systems", "flow", "affine", "arrays", "asymptotics",
     "integrators", "scenes", "certify", "methods", "sweep", "studies", "ledger", "pictures", "output",
     "explore", "cli", "__main__",
 )

@@ -9,8 +9,8 @@ from importlib import import_module
 
 import sympy as sp
 
-from asympk.errors import UnknownName
 from asympk.mechanics.described import Described
+from asympk.naming import named
 from asympk.scene import Scene
 
 c, h, eps = sp.symbols("c h eps", positive=True)  # compliance, damping time, square root of the compliance
@@ -30,8 +30,7 @@ def described(name):
     """Return a mechanism of the catalogue by its name as a ``Described``; raises ``UnknownName``."""
     from asympk.systems import MECHANISMS
 
-    if name not in MECHANISMS:
-        raise UnknownName(f"mechanism {name!r:.60} is unknown; choose one of {', '.join(MECHANISMS)}, or a .toml file")
+    name = named("mechanism", name, MECHANISMS, beyond=", or a .toml file")
     module = import_module(f"asympk.systems.{name}")
     about = module.__doc__.partition("\n")[0]
     return Described(name, about, module.mechanism(), module.VALUES, module.STATE, module.TURN)
