@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """``python -m asympk``: the command line; its commands are the files of ``asympk.cli``."""
 
 import sys

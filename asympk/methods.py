@@ -1,16 +1,16 @@
 """The doors to every model: ``solve`` and ``solve_many`` look the method up and load its module only then."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import Any
 
 from asympk.errors import InputError, UnknownName
+from asympk.naming import named
 from asympk.numbers import short
 from asympk.path import Path
 from asympk.scene import Scene, require_scene
-from asympk.systems.kernels import ROD, kernel_scene, named
+from asympk.systems.kernels import ROD, as_asked, kernel_scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path`` for the scene of any system, or
 # module:function; a kernel has modules of its own (``asympk.systems.kernels``), and "rigid" and "moreau" are offered
@@ -44,9 +44,9 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     it does not have and for what is no ``Scene``.
     """
     require_scene(scene, "solve")
-    name = _known(method, METHODS)
+    name = named("method", method, METHODS)
     if inside := kernel_scene(scene):
-        return named(_run(ROD.scenes.get(name) or METHODS[name], name, inside, options), scene)
+        return as_asked(_run(ROD.scenes.get(name) or METHODS[name], name, inside, options), scene)
     if not METHODS[name]:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(n for n, module in METHODS.items() if module)}")  # fmt: skip
@@ -66,18 +66,6 @@ def _run(module: str, method: str, scene: Any, options: dict[str, Any]) -> Path:
     return run(scene, method, **options)
 
 
-def _known(method: Any, registry: Iterable[str]) -> str:
-    """Return the name of a method, in any case; raises ``UnknownName`` with the nearest."""
-    name = method.lower() if isinstance(method, str) else method
-    if isinstance(name, str) and name in registry:
-        return name
-    from difflib import get_close_matches
-
-    near = get_close_matches(str(name)[:60], list(registry), 1)
-    hint = f"did you mean {near[0]!r}? " if near else ""
-    raise UnknownName(f"method {short(method)} is unknown; {hint}choose one of {', '.join(registry)}")
-
-
 def solve_many(
     sigma: Any = None, mu: Any = None, x: Any = None, y: Any = None, z: Any = None, until: Any = None,
     sigma0: Any = None, method: str = "exact", *, system: Any = None, values: Any = None, start: Any = None,
@@ -94,13 +82,13 @@ def solve_many(
     ``final`` is (n, ...) then, and its options are ``strict`` and ``progress``. Raises ``UnknownName``, ``InputError``;
     strict ones also what ``solve`` raises, the models ``OrderError``.
     """
+    method = named("method", method, METHODS)
     if system is not None:
         if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":
             raise InputError("sigma, mu, x, y, z, sigma0 and method belong to the rod; a system has values= and start=")
         return _found("affine.many", "solve_many")(
             system=system, values={} if values is None else values, start=start, until=until, **options
         )
-    method = _known(method, METHODS)
     if method not in ROD.arrays:
         raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(ROD.arrays)}, "
                           "or solve scene by scene")  # fmt: skip

@@ -7,7 +7,7 @@ HELP = "write a stand-alone module of the system's formulas"
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("--target", choices=("c", "python"), required=True)
+    parser.add_argument("--target", required=True, help="c or python")
     parser.add_argument("--out", required=True, metavar="DIR", help="directory to write into")
 
 

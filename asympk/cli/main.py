@@ -19,7 +19,10 @@ _NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input."""
     _open_streams()
-    options = parser().parse_args(arguments)
+    whole = parser()
+    if "_ARGCOMPLETE" in os.environ:
+        _complete(whole)
+    options = whole.parse_args(arguments)
     try:
         return options.run(options) or 0
     except BrokenPipeError:  # whoever read the output has seen enough
@@ -33,6 +36,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         _complain("asympk: interrupted")
         return 130
+
+
+def _complete(whole: argparse.ArgumentParser) -> None:
+    """Tell the shell how a line may go on, and end; where argcomplete is not installed, end without a word."""
+    try:
+        import argcomplete
+    except ImportError:
+        raise SystemExit(1) from None
+    argcomplete.autocomplete(whole)
 
 
 def _open_streams() -> None:

@@ -27,6 +27,7 @@ def claims(progress=None):
 
 def claim(identifier):
     """Check one claim; raises ``UnknownName`` for an id that the paper's ledger does not have."""
+    identifier = identifier.upper() if isinstance(identifier, str) else identifier
     if identifier not in _functions():
         ids = list(_functions())
         raise UnknownName(f"claim {identifier!r} is unknown; the ledger has {ids[0]} to {ids[-1]}")

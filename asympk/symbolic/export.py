@@ -11,7 +11,8 @@ from pathlib import Path
 import sympy as sp
 
 from asympk import __version__
-from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, UnknownName
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.naming import named
 from asympk.storage.files import write_text
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifolds
@@ -35,8 +36,7 @@ def export(system, target, out, order=3, name="model"):
     ``order`` is that of the slow manifolds. Raises ``InputError`` when ``out`` cannot be written or ``name`` cannot
     name a module, ``UnknownName`` for another target than ``"c"`` and ``"python"``.
     """
-    if target not in _WRITERS:
-        raise UnknownName(f"target {target!r} is unknown; choose one of {', '.join(_WRITERS)}")
+    target = named("target", target, _WRITERS)
     if not (name.isidentifier() and name.isascii()):
         raise InputError(f"name {name!r} cannot name a module; give letters, digits and underscores")
     files = _WRITERS[target](name, _heading(system, name), functions(system, order))

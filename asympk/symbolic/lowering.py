@@ -18,8 +18,9 @@ from sympy.printing.codeprinter import PrintMethodNotImplementedError
 from sympy.printing.numpy import NumPyPrinter
 from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
-from asympk.errors import InputError, OutOfRange, UnknownName
+from asympk.errors import InputError, OutOfRange
 from asympk.multiprecision import as_mpf, context, in_context
+from asympk.naming import named
 from asympk.numbers import number, numbers, short
 from asympk.symbolic.reading import expression
 
@@ -80,8 +81,7 @@ def lower(args, expr, target="numpy", name="f", branching=False):
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
     and, unless ``branching``, for what branches, such as a Piecewise.
     """
-    if not isinstance(target, str) or target not in _PRINTERS:
-        raise UnknownName(f"target {short(target)} is unknown; choose one of {', '.join(_PRINTERS)}")
+    target = named("target", target, _PRINTERS)
     args, (outputs, keys, single) = _arguments(args), _outputs(expr)
     for output in outputs:
         _check(output, args, branching)

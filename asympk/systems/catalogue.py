@@ -11,8 +11,8 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import UnknownName
 from asympk.mechanics.described import Described
+from asympk.naming import named
 from asympk.scene import Scene
 
 Turn = tuple[str, Any, Any, dict[str, Callable[[Any], Any]]]
@@ -33,8 +33,7 @@ def described(name):
     """Return a mechanism of the catalogue by its name as a ``Described``; raises ``UnknownName``."""
     from asympk.systems import MECHANISMS
 
-    if name not in MECHANISMS:
-        raise UnknownName(f"mechanism {name!r:.60} is unknown; choose one of {', '.join(MECHANISMS)}, or a .toml file")
+    name = named("mechanism", name, MECHANISMS, beyond=", or a .toml file")
     module = import_module(f"asympk.systems.{name}")
     about = module.__doc__.partition("\n")[0]
     undamped = module.system() if "eps" in module.VALUES else None

@@ -54,7 +54,7 @@ def kernel_scene(scene: Any) -> Scene | None:
     return Scene(sigma, mu, scene.start, scene.until, sigma0, scene.name)
 
 
-def named(path: Any, scene: Any) -> Any:
+def as_asked(path: Any, scene: Any) -> Any:
     """Return a path of a kernel as one of the scene that was asked for."""
     return path if path.scene is scene else replace(path, scene=scene)
 

@@ -1,15 +1,19 @@
 """The command line: what it prints, and one line with status 2 for anything wrong."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
+import asympk
 from asympk import cli
 from asympk.__main__ import main
+from asympk.systems import held_rod
 
 GOOD = ["solve", "--sigma", "1", "--mu", "1e-6", "--start", "0", "0.2", "-1", "--until", "5"]
 
@@ -193,6 +197,49 @@ def test_bad_input_is_one_line_on_stderr_and_status_two(capsys, arguments, named
     assert err.count("\n") == 1
     assert named in err
     assert "Traceback" not in err
+
+
+def _completed(line, tmp_path):
+    told = tmp_path / "told"
+    asked = {"_ARGCOMPLETE": "1", "_ARGCOMPLETE_STDOUT_FILENAME": str(told), "COMP_LINE": line, "_ARGCOMPLETE_IFS": " ",
+             "COMP_POINT": str(len(line)), "COMP_TYPE": "9", "_ARGCOMPLETE_SHELL": "bash"}  # fmt: skip
+    run = subprocess.run([sys.executable, "-m", "asympk"], env={**os.environ, **asked}, capture_output=True)
+    return run, told.read_text().split() if told.exists() else []
+
+
+def test_the_shell_completes_commands_and_options(tmp_path):
+    pytest.importorskip("argcomplete")
+    assert _completed("asympk so", tmp_path)[1] == ["solve"]
+    assert {"--method", "--digits"} <= {*_completed("asympk solve --", tmp_path)[1]}
+
+
+def test_a_shell_that_asks_in_vain_starts_no_work(tmp_path):
+    (tmp_path / "argcomplete.py").write_text("raise ImportError")
+    line = {"_ARGCOMPLETE": "1", "PYTHONPATH": str(tmp_path)}
+    run = subprocess.run([sys.executable, "-m", "asympk"], env={**os.environ, **line}, capture_output=True)
+    assert (run.returncode, run.stdout, run.stderr) == (1, b"", b"")
+
+
+def test_version_is_that_of_the_package(capsys):
+    assert _run(capsys, "--version") == (0, f"asympk {asympk.__version__}\n", "")
+
+
+@pytest.mark.parametrize("arguments", [["solve", "backward", "--method", "LSODA"], ["claims", "c16"],
+                                       ["mechanism", "Butenin"]])  # fmt: skip
+def test_names_are_read_in_any_case(capsys, arguments):
+    status, _, complaint = _run(capsys, *arguments)
+    assert (status, complaint) == (0, "")
+
+
+@pytest.mark.parametrize(("ask", "meant"), [
+    (lambda: asympk.solve(asympk.read_scene("backward"), method="lsda"), "'lsoda'"),
+    (lambda: asympk.solve_many(1, 1e-3, 0, 0.2, -1, 1, method="Exakt"), "'exact'"),
+    (lambda: asympk.solve_many(system=held_rod.system(), method="exat"), "'exact'"),
+    (lambda: asympk.lower(sp.symbols("x"), sp.Symbol("x"), target="Numpi"), "'numpy'"),
+])  # fmt: skip
+def test_a_name_that_is_none_is_refused_with_the_nearest(ask, meant):
+    with pytest.raises(asympk.errors.UnknownName, match=f"did you mean {meant}"):
+        ask()
 
 
 def test_debug_shows_the_traceback():

@@ -18,7 +18,7 @@ async function ask(name, question, show) {
   try {
     const reply = await fetch(name, { method: "POST", body: JSON.stringify({ ...turned(), ...question }) });
     const answer = await reply.json();
-    if (asked === scene) reply.ok ? show(answer) : tell(answer.error);
+    if (asked === scene) reply.ok ? show(answer) : refuse(name, answer.error);
   } catch {
     tell("The server does not answer any more: start asympk explore again.");
   }
@@ -29,6 +29,13 @@ async function ask(name, question, show) {
 }
 
 const turned = () => ({ scene: scenes.indexOf(scene), ...given });
+function refuse(name, words) {
+  tell(words);
+  if (name === "motion") fade(true);
+  if (name === "least") $("verdict").replaceChildren();
+}
+
+const fade = on => $("pictures").classList.toggle("stale", on); // what is drawn is not what was asked for
 const tell = words => { $("message").textContent = words; };
 
 function refresh() {
@@ -36,6 +43,7 @@ function refresh() {
   ask("motion", { draft: dragging }, found => {
     tell(found.stopped);
     if (found.t && !motion) $("logarithmic").checked = found.events[0]?.t < found.t.at(-1) / 50;
+    fade(!found.t);
     if (found.t) { motion = found; draw(); }
     $("model").textContent = found.t ? `followed by ${found.model}, ${found.events.length} events` : "";
     surround();
@@ -44,6 +52,7 @@ function refresh() {
 
 function surround() {
   if (!axes) return;
+  if (!curves.length) $("legend").textContent = "looking for slow manifolds and stick regions …";
   const places = axis => Array.from({ length: GRID }, (_, k) => axis.back(axis.from + (axis.to - axis.from) * k / (GRID - 1)));
   const pair = [$("across").value, $("up").value];
   const question = { pair, across: places(axes.x), up: places(axes.y) };
@@ -272,6 +281,7 @@ function knobs() {
 function choose(k) {
   scene = scenes[k];
   motion = axes = null;
+  for (const lane of Object.values(lanes)) lane.next = null;
   curves = [];
   $("phase").replaceChildren();
   $("series").replaceChildren();

@@ -1,0 +1,26 @@
+"""The one reader of names out of a list: methods, targets, mechanisms, claims, in any case."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from asympk.errors import UnknownName
+from asympk.numbers import short
+
+
+def named(kind: str, word: Any, known: Iterable[str], beyond: str = "") -> str:
+    """Return the one of ``known`` that ``word`` spells, in any case.
+
+    Raises ``UnknownName`` with the nearest and all there are; ``beyond`` tells what else might be given.
+
+    >>> named("method", "LSODA", ("exact", "lsoda"))
+    'lsoda'
+    """
+    known = tuple(known)
+    folded = {name.lower(): name for name in known}
+    if isinstance(word, str) and word.lower() in folded:
+        return folded[word.lower()]
+    from difflib import get_close_matches
+
+    near = get_close_matches(str(word)[:60].lower(), folded, 1)
+    hint = f"did you mean {folded[near[0]]!r}? " if near else ""
+    raise UnknownName(f"{kind} {short(word)} is unknown; {hint}choose one of {', '.join(known)}{beyond}")
