@@ -228,7 +228,8 @@ VALUES = st.recursive(
         st.sampled_from(["uniform", "grid", "points", "manifold", "x", "offset", "z", "log_grid"]), inner, max_size=4)),
     max_leaves=6,
 )  # fmt: skip
-KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile.PHYSICAL, "seed", "count", "chunk"])
+KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile.PHYSICAL, *scenefile.SYSTEM,
+                        "seed", "count", "chunk"])  # fmt: skip
 
 
 @calm(300)
