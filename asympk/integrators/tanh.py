@@ -7,7 +7,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.integrators.onefield import follow
 from asympk.numbers import number
-from asympk.symbolic.placing import exact
+from asympk.symbolic.reading import exact
 
 
 def run(
@@ -24,4 +24,4 @@ def run(
 
 
 def _direction(eps, velocity):
-    return sp.tanh(velocity / exact(eps))
+    return sp.tanh(velocity / exact("eps", eps))
