@@ -5,16 +5,31 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
+from asympk.symbolic.reading import as_floats
+
+_OFF = 1e-6  # relative to coordinates and rates: numbers rounded by hand are still a closed contact
 
 
 def check(kinetics: Kinetics, contact: Any) -> None:
     """Raise ``InputError`` for the first thing that keeps ``kinetics`` from being a mechanism with a contact."""
     _check_sizes(kinetics)
+    if kinetics.mass.free_symbols & {*kinetics.velocities}:
+        raise InputError("mass contains a velocity; the terms of inertia in velocities belong to the forces")
     _check_mass(kinetics.mass)
     _check_gap(kinetics, contact.gap)
     _check_slip(kinetics, contact)
+
+
+def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
+    """Raise ``InputError`` where g = g' = 0 does not hold at the time 0, to rounding of the coordinates and rates."""
+    placed = {kinetics.time: 0} | values
+    for name, expr in (("g", kinetics.gap), ("g'", kinetics.gap_rate)):
+        (found,) = evaluate((expr,), placed)
+        if abs(found) > _OFF * (1 + max((abs(as_floats(str(s), placed[s])) for s in expr.free_symbols), default=0.0)):
+            raise InputError(f"the start is off the constraint: {name} = {found:g}; give coordinates and rates with 0")
 
 
 def check_bounds(contact: Any) -> None:
@@ -51,6 +66,9 @@ def _check_mass(mass: sp.ImmutableMatrix) -> None:
                 )
     if vanishes(mass.det(method="berkowitz")):
         raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
+    diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))
+    if diagonal or (not mass.free_symbols and not mass.is_positive_definite):
+        raise InputError("mass is not positive definite; every motion must have a positive kinetic energy")
 
 
 def _check_gap(kinetics: Kinetics, gap: sp.Expr) -> None:

@@ -9,8 +9,10 @@ from asympk.errors import InputError
 from asympk.symbolic.reading import expression
 
 
-def equations_of(source: Any, coordinates: Any = None, forces: Any = None) -> tuple[tuple, sp.Matrix, sp.Matrix]:
-    """Return coordinates, M and Q of M q'' = Q from a Lagrangian or a method object."""
+def equations_of(
+    source: Any, coordinates: Any = None, forces: Any = None
+) -> tuple[tuple, sp.Matrix, sp.Matrix, dict[sp.Expr, sp.Expr]]:
+    """Return coordinates, M and Q of M q'' = Q, and generalised speeds in rates, of a Lagrangian or method object."""
     from sympy.physics.mechanics import KanesMethod, LagrangesMethod
 
     if isinstance(source, LagrangesMethod | KanesMethod):
@@ -22,7 +24,7 @@ def equations_of(source: Any, coordinates: Any = None, forces: Any = None) -> tu
     coordinates = _functions(coordinates)
     method = LagrangesMethod(source, coordinates)
     method.form_lagranges_equations()
-    return coordinates, method.mass_matrix, method.forcing + sp.Matrix(_forces(forces, coordinates))
+    return coordinates, method.mass_matrix, method.forcing + sp.Matrix(_forces(forces, coordinates)), {}
 
 
 def _functions(coordinates: Any) -> tuple:
@@ -50,14 +52,14 @@ def _forces(forces: Any, coordinates: tuple) -> list:
     return forces
 
 
-def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix]:
+def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:
     if method.coneqs:
         raise InputError("the LagrangesMethod has constraints; give independent coordinates and leave the contact out")
     method.form_lagranges_equations()
-    return tuple(method.q), method.mass_matrix, method.forcing
+    return tuple(method.q), method.mass_matrix, method.forcing, {}
 
 
-def _from_kane(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix]:
+def _from_kane(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:
     r"""Turn M u' = f of the speeds u = K q' + k into K' M K q'' = K' (f - M (dK/dt q' + dk/dt))."""
     if len(method.q) != len(method.u) or method._qdot_u_map is None:
         raise InputError("the KanesMethod has dependent coordinates or speeds; give independent ones, contact left out")
@@ -74,4 +76,5 @@ def _from_kane(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix]:
     turned = {name: value for name, value in zip(u, speeds, strict=True) if name not in rates}
     mass, forcing = (part.subs(turned) for part in (method.mass_matrix, method.forcing))
     extra = inverse.diff(time) * (rates - drift) - inverse * drift.diff(time)
-    return tuple(q), (inverse.T * mass * inverse).applyfunc(sp.simplify), inverse.T * (forcing - mass * extra)
+    right = inverse.T * (forcing - mass * extra)
+    return tuple(q), (inverse.T * mass * inverse).applyfunc(sp.simplify), right, turned

@@ -14,7 +14,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.mechanics import elastic, jump, motion, paradox, rigid
-from asympk.mechanics.checks import check, check_bounds
+from asympk.mechanics.checks import check, check_bounds, require_closed
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.jump import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
@@ -92,6 +92,8 @@ class Mechanism(ShownAsFormulas):
         for name in ("coordinates", "velocities", "forces"):
             put(self, name, tuple(_finite(name, value) for value in _listed(getattr(self, name), name)))
         put(self, "mass", _matrix(self.mass))
+        if len(self.velocities) != len(self.coordinates):
+            raise InputError(f"{len(self.velocities)} velocities for {len(self.coordinates)} coordinates")
         if not isinstance(self.contact, Contact):
             raise InputError(f"contact = {self.contact!r:.60}: it must be an ap.Contact")
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
@@ -104,11 +106,14 @@ class Mechanism(ShownAsFormulas):
         """Build the mechanism of a Lagrangian in dynamicsymbols, or of a ``LagrangesMethod`` or ``KanesMethod``.
 
         ``forces`` gives the generalised forces that the Lagrangian does not hold, ``{coordinate: force}`` or one for
-        each coordinate. A ``LagrangesMethod`` or ``KanesMethod`` brings its own coordinates and forces. Raises
-        ``InputError`` for what is not one of these, and for methods with constraints of their own.
+        each coordinate. A ``LagrangesMethod`` or ``KanesMethod`` brings its own coordinates and forces, and the slip
+        may be given in the speeds of the latter. Raises ``InputError`` for what is not one of these, and for methods
+        with constraints of their own.
         """
-        coordinates, mass, right = equations_of(lagrangian, coordinates, forces)
+        coordinates, mass, right, speeds = equations_of(lagrangian, coordinates, forces)
         time = _time(coordinates)
+        if speeds and isinstance(contact, Contact):
+            contact = replace(contact, slip=contact.slip.subs(speeds))
         return cls(coordinates, tuple(q.diff(time) for q in coordinates), mass, tuple(right), contact, time)
 
     @cached_property
@@ -188,9 +193,12 @@ class Mechanism(ShownAsFormulas):
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
         """Return a start of its elastic or rigid ``system`` at coordinates, rates and parameters given by name.
 
-        The elastic contact starts without reaction, x = y = 0, with z the sliding velocity.
+        The elastic contact starts without reaction, x = y = 0, with z the sliding velocity. Raises ``InputError`` for
+        what is missing, and for a rigid start off a constraint that holds both ways, g = g' = 0.
         """
         given = self.keyed(values)
+        if any(f.constraint is not None and f.gap is None for f in system.frictions):
+            require_closed(self.plain, given)
         own = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in own}
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]

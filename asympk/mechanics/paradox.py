@@ -7,9 +7,9 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import NotDerivable
-from asympk.mechanics.evaluation import exact
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import shortest, tidy
+from asympk.symbolic.reading import exact
 
 
 def critical_friction(kinetics: Kinetics) -> sp.Expr:

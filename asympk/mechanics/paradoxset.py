@@ -12,9 +12,10 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.mechanics.evaluation import as_floats, evaluate, exact
+from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.paradox import ratio
+from asympk.symbolic.reading import as_floats, exact
 
 ROWS = 201  # values of the second coordinate
 _HALVINGS = 60  # of a bracket, to rounding

@@ -4,9 +4,9 @@ Below the map of a mechanism whose contact has no damping stands its phase plane
 """
 
 from asympk.errors import InputError
-from asympk.mechanics.evaluation import as_floats
 from asympk.pictures import reactions, style
 from asympk.pictures.portraits import plate
+from asympk.symbolic.reading import as_floats
 
 LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////"), 3: ("three", "0.6", "xx")}
 

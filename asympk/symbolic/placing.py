@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
+from asympk.symbolic.reading import rational
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
@@ -23,12 +23,6 @@ def place(system: "System", values: Any, start: Any) -> tuple[tuple, tuple]:
     placed = _numbers("start", start, system.states, "state")
     _require_assumed(system, dict(zip(system.parameters, found, strict=True)))
     return found, placed
-
-
-def exact(value: Any) -> sp.Rational:
-    """Return an int, float or Fraction as the rational number that it is."""
-    value = Fraction(value)
-    return sp.Rational(value.numerator, value.denominator)
 
 
 def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -> tuple:
@@ -83,13 +77,13 @@ def _require_kind(what: str, symbol: sp.Symbol, value: Any) -> None:
 
 
 def _require_assumed(system: "System", values: dict[sp.Symbol, Any]) -> None:
-    rational = {s: exact(v) for s, v in values.items()}
+    numbers = {s: rational(str(s), v) for s, v in values.items()}
     for assumption in sp.And.make_args(system.assumptions):
-        if assumption.subs(rational) == sp.false:
+        if assumption.subs(numbers) == sp.false:
             given = ", ".join(f"{s} = {values[s]}" for s in sorted(assumption.free_symbols & values.keys(), key=str))
             raise InputError(f"values: {given} is refused; the system assumes {assumption}")
     for friction in system.frictions:
-        kinetic, static = (sp.sympify(b, strict=True).subs(rational) for b in (friction.kinetic, friction.static))
+        kinetic, static = (sp.sympify(b, strict=True).subs(numbers) for b in (friction.kinetic, friction.static))
         if kinetic.is_negative:
             raise InputError(f"values: kinetic friction {short(kinetic)} is negative; friction opposes the velocity")
         if (static - kinetic).is_negative:

@@ -23,6 +23,30 @@ def exact_value(name: str, value: Any) -> sp.Expr:
     return found
 
 
+def exact(name: str, value: Any) -> sp.Expr:
+    """Return a number as the rational that it is, an exact SymPy constant as it stands; raises ``InputError``."""
+    if isinstance(value, sp.Expr) and value.is_number and not value.has(sp.Float):
+        return value
+    return rational(name, float(value) if isinstance(value, sp.Float) else value)
+
+
+def as_floats(name: str, value: Any) -> Any:
+    """Return a number or an array of numbers in floating point; raises ``InputError`` for anything else."""
+    import numpy as np
+
+    if isinstance(value, sp.Expr) and value.is_real and not value.is_Rational:
+        value = float(value)
+    if not np.ndim(value):
+        return float(number(name, value))
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} = {value!r:.60}: it must be a number or an array of numbers") from None
+    if not np.isfinite(found).all():
+        raise InputError(f"{name} = {found[~np.isfinite(found)].flat[0]}: every number of the array must be finite")
+    return found
+
+
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object or a plain number as SymPy has it; raises ``InputError`` for a string or a container."""
     try:

@@ -1,13 +1,15 @@
 """Whether a condition holds: exactly at exact numbers, element by element at arrays of floats."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError
 from asympk.symbolic.lowering import lower
-from asympk.symbolic.values import exact, is_exact, names
+from asympk.symbolic.reading import as_floats
+from asympk.symbolic.values import names
 
 _COMPARE = {
     sp.Ge: lambda a, b: a >= b,
@@ -32,7 +34,7 @@ def arrays(given: Mapping[sp.Symbol, Any]) -> dict:
     """Return the values as arrays of floats that broadcast; raises ``InputError``."""
     import numpy as np
 
-    found = {symbol: _floats(value, symbol) for symbol, value in given.items()}
+    found = {symbol: np.asarray(as_floats(str(symbol), value)) for symbol, value in given.items()}
     try:
         np.broadcast_shapes(*(value.shape for value in found.values()))
     except ValueError as error:
@@ -63,6 +65,13 @@ def require(allowed: sp.Basic, numbers: Mapping) -> None:
             raise InputError(f"{_equations(shown)} is outside the range of this system, {relation}")
 
 
+@lru_cache(maxsize=256)
+def function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
+    """Return ``expr`` as a function of arrays in place of ``symbols``, whatever their names, a prime among them."""
+    plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
+    return lower(tuple(plain.values()), expr.xreplace(plain), "numpy", branching=True)
+
+
 def _evaluated(condition, numbers):
     if isinstance(condition, sp.And | sp.Or):
         found, *rest = (_evaluated(part, numbers) for part in condition.args)
@@ -86,21 +95,7 @@ def _value(expr, numbers):
         if found.is_extended_real is False or found is sp.nan:
             raise InputError(f"{expr} has no value at {_equations({s: numbers[s] for s in used})}")
         return found
-    return lower(used, expr)(*(numbers[s] for s in used))
-
-
-def _floats(value, symbol):
-    import numpy as np
-
-    if is_exact(value):
-        return np.asarray(float(exact(value, symbol)))
-    try:
-        found = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{symbol} = {value!r:.60} is not a number or an array of numbers") from None
-    if not np.isfinite(found).all():
-        raise InputError(f"{symbol} = {found[~np.isfinite(found)].flat[0]} must be finite")
-    return found
+    return function(expr, used)(*(numbers[s] for s in used))
 
 
 def _first(value, good):

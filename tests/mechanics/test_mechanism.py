@@ -135,6 +135,11 @@ q1, q2, u1, u2 = sp.symbols("q1 q2 u1 u2")
         ({"gap": q2 > 0}, "must be an expression in symbols"),
         ({"unilateral": "yes"}, "unilateral = 'yes': it must be True or False"),
         ({"mass": [[1, sp.nan], [0, 1]]}, "mass = nan: it must be finite and real"),
+        ({"mass": [[1, 0], [0, -1]]}, "mass is not positive definite"),
+        ({"mass": [[1, 2], [2, 1]]}, "mass is not positive definite"),
+        ({"mass": [[1 + u1**2, 0], [0, 1]]}, "mass contains a velocity"),
+        ({"mass": [[1], [1, 2]]}, "its rows differ in length"),
+        ({"velocities": (u1,)}, "1 velocities for 2 coordinates"),
         ({"mass": [["m", 0], [0, 1]]}, "mass = 'm': it must be a SymPy expression"),
         ({"forces": (0, sp.zoo)}, "forces = zoo: it must be finite and real"),
         ({"forces": (0,)}, "1 forces for 2 coordinates"),
@@ -207,3 +212,24 @@ def test_a_mechanism_of_three_freedoms_typed_in_by_a_new_user_is_followed_throug
     after = dict(zip(map(str, path.names), map(float, path.final), strict=True))
     assert after["lean'"] == pytest.approx(float(ladder.evaluate(law.velocities[lean.diff(T)], start)), abs=5e-3)
     assert after["x_"] == pytest.approx(float(ladder.evaluate(law.reaction, start)), abs=5e-3)
+
+
+def test_slip_may_be_given_in_the_speeds_of_kanes_method():
+    from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame
+
+    u, v = dynamicsymbols("u v")
+    frame, point = ReferenceFrame("N"), Point("P")
+    point.set_vel(frame, u * frame.x + v * frame.y)
+    kane = KanesMethod(frame, [X, Y], [u, v], kd_eqs=[X.diff(T) - u, Y.diff(T) - v])
+    kane.kanes_equations([Particle("B", point, m)], [(point, -m * frame.y)])
+    block = ap.Mechanism.from_lagrangian(kane, contact=ap.Contact(gap=Y, slip=2 * u, friction=f, unilateral=True))
+    assert block.sliding_velocity == 2 * X.diff(T)
+
+
+def test_a_rigid_start_off_a_constraint_that_holds_both_ways_is_refused():
+    block = _broken()
+    assert block.start(block.rigid(), {"q1": 0, "q2": 0, "u1": 1, "u2": 0})["u1"] == 1
+    with pytest.raises(InputError, match="the start is off the constraint: g' = 1"):
+        block.start(block.rigid(), {"q1": 0, "q2": 0, "u1": 1, "u2": 1})
+    with pytest.raises(InputError, match="the start is off the constraint: g = 1"):
+        block.start(block.rigid(), {"q1": 0, "q2": 1, "u1": 1, "u2": 0})
