@@ -1,6 +1,7 @@
 r"""Certificates for affine systems of any size: each mode's exponential in balls, and proofs of what follows.
 
-``e^{M t}`` is the sum of the residues of ``adj(z - M)/p(z)`` with the adjugate and p exact and the roots of p enclosed.
+``e^{M t}`` is the sum of the residues of ``(z - M)^{-1}``, which ``spectrum`` encloses. Parameters may range over
+intervals: the entries of M and of the guards are then rational functions of them, and exact as such.
 Which mode begins or follows is proven by the signs of every guard, and of the derivatives of those that vanish, of
 every mode that may follow: one holds on all points of the balls and all others fail on all of them. That a quantity
 vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a combination of those of
@@ -13,12 +14,13 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
+import sympy as sp
 
 from asympk.affine.form import Form, form_of, placed, rational
-from asympk.affine.polynomial import resolvent
 from asympk.automaton.modes import mode_of
-from asympk.certify.balls import Refused, ball, between, flint, sign
+from asympk.certify.balls import Refused, ball, ball_of, between, flint, sign
 from asympk.certify.enclosure import first_event
+from asympk.certify.spectrum import of_balls, of_exact
 from asympk.errors import InputError
 from asympk.path import Event
 from asympk.symbolic import branches
@@ -27,12 +29,68 @@ from asympk.symbolic.branches import OPEN, Branch, Phase
 MOST_EVENTS = 200
 
 
+class Field:
+    """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals."""
+
+    def __init__(self, system, values, ranges):
+        named = dict(zip(system.parameters, values, strict=True))
+        self.values = values
+        self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in ranges}
+        self.balls = {s: between(*ranges[s.name]) for s in named if s.name in ranges}
+        self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
+        self._known = {}
+
+    def exact(self, expr):
+        """Return an expression in the parameters as an exact entry."""
+        expr = expr.subs(self.numbers)
+        return self.field.from_sympy(expr) if self.field else Fraction(int(expr.p), int(expr.q))
+
+    def ball(self, entry):
+        """Return an exact entry as a ball."""
+        if isinstance(entry, int | Fraction):
+            return ball(entry)
+        if entry not in self._known:
+            self._known[entry] = ball_of(entry.as_expr(), self.balls)
+        return self._known[entry]
+
+    def placed(self, form):
+        """Return (matrix, guards, which guards move) of a form; raises ``InputError`` for a mode that is not entered.
+
+        Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign.
+        """
+        if not self.field:
+            found = placed(form, self.values, 24)
+            return found.mode.homogeneous, found.mode.guards, found.kept
+        zero = (self.field.zero,) * (len(form.matrix) + 1)
+        matrix = (*(tuple(map(self.exact, row)) for row in form.matrix), zero)
+        guards = [tuple(map(self.exact, row)) for row in form.guards]
+        kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
+        self.require_positive([row[-1] for k, row in enumerate(guards) if k not in kept])
+        return matrix, tuple(guards[k] for k in kept), kept
+
+    def require_positive(self, entries):
+        """Raise ``InputError`` where an entry is not positive, ``Refused`` where that is not certain."""
+        for entry in entries:
+            positive = sign(self.ball(entry))
+            if entry and not positive:
+                raise Refused("box: a condition on the parameters of a mode holds in a part of the box only")
+            if positive <= 0:
+                raise InputError("a mode is not entered at these parameters")
+
+    def spectrum(self, matrix):
+        """Return the roots and residues of a matrix in balls; see ``spectrum``."""
+        if not self.field:
+            return of_exact(matrix)
+        pattern = np.array([[bool(entry) for entry in row] for row in matrix])
+        return of_balls(pattern, [[self.ball(entry) for entry in row] for row in matrix])
+
+
 class Guard(NamedTuple):
     """A guard of a mode: the event that its loss is, its friction, its row; ``touching``: zero at the start, rising."""
 
     kind: str
     friction: int
-    row: tuple[Fraction, ...]
+    row: tuple[Any, ...]
     touching: bool = False
 
 
@@ -41,6 +99,7 @@ class State(NamedTuple):
 
     balls: Any
     exact: tuple
+    field: Field
     null: tuple = ()
 
 
@@ -50,19 +109,20 @@ class Mode:
 
     name: str
     branch: Branch
-    matrix: tuple[tuple[Fraction, ...], ...]
+    matrix: tuple[tuple[Any, ...], ...]
     guards: tuple[Guard, ...]
-    sticking: tuple[tuple[Fraction, ...], ...]
+    sticking: tuple[tuple[Any, ...], ...]
+    field: Field
     roots: tuple
     residues: tuple
 
 
-def follow(system, values, start, until, finest, budget):
+def follow(system, values, ranges, start, until, finest, budget):
     """Return (modes, events, final balls) of a system from enclosures of its start; raises ``Refused``.
 
-    ``start`` are pairs (ball, Fraction or None).
+    ``ranges`` {name: (low, high)} are those of parameters, ``start`` pairs (ball, Fraction or None).
     """
-    modes = _Modes(system, values)
+    modes = _Modes(system, Field(system, values, ranges))
     state = modes.begun(start)
     phases = [_phases(friction) for friction in system.frictions]
     mode, touching = modes.chosen(list(product(*phases)), state, "start")
@@ -97,22 +157,23 @@ def _struck(balls, guard, mode):
     """Return the state at an event: a single state that the lost guard is made of is set, not computed."""
     involved = [k for k, c in enumerate(guard.row[:-1]) if c]
     if len(involved) == 1:
-        balls[involved[0], 0] = ball(-guard.row[-1] / guard.row[involved[0]])
-    return State(balls, (None,) * len(guard.row[:-1]) + (Fraction(1),), (guard.row, *mode.sticking))
+        balls[involved[0], 0] = mode.field.ball(-guard.row[-1] / guard.row[involved[0]])
+    exact = (*(None for _ in guard.row[:-1]), Fraction(1))
+    return State(balls, exact, mode.field, (guard.row, *mode.sticking))
 
 
 class _Modes:
     """The modes of a system at exact values, made as they are looked at."""
 
-    def __init__(self, system, values):
-        self.system, self.values, self._known = system, values, {}
+    def __init__(self, system, field):
+        self.system, self.field, self._known = system, field, {}
         self.waves = form_of(mode_of(system, next(iter(branches.telling(system))))).waves
 
     def begun(self, start):
         """Return the ``State`` at t = 0: the forcing is exact there."""
         waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
         pairs = [*start, *((ball(w), w) for w in (*waves, Fraction(1)))]
-        return State(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs))
+        return State(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs), self.field)
 
     def _form(self, branch) -> Form:
         form = form_of(mode_of(self.system, branch))
@@ -131,27 +192,23 @@ class _Modes:
 
     def _made(self, branch):
         mode = mode_of(self.system, branch)
-        numbers = dict(zip(self.system.parameters, self.values, strict=True))
         try:
-            fixed = [_rational_value(e, numbers) for e in mode.conditions]
-            found = placed(self._form(branch), self.values, 24)
+            self.field.require_positive([self.field.exact(e) for e in mode.conditions])
+            matrix, rows, kept = self.field.placed(self._form(branch))
         except InputError:
             return None
-        if any(value <= 0 for value in fixed):
-            return None
-        kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in found.kept]
-        guards = tuple(Guard(*kind, row) for kind, row in zip(kinds, found.mode.guards, strict=True))
+        kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in kept]
+        guards = tuple(Guard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
         sticking = tuple(self._velocity(k) for k, phase in enumerate(branch) if phase.mode == "stick")
-        rows = found.mode.homogeneous
-        return Mode(mode.name, branch, rows, guards, sticking, *_residues(rows))
+        return Mode(mode.name, branch, matrix, guards, sticking, self.field, *self.field.spectrum(matrix))
 
     def _velocity(self, friction):
         """Return the row of a sliding velocity: the guard of a mode that slips."""
         slip = tuple(Phase(1, 1) for _ in self.system.frictions)
         mode = mode_of(self.system, slip)
-        found = placed(self._form(slip), self.values, 24)
+        _, rows, kept = self.field.placed(self._form(slip))
         places = [k for k, guard in enumerate(mode.guards) if guard[:2] == ("velocity_zero", friction)]
-        return found.mode.guards[found.kept.index(places[0])]
+        return rows[kept.index(places[0])]
 
     def chosen(self, candidates, state, what):
         """Return (mode, guards that touch) of the one candidate that goes on; at rest stays at rest."""
@@ -192,14 +249,7 @@ class _Modes:
         return verdict, tuple(touching)
 
 
-def _rational_value(expr, numbers):
-    found = expr.subs({s: _exact(v) for s, v in numbers.items()})
-    return Fraction(int(found.p), int(found.q))
-
-
 def _exact(value):
-    import sympy as sp
-
     value = Fraction(value)
     return sp.Rational(value.numerator, value.denominator)
 
@@ -208,10 +258,12 @@ def _sign(row, state):
     """Return the sign of ``row . (w, 1)``, 0 only where it vanishes exactly, None where it is not certain."""
     if all(w is not None for c, w in zip(row, state.exact, strict=True) if c):
         value = sum(c * w for c, w in zip(row, state.exact, strict=True) if c)
-        return (value > 0) - (value < 0)
+        if isinstance(value, int | Fraction):
+            return (value > 0) - (value < 0)
+        return (sign(state.field.ball(value)) or None) if value else 0
     if _spanned(row, state.null):
         return 0
-    return sign(sum((ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))) or None
+    return sign(sum((state.field.ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))) or None
 
 
 def _times(row, matrix):
@@ -235,47 +287,6 @@ def _reduced(row, basis):
             factor = row[place] / other[place]
             row = [a - factor * b for a, b in zip(row, other, strict=True)]
     return row
-
-
-def _residues(rows):
-    """Return the roots (decay, turn, multiplicity) of a matrix in balls, and the coefficients of ``t^k/k! e^{l t}``."""
-    found = resolvent(np.array(rows, dtype=object))
-    roots, residues = [], []
-    for root, many in flint().fmpz_poly(list(found.polynomial)).complex_roots():
-        if root.imag < 0:
-            continue
-        scale = flint().acb(found.denominator)
-        roots.append((root.real / found.denominator, root.imag / found.denominator, many))
-        residues.append(tuple(_residue(found, root, many, scale)))
-    return tuple(roots), tuple(residues)
-
-
-def _residue(found, root, many, scale):
-    """Yield the matrices of ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
-    acb, acb_mat = flint().acb, flint().acb_mat
-    p = _taylor([acb(c) for c in found.polynomial], root, 2 * many)[many:]
-    series = [1 / p[0]]
-    for j in range(1, many):
-        series.append(-sum((p[i] * series[j - i] for i in range(1, j + 1)), acb(0)) / p[0])
-    matrices = [acb_mat([[acb(int(c)) for c in row] for row in matrix]) for matrix in found.adjugate]
-    adjugate = _taylor(matrices, root, many)
-    for k in range(many):
-        total = adjugate[0] * series[many - 1 - k]
-        for i in range(1, many - k):
-            total = total + adjugate[i] * series[many - 1 - k - i]
-        yield total * (1 / scale**k)
-
-
-def _taylor(coefficients, z, order):
-    found, rest = [], list(coefficients)
-    for _ in range(order):
-        if not rest:
-            found.append(coefficients[0] * 0)
-            continue
-        for k in range(len(rest) - 2, -1, -1):
-            rest[k] = rest[k] + rest[k + 1] * z
-        found.append(rest.pop(0))
-    return found
 
 
 class Segment:
@@ -321,12 +332,15 @@ class Segment:
     def _scalars(self, guard):
         """Return, for the guard and its first two derivatives, the coefficients of every function."""
         if guard.row not in self._weights:
-            rows, found = guard.row, []
-            for _ in range(3):
-                found.append([[_applied(rows, term) for term in terms] for terms in self.terms])
-                rows = _times(rows, self.mode.matrix)
+            found = [[[self._applied(guard.row, term) for term in terms] for terms in self.terms]]
+            for _ in range(2):
+                found.append([*map(_derived, self.mode.roots, found[-1])])
             self._weights[guard.row] = found
         return self._weights[guard.row]
+
+    def _applied(self, row, term):
+        weights = ((self.mode.field.ball(c), k) for k, c in enumerate(row) if c)
+        return sum((flint().acb(weight) * term[k, 0] for weight, k in weights), flint().acb(0))
 
     def jet(self, guard, t):
         """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
@@ -347,8 +361,10 @@ class Segment:
         return middle - value / slope * (self.growth * (middle - time)).exp(), sign(value)
 
 
-def _applied(row, term):
-    return sum((flint().acb(ball(c)) * term[k, 0] for k, c in enumerate(row) if c), flint().acb(0))
+def _derived(root, factors):
+    """Return the coefficients of ``t^k/k! e^{l t}`` in the derivative of a sum with coefficients ``factors``."""
+    value = flint().acb(root[0], root[1])
+    return [value * factor + following for factor, following in zip(factors, [*factors[1:], 0], strict=True)]
 
 
 def start_of(scene, box):

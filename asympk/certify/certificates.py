@@ -54,7 +54,7 @@ class Certificate(ShownAsTable):
         if not self.proven:
             return Card("Certificate: undecided", (("reason", self.reason), *box))
         events = [(f"t = {event.t.str(6)}", event.kind) for event in self.events]
-        final = [(name, value.str(17)) for name, value in zip("xyz", self.final, strict=True)]
+        final = [(name, value.str(17)) for name, value in zip(self.scene.names, self.final, strict=True)]
         return Card(f"Certificate: proven with {self.bits} bits: {' -> '.join(self.modes)}", (*box, *events, *final))
 
     @property
@@ -80,6 +80,8 @@ class Case(NamedTuple):
 
 def certify(scene, box=None, digits=15):
     """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
+
+    Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system.
 
     Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
     1, |x|, |z|, or the work allowed is spent and the certificate is ``undecided``. Raises ``InputError`` for a box that
@@ -147,17 +149,18 @@ def _followed(scene, sides, budget):
         return _follow(_case(scene, sides), budget)
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     start = affine.start_of(scene, sides)
-    return affine.follow(scene.system, scene.values, start, ball(scene.until), finest, budget)
+    ranges = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
+    return affine.follow(scene.system, scene.values, ranges, start, ball(scene.until), finest, budget)
 
 
-def _sides_of_starts(scene, box):
-    """Return the sides of a box of starts of an affine system."""
+def _sides_of_system(scene, box):
+    """Return the sides of a box of starts and parameters of an affine system."""
     if not is_affine(scene.system):
         raise InputError("a certificate is for the rod and for systems whose modes are all affine; this one is not")
-    sides = {}
+    known, sides = (*scene.names, *(s.name for s in scene.system.parameters)), {}
     for name, ends in box.items():
-        if name not in scene.names:
-            raise InputError(f"box: {name!r} is no state; the nearest is {nearest(name, scene.names)!r}")
+        if name not in known:
+            raise InputError(f"box: {name!r} is no state and no parameter; the nearest is {nearest(name, known)!r}")
         low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
         if low > high:
             raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
@@ -167,7 +170,7 @@ def _sides_of_starts(scene, box):
 
 def _sides(scene, box):
     if scene.system is not None:
-        return _sides_of_starts(scene, box)
+        return _sides_of_system(scene, box)
     sides = {}
     for name, ends in box.items():
         if name not in COORDINATES:

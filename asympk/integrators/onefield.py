@@ -14,7 +14,7 @@ from asympk.integrators import scipy_ivp
 from asympk.integrators.integrate import Dense, Limits, bounds, endpoints, finished, report, tolerances
 from asympk.numbers import number, short
 from asympk.path import Path
-from asympk.symbolic.placing import exact
+from asympk.symbolic.reading import exact
 from asympk.systems.automata import automaton_of
 
 
@@ -52,7 +52,7 @@ def tanh(scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau"
 
 
 def _regularised(eps, velocity):
-    return sp.tanh(velocity / exact(eps))
+    return sp.tanh(velocity / exact("eps", eps))
 
 
 def _follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):

@@ -72,6 +72,46 @@ def test_a_box_of_starts_contains_what_its_points_do():
         assert all(abs(float(ball.mid()) - end) <= float(ball.rad()) + 1e-15 for ball, end in pairs)
 
 
+def inside(proof, path):
+    pairs = zip(proof.final, path.final, strict=True)
+    return all(abs(float(ball.mid()) - end) <= float(ball.rad()) + 1e-14 for ball, end in pairs)
+
+
+def test_a_box_of_parameters_contains_what_its_points_do():
+    random, half = np.random.default_rng(7), 0.00003
+    for _ in range(4):
+        values = {"mu": 10.0 ** -random.uniform(1, 4), "k": random.uniform(0.25, 1)}
+        start = dict(zip(("x", "v", "w", "y"), random.uniform(-2, 2, 4).tolist(), strict=True))
+        scene = ap.Scene(system=CHAIN, values=values, start=start, until=2)
+        proof = certify(scene, {name: (v * (1 - half), v * (1 + half)) for name, v in values.items()})
+        assert proven(proof)
+        assert max(float(ball.rad()) for ball in proof.final) < 0.5
+        for _ in range(3):
+            near = {name: v * (1 + random.uniform(-half, half)) for name, v in values.items()}
+            path = ap.solve(ap.Scene(system=CHAIN, values=near, start=start, until=2))
+            assert path.modes == proof.modes
+            assert inside(proof, path)
+
+
+def test_friction_and_start_may_range_together_down_to_rest():
+    scene = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.3", "v": 0}, until=12)
+    proof = certify(scene, {"k": ("0.349", "0.351"), "x": ("2.299", "2.301")})
+    assert proven(proof)
+    assert proof.final[1] == 0
+    for k, at in ((0.349, 2.301), (0.3505, 2.2995)):
+        assert inside(proof, ap.solve(ap.Scene(system=COULOMB, values={"k": k}, start={"x": at, "v": 0}, until=12)))
+    assert "0.349" in repr(proof) or "349/1000" in repr(proof)
+    # with more friction the block rests after the first turn, with less it goes on
+    assert certify(scene, {"k": ("0.3", "0.9")}).obstacle == "edge"
+
+
+def test_eigenvalues_that_meet_within_a_box_are_refused():
+    damped = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    scene = ap.Scene(system=damped, values={"k": 1}, start={"x": 3, "v": 0}, until=1)
+    assert certify(scene, {"k": ("0.9", "1.1")}).obstacle == "spectrum"
+    assert proven(certify(scene, {"k": ("1.2", "1.2001")}))
+
+
 def test_what_cannot_be_proven_is_refused_by_name():
     # a box across the edge of the dead zone: some of its points rest after the first turn, some go on
     edge = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "1.05", "v": 0}, until=12)

@@ -1,0 +1,174 @@
+r"""The residues of the resolvent of a matrix in balls: exact entries, or entries that range over intervals.
+
+Where entries range over intervals, every matrix in them must have simple eigenvalues, but for a zero whose multiplicity
+is that of its pattern: rows and columns without entries are left out, again and again, and Krawczyk's test encloses the
+eigenpairs of the rest. The part of the eigenvalue 0 is what the others leave of the unit matrix.
+"""
+
+from itertools import product
+
+import numpy as np
+
+from asympk.affine.polynomial import resolvent
+from asympk.certify.balls import Refused, flint
+
+_INFLATIONS = 12
+Spectrum = tuple[tuple, tuple]
+
+
+def of_exact(rows: tuple) -> Spectrum:
+    """Return the roots (decay, turn, multiplicity) of a matrix of Fractions in balls, upper ones of complex pairs, and
+    the coefficients of ``t^k/k! e^{l t}``, k below the multiplicity."""
+    found = resolvent(rows)
+    roots, residues = [], []
+    for root, many in flint().fmpz_poly(list(found.polynomial)).complex_roots():
+        if root.imag < 0:
+            continue
+        scale = flint().acb(found.denominator)
+        roots.append((root.real / found.denominator, root.imag / found.denominator, many))
+        residues.append(tuple(_residue(found, root, many, scale)))
+    return tuple(roots), tuple(residues)
+
+
+def _residue(found, root, many, scale):
+    """Yield the matrices of ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
+    acb, acb_mat = flint().acb, flint().acb_mat
+    p = _taylor([acb(c) for c in found.polynomial], root, 2 * many)[many:]
+    series = [1 / p[0]]
+    for j in range(1, many):
+        series.append(-sum((p[i] * series[j - i] for i in range(1, j + 1)), acb(0)) / p[0])
+    matrices = [acb_mat([[acb(int(c)) for c in row] for row in matrix]) for matrix in found.adjugate]
+    adjugate = _taylor(matrices, root, many)
+    for k in range(many):
+        total = adjugate[0] * series[many - 1 - k]
+        for i in range(1, many - k):
+            total = total + adjugate[i] * series[many - 1 - k - i]
+        yield total * (1 / scale**k)
+
+
+def _taylor(coefficients, z, order):
+    found, rest = [], list(coefficients)
+    for _ in range(order):
+        if not rest:
+            found.append(coefficients[0] * 0)
+            continue
+        for k in range(len(rest) - 2, -1, -1):
+            rest[k] = rest[k] + rest[k + 1] * z
+        found.append(rest.pop(0))
+    return found
+
+
+def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
+    """Return the same of every matrix in rows of balls; ``pattern`` (n, n) tells which entries are not exactly 0.
+
+    Raises ``Refused`` where the eigenvalues are not known to be apart.
+    """
+    acb, acb_mat = flint().acb, flint().acb_mat
+    core, before, after = _core(pattern)
+    matrix = acb_mat([[acb(entry) for entry in row] for row in balls])
+    rest = acb_mat([[int(i == j) for j in range(len(balls))] for i in range(len(balls))])
+    roots, residues = [], []
+    for value, right, left in _eigenpairs(matrix, core):
+        column = _extended(matrix, value, dict(zip(core, right, strict=True)), [*before, *after])
+        row = _extended(matrix.transpose(), value, dict(zip(core, left, strict=True)), [*after[::-1], *before[::-1]])
+        part = acb_mat([[c * r for r in row] for c in column])
+        rest = rest - part
+        if not value.imag < 0:
+            real = value.imag.contains(0)
+            roots.append((value.real, flint().arb(0) if real else value.imag, 1))
+            residues.append((part,))
+    if powers := _powers(matrix, rest, pattern, core, [*before, *after]):
+        roots.append((flint().arb(0), flint().arb(0), len(powers)))
+        residues.append(powers)
+    return tuple(roots), tuple(residues)
+
+
+def _powers(matrix, part, pattern, core, outside):
+    """Return the ``P M^k`` of the part P of the eigenvalue 0 that do not vanish by the pattern."""
+    if not any(pattern[i, j] for i in outside for j in core):
+        for i, j in product(range(len(pattern)), core):  # nothing outside the core is driven by it
+            part[i, j] = 0
+    found, linked = [], np.eye(len(pattern), dtype=bool)
+    while len(found) < len(outside) and linked[np.ix_(outside, outside)].any():
+        found.append(part)
+        part, linked = part * matrix, linked @ pattern
+    return tuple(found)
+
+
+def _core(pattern):
+    """Return the indices of the core, of what only drives it and of what it only drives, in order of dependence."""
+    left, before, after = set(range(len(pattern))), [], []
+    for found, matrix in ((before, pattern), (after, pattern.T)):
+        while empty := [i for i in sorted(left) if not any(matrix[i, j] for j in left)]:
+            found += empty
+            left -= {*empty}
+    return sorted(left), before, after[::-1]
+
+
+def _eigenpairs(matrix, core):
+    """Yield (eigenvalue, right eigenvector, left eigenvector) of the core, their product being 1."""
+    if not core:
+        return
+    part = flint().acb_mat([[matrix[i, j] for j in core] for i in core])
+    try:
+        values, right = part.mid().eig(right=True, algorithm="rump")
+        pairs = [_enclosed(part, value, right.mid(), k) for k, value in enumerate(values)]
+        inverse = flint().acb_mat([list(column) for column in zip(*(v for _, v in pairs), strict=True)]).inv()
+    except (ValueError, ZeroDivisionError):
+        raise Refused("spectrum: eigenvalues of a mode may meet in the box") from None
+    for k, (value, vector) in enumerate(pairs):
+        others = [other for j, (other, _) in enumerate(pairs) if j != k]
+        mirror = flint().acb(value.real, -value.imag)
+        real = value.imag.contains(0) and not any(mirror.overlaps(other) for other in others)
+        if value.contains(0) or any(map(value.overlaps, others)) or not (real or value.imag > 0 or value.imag < 0):
+            raise Refused("spectrum: eigenvalues of a mode may meet or vanish in the box")
+        yield value, vector, [inverse[k, i] for i in range(len(core))]
+
+
+def _enclosed(matrix, value, vectors, k):
+    """Return (eigenvalue, eigenvector) that every matrix of the balls has near those of the middle, by Krawczyk's test.
+
+    With ``x = (dv, dl)``, the largest component of v being 1 and dl in the place of its change, the eigenvalue equation
+    is ``r + B x - dl dv = 0``; where ``-Y r + (1 - Y B) x + Y dl dv`` lies in x for all matrices, x holds a root.
+    """
+    size, acb_mat = matrix.nrows(), flint().acb_mat
+    held = max(range(size), key=lambda i: float(vectors[i, k].abs_upper()))
+    vector = acb_mat([[(vectors[i, k] / vectors[held, k]).mid()] for i in range(size)])
+    unit = acb_mat([[int(i == j) for j in range(size)] for i in range(size)])
+    moved, middle = matrix - unit * value.mid(), matrix.mid() - unit * value.mid()
+    off = moved * vector
+    for i in range(size):
+        moved[i, held] = middle[i, held] = -vector[i, 0]
+    near = middle.inv().mid()
+    start, linear = -(near * off), unit - near * moved
+    box = start
+    for _ in range(_INFLATIONS):
+        box = _inflated(box)
+        change, rest = box[held, 0], acb_mat(box.tolist())
+        rest[held, 0] = 0
+        image = start + linear * box + near * (rest * change)
+        if all(box[i, 0].contains(image[i, 0]) for i in range(size)):
+            found = vector + rest
+            found[held, 0] = 1
+            return value.mid() + change, [found[i, 0] for i in range(size)]
+        box = image
+    raise ValueError("no enclosure")
+
+
+def _inflated(box):
+    """Return balls somewhat larger than those of a column."""
+    arb, acb = flint().arb, flint().acb
+    tiny = arb(2) ** (-flint().ctx.prec + 16)
+
+    def larger(part):
+        return part + arb(0, float((part.abs_upper() * 3 / 2 + tiny).upper()))
+
+    return flint().acb_mat([[acb(larger(box[i, 0].real), larger(box[i, 0].imag))] for i in range(box.nrows())])
+
+
+def _extended(matrix, value, known, order):
+    """Return an eigenvector of the whole matrix from that of its core: ``v_i = sum_j M_ij v_j / l``."""
+    size = matrix.nrows()
+    for i in order:
+        known[i] = sum((matrix[i, j] * v for j, v in known.items()), flint().acb(0)) / value
+    return [known[i] for i in range(size)]
