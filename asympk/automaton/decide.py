@@ -22,7 +22,7 @@ import sympy as sp
 
 from asympk.automaton.modes import Mode, function, mode_of
 from asympk.digits import context
-from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions
+from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import Friction, System
@@ -34,6 +34,7 @@ DIGITS = 60  # at which a first mode is decided
 EXACT = 45  # digits of an exact start that rounding leaves
 ROUNDING = 2.0**-46  # relative, of a start that was computed in doubles
 WORKING = 40  # digits at which a mode that follows is decided, whatever the digits of the state
+LONGEST = 5_000  # operations of a derivative that is differentiated once more
 MOST = 8  # frictions of which all combinations are tried
 _NUDGES = ((1, -1, 1, 1, -1, 1, -1, -1), (1, 1, -1, 1, 1, -1, -1, 1))
 
@@ -357,6 +358,9 @@ def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tup
     kind, friction, _ = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
     for order in range(first, 2 + min(len(mode.system.states), 5)):
+        if order > first and sp.count_ops(mode.derivative(guard, order - 1)) > LONGEST:
+            raise Undecided(f"{kind} of {branches.name(mode.branch)} vanishes at t = {float(nudged[0][0]):.6g} with "
+                            f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
         derivative = function(mode.system, (mode.derivative(guard, order),), numbers.target, numbers.library)
         sign = numbers.sign([derivative(t, *w, *p)[0] for t, w in nudged])
         if sign:

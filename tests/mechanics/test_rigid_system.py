@@ -1,14 +1,17 @@
 """The rigid mechanism as a system: it runs, keeps its constraint, and stops by name where the rigid model ends."""
 
+import math
 from contextlib import nullcontext
 
 import numpy as np
 import pytest
+import sympy as sp
 from mechanisms import masses_between_guides, slender_rod
 from scipy.integrate import solve_ivp
+from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError, NoMotion, TwoMotions, UnboundedReaction
+from asympk.errors import InputError, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.integrators.integrate import FAMILIES, absent
 
 GROUND = {"m": 1, "l": 1, "g": 1}
@@ -154,3 +157,14 @@ def test_a_slide_into_the_paradox_of_a_guide_stops_where_the_second_motion_comes
         ap.solve(scene)
     s, c = np.sin(float(stop.value.state[2])), np.cos(float(stop.value.state[2]))
     assert 1 + 3 * c**2 == pytest.approx(4.8 * s * c, abs=1e-8)
+
+
+def test_a_load_that_vanishes_with_all_its_derivatives_is_undecided_and_not_differentiated_for_ever():
+    X, Y, theta = dynamicsymbols("X Y theta")
+    t, (f, g) = dynamicsymbols._t, sp.symbols("f g", real=True)
+    energy = (X.diff(t) ** 2 + Y.diff(t) ** 2) / 2 + theta.diff(t) ** 2 / 24 - g * Y
+    ground = ap.Contact(gap=Y - sp.sin(theta) / 2, slip=X - sp.cos(theta) / 2, friction=f, unilateral=True)
+    rigid = ap.Mechanism.from_lagrangian(energy, (X, Y, theta), contact=ground).rigid()
+    start = {"X": 0, "Y": math.sin(1.1) / 2, "theta": 1.1, "X'": -1, "Y'": 0, "theta'": 0}
+    with pytest.raises(Undecided, match="lift_off of slip_opposite vanishes at t = 0 with its first 3 deriv"):
+        ap.solve(ap.Scene(system=rigid, values={"f": 1, "g": 0}, start=start, until=1))
