@@ -1,24 +1,45 @@
 """No call changes what a second thread can see: mpmath's precision, the mask of new files, the numbers it gets."""
 
+import decimal
+import locale
 import os
+import random
+import signal
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import mpmath
+import numpy as np
 import pytest
 import sympy as sp
 from mpmath.ctx_mp_python import PythonMPContext
 
 import asympk as ap
-from asympk.certify import certify
+from asympk import sweep
+from asympk.certify import certify, cover
 from asympk.ledger import claims
 from asympk.scenes import scenefile
 from asympk.storage.files import write_text
 from asympk.studies import convergence, divide
+from asympk.sweep import sweepfile
 from asympk.systems import painleve_klein as pk
 
-X = sp.Symbol("x")
+flint = pytest.importorskip("flint")
+
+X, V, F = sp.symbols("x v F", real=True)
+BLOCK = ap.System.with_frictions(
+    {X: V, V: -X + F}, {}, [ap.Friction(velocity=V, force=F, load=1, kinetic=sp.Rational(1, 4))])
+OSCILLATOR = ap.Scene(system=BLOCK, values={}, start={"x": 2, "v": 0}, until=5)
+SWEEP = """seed = 1
+count = 40
+chunk = 20
+sigma = 1
+mu = 1e-3
+start = [{ uniform = [-1, 1] }, 0.2, { uniform = [-1, 1] }]
+until = 5
+"""
 PHYSICAL = """m = 1
 P = 10
 f = 3
@@ -129,3 +150,60 @@ def test_writing_a_file_asks_nothing_of_the_process_mask(tmp_path, monkeypatch):
     finally:
         monkeypatch.undo()
         os.umask(before)
+
+
+def seen():
+    """Return what every thread of a process shares and no function of a library may change."""
+    handlers = tuple(signal.getsignal(number) for number in signal.valid_signals())
+    settings = sys.getrecursionlimit(), sys.get_int_max_str_digits(), os.getcwd(), dict(os.environ)
+    chances = random.getstate(), tuple(np.random.get_state(legacy=False)["state"]["key"])
+    return mpmath.mp.prec, locale.setlocale(locale.LC_ALL), handlers, settings, chances
+
+
+def kept_by_a_thread():
+    """Return what a thread sees that belongs to threads."""
+    return np.geterr(), decimal.getcontext().prec
+
+
+WALK = CALLS | {
+    "exact": lambda _: ap.solve(ap.read_scene("backward"))([0, 1]),
+    "rows": lambda _: ap.solve_many(1, 1e-3, np.linspace(-1, 1, 30), 0.2, np.linspace(-1, 1, 30), 5).events(),
+    "models of rows": lambda _: ap.solve_many(1, 1e-3, 0, 0.2, [-1, 1], 5, method="jump", order=1).error,
+    "lsoda": lambda _: ap.solve(ap.read_scene("backward"), "lsoda")([0, 1]),
+    "affine": lambda _: ap.solve(OSCILLATOR, digits=20)(1),
+    "affine rows": lambda _: ap.solve_many(system=OSCILLATOR.system, start={"x": [1, 2], "v": 0}, until=2).final,
+    "cover": lambda _: cover(ap.read_scene("backward"), {"mu": ("1e-3", "2e-3")}, 4),
+    "picture": lambda path: ap.solve(ap.read_scene("backward")).plot(path / "a.svg"),
+    "table": lambda path: ap.solve(ap.read_scene("backward")).to_csv(path / "a.csv"),
+    "sweep": lambda path: sweep.run(sweepfile.parse_sweep(SWEEP), path / "out"),
+    "mechanism": lambda _: ap.systems.painleve_rod.mechanism().paradox,
+}
+
+
+@pytest.mark.parametrize("call", WALK)
+def test_a_second_thread_sees_nothing_of_the_process_change(call, tmp_path):
+    before, own, told, done = seen(), kept_by_a_thread(), [], threading.Event()
+
+    def watch():
+        while not done.wait(1e-4):
+            told.append(seen() == before)
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        WALK[call](tmp_path)
+    finally:
+        done.set()
+        watcher.join()
+    assert all(told)
+    assert (seen(), kept_by_a_thread()) == (before, own)
+
+
+def test_the_precision_of_balls_is_put_back_whichever_thread_ends_first():
+    bits = flint.ctx.prec
+    scenes = [ap.read_scene("backward"), ap.Scene(1, "1e-2", (0, 0, 1), 2)] * 3
+    expected = [certify(scene, digits=30 * (k % 3 + 1)) for k, scene in enumerate(scenes)]
+    with ThreadPoolExecutor(6) as threads:
+        found = list(threads.map(lambda k: certify(scenes[k], digits=30 * (k % 3 + 1)), range(6)))
+    assert [one.bits for one in found] == [one.bits for one in expected]
+    assert flint.ctx.prec == bits

@@ -4,9 +4,14 @@ A ball is never made from a rounded number: a Fraction becomes a quotient of int
 is. A comparison of balls is true only when it holds for every point of both.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from fractions import Fraction
+from threading import RLock
 
 from asympk.errors import MissingPackage
+
+_WORKING = RLock()
 
 
 class Refused(ArithmeticError):
@@ -20,6 +25,16 @@ def flint():
     except ImportError:
         raise MissingPackage("a certificate needs python-flint: pip install 'asympk[certified]'") from None
     return module
+
+
+@contextmanager
+def precision(bits: int) -> Iterator[None]:
+    """Let balls have ``bits`` bits; one thread at a time, since python-flint has one precision for all of them.
+
+    It is the one thing of the process that a certificate changes while it works, and it is put back as it was.
+    """
+    with _WORKING, flint().ctx.workprec(bits):
+        yield
 
 
 def ball(value):

@@ -4,16 +4,20 @@ Every number of the scene becomes a ball that contains it, a box of starts or pa
 followed in closed form in balls (``enclosure``); at an event what vanishes is set exactly, and what follows is decided
 by inequalities that hold for every point of the balls. What cannot be decided is refused: ``grazing``, ``edge``
 (z = 0 met on an edge of the static cone), ``simultaneous``, ``horizon``, ``unstable plane``, ``start``, ``too many``,
-and ``undecided`` where the work that is allowed is spent.
+and ``undecided`` where the work that is allowed is spent. The modes, their coefficients and which mode follows stand
+here once more, apart from those that the flow uses: a proof must not rest on the text that it checks.
 """
 
+import math
 from dataclasses import dataclass, field
 from fractions import Fraction
+from heapq import heappop, heappush
+from itertools import count
 from typing import Any, NamedTuple
 
 from asympk.affine.run import affine as is_affine
 from asympk.certify import affine
-from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, sign
+from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, precision, sign
 from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
 from asympk.numbers import number, whole
@@ -92,7 +96,7 @@ def certify(scene, box=None, digits=15):
     sides = _sides(scene, box or {})
     last, budget = None, Budget(WORK)
     for bits in _BITS[1:2] if sides else _BITS:
-        with flint().ctx.workprec(bits):
+        with precision(bits):
             last = _attempt(scene, sides, bits, budget)
             if last.proven and (sides or _sharp(last.final, digits)):
                 return last
@@ -102,27 +106,35 @@ def certify(scene, box=None, digits=15):
 
 
 def cover(scene, box, pieces=64):
-    """Return certificates of pieces that together make up ``box``; refused pieces are halved, to ``pieces`` in all.
+    """Return certificates of pieces that together make up ``box``; undecided pieces are halved, to ``pieces`` in all.
 
-    The largest refused piece and the smallest are halved in turn: so parts of a wide box are proven as well.
+    A side of a piece is undecided when it hinders a proof by itself, the others shrunk to their middles. Next is the
+    largest piece, where every undecided side counts for two halvings, and it is cut across its longest undecided side.
     """
     require_scene(scene, "cover")
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
-    done, todo, smallest = [], [certify(scene, box)], False
-    while todo:
-        found, smallest = todo.pop(-1 if smallest else 0), not smallest
-        if found.proven or len(done) + len(todo) + 1 >= pieces or not _widest(found.box, box):
-            done.append(found)
-        else:
-            todo += [certify(scene, half) for half in _halves(found.box, _widest(found.box, box))]
-    return tuple(done)
+    done, undecided, fresh, order = [], [], [certify(scene, box)], count()
+    while fresh:
+        for found in fresh:
+            if found.proven or all(low == high for low, high in found.box.values()):
+                done.append(found)
+            else:
+                size, side = _undecided(scene, found, box)
+                heappush(undecided, (-size, next(order), side, found))
+        fresh = []
+        if undecided and len(done) + len(undecided) < pieces:
+            *_, side, found = heappop(undecided)
+            fresh = [certify(scene, half) for half in _halves(found.box, side)]
+    return (*done, *(found for *_, found in undecided))
 
 
-def _widest(piece, box):
-    """Return the side of the piece that is longest against that of the box, or None for a point."""
+def _undecided(scene, found, box):
+    """Return (size, side to be cut) of a piece without a proof: its part of the box, less for every undecided side."""
     lengths = {name: Fraction(high) - Fraction(low) for name, (low, high) in box.items()}
-    parts = {name: (high - low) / lengths[name] for name, (low, high) in piece.items() if high > low}
-    return max(parts, key=parts.get, default=None)
+    parts = {name: float((high - low) / lengths[name]) for name, (low, high) in found.box.items() if low < high}
+    middle = {name: ((low + high) / 2,) * 2 for name, (low, high) in found.box.items()}
+    sides = [name for name in parts if not certify(scene, {**middle, name: found.box[name]}).proven]
+    return math.prod(parts.values()) / 4 ** len(sides), max(sides or parts, key=parts.get)
 
 
 def _halves(piece, name):

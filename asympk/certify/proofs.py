@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.certify.balls import ball_of, between, flint, sign
+from asympk.certify.balls import ball_of, between, precision, sign
 from asympk.errors import NotDerivable
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.stability import LAMBDA, eigenvalues
@@ -104,7 +104,7 @@ def _cone(pk):
 
 def prove(inequality, bits=128):
     """Return the ``Proof`` of an inequality, halving its box up to some thousand pieces."""
-    with flint().ctx.workprec(bits):
+    with precision(bits):
         pieces = [_pieces(expr, inequality.box) for expr in inequality.positive]
     return Proof(inequality, None not in pieces, sum(n or _MOST_PIECES for n in pieces))
 

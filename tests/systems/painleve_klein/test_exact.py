@@ -563,3 +563,13 @@ def test_a_course_that_more_digits_do_not_share_is_not_refined():
 def test_doubles_alone_follow_an_ordinary_scene():
     case = Case(1.0, 1.0, 1e-3, 0.0, 0.2, -1.0, 5.0, None)
     assert [leg.mode for leg in legs_of(Doubles, case)] == ["slip_opposite", "stick", "slip_same"]
+
+
+@pytest.mark.parametrize("until", [0, 1e-310, 1, 5])
+def test_the_smallest_parameters_have_dense_output_from_the_start_on(until, tmp_path):
+    given = -1e-300, 2.5e-301, (0, 0.2, -1), until
+    path = ap.solve(ap.Scene(*given))
+    assert path(0).tolist() == [0, 0.2, -1]
+    assert np.isfinite(path(np.linspace(0, until, 9))).all()
+    assert tuple(path(until)) == pytest.approx(path.final, abs=1e-15)
+    assert "nan" not in path.to_csv(tmp_path / "a.csv").read_text()
