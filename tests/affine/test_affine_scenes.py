@@ -305,6 +305,10 @@ def test_what_cannot_be_followed_is_refused_in_one_line():
         spring(1, {"x": 100, "v": 0}, 1000, events=5)
     with pytest.raises(OverflowError, match="take a smaller until"):
         spring(-10**8, {"x": 1, "v": 0}, 5)
+    states = sp.symbols("x0:50", real=True)
+    ring = ap.System.smooth({s: states[k - 1] - 2 * s for k, s in enumerate(states)}, {}, None)
+    with pytest.raises(ValueError, match="51 states, forcing included: the exact flow takes 48"):
+        ap.solve(ap.Scene(system=ring, values={}, start=dict.fromkeys(states, 1), until=1))
     with pytest.raises(ValueError, match="from 0 to until"):
         spring(1, {"x": 3, "v": -1}, 1)(2.0)
 
