@@ -105,10 +105,16 @@ def _told(table, path):
     u = tuple(sp.Symbol(f"{n}'", real=True) for n in names)
     t = sp.Symbol("t", real=True)
     known = {s.name: s for s in (*q, t)} | {f"{s.name}__rate": v for s, v in zip(q, u, strict=True)}
+    if taken := sorted({*names, "t"} & values.keys()):
+        raise InputError(f"{path}: values: {taken[0]} is a coordinate or the time; its number belongs under [state]")
     known |= {name: sp.Symbol(name, real=True) for name in values}
 
     def formula(key, text):
-        return read_formula(_RATE.sub(r"\1__rate", text) if isinstance(text, str) else text, known, f"{path}: {key}")
+        plain_text = _RATE.sub(r"\1__rate", text) if isinstance(text, str) else text
+        try:
+            return read_formula(plain_text, known, f"{path}: {key}")
+        except InputError as error:
+            raise InputError(str(error).replace("__rate", "'")) from None
 
     return Described(str(path), str(table.get("about", "")), _mechanism(table, path, formula, q, u, t), values, state,
                      _turn(table.get("over"), path))  # fmt: skip

@@ -9,6 +9,8 @@ from test_jump_law import MECHANISMS, bead_rod
 
 import asympk as ap
 from asympk.errors import InputError, NotNormallyHyperbolic
+from asympk.mechanics.evaluation import evaluate
+from asympk.systems import MECHANISMS as MECHANISM_NAMES
 
 c, eps, h = sp.symbols("c eps h", positive=True)
 SCALINGS = [(c, h), (eps**2, sp.Rational(1, 2) * eps), (eps**2, sp.S.Zero)]
@@ -156,3 +158,45 @@ def test_impact_without_collision_comes_out_of_the_system():
         (lift,) = (event for event in path.events if event.kind == "lift_off")
         errors.append(abs(-small * lift.state[path.names.index("y")] - expected))
     assert errors[1] < 0.2 * errors[0]
+
+
+@pytest.mark.parametrize("name", MECHANISM_NAMES)
+def test_gap_plus_compliance_times_reaction_is_an_invariant_of_every_mechanism_of_the_catalogue(name):
+    """d/dt (g(q, t) + c x) = 0 at random states to rounding, whatever the reaction and the friction force."""
+    module = getattr(ap.systems, name)
+    kinetics, rng = module.mechanism().plain, np.random.default_rng(6)
+    dimensional = name == "painleve_klein"
+    system = module.mechanism().elastic(compliance=c, damping=h) if dimensional else module.system()
+    x = next(s for s in system.states if s.name.rstrip("_") == "x" and s not in kinetics.coordinates)
+    terms = [kinetics.gap.diff(s) * system.slow[s] for s in kinetics.coordinates]
+    terms += [kinetics.gap.diff(kinetics.time), system.small ** (2 if x in system.fast else 1) * system.rates[x]]
+    at = {s: rng.uniform(0.2, 1.2, 20) for s in sorted(sp.Tuple(*terms).free_symbols, key=str)}
+    parts = evaluate(tuple(terms), at)
+    assert np.all(np.abs(sum(parts)) < 1e-12 * sum(map(np.abs, parts)))
+
+
+def test_the_condition_of_the_jump_law_is_that_of_the_paradox_in_symbols():
+    """|P_T| < friction load |P_N| is friction load |G_NT| > G_NN: the impulses' ratio is G_NN / |G_NT| identically."""
+    for make in MECHANISMS:
+        rod = make()[0]
+        law, G = rod.jump_law(), rod.delassus
+        assert law.condition == rod.paradox
+        normal, tangential = law.impulses
+        assert sp.cancel(tangential * G[0, 1] + normal * G[0, 0]) == 0
+
+
+def test_the_undamped_rod_of_the_claims_is_that_of_butenin_in_its_own_scales():
+    """R cos(alpha) = P s, epsilon cos(alpha) = eps for m = 1, velocities in the unit of P, sigma = f tan(alpha) - 2."""
+    from asympk.ledger import undamped
+
+    system, claimed = ap.systems.butenin.system(), undamped.system()
+    named = {s.name: s for s in (*system.states, *system.parameters)}
+    m, P, alpha, f, f0 = (named[name] for name in ("m", "P", "alpha", "f", "f_0"))
+    x, y, z = (named[name] for name in "xyz")
+    scaled = {x: P * undamped.s / sp.cos(alpha), z: undamped.v, f0: f}
+    for mode in claimed.modes:
+        found = system.mode(mode.name)
+        push = found.fast[y].subs(scaled) * m / (P * sp.cos(alpha)) - mode.fast[undamped.w]
+        drift = found.slow[z].subs(scaled) * m / P - mode.slow[undamped.v]
+        for difference in (push, drift):
+            assert sp.simplify(difference.subs(undamped.sigma, f * sp.tan(alpha) - 2)) == 0

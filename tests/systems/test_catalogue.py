@@ -133,6 +133,10 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("{theta = [0.05, 1.5]}", "[1]"), "over must name one"),
         (('friction = "f"', ""), "friction missing"),
         (("m*l^2*theta'^2/6", "0"), "mass is singular"),
+        (("m = 1", "m = 0"), "an equation of the contact is not finite at m = 0"),
+        (("m = 1", "m = -1"), "the mass matrix is not positive at these values"),
+        (("values = {", "values = {theta = 1, "), "values: theta is a coordinate or the time"),
+        (("Y - l*sin(theta)", "Y - speed"), "the name speed is unknown; it has X, Y, theta, t, X', Y', theta', m"),
     ],
 )
 def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match, tmp_path, capsys):
