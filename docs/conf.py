@@ -103,15 +103,10 @@ def _block(writer, node):
 
 def _plain(app, what, name, obj, options, lines):
     """Set the indented equations of a docstring as they stand, and let its marks of arithmetic be no markup."""
-    before, literal = "", False
-    for k, line in enumerate(lines):
-        if line.startswith("    ") and not before.strip():
-            literal = True
-        elif line.strip() and not line.startswith(" "):
-            literal = False
-        if literal and line.strip() and not before.strip():
-            lines[k] = f"::\n\n{line}"
-        elif not literal and not line.startswith(">>>"):
-            lines[k] = _MARKS.sub(lambda found: found[1] or f"\\{found[2]}", line)
-        before = line
-    lines[:] = "\n".join(lines).split("\n")
+    lines[:] = "\n\n".join(map(_paragraph, "\n".join(lines).split("\n\n"))).split("\n")
+
+
+def _paragraph(text):
+    if text.startswith(">>>"):
+        return text
+    return f"::\n\n{text}" if text.startswith("    ") else _MARKS.sub(lambda f: f[1] or f"\\{f[2]}", text)

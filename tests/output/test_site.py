@@ -88,6 +88,12 @@ def test_every_formula_is_mathml_and_none_is_left_as_latex(built):
     assert (built / "article" / "index.html").read_text("utf-8").count("<math") > 500
 
 
+def test_examples_and_equations_of_docstrings_stand_in_the_reference_as_they_are_written(built):
+    words = re.sub(r"<[^>]+>", "", (built / "api.html").read_text(encoding="utf-8"))
+    assert "-x + y*(1 - x**2)" in words
+    assert re.findall(r"\\[*|]", words) == []
+
+
 def test_every_picture_says_in_words_what_it_shows(pages):
     for file, page in pages.items():
         assert None not in page.alts, file.name
