@@ -4,12 +4,15 @@ A noun derives from ``ShownAsTable`` or ``ShownAsFormulas``, is a dataclass with
 The values of a card are words, numbers, or formulas: anything that SymPy's LaTeX printer knows.
 """
 
+import re
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 WIDTH = 100  # characters of a line of text
 ROWS = 10  # rows of a card as text
 LONGEST = 60  # characters of a number
+_LINE = "text-align:left;white-space:nowrap"
 
 
 class Card(NamedTuple):
@@ -46,10 +49,23 @@ class ShownAsFormulas(Shown):
         return rf"$\displaystyle {as_latex(self._card())}$"
 
 
+class Several(tuple):
+    """Nouns of formulas in a tuple, shown one below the other."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self)) or "()"
+
+    def _repr_latex_(self) -> str:
+        rows = r" \\[2ex] ".join(as_latex(noun._card()) for noun in self)
+        return rf"$\displaystyle \begin{{array}}{{l}} {rows} \end{{array}}$"
+
+
 def number(value: Any) -> str:
     """Return a number in few characters: a double with ten digits, a number that carries its digits with all of them.
 
-    A fraction is spelled as one where that is short.
+    A fraction is a decimal where a short one is exact, and else spelled as one where that is short.
     """
     if value is None:
         return "-"
@@ -57,8 +73,9 @@ def number(value: Any) -> str:
         return f"{value:.10g}"
     if isinstance(value, int | Fraction):
         exact = Fraction(value)
+        decimal = f"{Decimal(exact.numerator) / exact.denominator:.10g}"  # of any size, unlike a float
         small = abs(exact.numerator) < 10**12 and exact.denominator < 10**12
-        return f"{value}" if small else f"{float(value):.10g}"
+        return f"{value}" if small and Fraction(decimal) != exact else decimal
     text = str(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST - 3]}..."
 
@@ -81,10 +98,10 @@ def as_html(card: Card) -> str:
     from html import escape
 
     cells = "".join(
-        f"<tr><th style='text-align:left'>{escape(label)}</th><td style='text-align:left'>{_html(value)}</td></tr>"
+        f"<tr><th style='{_LINE}'>{escape(label)}</th><td style='text-align:left'>{_html(value)}</td></tr>"
         for label, value in card.rows
     )
-    return f"<table><caption style='text-align:left'>{escape(card.title)}</caption>{cells}</table>"
+    return f"<table><caption style='{_LINE}'>{escape(card.title)}</caption>{cells}</table>"
 
 
 def as_latex(card: Card) -> str:
@@ -124,6 +141,6 @@ def _formula(value: Any) -> str:
 
 
 def _text(words: str) -> str:
-    for character in "\\{}$&#_%^~":
-        words = words.replace(character, rf"\{character}" if character in "{}$&#_%" else " ")
-    return rf"\text{{{words}}}"
+    """Return words as text for mathematics; MathJax knows escaped characters outside of text alone."""
+    parts = re.split(r"([{}$&#_%])", re.sub(r"[\\^~]", " ", words))
+    return "".join(rf"\{part}" if k % 2 else rf"\text{{{part}}}" for k, part in enumerate(parts) if part) or r"\text{}"

@@ -17,6 +17,7 @@ from asympk.errors import InputError, MissingPackage, Unfinished
 from asympk.many import Many
 from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
+from asympk.shown import number
 
 x, v, F = sp.symbols("x v F", real=True)
 BLOCK = ap.System.with_frictions(
@@ -211,6 +212,9 @@ def _nouns():
     yield from ap.slow_manifolds(ROD_SYSTEM, order=2)
     yield ap.stick_regions(ROD_SYSTEM)
     yield ap.stick_regions(ROD_SYSTEM).stick
+    yield from (ap.eigenvalues(ROD_SYSTEM)[0], ap.eigenvalues(VAN_DER_POL, on={v: x / (1 - x**2)})[0])
+    yield ap.systems.painleve_klein.mechanism().jump_law()
+    yield from (ap.slow_manifolds(ROD_SYSTEM), ap.eigenvalues(ROD_SYSTEM))
     yield from (ap.jump_map(ROD_SYSTEM, order=1), ap.jump_map(ROD_SYSTEM, order=1).x)
 
 
@@ -222,6 +226,19 @@ def test_a_noun_of_formulas_tells_itself_briefly_and_as_latex(noun):
     assert sp.latex(noun)
     assert latex.count("{") == latex.count("}")
     assert pickle.loads(pickle.dumps(noun)) == noun
+
+
+@pytest.mark.parametrize(("value", "told"), [
+    (Fraction(1, 5), "0.2"), (Fraction(1, 10**7), "1e-7"), (10**9, "1000000000"), (0, "0"), (-50000, "-50000"),
+    (Fraction(1, 3), "1/3"), (Fraction(10**400, 3), "3.333333333e+399"), (0.1, "0.1"),
+])  # fmt: skip
+def test_a_number_is_told_as_the_decimal_that_it_is_whatever_its_size(value, told):
+    assert number(value) == told
+
+
+def test_words_with_an_underscore_are_set_by_latex_and_mathjax_alike():
+    manifold = ap.slow_manifolds(ROD_SYSTEM)[0]
+    assert r"\text{SlowManifold Pi1 of mode slip}\_\text{same}" in sp.latex(manifold)
 
 
 def test_latex_of_a_series_has_its_terms_and_its_remainder():

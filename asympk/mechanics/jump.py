@@ -22,7 +22,7 @@ decay of stick, u'' = -p_s (u + b u'), on the way from gamma = 0, where u' = l u
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import sympy as sp
@@ -30,13 +30,14 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.reading import expression
 
 DAMPING = sp.Symbol("h", positive=True)
 
 
-@dataclass(frozen=True)
-class JumpLaw:
+@dataclass(frozen=True, repr=False)
+class JumpLaw(ShownAsFormulas):
     """What the jump does: impulses (P_N, P_T), the velocities after it, what the elastic reaction x gains.
 
     ``condition`` is where the law holds; ``bound`` is friction load, the slope of the kinetic cone; ``gap_rate`` is g'
@@ -44,17 +45,26 @@ class JumpLaw:
     """
 
     impulses: tuple[sp.Expr, sp.Expr]
-    velocities: sp.Dict = field(repr=False)
+    velocities: sp.Dict
     reaction: sp.Expr
-    condition: sp.Basic = field(repr=False)
+    condition: sp.Basic
     bound: sp.Expr
-    gap_rate: sp.Expr = field(default=sp.S.Zero, repr=False)
+    gap_rate: sp.Expr = sp.S.Zero
+
+    def _card(self) -> Card:
+        rows = [*zip(("P_N", "P_T"), self.impulses, strict=True)]
+        rows += [(f"{_name(rate)} after", value) for rate, value in self.velocities.items()]
+        return Card("Jump law", (*rows, ("x gains", self.reaction), ("holds where", self.condition)))
 
     @property
     def cone(self) -> sp.Basic:
         """The condition that the impulses lie in the kinetic cone, |P_T| < friction load |P_N|."""
         normal, tangential = map(sp.Abs, self.impulses)
         return tangential < self.bound * normal
+
+
+def _name(rate: sp.Expr) -> str:
+    return f"{rate.expr.func}'" if isinstance(rate, sp.Derivative) else str(rate)
 
 
 def jump_law(

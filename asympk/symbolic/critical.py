@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
-from asympk.shown import Card, ShownAsFormulas
+from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
@@ -158,7 +158,7 @@ def critical_manifolds(system):
             count[letter] = count.get(letter, 0) + 1
             name = f"{letter}{count[letter]}"
             found.append(CriticalManifold(name, mode, system.small, branch, system.assumptions))
-    return tuple(found)
+    return Several(found)
 
 
 def checked_branch(branch, mode, small):

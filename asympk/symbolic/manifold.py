@@ -17,6 +17,7 @@ from sympy.integrals.rationaltools import ratint
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.numbers import short
+from asympk.shown import Several
 from asympk.symbolic.critical import (
     CriticalManifold,
     checked_branch,
@@ -120,7 +121,7 @@ def slow_manifold(system, branch=None, order=1, mode=None, name="Pi"):
 def slow_manifolds(system, order=1):
     """Continue to ``order`` every critical manifold that can be normally hyperbolic and lies in its mode."""
     order = _whole(order)
-    return tuple(
+    return Several(
         SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order)
         for c in critical_manifolds(system)
         if c.exists != sp.false and c.domain != sp.false

@@ -14,6 +14,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.numbers import short
+from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
 from asympk.symbolic.expansion import vanishes
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
@@ -26,8 +27,8 @@ LAMBDA = sp.Symbol("lambda")
 NU = sp.Symbol("nu")
 
 
-@dataclass(frozen=True)
-class Spectrum:
+@dataclass(frozen=True, repr=False)
+class Spectrum(ShownAsFormulas):
     r"""The spectrum of one mode, without its ``neutral`` zero eigenvalues.
 
     ``polynomial`` is p(lambda, mu), its first coefficient positive. ``slow_polynomial`` is p(lambda, 0), and
@@ -44,6 +45,11 @@ class Spectrum:
     fast_polynomial: sp.Expr
     parameters: tuple[sp.Symbol, ...] = field(repr=False)
     assumptions: sp.Basic = field(repr=False)
+
+    def _card(self) -> Card:
+        rows = [("polynomial", self.polynomial), *(("slow", rate) for rate in self.slow_rates)]
+        rows += [(f"fast, times {self.small}", rate) for rate in self.fast_rates]
+        return Card(f"Spectrum of mode {self.mode}, to leading order", tuple(rows))
 
     @cached_property
     def slow_rates(self) -> tuple[sp.Expr, ...]:
@@ -90,7 +96,7 @@ class Spectrum:
         raise InputError(f"{self.mode}: {equations(given)} lies on a boundary between kinds")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Eigenvalues(Spectrum):
     r"""A spectrum of one slow and one fast eigenvalue, both exact.
 
@@ -102,6 +108,10 @@ class Eigenvalues(Spectrum):
     fast: sp.Expr
     coalescence: sp.Expr
     radius: sp.Expr
+
+    def _card(self) -> Card:
+        rows = [("polynomial", self.polynomial), ("slow", self.slow), ("fast", self.fast)]
+        return Card(f"Eigenvalues of mode {self.mode}", (*rows, ("coalescence", self.coalescence)))
 
 
 def eigenvalues(
@@ -122,7 +132,7 @@ def eigenvalues(
     if on is not None and at is not None:
         raise InputError("on= and at= are both given; give a branch or a rest state")
     if on is not None:
-        return (_on_branch(system, on, mode),)
+        return Several([_on_branch(system, on, mode)])
     modes = (system.mode(mode),) if mode else system.modes
     if at is not None:
         return _at_rest(system, modes, at)
@@ -132,7 +142,7 @@ def eigenvalues(
                 f"{m.name}: the eigenvalues depend on the state; the mode is not linear: give on= a branch or "
                 "at= a rest state"
             )
-    return tuple(_spectrum(system, m, _jacobian(m)) for m in modes)
+    return Several(_spectrum(system, m, _jacobian(m)) for m in modes)
 
 
 def characteristic_polynomial(mode: Mode, small: sp.Symbol | None, jacobian: sp.Matrix | None = None) -> sp.Expr:
@@ -201,7 +211,7 @@ def _at_rest(system, modes, at):
         found.append(_spectrum(system, m, jacobian))
     if not found:
         raise InputError(f"{equations(place)} is no rest state: {moving}; give on= a branch for the spectrum elsewhere")
-    return tuple(found)
+    return Several(found)
 
 
 def _spectrum(system, mode, jacobian):
