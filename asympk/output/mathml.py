@@ -11,7 +11,7 @@ from asympk.errors import InputError
 _LETTERS = {
     "alpha": "α", "beta": "β", "delta": "δ", "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "zeta": "ζ",
     "rho": "ρ", "sigma": "σ", "tau": "τ", "varepsilon": "ε", "Pi": "Π", "Gamma": "Γ", "Delta": "Δ", "Lambda": "Λ",
-    "phi": "φ", "pi": "π", "infty": "∞", "varnothing": "∅",
+    "gamma": "γ", "theta": "θ", "phi": "φ", "pi": "π", "infty": "∞", "varnothing": "∅",
 }  # fmt: skip
 _SIGNS = {"le": "≤", "ge": "≥", "ne": "≠", "to": "→", "pm": "±", "cup": "∪", "times": "×", "cdot": "·", "in": "∈"}
 _FUNCTIONS = ("log", "ln", "cos", "sin", "tan", "exp")
