@@ -256,7 +256,8 @@ def few_costs(rows, methods, accuracy):
         ax = axes.flat[0]
         ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="CPU time / exact flow")
         found = {m: cheapest([row for row in rows if row["method"] == m], accuracy) for m in methods}
-        curves = {m: sorted((mu, cost) for mu, cost in costs.items() if cost) for m, costs in found.items()}
+        curves = {m: sorted((mu, cost) for mu, cost in costs.items() if cost) for m, costs in found.items()
+                  if any(costs.values())}  # fmt: skip
         for method, curve in curves.items():
             ax.plot(*zip(*curve, strict=True), **{**style.line(method), "linestyle": "-"})
             (mu, cost), ink = curve[0], style.line(method)["color"]
