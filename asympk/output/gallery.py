@@ -23,7 +23,7 @@ RINGING, RINGS = 0.5, 66  # epsilon of the undamped rod that is drawn, and for h
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
 CHARTS = {
     "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-cost-ii": "work.csv",
-    "chart-failures-iii": "work.csv", "chart-plane": "plane.csv", "chart-nonlinear": "nonlinear.csv",
+    "chart-few": "work.csv", "chart-failures": "plane.csv", "chart-nonlinear": "nonlinear.csv",
 }  # fmt: skip
 MECHANISM_NAMES = {
     "painleve_klein": "Painlevé and Klein", "unequal_masses": "unequal masses", "held_rod": "mass on a spring",

@@ -5,6 +5,7 @@ rows; macros from rows exist when the rows do.
 """
 
 from collections import Counter
+from itertools import groupby
 from math import ceil, log10
 from pathlib import Path
 
@@ -17,11 +18,12 @@ from asympk.ledger.verdicts import VERDICTS
 from asympk.methods import solve
 from asympk.output import chart, gallery
 from asympk.pictures import style
+from asympk.pictures.anymechanism import limit
 from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
-from asympk.studies import collisions, convergence, damping, leastmap
+from asympk.studies import anymechanism, collisions, convergence, damping, leastmap
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
 from asympk.studies.least import LADDER
@@ -39,7 +41,8 @@ def macros(root):
     kept = Path(root) / "paper" / "generated" / "rows"
     found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
     told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
-            "plane": of_plane, "nonlinear": of_nonlinear, "damping": of_damping}
+            "plane": of_plane, "nonlinear": of_nonlinear, "damping": of_damping,
+            "jumplaw": of_jump_law, "rebound": of_rebound, "peer": of_peer}
     for name, tell in told.items():
         if (kept / f"{name}.csv").is_file():
             found |= tell(read_rows(kept / f"{name}.csv"))
@@ -192,6 +195,30 @@ def of_convergence(rows):
              for group in convergence.groups(rows)]  # fmt: skip
     for beyond, name in ((False, "monotoneMu"), (True, "monotoneMuBeyond")):
         found[name] = power(min(mu for which, mu in since if which is beyond))
+    return found
+
+
+def of_jump_law(rows):
+    """Return down to which compliance the errors of the jump law were measured, and how sure their constants are."""
+    several = [list(group) for _, group in groupby(rows, key=lambda row: row["mechanism"])]
+    moved = max(abs(limit(group[:-1]) / limit(group) - 1) for group in several)
+    sizes = [row["compliance"] for row in rows]
+    return {"jumpLawLayer": str(anymechanism.LAYER), "jumpLawAgreement": power(moved, 1),
+            "jumpLawLeast": power(min(sizes)), "jumpLawMost": power(max(sizes))}  # fmt: skip
+
+
+def of_rebound(rows):
+    """Return how stiff the contact was that was followed, and how far its rebound is from the formula at most."""
+    away = max(abs(row["followed"] / row["law"] - 1) for row in rows if row["followed"] is not None)
+    return {"reboundStiff": power(anymechanism.STIFF), "reboundWorst": power(away, 1)}
+
+
+def of_peer(rows):
+    """Return what the affine flow costs in units of the rod's kernel, and LSODA in units of the affine flow."""
+    found = {}
+    for name, column in (("", "affine"), ("Lsoda", "lsoda")):
+        ratios = [row[column] for row in rows]
+        found |= {f"peer{name}Least": rounded(min(ratios)), f"peer{name}Most": rounded(max(ratios))}
     return found
 
 

@@ -13,14 +13,15 @@ from asympk.output.gallery import README, pictures
 from asympk.output.regenerate import project, write_tables
 from asympk.pictures.figures import save
 from asympk.storage.files import write_text
-from asympk.studies import anymechanism, collisions, convergence, damping, decreasing, divide, leastmap
+from asympk.studies import anymechanism, collisions, convergence, damping, decreasing, divide, leastmap, peer
 
 PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
 ROWS = {"mechanisms": anymechanism.write_formulas, "jumplaw": anymechanism.write_errors,
         "rebound": anymechanism.write_rebounds, "convergence": convergence.write, "escape": divide.write,
-        "collisions": collisions.write, "least": leastmap.write, "decreasing": decreasing.write,
+        "collisions": collisions.write, "least": leastmap.write, "decreasing": decreasing.write, "peer": peer.write,
         "damping": damping.write}  # fmt: skip
-LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build", "main.tex")
+LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build")
+DOCUMENTS = ("main", "supplement")
 MOST_RUNS = 6
 
 
@@ -38,7 +39,7 @@ def build(root, progress=None):
     if not shutil.which("latexmk"):
         return [*lines, f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {PACKAGES}"]
     tell("running latexmk")
-    return [*lines, f"wrote {typeset(root / 'paper')}"]
+    return [*lines, *(f"wrote {typeset(root / 'paper', name)}" for name in DOCUMENTS)]
 
 
 def draw(root, name):
@@ -76,24 +77,23 @@ def write_figures(root, tell):
     return written
 
 
-def typeset(paper):
-    """Run latexmk in ``paper`` and return the PDF, whose bytes depend on what it is made of alone.
+def typeset(paper, name="main"):
+    """Run latexmk in ``paper`` on ``name``.tex and return the PDF, whose bytes depend on what it is made of alone.
 
     Latexmk knows files by their size and second: it misses labels that change within one. So it runs again while the
     log asks for it. Raises ``InputError`` where TeX complains, and where the labels do not settle.
     """
     fixed = {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "TZ": "UTC"}
-    built = Path(paper) / "build"
+    source, log = Path(paper) / f"{name}.tex", Path(paper) / "build" / f"{name}.log"
     for again in range(MOST_RUNS):
-        command = [*LATEXMK, *["-g"] * (again > 0)]
+        command = [*LATEXMK, *["-g"] * (again > 0), source.name]
         run = subprocess.run(command, cwd=paper, env={**os.environ, **fixed}, capture_output=True, text=True,
                              errors="replace")  # fmt: skip
         if run.returncode:
-            why = first_complaint(run.stdout)
-            raise InputError(f"{Path(paper) / 'main.tex'} does not compile: {why}; see {built}/main.log")
-        if not asks_to_run_again((built / "main.log").read_text(encoding="utf-8", errors="replace")):
-            return built / "main.pdf"
-    raise InputError(f"{Path(paper) / 'main.tex'}: labels still change after {MOST_RUNS} runs; see {built}/main.log")
+            raise InputError(f"{source} does not compile: {first_complaint(run.stdout)}; see {log}")
+        if not asks_to_run_again(log.read_text(encoding="utf-8", errors="replace")):
+            return log.with_suffix(".pdf")
+    raise InputError(f"{source}: labels still change after {MOST_RUNS} runs; see {log}")
 
 
 def asks_to_run_again(log):

@@ -91,7 +91,7 @@ def escape_table(rows):
 
 
 def mechanisms_table(rows):
-    """The catalogue: critical friction and impulses over the sliding velocity, and their values for the examples.
+    """The catalogue: critical friction, impulses over the sliding velocity, and the friction of the examples.
 
     Mechanisms that have the same formulas share a line.
     """
@@ -100,14 +100,10 @@ def mechanisms_table(rows):
     for formulas in dict.fromkeys(tuple(row[k] for k in key) for row in rows):
         same = [row for row in rows if tuple(row[k] for k in key) == formulas]
         row = same[0]
-        numbers = (f"{row[k]:.4g}" for k in ("critical", "normal", "tangential"))
         names = ", ".join(MECHANISM_NAMES[r["mechanism"]] for r in same)
-        body.append((names, *(f"${part}$" for part in formulas), *numbers))
-    normal, tangential = r"$P_N/\gamma_0$", r"$P_T/\gamma_0$"
-    told = (("critical", "critical friction"), (normal, "P_N / gamma"), (tangential, "P_T / gamma"))
-    header = ("mechanism", "critical friction", normal, tangential,
-              *(Cell(latex, f"{text} of the example") for latex, text in told))  # fmt: skip
-    return Table("mechanisms", "p{1.25in}lllrrr", header, tuple(body))
+        body.append((names, *(f"${part}$" for part in formulas), f"{row['critical']:.4g}", f"{row['friction']:.4g}"))
+    header = ("mechanism", "critical friction", r"$P_N/\gamma_0$", r"$P_T/\gamma_0$", "critical", "$f$")
+    return Table("mechanisms", ">{\\raggedright}p{1.0in}lllrr", header, tuple(body))
 
 
 def damping_table(rows):

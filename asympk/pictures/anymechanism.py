@@ -54,7 +54,7 @@ def errors(rows: list[dict], names: dict[str, str]) -> Any:
             ax.annotate(names[name], (at[0], several[0]["ratio"] / limit), (5, 0), textcoords="offset points",
                         va="center", color=ink)  # fmt: skip
         ax.axhline(1, color="0.5", lw=0.4)
-        ax.set(xlim=(0, 0.215), xlabel=r"$1/\log(1/c)$", ylabel=r"$\mathrm{error}/(A\,c\,\log(1/c))$")
+        ax.set(xlim=(0, 0.23), xlabel=r"$1/\log(1/c)$", ylabel=r"$\mathrm{error}/(A\,c\,\log(1/c))$")
     return figure
 
 

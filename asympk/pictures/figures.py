@@ -8,6 +8,7 @@ from pathlib import Path
 from textwrap import fill
 
 from asympk.pictures import style
+from asympk.pictures.portraits import plate
 
 # key -> (mark, grey of its cell, words in the legend)
 OUTCOMES = {
@@ -18,6 +19,10 @@ OUTCOMES = {
     "limit": ("^", "0.75", "budget spent"),
     "other": ("$?$", "0.75", "refused"),
 }
+FAILURES = {  # key -> (colour of a cell, ink on it, words)
+    "events missed": ("0.9", "black", "modes missed"), "stalled": (style.SKY, "black", "stalled"),
+    "limit": (style.ORANGE, "black", "budget spent"), "wrong branch": ("0.25", "white", "wrong end"),
+}  # fmt: skip
 LIMITS = ("step", "time", "limit")
 REFUSED, NO_END = 0.4, 1e3  # on the axis of cost, of a model that refuses; on that of error, of what has no end
 SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
@@ -224,7 +229,7 @@ def nonlinear(rows, note=""):
     return figure
 
 
-def savings(found, note=""):
+def savings(found):
     """What integrators cost at the error of the jump of order 1, in units of it: a panel per system, over mu.
 
     ``found`` is that of ``studies.modelwork.savings``; what no tolerance reaches stands in the band.
@@ -232,7 +237,7 @@ def savings(found, note=""):
     systems = list(dict.fromkeys(system for system, _ in found))
     methods = [m for m in style.METHODS if any(m in of for of in found.values())]
     top = 3 * max(cost or 1 for of in found.values() for cost in of.values())
-    with sheet(1.5, 1, len(systems), entries=len(methods), per_line=4, note=note, sharey=True) as (figure, axes):
+    with sheet(1.5, 1, len(systems), entries=len(methods), per_line=4, sharey=True) as (figure, axes):
         for ax, system in zip(axes.flat, systems, strict=True):
             ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", title=system, ylim=(0.2, 3 * top))
             ax.axhspan(top, 3 * top, color="0.93", lw=0)
@@ -273,68 +278,72 @@ def _model_panel(ax, rows):
     _side_by_side(ax, glyphs, begin=1.4)  # the stars of the exact flow are where they are
 
 
-def failure_map(rows, scene, note=""):
-    """What became of every run on ``scene``: a panel per method over mu and the tolerance."""
-    known = {*style.METHODS, "exact"}
-    return _maps([r for r in rows if r["scene"] == scene and r["method"] in known], "mu", r"$\mu$", 4, note)
-
-
-def plane_map(rows, note=""):
-    """What became of starts near the unstable plane: a panel per method over the deviation and the tolerance."""
-    return _maps(rows, "offset", r"deviation from $\Pi_2$", 3, note)
-
-
-def _maps(rows, along, label, columns, note):
-    methods = _methods(rows)
-    places = sorted({row[along] for row in rows})
-    kinds = [key for key in OUTCOMES if any(outcome(row["status"]) == key for row in rows)]
-    lines = -(-len(methods) // columns)
-    with sheet(0.93 * lines + 0.25, lines, columns, entries=len(kinds), note=note, sharex=True) as (figure, axes):
-        figure.handles = [_outcome_handle(key) for key in kinds]
-        for k, (ax, method) in enumerate(zip(axes.flat, methods, strict=False)):
-            _map_panel(ax, [row for row in rows if row["method"] == method], along, places)
-            ax.set_title(style.SHORT.get(method, style.line(method)["label"]), pad=2)
-            if k % columns == 0:
-                ax.set_ylabel("step" if method == "moreau" else "tolerance")
-            else:
-                ax.set_yticklabels([])
-        for ax in axes[-1]:
-            ax.set_xlabel(label)
-        for ax in axes.flat[len(methods):]:
-            ax.set_visible(False)
+def few_costs(rows, methods, accuracy):
+    """Cheapest run of a few ``methods`` with an error below ``accuracy`` against mu, each with its name beside it."""
+    with plate(2.0) as (figure, axes):
+        ax = axes.flat[0]
+        ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="CPU time / exact flow")
+        found = {m: cheapest([row for row in rows if row["method"] == m], accuracy) for m in methods}
+        curves = {m: sorted((mu, cost) for mu, cost in costs.items() if cost) for m, costs in found.items()
+                  if any(costs.values())}  # fmt: skip
+        for method, curve in curves.items():
+            ax.plot(*zip(*curve, strict=True), **{**style.line(method), "linestyle": "-"})
+            (mu, cost), ink = curve[0], style.line(method)["color"]
+            crowded = any(cost < other[0][1] < 5 * cost and other[0][0] == mu for other in curves.values())
+            ax.annotate(style.line(method)["label"], (mu, cost), (0, -5 if crowded else 5), textcoords="offset points",
+                        color=ink, ha="center", va="top" if crowded else "bottom")  # fmt: skip
+        ax.minorticks_off()
+        ax.invert_xaxis()
+        ax.margins(x=0.12)
     return figure
 
 
-def _map_panel(ax, rows, along, places):
+def failures(parts):
+    """Map of what became of all runs: a line per method, a block per part (words, rows, column of the place).
+
+    A cell holds the runs of all tolerances; it is white where all of them end right, else it says how many do not, and
+    how most of those fail.
+    """
+    methods = [m for m in style.METHODS if any(row["method"] == m for _, rows, _ in parts for row in rows)]
+    widths = [len({row[along] for row in rows}) for _, rows, along in parts]
+    with plate(0.17 * len(methods) + 0.6, 1, len(parts), sharey=True, width_ratios=widths) as (figure, axes):
+        for ax, (words, rows, along) in zip(axes.flat, parts, strict=True):
+            _failure_block(ax, rows, along, methods)
+            ax.set_xlabel(words)
+        axes.flat[0].set_yticks(range(len(methods)), [style.SHORT.get(m, style.line(m)["label"]) for m in methods])
+        axes.flat[0].set_ylim(len(methods) - 0.5, -0.5)
+        handles = [_failure_handle(key) for key in FAILURES]
+        figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=0.8, handlelength=1.2)
+    return figure
+
+
+def _failure_block(ax, rows, along, methods):
     from matplotlib.patches import Rectangle
 
-    tolerances = sorted({row["rtol"] for row in rows if row["rtol"]}, reverse=True) or [None]
-    for row in rows:
-        mark, grey, _ = OUTCOMES[outcome(row["status"])]
-        i, j = places.index(row[along]), tolerances.index(row["rtol"])
-        ax.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=grey, edgecolor="white", linewidth=0.4))
-        bold = outcome(row["status"]) == "wrong branch"
-        ax.plot(i, j, marker=mark, linestyle="none", color="black", markerfacecolor="none",
-                markersize=3.6 if bold else 1.8, markeredgewidth=1.0 if bold else 0.4)
-    ax.set(xlim=(-0.5, len(places) - 0.5), ylim=(-0.5, len(tolerances) - 0.5))
+    places = sorted({row[along] for row in rows})
+    for j, method in enumerate(methods):
+        for i, place in enumerate(places):
+            runs = [outcome(row["status"]) for row in rows if row["method"] == method and row[along] == place]
+            lost = [key for key in runs if key in FAILURES]
+            kind = max(FAILURES, key=lost.count) if lost else None
+            colour = FAILURES[kind][0] if kind else "white" if runs else "none"
+            ax.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=colour, edgecolor="0.85", linewidth=0.4))
+            if lost:
+                ax.text(i, j, str(len(lost)), ha="center", va="center", fontsize=6, color=FAILURES[kind][1])
+    ax.set_xlim(-0.5, len(places) - 0.5)
     ax.grid(visible=False)
-    for axis, values in ((ax.xaxis, places), (ax.yaxis, tolerances if tolerances[0] else [])):
-        if not values:
-            axis.set_ticks([])
-            continue
-        ticks = {0: f"${power(values[0])}$", len(values) - 1: f"${power(values[-1])}$"}
-        if values[0] < 0 < values[-1]:
-            ticks[bisect(values, 0) - 0.5] = "0"
-        axis.set_ticks([*ticks], [*ticks.values()])
+    ax.tick_params(length=0)
+    ends = {0: f"${power(places[0])}$", len(places) - 1: f"${power(places[-1])}$"}
+    if places[0] < 0 < places[-1]:
+        ends[bisect(places, 0) - 0.5] = "0"
+    ax.set_xticks([*ends], [*ends.values()])
 
 
-def _outcome_handle(key):
-    from matplotlib.lines import Line2D
+def _failure_handle(key):
+    from matplotlib.patches import Patch
 
-    mark, _, words = OUTCOMES[key]
-    size = 4 if key == "wrong branch" else 3
-    return Line2D([], [], marker=mark, color="black", linestyle="none", markerfacecolor="none", label=words,
-                  markersize=size, markeredgewidth=1.0 if key == "wrong branch" else 0.5)
+    colour, _, words = FAILURES[key]
+    return Patch(facecolor=colour, edgecolor="0.5", linewidth=0.4, label=words)
 
 
 def _methods(rows):

@@ -1,0 +1,47 @@
+"""The nearest peer of the rod's kernel: matrix exponentials with located events, for any system of affine modes.
+
+The affine flow is such a peer. It follows the rod under other names, which no kernel knows; times are medians of runs
+of each, as ratios.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import asympk as ap
+from asympk.storage.rows import provenance, write_rows
+from asympk.studies.bench import MUS, SCENES, rod_in_general_clothes, seconds
+
+WARMING = 6  # runs after which the tables of what follows are made
+
+
+@dataclass(frozen=True)
+class Row:
+    """What the affine flow costs on a scene in units of the kernel, and LSODA at 1e-6 in units of the affine flow."""
+
+    scene: str
+    mu: float
+    affine: float
+    lsoda: float
+
+
+def rows() -> list[Row]:
+    """Return the rows of all scenes and values of mu that ``asympk bench`` has."""
+    return [_row(name, mu) for name in SCENES for mu in MUS]
+
+
+def _row(name, mu):
+    start = dict(zip("pqw", SCENES[name], strict=True))
+    scene = ap.Scene(system=rod_in_general_clothes(), values={"eps": mu, "k": 1, "k0": 1}, start=start, until=5)
+    for _ in range(WARMING):
+        ap.solve(scene)
+    kernel = seconds(lambda: ap.solve(ap.Scene(1, mu, SCENES[name], 5)))
+    affine = seconds(lambda: ap.solve(scene))
+    lsoda = seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
+    return Row(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine)))
+
+
+def write(out: Path) -> Path:
+    """Compute all rows and write them to ``out``/peer.csv; return the file."""
+    path = out / "peer.csv"
+    write_rows(path, rows(), provenance(until=5, sigma=1))
+    return path
