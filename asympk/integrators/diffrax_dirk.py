@@ -102,23 +102,14 @@ def _compiled(modes):
         lambda m: m.rates, lambda m: m.guard_values or (1,), lambda m: m.guard_rates or (0,)))  # fmt: skip
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
-    def parts(rtol, atol):
-        control = diffrax.PIDController(rtol=rtol, atol=atol)
-        return control, diffrax.Kvaerno5(root_finder=diffrax.VeryChord(rtol=rtol, atol=atol, norm=control.norm))
-
     def look(t, w, args):
         return Look(t, guards(t, w, *args), rates(t, w, *args))
 
-    def begun(t, w, until, args, control, solver):
-        after, state = control.init(term, t, until, w, None, args, solver.func, solver.error_order(term))
-        after = jnp.minimum(after, until)
-        return t, after, w, solver.init(term, t, after, w, args), state, jnp.asarray(False)
-
     @jax.jit
     def run(first, carry, due, most, until, p, index, rtol, atol):
-        control, solver = parts(rtol, atol)
+        control, solver = _method(rtol, atol)
         args = p, index
-        carry = jax.lax.cond(first, lambda c: begun(*c[:3:2], until, args, control, solver), lambda c: c, carry)
+        carry = jax.lax.cond(first, lambda c: _begun(term, control, solver, *c[:3:2], until, args), lambda c: c, carry)
 
         def go_on(all_):
             (t, after, *_), _, _, made, of_interest, _ = all_
@@ -135,7 +126,7 @@ def _compiled(modes):
     @cache
     def template(size, parameters):
         given = 0.0, np.zeros(size), 1.0, (np.zeros(parameters), 0)
-        shapes = jax.eval_shape(lambda *given: begun(*given, *parts(0.1, 0.1)), *given)
+        shapes = jax.eval_shape(lambda *given: _begun(term, *_method(0.1, 0.1), *given), *given)
         return jax.tree_util.tree_map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), shapes)[3:]
 
     return template, run
@@ -147,6 +138,23 @@ def _chosen(modes, outputs):
 
     lowered = [function(m.system, outputs(m), "math", _functions()) for m in modes]
     return lambda t, w, p, k: jnp.stack([jnp.stack(jnp.broadcast_arrays(*f(t, *w, *p))) for f in lowered])[k] * 1.0
+
+
+def _method(rtol, atol):
+    """Return (control of the step, Kvaerno5) at a tolerance."""
+    import diffrax
+
+    control = diffrax.PIDController(rtol=rtol, atol=atol)
+    return control, diffrax.Kvaerno5(root_finder=diffrax.VeryChord(rtol=rtol, atol=atol, norm=control.norm))
+
+
+def _begun(term, control, solver, t, w, until, args):
+    """Return what is carried from step to step, at the start: (t, end of the next step, w, states of the method)."""
+    import jax.numpy as jnp
+
+    after, state = control.init(term, t, until, w, None, args, solver.func, solver.error_order(term))
+    after = jnp.minimum(after, until)
+    return t, after, w, solver.init(term, t, after, w, args), state, jnp.asarray(False)
 
 
 def _attempt(term, control, solver, look, until, args):
