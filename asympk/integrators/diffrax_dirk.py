@@ -98,48 +98,24 @@ def _compiled(modes):
     import jax.numpy as jnp
     import numpy as np
 
-    def chosen(outputs):
-        lowered = [function(m.system, outputs(m), "math", _functions()) for m in modes]
-        return lambda t, w, p, k: jnp.stack([jnp.stack(jnp.broadcast_arrays(*f(t, *w, *p))) for f in lowered])[k] * 1.0
-
-    field, guards, rates = (chosen(which) for which in (
+    field, guards, rates = (_chosen(modes, which) for which in (
         lambda m: m.rates, lambda m: m.guard_values or (1,), lambda m: m.guard_rates or (0,)))  # fmt: skip
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
-
-    def parts(rtol, atol):
-        control = diffrax.PIDController(rtol=rtol, atol=atol)
-        return control, diffrax.Kvaerno5(root_finder=diffrax.VeryChord(rtol=rtol, atol=atol, norm=control.norm))
 
     def look(t, w, args):
         return Look(t, guards(t, w, *args), rates(t, w, *args))
 
-    def begun(t, w, until, args, control, solver):
-        after, state = control.init(term, t, until, w, None, args, solver.func, solver.error_order(term))
-        after = jnp.minimum(after, until)
-        return t, after, w, solver.init(term, t, after, w, args), state, jnp.asarray(False)
-
     @jax.jit
     def run(first, carry, due, most, until, p, index, rtol, atol):
-        control, solver = parts(rtol, atol)
+        control, solver = _method(rtol, atol)
         args = p, index
-        carry = jax.lax.cond(first, lambda c: begun(*c[:3:2], until, args, control, solver), lambda c: c, carry)
+        carry = jax.lax.cond(first, lambda c: _begun(term, control, solver, *c[:3:2], until, args), lambda c: c, carry)
 
         def go_on(all_):
             (t, after, *_), _, _, made, of_interest, _ = all_
             return (made < most) & (t < due) & (after > t) & ~of_interest
 
-        def attempt(all_):
-            (t, after, w, inner, state, jumped), t_old, w_old, made, _, before = all_
-            new, error, _, inner_new, _ = solver.step(term, t, after, w, args, inner, jumped)
-            error = jnp.where(jnp.isnan(error), jnp.inf, error)
-            kept, begin, end, jumped, state, _ = control.adapt_step_size(
-                t, after, w, new, args, error, solver.error_order(term), state)
-            seen = look(after, new, args)
-            lost = jnp.any((seen.values <= 0) | jnp.stack([near(before, seen, k) for k in range(len(seen.values))]))
-            keep = lambda a, b: jax.tree_util.tree_map(lambda one, other: jnp.where(kept, one, other), a, b)  # noqa: E731
-            following = begin, jnp.minimum(end, until), keep(new, w), keep(inner_new, inner), state, jumped
-            return (following, *keep((t, w, made + 1, lost, seen), (t_old, w_old, made, False, before)))
-
+        attempt = _attempt(term, control, solver, look, until, args)
         t, _, w, *_ = carry
         carry, t_old, w_old, made, _, _ = jax.lax.while_loop(
             go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args)))
@@ -150,10 +126,55 @@ def _compiled(modes):
     @cache
     def template(size, parameters):
         given = 0.0, np.zeros(size), 1.0, (np.zeros(parameters), 0)
-        shapes = jax.eval_shape(lambda *given: begun(*given, *parts(0.1, 0.1)), *given)
+        shapes = jax.eval_shape(lambda *given: _begun(term, *_method(0.1, 0.1), *given), *given)
         return jax.tree_util.tree_map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), shapes)[3:]
 
     return template, run
+
+
+def _chosen(modes, outputs):
+    """Return the ``outputs`` of the modes as a function of (t, w, p, index of the mode)."""
+    import jax.numpy as jnp
+
+    lowered = [function(m.system, outputs(m), "math", _functions()) for m in modes]
+    return lambda t, w, p, k: jnp.stack([jnp.stack(jnp.broadcast_arrays(*f(t, *w, *p))) for f in lowered])[k] * 1.0
+
+
+def _method(rtol, atol):
+    """Return (control of the step, Kvaerno5) at a tolerance."""
+    import diffrax
+
+    control = diffrax.PIDController(rtol=rtol, atol=atol)
+    return control, diffrax.Kvaerno5(root_finder=diffrax.VeryChord(rtol=rtol, atol=atol, norm=control.norm))
+
+
+def _begun(term, control, solver, t, w, until, args):
+    """Return what is carried from step to step, at the start: (t, end of the next step, w, states of the method)."""
+    import jax.numpy as jnp
+
+    after, state = control.init(term, t, until, w, None, args, solver.func, solver.error_order(term))
+    after = jnp.minimum(after, until)
+    return t, after, w, solver.init(term, t, after, w, args), state, jnp.asarray(False)
+
+
+def _attempt(term, control, solver, look, until, args):
+    """Return the function that tries one step, which is kept or made again shorter."""
+    import jax
+    import jax.numpy as jnp
+
+    def attempt(all_):
+        (t, after, w, inner, state, jumped), t_old, w_old, made, _, before = all_
+        new, error, _, inner_new, _ = solver.step(term, t, after, w, args, inner, jumped)
+        error = jnp.where(jnp.isnan(error), jnp.inf, error)
+        kept, begin, end, jumped, state, _ = control.adapt_step_size(
+            t, after, w, new, args, error, solver.error_order(term), state)
+        seen = look(after, new, args)
+        lost = jnp.any((seen.values <= 0) | jnp.stack([near(before, seen, k) for k in range(len(seen.values))]))
+        keep = lambda a, b: jax.tree_util.tree_map(lambda one, other: jnp.where(kept, one, other), a, b)  # noqa: E731
+        following = begin, jnp.minimum(end, until), keep(new, w), keep(inner_new, inner), state, jumped
+        return (following, *keep((t, w, made + 1, lost, seen), (t_old, w_old, made, False, before)))
+
+    return attempt
 
 
 @cache
