@@ -60,8 +60,8 @@ CARELESS = (
 )
 KEPT = " Scene (ii), tan α = 3; the reference is a Radau IIA collocation to 30 digits."
 SAVED = (
-    "Each integrator at the loosest tolerance at which its error is no larger than that of the jump of order 1; median "
-    "CPU times, what is derived and compiled once for a system not counted."
+    "Each integrator at the loosest tolerance at which its error is no larger than that of the jump of order 1; least "
+    "CPU times of a few runs, what is derived and compiled once for a system not counted."
 )
 PARTS = ("work", "plane", "nonlinear", "models")
 
