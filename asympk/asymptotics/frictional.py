@@ -24,7 +24,8 @@ from asympk.symbolic import branches
 from asympk.symbolic.system import Mode, System
 
 RTOL = 1e-9
-FINER, ROUNDING = 1e-4, 500  # how much finer than mu^(n + 1) the integrations are, and what they lose
+FINER, COARSEST = 1e-4, 1e-10  # how much finer than mu^(n + 1) layers are followed; coarser steps would pass events by
+ROUNDING = 5000  # what they lose, in units of their tolerance
 SAFETY = 2
 EVENTS = 1000
 
@@ -71,7 +72,7 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     if scene.system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     mu = float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])
-    rtol = tolerance(mu, order, FINER)
+    rtol = min(tolerance(mu, order, FINER), COARSEST)
     course, next_ = matched.courses(scene, method, (order, order + 1), rtol)
     final = np.array(course.state)
     omitted = np.array(next_.state) - final

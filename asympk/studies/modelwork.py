@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from statistics import median
 from time import process_time
 
 from asympk.errors import AsympkError
@@ -73,14 +72,14 @@ def _row(system, scene, truth, unit, repeats, name, method, options):
 
 
 def _seconds(scene, method, options, repeats):
-    """Return the median CPU time of a few runs, after one that derives and compiles."""
+    """Return the least CPU time of a few runs, after one that derives and compiles."""
     solve(scene, method, **options)
     times = []
     for _ in range(repeats):
         began = process_time()
         solve(scene, method, **options)
         times.append(process_time() - began)
-    return median(times)
+    return min(times)
 
 
 def savings(rows: list[dict]) -> dict[tuple[str, float], dict[str, float | None]]:

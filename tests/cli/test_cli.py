@@ -122,6 +122,7 @@ def tiny(tmp_path, monkeypatch):
     monkeypatch.setattr(chart, "EXPLICIT", ("rk45",))
     monkeypatch.setattr(chart, "IMPLICIT", ("lsoda",))
     monkeypatch.setattr(chart, "absent", dict)
+    monkeypatch.setattr(chart.modelwork, "SYSTEMS", ("enzyme reaction",))
     return tmp_path
 
 
