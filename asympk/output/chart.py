@@ -268,7 +268,8 @@ def drawn(out):
     if (out / "rows" / "work.csv").exists():
         found |= _drawn_work(out / "rows" / "work.csv")
     if (out / "rows" / "plane.csv").exists():
-        found["failures"] = figures.failures(_failure_parts(out / "rows"))
+        parts = _failure_parts(out / "rows")
+        found |= {"failures": figures.failures(parts)} if parts else {}
     if (out / "rows" / "nonlinear.csv").exists():
         rows = read_rows(out / "rows" / "nonlinear.csv")
         found["nonlinear"] = figures.nonlinear(rows)
@@ -295,7 +296,8 @@ def _failure_parts(folder):
     if (folder / "work.csv").exists():
         rows = [row for row in read_rows(folder / "work.csv") if row["scene"] == FAILING]
         parts.insert(0, (r"scene (iii), $\mu$", rows, "mu"))
-    return [(words, [row for row in rows if row["method"] != "exact"], along) for words, rows, along in parts]
+    found = [(words, [row for row in rows if row["method"] != "exact"], along) for words, rows, along in parts]
+    return [part for part in found if part[1]]
 
 
 def _note(path):
