@@ -28,11 +28,11 @@ _CLEAR_BITS = 24
 
 
 class Block(NamedTuple):
-    """The functions of one eigenvalue ``decay + i turn``: ``count`` of them, or ``count`` pairs (cos, sin)."""
+    """The functions of one eigenvalue ``decay + i turn``: ``size`` of them, or ``size`` pairs (cos, sin)."""
 
     decay: Any
     turn: Any
-    count: int
+    size: int
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def exponential(entries, digits):
     bits = _bits_for(digits, whole)
     found = eigenpairs(whole, denominator, bits)
     pieces = of_pairs(found) if found else of_roots(entries, digits, bits)
-    kept = sorted((piece for piece in pieces if piece[0].count), key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
+    kept = sorted((piece for piece in pieces if piece[0].size), key=lambda piece: -abs(piece[0].decay) - piece[0].turn)
     return Exponential(bits, tuple(block for block, _ in kept), np.concatenate([matrices for _, matrices in kept]))
 
 

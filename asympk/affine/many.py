@@ -95,7 +95,7 @@ def solve_many(
             done += mine.size
             if progress:
                 progress(done, total)
-    final, count = result.final.reshape(-1, *shape), result.count.reshape(shape)
+    final, count = result.final.reshape(-1, *shape), result.n_events.reshape(shape)
     events = _in_order(result.notes, len(names))
     return Ensemble(names, final, count, first.reshape(-1, *shape), len(result.alone), result.left, events)
 
@@ -119,7 +119,7 @@ class _Result(NamedTuple):
     """
 
     final: np.ndarray
-    count: np.ndarray
+    n_events: np.ndarray
     first: np.ndarray
     notes: list
     alone: list
@@ -250,7 +250,7 @@ class _Flock(NamedTuple):
     error: np.ndarray
     size: np.ndarray
     branch: np.ndarray
-    count: np.ndarray
+    n_events: np.ndarray
     lost: np.ndarray
     alive: np.ndarray
 
@@ -281,7 +281,7 @@ def _together(modes, w, until, rows, result):
         lost |= count > MOST_EVENTS
         flock.alive[lost] = False
     lost |= (flock.error > TRUSTED * np.where(flock.size > 0, flock.size, 1.0)).any(axis=1)
-    result.final[:, rows], result.count[rows] = w.T, count
+    result.final[:, rows], result.n_events[rows] = w.T, count
     result.notes.extend(_kept(notes, rows[lost]) if lost.any() else notes)
     return lost
 
@@ -347,7 +347,7 @@ def _after(modes, k, event, row, flock, struck):
     flock.branch[struck], left = _chosen(modes, list(product(*phases)), t, w[struck], velocities, loads)
     flock.lost[struck] |= left
     changed = struck[flock.branch[struck] != k]
-    flock.count[changed] += 1
+    flock.n_events[changed] += 1
     onset = _sticks(modes, flock.branch[changed], friction) & (kind == "slip_onset")
     kinds = np.where(onset, "force_zero", kind)  # at the tip of the cone the load vanishes and stick goes on
     return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
@@ -390,13 +390,13 @@ def _alone(case, start, until, row, result):
     states = dict(zip((s.name for s in case.system.states), map(float, start), strict=True))
     values = dict(zip(case.system.parameters, case.values, strict=True))
     result.alone.append(row)
-    result.count[row] = 0
+    result.n_events[row] = 0
     try:
         path = run(Scene(system=case.system, values=values, start=states, until=float(until)))
     except tuple(REFUSALS) as reason:
         result.leave(row, reason)
         return
-    result.final[:, row], result.count[row] = path.final, len(path.events)
+    result.final[:, row], result.n_events[row] = path.final, len(path.events)
     result.first[:, row] = [PHASES.index(phase) for phase in path.modes[0].split("+")] if len(result.first) else []
     if path.events:
         kinds, times, states, frictions = zip(*path.events, strict=True)

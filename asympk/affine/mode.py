@@ -166,7 +166,7 @@ def _product(rate, weights):
 def _summed(blocks, weights, whole):
     """Return weights and ``sum F_r(0) weights[r]`` over the blocks that have not started, by the number that have."""
     sums = np.cumsum((np.array(initial(blocks)) * weights.T).T[::-1], axis=0)[::-1]
-    later = [sums[place] for place in np.cumsum([block.count * (2 if block.turn else 1) for block in blocks])[:-1]]
+    later = [sums[place] for place in np.cumsum([block.size * (2 if block.turn else 1) for block in blocks])[:-1]]
     return weights, np.stack([whole, *later, 0 * whole])
 
 

@@ -57,11 +57,11 @@ class BasePoint:
 
         Raises ``InputError`` and ``OutOfRange``, the latter where the layer settles on no attracting branch.
         """
-        values, start = place(self.system, {self.system.small: 1, **values}, start)
-        numbers = {s: float(v) for s, v in zip(self.system.parameters, values, strict=True) if s != self.system.small}
+        placed, begins = place(self.system, {self.system.small: 1, **values}, start)
+        numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != self.system.small}
         slow = len(self.system.slow)
         known = formulas(self.system.modes[0], self.system.small, tuple(numbers), self.order)
-        begin = tuple(map(float, start))
+        begin = tuple(map(float, begins))
         base = land(known, self.order, begin[:slow], begin[slow:], tuple(numbers.values()), rtol).base
         return {s.name: tuple(base[:, i].tolist()) for i, s in enumerate(self.system.slow)}
 

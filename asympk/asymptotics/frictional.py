@@ -44,7 +44,7 @@ def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
     mu = float(dict(zip(system.parameters, scene.values, strict=True))[system.small])
     layers = Layers(automaton, system.states.index(next(iter(system.fast))), mu)
     t, until, state = 0.0, float(scene.until), tuple(map(float, scene.start))
-    branch, events, modes, stretches = automaton.first(scene.start), [], [], []
+    branch, events, modes, stretches = automaton.first(scene.start), list[Event](), list[str](), list[Any]()
     while True:
         landed = layers.arrive(t, state, branch)
         if method == "slow" and (landed.events or stretches):

@@ -114,7 +114,7 @@ class Layers:
         def met(_, w):
             return level(w)
 
-        met.terminal, met.direction = True, -1
+        vars(met).update(terminal=True, direction=-1)
         first = np.array([*state, large])
         found = solve_ivp(rates, (0, REACH * np.abs(first).max()), first, "DOP853", rtol=1e-11, atol=1e-12, events=met)
         if not found.t_events[0].size:

@@ -126,7 +126,7 @@ def _in_mode(mode: NumericMode, slow: Slow, course: Course, until: float, mu: fl
     if system.time is not None:
         flow, now = _timed(mode), (*course.state, course.t)
     ahead = steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t)
-    found, t, over = [], course.t, math.inf
+    found, t, over = list[Any](), course.t, math.inf
     while len(found) < STEPS:
         state = now[: len(atol)]
         over = _over(slow, t, state, mu, rtol) if over == math.inf else over

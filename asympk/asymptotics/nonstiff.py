@@ -58,10 +58,10 @@ class Step:
         for row in DOP853.A_EXTRA:
             moved = np.array(self.state) + self.span * (row[: len(stages)] @ np.array(stages))
             stages.append(rates(self.flows, self.parameters, tuple(moved.tolist())))
-        stages, moved = np.array(stages), np.array(self.end) - np.array(self.state)
-        first, last = stages[0], stages[STAGES]
+        slopes, moved = np.array(stages), np.array(self.end) - np.array(self.state)
+        first, last = slopes[0], slopes[STAGES]
         known = [moved, self.span * first - moved, 2 * moved - self.span * (first + last)]
-        return np.concatenate([known, self.span * (DOP853.D @ stages)])
+        return np.concatenate([known, self.span * (DOP853.D @ slopes)])
 
 
 @dataclass(frozen=True)

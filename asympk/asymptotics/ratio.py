@@ -33,7 +33,7 @@ class Ratio:
     def __eq__(self, other):
         return not (self.numerator if isinstance(other, int) and other == 0 else (self - other).numerator)
 
-    __hash__ = None
+    __hash__ = None  # type: ignore[assignment]
 
     def __neg__(self):
         return Ratio(-self.numerator, self.units)

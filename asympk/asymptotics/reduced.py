@@ -67,7 +67,7 @@ def follow(
     tell the time and the state reached.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
-    found, end = [], until
+    found, end = list[Any](), until
     _check(None, formulas, first[:size], slow, mu, values)
     flows = tuple(formulas.flow[m] for m in orders)
     for step in steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first)):

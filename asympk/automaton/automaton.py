@@ -105,7 +105,7 @@ class NumericMode:
             k = weights.index(max(weights))
             if weights[k] == 0:
                 break
-            moved[k] -= self.guard_values(t, moved)[guard] / slopes[k]
+            moved[k] -= self.guard_values(t, tuple(moved))[guard] / slopes[k]
         return tuple(moved)
 
     @cached_property

@@ -103,10 +103,10 @@ def _follow_on(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Branch:
     system = automaton.system
-    t, *state = map(numbers.convert, (t, *state))
+    t, state = numbers.convert(t), tuple(map(numbers.convert, state))
     p = tuple(map(numbers.convert, automaton.values))
     nudged = [(t, state), *(_nudged(t, state, signs, slack) for signs in _NUDGES)]
-    points = [_point(system, numbers, *at, p) for at in nudged]
+    points = [_point(system, numbers, at, w, p) for at, w in nudged]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     touching = _touching(system, before, lost, (t, state), p, numbers)
@@ -255,10 +255,11 @@ def _ties(
     system: System, branch: Branch, resting: set[int], points: list[Point], numbers: Numbers, touching: dict
 ) -> list[int] | None:
     """Return the guards of the branch that derivatives must decide, or None where one is lost already."""
-    solved = [_solve(system, branch, point) for point in points]
-    if any(s is None for s in solved):
-        return None
-    margins = [_margins(system, branch, resting, point, s, touching) for point, s in zip(points, solved, strict=True)]
+    margins = []
+    for point in points:
+        if (solved := _solve(system, branch, point)) is None:
+            return None
+        margins.append(_margins(system, branch, resting, point, solved, touching))
     ties = []
     for key in margins[0]:
         sign = numbers.sign([m[key] for m in margins])
@@ -303,8 +304,8 @@ def _unit(place: int, size: int) -> tuple:
     return tuple(int(j == place + 1) for j in range(size + 1))
 
 
-def _gauss(rows: list[tuple], unknowns: tuple) -> dict | None:
-    rows, size = [list(row) for row in rows], len(unknowns)
+def _gauss(equations: list[tuple], unknowns: tuple) -> dict | None:
+    rows, size = [list(row) for row in equations], len(unknowns)
     for j in range(1, size + 1):
         pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
         if abs(rows[pivot][j]) <= 1e-30 * max(abs(v) for v in rows[pivot]):
@@ -380,10 +381,11 @@ def _chosen(system: System, consistent: list[Branch], t: Any, state: tuple, trie
     where = _place(system, t, state)
     if not distinct:
         names = ", ".join(dict.fromkeys(map(branches.name, tried)))
-        words, error = f"no motion goes on {where}: none of {names} is consistent", NoMotion
+        error: type[NoMotion] | type[TwoMotions] = NoMotion
+        words = f"no motion goes on {where}: none of {names} is consistent"
     else:
         names = " and ".join(sorted(map(_told, distinct.values())))
-        words, error = f"several motions go on {where}: {names} are all consistent", TwoMotions
+        error, words = TwoMotions, f"several motions go on {where}: {names} are all consistent"
     raise error(f"{words}; the model needs compliance there", t, state)
 
 

@@ -84,7 +84,7 @@ def follow(
     return Course(last, tuple(marks), tuple(names), tuple(segments))
 
 
-_ENDS = {
+_ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
     "unbounded": (UnboundedReaction, "the reaction of a rigid contact grows beyond all bounds, or is not determined,"),
     "several": (TwoMotions, "a second motion of the rigid contact comes up"),
 }
@@ -112,8 +112,9 @@ def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
 def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
     """Raise ``Undecided`` where the same mode goes on again and again without getting anywhere."""
     last = segments[-WATCHED:]
-    if len(last) == WATCHED and all(s.t == last[-1].t and s.hit == last[-1].hit for s in last):
-        kind = mode.kinds[last[-1].hit][0]
+    hit = last[-1].hit
+    if len(last) == WATCHED and hit is not None and all(s.t == last[-1].t and s.hit == hit for s in last):
+        kind = mode.kinds[hit][0]
         at = _told(mode.mode.system, last[-1].state)
         raise Undecided(f"{kind} or not at t = {float(last[-1].t):.12g}, {at}, in mode {mode.name}: rounding hides it; "
                         "ask for digits=, or move the start")  # fmt: skip

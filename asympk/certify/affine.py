@@ -177,6 +177,8 @@ class _Modes:
 
     def _form(self, branch) -> Form:
         form = form_of(mode_of(self.system, branch))
+        if form is None:
+            raise Refused("not affine: a mode is not linear in the states")
         outputs = [e for row in (*form.matrix, *form.guards) for e in row]
         if not all(map(rational, [*outputs, *(e for wave in form.waves for e in (wave.decay, wave.turn))])):
             raise Refused("irrational: a coefficient is not a rational function of the parameters")

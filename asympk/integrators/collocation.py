@@ -100,10 +100,10 @@ def _follow(
 
 def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
-    mode, steps = scheme.mode, []
+    mode, steps = scheme.mode, list[Step]()
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
     h = min(until - t, 1 / (1 + rate))
-    before = [max(v, 0 * v) for v in mode.guard_values(t, state)]
+    before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
     while len(steps) < STEPS:
         last = h >= until - t
         h = min(h, until - t)

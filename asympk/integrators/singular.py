@@ -42,7 +42,7 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
     def late(_, w):
         return w[0] - until
 
-    late.terminal = True
+    vars(late).update(terminal=True)
     levels = [_level(mode, guard, first * part, part == LEVELS[-1]) for part in LEVELS]
     try:
         with np.errstate(all="ignore"):

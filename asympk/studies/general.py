@@ -122,8 +122,8 @@ def _exact_error(scene, exact):
 
 def distance(final: tuple, reference: tuple) -> float:
     """Return how far ``final`` is from ``reference``, relative to the largest of 1 and its states."""
-    final, reference = (np.array([float(v) for v in states]) for states in (final, reference))
-    return float(np.abs(final - reference).max() / max(1.0, np.abs(reference).max()))
+    here, there = (np.array([float(v) for v in states]) for states in (final, reference))
+    return float(np.abs(here - there).max() / max(1.0, np.abs(there).max()))
 
 
 def seconds(scene: Scene, method: str, options: dict) -> float:

@@ -85,7 +85,7 @@ class Ensemble(Many):
             return Events(*(values[slice(*ends)] for values in self._events))
         again = _follow(self._job[1], start, stop, [])
         there = self.final.reshape(3, -1)[:, start:stop], self.n_events.reshape(-1)[start:stop]
-        if not all(map(_equal, (again.final, again.count), there)):
+        if not all(map(_equal, (again.final, again.n_events), there)):
             raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
         return _in_order(again.notes)
 
@@ -114,7 +114,7 @@ def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events
     size = int(np.prod(shape))
     found = _follow(arguments, 0, size, [] if events else None, strict, progress)
     kept = _in_order(found.notes) if events else None
-    return Ensemble(found.final.reshape(3, *shape), found.count.reshape(shape), found.left, (shape, arguments), kept)
+    return Ensemble(found.final.reshape(3, *shape), found.n_events.reshape(shape), found.left, (shape, arguments), kept)
 
 
 def _follow(arguments, first, last, notes, strict=False, progress=None):
@@ -142,7 +142,7 @@ class _Result(NamedTuple):
 
     first: int
     final: np.ndarray
-    count: np.ndarray
+    n_events: np.ndarray
     left: dict
     notes: list | None
     strict: bool
@@ -156,14 +156,14 @@ class _Result(NamedTuple):
     def put(self, rows, final, count):
         """Put in place what became of trajectories."""
         rows = rows - self.first
-        self.final[:, rows], self.count[rows] = final, count
+        self.final[:, rows], self.n_events[rows] = final, count
 
     def leave(self, row, reason):
         """Leave out a trajectory for a reason, or raise it."""
         if self.strict:
             raise type(reason)(f"trajectory {row}: {reason}") from None
         at = row - self.first
-        self.final[:, at], self.count[at] = np.nan, 0
+        self.final[:, at], self.n_events[at] = np.nan, 0
         self.left[row] = outcome_of(reason)
 
 
@@ -174,7 +174,7 @@ def _common(arguments, start, stop, result):
     sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))
     x, y, z = (arguments[name].array(rows) for name in "xyz")
     setting = Setting(sigma, sigma0, mu)
-    others, misfits = itineraries.follow(setting, x, y, z, until, result.final[:, own], result.count[own],
+    others, misfits = itineraries.follow(setting, x, y, z, until, result.final[:, own], result.n_events[own],
                                      result.note(start))
     few = misfits[np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]]
     _one_by_one(arguments, few + start, result)
@@ -190,8 +190,8 @@ def _uncommon(arguments, rows, result):
     story = safeguarded.certain(*given.values())
     final = np.array([v.astype(float) for v in story.final])
     doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
-    endless = ~doubtful & (story.count > MOST_EVENTS)
-    result.put(rows, final, story.count)
+    endless = ~doubtful & (story.n_events > MOST_EVENTS)
+    result.put(rows, final, story.n_events)
     for i in np.flatnonzero(endless).tolist():
         result.leave(int(rows[i]), _too_many(story, i))
     if result.notes is not None:
@@ -222,7 +222,7 @@ def _one_by_one(arguments, rows, result):
 def _put(legs, row, result):
     at = row - result.first
     x, y, _, z, _ = legs[-1].end
-    result.final[:, at], result.count[at] = (x, y, z), len(legs) - 1
+    result.final[:, at], result.n_events[at] = (x, y, z), len(legs) - 1
     if result.notes is not None and len(legs) > 1:
         kinds = np.array([KINDS.index(leg.kind) for leg in legs[:-1]])
         events = ((after.start, *leg.end) for leg, after in pairwise(legs))

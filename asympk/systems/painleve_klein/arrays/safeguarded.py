@@ -39,7 +39,7 @@ class Story(NamedTuple):
 
     final: tuple
     reached: np.ndarray
-    count: np.ndarray
+    n_events: np.ndarray
     doubtful: np.ndarray
     events: tuple
     rounds: list
@@ -61,7 +61,7 @@ def certain(*given):
 
 def _distance(coarse, fine, largest):
     """Return the distance in x and z at events and the end, relative to the largest of 1, |x|, |z|; inf at odds."""
-    same = coarse.count == fine.count
+    same = coarse.n_events == fine.n_events
     coarse_events, fine_events = ([v[same[events[0]]] for v in events] for events in (coarse.events, fine.events))
     rows = fine_events[0]
     largest = np.maximum(1, largest)
@@ -91,9 +91,9 @@ def follow(sigma, sigma0, mu, x, y, z, until, told=None):
             motion = form(a, b, mu[rows], *(v[rows] for v in flight.state))
             kind[at], span[at] = flight.advance(rows, motion, known)
         rounds.append((live, kind, span))
-        live = live[(kind != NOTHING) & ~flight.doubtful[live] & (flight.count[live] <= MOST_EVENTS)]
+        live = live[(kind != NOTHING) & ~flight.doubtful[live] & (flight.n_events[live] <= MOST_EVENTS)]
     x, y, _, z = flight.state
-    return Story((x, y, z), flight.t, flight.count, flight.doubtful, flight.events(), rounds)
+    return Story((x, y, z), flight.t, flight.n_events, flight.doubtful, flight.events(), rounds)
 
 
 def _first_signs(sigma0, mu, x, y, s, z):
@@ -113,7 +113,7 @@ class _Flight:
         self.sigma, self.sigma0, self.mu, self.until = sigma, sigma0, mu, until
         self.state, self.s_sign, self.z_sign, self.doubtful = state, s_sign, z_sign, doubtful
         self.t = np.zeros_like(until)
-        self.count = np.zeros(until.size, dtype=np.int64)
+        self.n_events = np.zeros(until.size, dtype=np.int64)
         self.blocks = []
 
     def groups(self, live):
@@ -156,12 +156,12 @@ class _Flight:
         near, far = edges(self.sigma0[rows], s)
         off = np.where(slips, np.abs(s), np.minimum(np.abs(s - near), np.abs(far - s)))
         clear = (moved <= off) & (~slips | (late * np.abs(motion.a + motion.fall * s) <= np.abs(z)))
-        self.doubtful[rows] |= ~clear | ((self.count[rows] > 0) & (left < late))
+        self.doubtful[rows] |= ~clear | ((self.n_events[rows] > 0) & (left < late))
 
     def _note(self, rows, kind):
         x, y, _, z = (v[rows] for v in self.state)
         self.blocks.append((rows, kind, self.t[rows], x, y, z))
-        self.count[rows] += 1
+        self.n_events[rows] += 1
 
     def _cross(self, rows, kind):
         """Set the signs that hold after the events."""
