@@ -16,6 +16,7 @@ DOORS = {
     "Path.physical": ("systems.painleve_klein.units", "physical"),
     "Path._repr_html_": ("pictures.paths", "html"),
     "Many.plot": ("pictures.crowd", "plot"),
+    "ParadoxSet.plot": ("pictures.rigid", "paradox_plot"),
     "Scene.physical": ("systems.painleve_klein.units", "scene"),
 }
 

@@ -7,15 +7,21 @@ that none is missed. Elsewhere the range is sampled, and the extrema between sam
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
+from asympk.doors import through
 from asympk.errors import InputError
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.paradox import ratio
+from asympk.shown import Card, ShownAsTable
 from asympk.symbolic.reading import as_floats, exact
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ROWS = 201  # values of the second coordinate
 _HALVINGS = 60  # of a bracket, to rounding
@@ -30,8 +36,8 @@ class Interval:
     other: float | None = None
 
 
-@dataclass(frozen=True)
-class ParadoxSet:
+@dataclass(frozen=True, repr=False)
+class ParadoxSet(ShownAsTable):
     """Where a mechanism has a paradox over one or two coordinates or parameters, named in ``over``.
 
     ``intervals`` is the table; ``edges`` are its ends that lie within the range, to rounding. With ``complete`` every
@@ -44,6 +50,17 @@ class ParadoxSet:
     intervals: tuple[Interval, ...]
     samples: int
     complete: bool
+
+    def plot(self, file: str | Path | None = None) -> "Figure":
+        """Return a matplotlib ``Figure`` of the set, written to ``file`` (.pdf, .svg or .png) where there is one."""
+        return through("ParadoxSet.plot", self, file)
+
+    def _card(self) -> Card:
+        spans = [(f"{self.over[0]} from {interval.start:.10g} to {interval.end:.10g}",
+                  "" if interval.other is None else f"{self.over[1]} = {interval.other:.6g}")
+                 for interval in self.intervals]  # fmt: skip
+        shown = spans if len(spans) < 9 else [*spans[:7], (f"{len(spans) - 7} more", "")]
+        return Card(f"Paradox over {' and '.join(self.over)}: {len(spans)} intervals", tuple(shown))
 
     @property
     def edges(self) -> tuple[float, ...]:

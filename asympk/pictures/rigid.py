@@ -4,7 +4,8 @@ Below the map of a mechanism whose contact has no damping stands its phase plane
 """
 
 from asympk.errors import InputError
-from asympk.pictures import reactions, style
+from asympk.mechanics.paradoxset import ROWS
+from asympk.pictures import reactions, sheets, style
 from asympk.pictures.portraits import plate
 from asympk.symbolic.reading import as_floats
 
@@ -53,3 +54,25 @@ def motion_handles(shown):
     looks = [(number, *LOOKS[min(number, 3)]) for number in sorted(shown)]
     return [Patch(facecolor=colour, hatch=hatch, edgecolor=style.BLACK, linewidth=0.4,
                   label=f"{word} rigid motion{'s' if number > 1 else ''}") for number, word, colour, hatch in looks]
+
+
+def paradox_plot(found, file=None):
+    """Draw where a ``ParadoxSet`` has a paradox: bars over one quantity, an area over two; return the figure."""
+    from matplotlib.patches import Patch
+
+    sheet = sheets()
+    if file is not None:
+        sheet.suffix_of(file)
+    with sheet.in_style():
+        figure = sheet.sheet(style.COLUMN, 2.6 if len(found.over) == 2 else 1.2)
+        ax = figure.subplots()
+        height = (found.ranges[1][1] - found.ranges[1][0]) / (ROWS - 1) if len(found.over) == 2 else 1.0
+        for interval in found.intervals:
+            middle = 0.5 if interval.other is None else interval.other
+            ax.broken_barh([(interval.start, interval.end - interval.start)], (middle - height / 2, height),
+                           facecolors=LOOKS[0][1], linewidth=0)  # fmt: skip
+        ax.set(xlabel=found.over[0], xlim=found.ranges[0], ylim=found.ranges[1] if len(found.over) == 2 else (0, 1))
+        ax.set_ylabel(found.over[1] if len(found.over) == 2 else "")
+        ax.set_yticks(ax.get_yticks() if len(found.over) == 2 else [])
+        figure.legend(handles=[Patch(facecolor=LOOKS[0][1], label="paradox")], loc="outside lower center")
+    return sheet.kept(figure, file)
