@@ -121,3 +121,20 @@ def test_over_a_parameter_the_edge_is_the_critical_friction():
 def test_ranges_that_are_none_are_refused(ranges, match):
     with pytest.raises(InputError, match=match):
         slender_rod().paradox_set(ranges, {"f": 1, "m": 1})
+
+
+@pytest.mark.parametrize("more", [{}, {"f": (0.5, 3)}])
+def test_the_set_is_shown_in_a_few_lines_and_drawn_as_far_as_its_edges(tmp_path, more):
+    pytest.importorskip("matplotlib")
+    fixed = {"f": 2, "l": 1, "m": 1, "g": 1}
+    found = ap.systems.painleve_rod.mechanism().paradox_set(
+        {"theta": (0.05, 1.5), **more}, {name: value for name, value in fixed.items() if name not in more}
+    )
+    assert 2 <= repr(found).count("\n") + 1 <= 10
+    figure = found.plot(tmp_path / "set.svg")
+    assert (tmp_path / "set.svg").read_bytes().startswith(b"<?xml")
+    drawn = [path.get_extents() for bars in figure.axes[0].collections for path in bars.get_paths()]
+    assert min(box.x0 for box in drawn) == pytest.approx(min(i.start for i in found.intervals), abs=1e-12)
+    assert max(box.x1 for box in drawn) == pytest.approx(max(i.end for i in found.intervals), abs=1e-12)
+    with pytest.raises(InputError, match=r"a plot is written as one of"):
+        found.plot(tmp_path / "set.gif")
