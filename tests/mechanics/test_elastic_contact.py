@@ -200,3 +200,9 @@ def test_the_undamped_rod_of_the_claims_is_that_of_butenin_in_its_own_scales():
         drift = found.slow[z].subs(scaled) * m / P - mode.slow[undamped.v]
         for difference in (push, drift):
             assert sp.simplify(difference.subs(undamped.sigma, f * sp.tan(alpha) - 2)) == 0
+
+
+@pytest.mark.parametrize("given", [{}, {"compliance": c}, {"damping": h}])
+def test_an_elastic_contact_without_its_two_numbers_says_which_they_are(given):
+    with pytest.raises(InputError, match="needs compliance= and damping="):
+        slender_rod().elastic(**given)
