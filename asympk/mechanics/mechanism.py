@@ -189,8 +189,8 @@ class Mechanism(ShownAsFormulas):
     def elastic(self, compliance: Any = None, damping: Any = None) -> System:
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``; see ``elastic.elastic``."""
         if compliance is None or damping is None:
-            raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 and "
-                             "a multiple of eps, 0 included")  # fmt: skip
+            raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
+                             "and a multiple of eps, 0 included")  # fmt: skip
         return elastic.elastic(self.plain, compliance, damping)
 
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
