@@ -4,13 +4,13 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import time
 from http.client import HTTPConnection
 from threading import Thread
 
 import pytest
 from browser import PRESENT, browser
+from interrupt import hearing
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
@@ -323,11 +323,14 @@ def test_the_motion_of_the_rod_feels_instant(server):
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise there")
 def test_ctrl_c_ends_the_command_cleanly():
-    command = [sys.executable, "-m", "asympk", "explore", "backward", "--no-browser"]
+    command = hearing("explore", "backward", "--no-browser")
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         assert running.stdout.readline().startswith("http://127.0.0.1:")
         running.send_signal(signal.SIGINT)
-        _, complaint = running.communicate(timeout=60)
+        try:
+            _, complaint = running.communicate(timeout=60)
+        finally:
+            running.kill()
     assert (running.returncode, complaint) == (0, "")
 
 

@@ -4,7 +4,6 @@ import json
 import os
 import signal
 import subprocess
-import sys
 import threading
 import time
 from concurrent.futures import Executor, ThreadPoolExecutor
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interrupt import hearing
 
 import asympk as ap
 from asympk.__main__ import main
@@ -218,7 +218,7 @@ def test_a_dask_worker_killed_midway_loses_nothing(plain, tmp_path, capsys):
 
 def _command(tmp_path, out, *more):
     (tmp_path / "long.toml").write_text(TEXT.format(count=20000, chunk=200))
-    return [sys.executable, "-m", "asympk", "sweep", str(tmp_path / "long.toml"), "--out", str(out), *more]
+    return hearing("sweep", tmp_path / "long.toml", "--out", out, *more)
 
 
 def _wait_for(out, count):
