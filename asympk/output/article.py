@@ -38,7 +38,8 @@ def draw_pictures(root: Path, names: list[str], out: Path) -> None:
 
 
 def with_sections(source: str, paper: Path) -> str:
-    """Put the sections that exist only with their rows in the place of their conditional inputs."""
+    """Put the preamble, and the sections that exist only with their rows, in the place of their inputs."""
+    source = source.replace(r"\input{preamble}", (paper / "preamble.tex").read_text(encoding="utf-8"))
 
     def section(found: re.Match) -> str:
         rows, name = found.groups()

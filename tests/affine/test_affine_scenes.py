@@ -176,7 +176,7 @@ def test_what_sticks_has_the_velocity_zero_exactly_though_its_velocity_moves_the
     for path in (ap.solve(scene), ap.solve(scene, digits=40)):
         assert path.modes == ("slip_same", "stick", "slip_same")
         assert path.events[-1].state[2] == 0
-    many = ap.solve_many(system=system, values={"mu": 1e-4}, start={**start, "v": [0.5, 0.5]}, until=2)
+    many = ap.solve_many(system=system, values={"mu": 1e-4}, start={**start, "v": [0.5] * 5}, until=2)
     assert many.alone == 0
     assert many.final[:, 0] == pytest.approx(ap.solve(scene).final, rel=1e-12)
 

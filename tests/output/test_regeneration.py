@@ -14,8 +14,9 @@ from asympk.storage.files import write_text
 
 ROOT = Path(__file__).parents[2]
 COMMITTED = ROOT / "paper" / "generated"
+TABLES = ("methods", "convergence", "escape", "damping", "decreasing", "mechanisms")
 FROM_ROWS = {
-    f"{name}.{end}" for name in ("methods", "convergence", "escape", "damping", "decreasing") for end in ("tex", "csv")
+    f"{name}.{end}" for name in TABLES for end in ("tex", "csv")
 }
 
 

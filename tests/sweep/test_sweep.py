@@ -333,15 +333,15 @@ def test_parquet_chunks_hold_the_same_and_are_checked_too(plain, tmp_path):
 def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
     from asympk.systems.painleve_klein.flow import exact
 
-    real = exact.run
+    real = exact.in_doubles
 
-    def refusing(scene):
+    def refusing(case):
         for reason, bad in ((TooManyEvents, 7.0), (TooLarge, 9.0), (Undecided, 11.0)):
-            if scene.start[2] == bad:
+            if case.z == bad:
                 raise reason("no")
-        return real(scene)
+        return real(case)
 
-    monkeypatch.setattr(exact, "run", refusing)
+    monkeypatch.setattr(exact, "in_doubles", refusing)
     x, y, z, bad = np.linspace(-1, 1, 64), np.zeros(64), -np.ones(64), [5, 40, 41]
     fair = chunks.follow(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
     x[bad], y[bad], z[bad] = 1000, -1000, (7, 9, 11)  # on s = 0 without a rate: followed one by one

@@ -4,7 +4,8 @@
     modes -> flow -> arrays          in numbers: the kernel that ``systems.kernels`` plugs in
 
 The names of ``equations`` are those of this package; they are loaded when one is asked for, since the kernel follows a
-scene without any symbols.
+scene without any symbols. Source: N. A. Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of
+Solids (1991), in Russian.
 """
 
 from importlib import import_module
