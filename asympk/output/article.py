@@ -10,7 +10,7 @@ from asympk.storage.files import write_text
 
 _TITLE = re.compile(r"\\title\{(?:\\vspace\{.*?\})?(.*?)\}\n", re.DOTALL)
 _ABSTRACT = re.compile(r"\\twocolumn\[\\maketitle\S*\s*(\\begin\{quote\}.*?\\end\{quote\})\S*\]", re.DOTALL)
-_FORMULA = re.compile(r"^\.\. math::\n\n((?: +.*\n|\n)+)", re.MULTILINE)
+_FORMULA = re.compile(r"^( *)\.\. math::\n\n((?:\1 +.*\n|\n)+)", re.MULTILINE)
 _LABEL = re.compile(r"\\label\{(.+?)\}")
 
 
@@ -39,7 +39,8 @@ def draw_pictures(root: Path, names: list[str], out: Path) -> None:
 
 def with_sections(source: str, paper: Path) -> str:
     """Put the preamble, and the sections that exist only with their rows, in the place of their inputs."""
-    source = source.replace(r"\input{preamble}", (paper / "preamble.tex").read_text(encoding="utf-8"))
+    if (head := r"\input{preamble}") in source:
+        source = source.replace(head, (paper / "preamble.tex").read_text(encoding="utf-8"))
 
     def section(found: re.Match) -> str:
         rows, name = found.groups()
@@ -60,9 +61,11 @@ def labelled(rst: str) -> str:
     others = {}
 
     def formula(found: re.Match) -> str:
-        labels = _LABEL.findall(found[1])
+        indent, body = found.groups()
+        labels = _LABEL.findall(body)
         others.update(dict.fromkeys(labels[1:], labels[:1]))
-        return f".. math::\n   :label: {labels[0]}\n\n{_LABEL.sub('', found[1])}" if labels else found[0]
+        head = f"{indent}.. math::\n{indent}   :label: {labels[0]}\n\n" if labels else ""
+        return head + _LABEL.sub("", body) if labels else found[0]
 
     rst = _FORMULA.sub(formula, rst)
     for label, (first,) in others.items():

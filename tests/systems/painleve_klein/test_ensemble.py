@@ -162,7 +162,7 @@ def both_ways(sigma, sigma0, mu, x, y, z, until):
 
 
 def assert_both_ways_agree(common, final, count, found, story, size):
-    assert np.array_equal(count[common], story.count[common])
+    assert np.array_equal(count[common], story.n_events[common])
     for axis in (0, 2):
         assert (np.abs(final[axis] - story.final[axis]) / size)[common].max() <= 2e-15
     found, told = ([v[common[events[0]]] for v in events] for events in (found, story.events))
