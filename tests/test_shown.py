@@ -15,6 +15,7 @@ from asympk.digits import carried
 from asympk.doors import DOORS
 from asympk.errors import InputError, MissingPackage, Unfinished
 from asympk.many import Many
+from asympk.mechanics.paradoxset import ParadoxSet
 from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
 from asympk.shown import number
@@ -114,7 +115,7 @@ def test_every_door_leads_to_a_documented_function_that_takes_the_noun():
     for door, (module, name) in DOORS.items():
         noun, method = door.split(".")
         assert getattr(import_module(f"asympk.{module}"), name).__doc__
-        assert hasattr(Many if noun == "Many" else getattr(ap, noun), method)
+        assert hasattr({"Many": Many, "ParadoxSet": ParadoxSet}.get(noun) or getattr(ap, noun), method)
 
 
 def test_a_plot_has_a_panel_for_every_state_and_a_mark_for_every_event(path):

@@ -70,4 +70,4 @@ def labelled(rst: str) -> str:
     rst = _FORMULA.sub(formula, rst)
     for label, (first,) in others.items():
         rst = rst.replace(f":eq:`{label}`", f":eq:`{first}`")
-    return rst
+    return re.sub(r"<#(\w+):(\w+)>", r"<#\1-\2>", rst)  # docutils makes hyphens of the colons of a name
