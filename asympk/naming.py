@@ -1,13 +1,13 @@
 """The one reader of names out of a list: methods, targets, mechanisms, claims, in any case."""
 
-from collections.abc import Iterable
+from collections.abc import Collection
 from typing import Any
 
 from asympk.errors import UnknownName
 from asympk.numbers import short
 
 
-def named(kind: str, word: Any, known: Iterable[str], beyond: str = "") -> str:
+def named(kind: str, word: Any, known: Collection[str], beyond: str = "") -> str:
     """Return the one of ``known`` that ``word`` spells, in any case.
 
     Raises ``UnknownName`` with the nearest and all there are; ``beyond`` tells what else might be given.
@@ -15,7 +15,8 @@ def named(kind: str, word: Any, known: Iterable[str], beyond: str = "") -> str:
     >>> named("method", "LSODA", ("exact", "lsoda"))
     'lsoda'
     """
-    known = tuple(known)
+    if isinstance(word, str) and word in known:
+        return word
     folded = {name.lower(): name for name in known}
     if isinstance(word, str) and word.lower() in folded:
         return folded[word.lower()]
