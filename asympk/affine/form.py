@@ -15,7 +15,7 @@ from asympk.affine.exponential import LARGEST
 from asympk.affine.forcing import CONSTANT, Wave, closed, rate, waves_of
 from asympk.affine.mode import AffineMode
 from asympk.arithmetic import context, set_digits
-from asympk.automaton.modes import Mode, library, source
+from asympk.automaton.modes import Mode, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.system import System
@@ -115,7 +115,7 @@ def _numbers(form, values, digits):
     """Return the values of a form's outputs as Fractions: exact for rational functions of the parameters."""
     arguments = [Fraction(0)] * (1 + len(form.system.states)) + [Fraction(value) for value in values]
     exact, others = _outputs(form)
-    found = dict(zip(exact, _evaluated(form.system, exact, library(mpf=Fraction), arguments), strict=True))
+    found = dict(zip(exact, _evaluated(form.system, exact, namespace(mpf=Fraction), arguments), strict=True))
     if others:
         m = context(LARGEST)
         set_digits(m, 2 * digits + 20)

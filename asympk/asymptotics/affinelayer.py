@@ -67,7 +67,7 @@ def terms(formulas: Formulas, order: int) -> Terms:
     entries = [(k, i, *power, c) for i, s in enumerate(states) for k in range(order + 1)
                for power, c in _powers(found[s].get((k, 0), 0)).items()]  # fmt: skip
     places = np.array([entry[:-1] for entry in entries])
-    return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), field.library))
+    return Terms(places, tape.function((rate, *(entry[-1] for entry in entries)), field.functions))
 
 
 def _rests(exprs, field, values, found, tape, order, k):

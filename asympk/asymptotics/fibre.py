@@ -48,7 +48,7 @@ class Formulas:
     small: sp.Symbol
     parameters: tuple[sp.Symbol, ...]
     order: int
-    library: str = "math"
+    target: str = "math"
 
     @cached_property
     def arrays(self):
@@ -90,9 +90,9 @@ class Formulas:
 formulas = lru_cache(maxsize=64)(Formulas)
 
 
-def _library(name):
+def _functions(target):
     """Return {name: function or constant} of ``"math"`` or ``"numpy"``."""
-    module, known = import_module(name), NUMPY_NAMES if name == "numpy" else {}
+    module, known = import_module(target), NUMPY_NAMES if target == "numpy" else {}
     return {f: getattr(module, known.get(f, f)) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
 
 
@@ -107,7 +107,7 @@ class _Field:
         self.jacobian = fast_jacobian(mode, given.small)
         self.across = sp.Matrix(self.force).jacobian(self.slow_states)
         self.names = {p: f"p{i}" for i, p in enumerate(given.parameters)}
-        self.library = _library(given.library)
+        self.functions = _functions(given.target)
 
     def tape(self, *inputs):
         """Return a tape with ``inputs`` and the parameters, and the nodes of these."""
@@ -126,7 +126,7 @@ class _Field:
         rates = [g[0, 0] for g in force]
         for k in range(1, order + 1):
             rates += [*(f[k - 1, 0] for f in drift), *(g[k, 0] for g in force)]
-        return tape.function(tuple(rates), self.library)
+        return tape.function(tuple(rates), self.functions)
 
     def slow(self, order):
         """Compile the slow motion in powers of mu at fixed tau, from the series of its start."""
@@ -137,7 +137,7 @@ class _Field:
         start = [{(k, 0): tape.node(f"v{i}_{k}") for k in range(order + 1)} for i in range(n)]
         *motion, _ = self.motion(tape, values, start, order)
         levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
-        return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.library)
+        return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.functions)
 
     def flow(self, order):
         """Compile the rates of x and of the branch's value on the manifold to ``order``."""
@@ -147,12 +147,12 @@ class _Field:
         across = [sum((along(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
                   for row in self.across.tolist()]  # fmt: skip
         branch = [-1 * c for c in _product(self._inverse(values, tape), across)]
-        return tape.function((*rates, *branch), self.library)
+        return tape.function((*rates, *branch), self.functions)
 
     def height(self, order):
         """Compile the fast states on the manifold to ``order``."""
         tape, _, _, y = self._at_rest(order)
-        return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.library)
+        return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.functions)
 
     def slow_rates(self):
         """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and f_y h_x."""
@@ -165,14 +165,14 @@ class _Field:
         drift = sp.Matrix(self.drift).subs(self.small, 0).jacobian(self.fast_states)
         coupling = [[along(c, point, tape) for c in row] for row in drift.tolist()]
         entries = [c for row in coupling for c in _product(slopes, row)]
-        return tape.function((found[0, 1] / found[0, 0], *entries), self.library)
+        return tape.function((found[0, 1] / found[0, 0], *entries), self.functions)
 
     def at_point(self, exprs):
         """Compile expressions at (x, y)."""
         states = (*self.slow_states, *self.fast_states)
         tape, values = self.tape(*(f"v{i}_0" for i in range(len(states))))
         values |= {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
-        return tape.function(tuple(along(sp.sympify(e, strict=True), values, tape) for e in exprs), self.library)
+        return tape.function(tuple(along(sp.sympify(e, strict=True), values, tape) for e in exprs), self.functions)
 
     def _at_rest(self, order):
         """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""

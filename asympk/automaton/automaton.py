@@ -28,7 +28,7 @@ class NumericMode:
     mode: Mode
     p: tuple[Any, ...]
     target: str
-    library: Any
+    functions: Any
 
     @property
     def name(self) -> str:
@@ -143,7 +143,7 @@ class NumericMode:
         return state
 
     def _compiled(self, outputs: tuple) -> Callable[..., tuple]:
-        return function(self.mode.system, outputs, self.target, self.library)
+        return function(self.mode.system, outputs, self.target, self.functions)
 
 
 @dataclass(frozen=True)

@@ -58,10 +58,10 @@ class Point(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """The numbers that a decision is made on: how functions are spelled, their library, and what counts as clear."""
+    """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear."""
 
     target: str
-    library: Any
+    functions: Any
     convert: Any
     least: float
 
@@ -162,7 +162,7 @@ def _reactions(system: System) -> Iterator[sp.Expr]:
 
 def _point(system: System, numbers: Numbers, t: Any, state: tuple, p: tuple) -> Point:
     expressions, unknowns, _ = _expressions(system)
-    values = function(system, expressions, numbers.target, numbers.library)(t, *state, *p)
+    values = function(system, expressions, numbers.target, numbers.functions)(t, *state, *p)
     split = 6 * len(system.frictions)
     contacts = tuple(Contact(*values[k : k + 6]) for k in range(0, split, 6))
     width = 1 + len(unknowns)
@@ -223,7 +223,7 @@ def _touching(
 def _gap_signs(system: System, friction: Friction, at: tuple[Any, tuple], p: tuple, numbers: Numbers) -> list[int]:
     """Return the signs of the gap and its rate, 0 where the rounding of doubles leaves them open."""
     expressions = (friction.gap, branches.rate_along(system, friction.gap))
-    values = function(system, expressions, numbers.target, numbers.library)
+    values = function(system, expressions, numbers.target, numbers.functions)
     rows = [values(t, *w, *p) for t, w in (at, *(_nudged(*at, signs, ROUNDING) for signs in _NUDGES))]
     return [numbers.sign([row[j] for row in rows]) for j in (0, 1)]
 
@@ -362,7 +362,7 @@ def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tup
         if order > first and sp.count_ops(mode.derivative(guard, order - 1)) > LONGEST:
             raise Undecided(f"{kind} of {branches.name(mode.branch)} vanishes at t = {float(nudged[0][0]):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
-        derivative = function(mode.system, (mode.derivative(guard, order),), numbers.target, numbers.library)
+        derivative = function(mode.system, (mode.derivative(guard, order),), numbers.target, numbers.functions)
         sign = numbers.sign([derivative(t, *w, *p)[0] for t, w in nudged])
         if sign:
             return sign > 0

@@ -2,7 +2,7 @@ r"""A system in numbers: the fields, Jacobians and guards of its modes, compiled
 
 Every function takes ``(t, *state, *p)`` with p the parameters, so that what compiles serves all scenes of a system. The
 emitted text has arithmetic and functions only: numbers of any kind pass through, tracers and expressions too, given a
-library that has the functions. Lie derivatives of a guard along its field tell what happens where the guard vanishes.
+namespace of functions. Lie derivatives of a guard along its field tell what happens where the guard vanishes.
 """
 
 import re
@@ -93,10 +93,10 @@ def _derivative(mode: Mode, guard: int, order: int) -> sp.Expr:
 
 
 @lru_cache(maxsize=1024)
-def function(system: System, outputs: tuple[sp.Expr, ...], target: str, library: Any) -> Callable[..., tuple]:
-    """Return ``f(t, *state, *p)``, a tuple of ``outputs``, on the numbers of ``library``; ``target`` says how it is
-    spelled: ``"math"`` (rational constants rounded once) or ``"mpmath"`` (divided at the library's precision)."""
-    space = {target: library}
+def function(system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any) -> Callable[..., tuple]:
+    """Return ``f(t, *state, *p)``, a tuple of ``outputs``, on the numbers of ``functions``; ``target`` says how it is
+    spelled: ``"math"`` (rational constants rounded once) or ``"mpmath"`` (divided at their precision)."""
+    space = {target: functions}
     exec(source(system, outputs, target), space)
     return space["f"]
 
@@ -120,8 +120,8 @@ def _plain(system: System) -> tuple[dict[sp.Symbol, sp.Symbol], sp.Symbol]:
     return plain | ({system.time: time} if system.time else {}), time
 
 
-def library(**functions: Any) -> ModuleType:
-    """Return a library of functions that the emitted text can be run on."""
+def namespace(**functions: Any) -> ModuleType:
+    """Return the namespace of ``functions`` that emitted text runs on."""
     found = ModuleType("functions")
     vars(found).update(functions)
     return found

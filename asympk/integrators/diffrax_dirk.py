@@ -7,7 +7,7 @@ is reached; the limit on time is looked at between runs.
 from functools import cache, lru_cache
 from itertools import product
 
-from asympk.automaton.modes import function, library, mode_of
+from asympk.automaton.modes import function, mode_of, namespace
 from asympk.integrators.integrate import missing
 from asympk.integrators.stepwise import follow
 from asympk.integrators.watch import Look, near
@@ -183,4 +183,4 @@ def _functions():
 
     names = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
     plain = ("pi", "e", "sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
-    return library(**{name: getattr(jnp, name) for name in plain}, **{k: getattr(jnp, v) for k, v in names.items()})
+    return namespace(**{name: getattr(jnp, name) for name in plain}, **{k: getattr(jnp, v) for k, v in names.items()})

@@ -4,7 +4,7 @@ from functools import cache, lru_cache
 from time import monotonic
 
 from asympk.automaton.loop import Segment
-from asympk.automaton.modes import function, library
+from asympk.automaton.modes import function, namespace
 from asympk.errors import InputError
 from asympk.integrators.integrate import Work, missing
 
@@ -72,4 +72,4 @@ def _functions():
     import heyoka as hy
 
     names = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "atan2")
-    return library(pi=math.pi, e=math.e, **{name: getattr(hy, name) for name in names})
+    return namespace(pi=math.pi, e=math.e, **{name: getattr(hy, name) for name in names})
