@@ -46,3 +46,18 @@ def as_mpf(value):
     import mpmath
 
     return mpmath.mp.make_mpf(value._mpf_)
+
+
+def whole_product(m, matrix, bits, vector):
+    """Return ``matrix @ vector`` in numbers of the context ``m``, each entry rounded once.
+
+    ``matrix`` (rows, n) is an array of whole numbers, 2^bits being 1, and ``vector`` (n,) one of numbers of ``m``.
+    """
+    import numpy as np
+    from mpmath.libmp import from_man_exp
+
+    parts = [v._mpf_ for v in vector]
+    low = min(exponent for _, _, exponent, _ in parts)
+    whole = np.array([(-man if sign else man) << (exponent - low) for sign, man, exponent, _ in parts], dtype=object)
+    found = (matrix @ whole).tolist()
+    return np.array([m.make_mpf(from_man_exp(v, low - bits, m.prec, "n")) for v in found], dtype=object)

@@ -18,6 +18,7 @@ from asympk.affine.mesh import Mesh
 from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
 from asympk.errors import InputError, Undecided
+from asympk.multiprecision import whole_product
 
 _LEAST_DIGITS = 40
 _ULPS = 64
@@ -76,7 +77,8 @@ class Flow:
     """A mode in the numbers of ``m``: ``tables`` turn a start (w, 1) into all that a segment needs, in one product.
 
     ``matrices`` is (functions, n, n + 1). ``rows`` are the guards' coefficients; ``rate`` turns the weights of a
-    function of time into those of its derivative.
+    function of time into those of its derivative. In doubles ``tables`` are floats; in digits they are whole numbers,
+    2^bits being 1, so that a product with them is exact until it is rounded.
     """
 
     m: Any
@@ -84,8 +86,13 @@ class Flow:
     blocks: tuple
     matrices: np.ndarray
     tables: np.ndarray
+    bits: int
     rows: np.ndarray
     rate: np.ndarray
+
+    def times(self, tables, vector):
+        """Return ``tables @ vector``, of ``tables`` or their sizes."""
+        return tables @ vector if self.m is Doubles else whole_product(self.m, tables, self.bits, vector)
 
     @cached_property
     def table_sizes(self):
@@ -136,11 +143,13 @@ def _flow(m, mode, exact):
     start = np.array(np.eye(width - 1, width, dtype=int), dtype=object) * unit
     sums = *_summed(exact.blocks, states, start), *_summed(exact.blocks, guards, rows * unit // denominator)
     tables = *sums, slopes, _product(rate, slopes) >> exact.bits
-    tables = np.concatenate([_rounded(m, table, exact.bits).reshape(-1, width) for table in tables])
+    tables = np.concatenate([table.reshape(-1, width) for table in tables])
+    if m is Doubles:
+        tables = _rounded(m, tables, exact.bits)
     blocks = tuple(block._replace(decay=_number(m, block.decay, exact.bits), turn=_number(m, block.turn, exact.bits))
                    for block in exact.blocks)  # fmt: skip
     rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
-    return Flow(m, mode, blocks, _rounded(m, states, exact.bits), tables, rows, _rounded(m, rate, exact.bits))
+    return Flow(m, mode, blocks, _rounded(m, states, exact.bits), tables, exact.bits, rows, _rounded(m, rate, exact.bits))
 
 
 def _weights(rows, matrix, bits):
@@ -196,15 +205,15 @@ class Segment:
         whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)
         self.size = abs(whole) if sizes is None else np.array([*sizes, m.number(1)], dtype=whole.dtype)
         self.start = whole[:-1]
-        self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.tables @ whole)
+        self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.times(flow.tables, whole))
         first, off = self.guards[self.functions], flow.row_sizes @ self.size
-        self.zero = np.flatnonzero(abs(first) <= max(m.margin, _ULPS * m.eps) * off).tolist()
+        self.zero = np.flatnonzero(abs(first) <= off * max(m.margin, _ULPS * m.eps)).tolist()
         first[self.zero] = m.number(0)
 
     @cached_property
     def off(self):
         """The ``Parts`` of the sizes of the terms, on which rounding depends."""
-        found = self.flow.parts(self.flow.table_sizes @ self.size)
+        found = self.flow.parts(self.flow.times(self.flow.table_sizes, self.size))
         found.guards[self.functions][self.zero] = self.m.number(0)
         return found
 
