@@ -149,7 +149,8 @@ def _flow(m, mode, exact):
     blocks = tuple(block._replace(decay=_number(m, block.decay, exact.bits), turn=_number(m, block.turn, exact.bits))
                    for block in exact.blocks)  # fmt: skip
     rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
-    return Flow(m, mode, blocks, _rounded(m, states, exact.bits), tables, exact.bits, rows, _rounded(m, rate, exact.bits))
+    states, rate = _rounded(m, states, exact.bits), _rounded(m, rate, exact.bits)
+    return Flow(m, mode, blocks, states, tables, exact.bits, rows, rate)
 
 
 def _weights(rows, matrix, bits):
