@@ -1,6 +1,9 @@
 """The numbers a flow is computed in: doubles, or mpmath numbers of a private context of any precision."""
 
 import math
+from typing import Any
+
+from asympk.numbers import Arithmetic
 
 
 class Doubles:
@@ -13,11 +16,11 @@ class Doubles:
     number = float
 
     @staticmethod
-    def guess(segment, find, *arguments):
+    def guess(segment: Any, find: str, *arguments: float) -> None:
         """Return None: a root in doubles is found from the bracket alone."""
 
 
-def context(largest):
+def context(largest: int) -> Arithmetic:
     """Return a private mpmath context that can serve as ``m``; mpmath's own precision is not touched.
 
     Numbers beyond ``largest`` (a power of ten) are refused by the flow.
@@ -34,7 +37,7 @@ def context(largest):
     return m
 
 
-def set_digits(m, digits, tie=False):
+def set_digits(m: Arithmetic, digits: int, tie: bool = False) -> None:
     """Let the context work with ``digits`` digits from now on; with ``tie`` every sign counts as it is."""
     m.dps = digits
     m.root_tol = m.mpf(10) ** (-0.35 * digits)

@@ -3,6 +3,8 @@
 A message is one line and says what was found, where, and what to do.
 """
 
+from typing import Any
+
 
 class AsympkError(Exception):
     """Any error that asympk raises on purpose."""
@@ -39,7 +41,7 @@ class NoManifold(AsympkError, ArithmeticError):
 class Stopped(AsympkError, ArithmeticError):
     """A motion of the model ends; ``t`` and ``state`` are those reached, None where the error names no point."""
 
-    def __init__(self, message, t=None, state=None):
+    def __init__(self, message: str, t: Any = None, state: Any = None):
         super().__init__(message)
         self.t, self.state = t, state
 
@@ -87,6 +89,6 @@ class UnboundedReaction(Stopped):
 class Unfinished(AsympkError, RuntimeError):
     """A run did not reach its end; ``path`` is what it did follow, and its ``info`` says why it stopped."""
 
-    def __init__(self, message, path=None):
+    def __init__(self, message: str, path: Any = None):
         super().__init__(message)
         self.path = path

@@ -6,13 +6,20 @@ extends them gets a wrong number. They are therefore extended at once, under a l
 
 from fractions import Fraction
 from threading import Lock
+from typing import TYPE_CHECKING
+
+from asympk.numbers import Number
+
+if TYPE_CHECKING:
+    import numpy as np
+    from mpmath.ctx_mp import MPContext
 
 _EXTENDING = Lock()
 _BITS = 12_000  # of the constants, from the start
 _extended = 0
 
 
-def context(digits: int):
+def context(digits: int) -> "MPContext":
     """Return a private mpmath context that works with ``digits`` digits."""
     import mpmath
 
@@ -22,7 +29,7 @@ def context(digits: int):
     return m
 
 
-def extend(bits: int):
+def extend(bits: int) -> None:
     """Let mpmath know its constants to ``bits`` bits, before several threads ask for them."""
     global _extended
     from mpmath.libmp import e_fixed, ln2_fixed, ln10_fixed, pi_fixed
@@ -34,21 +41,21 @@ def extend(bits: int):
             _extended = bits
 
 
-def in_context(m, value):
+def in_context(m: "MPContext", value: Number) -> Number:
     """Return an int, float, Fraction or mpf as a number of the context ``m``, a Fraction to its precision."""
     if isinstance(value, Fraction):
         return m.mpf(value.numerator) / value.denominator
     return m.mpf(value)
 
 
-def as_mpf(value):
+def as_mpf(value: Number) -> Number:
     """Return a number of a private context as one of mpmath's own, with all its digits."""
     import mpmath
 
     return mpmath.mp.make_mpf(value._mpf_)
 
 
-def whole_product(m, matrix, bits, vector):
+def whole_product(m: "MPContext", matrix: "np.ndarray", bits: int, vector: "np.ndarray") -> "np.ndarray":
     """Return ``matrix @ vector`` in numbers of the context ``m``, each entry rounded once.
 
     ``matrix`` (rows, n) is an array of whole numbers, 2^bits being 1, and ``vector`` (n,) one of numbers of ``m``.

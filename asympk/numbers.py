@@ -5,12 +5,19 @@ formula.
 """
 
 import re
+from collections.abc import Callable
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral, Rational
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from asympk.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Number: TypeAlias = Any  # a float, an mpf, a Fraction or a ball, or an array of such numbers
+Arithmetic: TypeAlias = Any  # the functions of one kind of numbers: ``Doubles``, an mpmath context, NumPy
 
 _SPELT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
 _LONGEST = 4000  # digits
@@ -23,7 +30,9 @@ _ARRAY = "it must be a number or an array of numbers"
 _KINDS = "int, float, Fraction, Decimal, str or mpf"
 
 
-def number(name: str, value: Any, allowed=None, words: str = "") -> int | float | Fraction:
+def number(
+    name: str, value: Any, allowed: Callable[[Any], bool] | None = None, words: str = ""
+) -> int | float | Fraction:
     """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed.
 
     ``value`` is an int, float, Fraction, Decimal, mpf, a NumPy scalar, or a string that spells a decimal ("0.2" is
@@ -37,7 +46,7 @@ def number(name: str, value: Any, allowed=None, words: str = "") -> int | float 
     return exact
 
 
-def numbers(name: str, value: Any):
+def numbers(name: str, value: Any) -> "np.ndarray":
     """Return ``value`` as an array of real numbers; integers and short floats stay as they are, the rest are doubles.
 
     Strings, Fractions and Decimals are read one by one, as ``number`` reads them. Raises ``InputError`` for what is
@@ -51,7 +60,7 @@ def numbers(name: str, value: Any):
     return values
 
 
-def objects(name: str, value: Any):
+def objects(name: str, value: Any) -> "np.ndarray":
     """Return ``value`` as an array of what it holds, unread, for ``number``; raises ``InputError`` as ``numbers``."""
     return _array(name, value, object)
 

@@ -7,7 +7,7 @@ The values of a card are words, numbers, or formulas: anything that SymPy's LaTe
 import re
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 WIDTH = 100  # characters of a line of text
 ROWS = 10  # rows of a card as text
@@ -49,7 +49,10 @@ class ShownAsFormulas(Shown):
         return rf"$\displaystyle {as_latex(self._card())}$"
 
 
-class Several(tuple):
+NOUN = TypeVar("NOUN", bound=ShownAsFormulas)
+
+
+class Several(tuple[NOUN, ...]):
     """Nouns of formulas in a tuple, shown one below the other."""
 
     __slots__ = ()

@@ -1,12 +1,13 @@
 """Dense output of a run in closed form: the state at any time, on arrays of times at once."""
 
 from bisect import bisect_right
+from typing import Any
 
 import numpy as np
 
 from asympk.affine.functions import Arrays, functions
 from asympk.errors import InputError
-from asympk.numbers import number
+from asympk.numbers import Number, number
 from asympk.path import ClosedForm
 
 
@@ -15,7 +16,7 @@ class Dense(ClosedForm):
 
     __slots__ = ()
 
-    def __call__(self, t):
+    def __call__(self, t: Any) -> np.ndarray | tuple[Number, ...]:
         """Return an array of shape ``(n,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
         one = isinstance(t, str) or not hasattr(t, "__len__")
         if self.digits is not None and one:

@@ -9,15 +9,21 @@ hundred intervals at once; only those in which something may happen that it cann
 A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
 """
 
+from collections.abc import Iterator
 from functools import cached_property
 from itertools import repeat
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from asympk.affine.functions import MOST_EXPONENT, areas, functions, initial, sizes, tremors
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, Undecided
+from asympk.numbers import Number
+
+if TYPE_CHECKING:
+    from asympk.affine.mesh import Mesh
+    from asympk.affine.mode import Segment
 
 _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200
@@ -38,7 +44,7 @@ class Point(NamedTuple):
     slope_doubts: list
 
 
-def first_root(guards, until, mesh):
+def first_root(guards: "Guards", until: Number, mesh: "Mesh") -> tuple[Number, tuple[int, ...]] | None:
     """Return (time, indices of the guards) of the first root in (0, until], or None.
 
     ``guards`` is a ``Guards``. Raises ``Undecided``.
@@ -57,19 +63,19 @@ def first_root(guards, until, mesh):
 class Guards:
     """The guards of one segment as functions of time, with slopes and bounds of bends; ``every`` are their indices."""
 
-    def __init__(self, segment):
+    def __init__(self, segment: "Segment"):
         self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
         self.every = range(segment.slopes.shape[1])
-        self._reaches = {}
+        self._reaches: dict[int, Number] = {}
 
     @cached_property
-    def lists(self):
+    def lists(self) -> tuple[list, ...]:
         """The weights and sizes as lists, one per guard: of sums, slopes and bends; and the bases, one per number."""
         s, functions = self.segment, self.segment.functions
         columns = [table[:functions].T.tolist() for table in (s.guards, s.off.guards, s.slopes, s.off.slopes)]
         return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off.guards[functions:].tolist()
 
-    def at(self, t):
+    def at(self, t: Number) -> Point:
         """Return the ``Point`` at t."""
         margin = self.m.margin
         found, gained, begun = functions(self.m, self.blocks, t)
@@ -83,20 +89,20 @@ class Guards:
             [_dot(w, off_found) * margin for w in off_slopes],
         )
 
-    def bounds(self, lo, hi):
+    def bounds(self, lo: Number, hi: Number) -> list[Number]:
         """Return a bound of the integral of every ``|g''|`` over [lo, hi]."""
         found = areas(self.m, self.blocks, lo, hi)
         return [_dot(w, found) for w in self.lists[4]]
 
     @cached_property
-    def derivatives(self):
+    def derivatives(self) -> list[list[list[Number]]]:
         """The weights of the guards' derivatives from the second to that of order ``_ORDER``, one list per guard."""
         found = [self.segment.bends]
         while len(found) <= _ORDER - 2:
             found.append(self.segment.flow.rate @ found[-1])
         return [table.T.tolist() for table in found]
 
-    def sharper_bounds(self, lo, hi):
+    def sharper_bounds(self, lo: Number, hi: Number) -> list[Number]:
         """Return bounds of the integral of every ``|g''|`` over [lo, hi] by the Taylor series of g'' at lo.
 
         Where eigenvalues are close, weights are large and cancel: in the derivatives at lo they do, and in the
@@ -114,13 +120,13 @@ class Guards:
             factor = factor * h / (k + 2)
         return totals
 
-    def value(self, guard, t):
+    def value(self, guard: int, t: Number) -> tuple[Number, Number]:
         """Return the value and the slope of one guard."""
         found, gained, begun = functions(self.m, self.blocks, t)
         weights, _, slopes, _, _, bases, _ = self.lists
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
-    def suspects(self, mesh, until):
+    def suspects(self, mesh: "Mesh", until: Number) -> Iterator[tuple[Number, Number, int | None]]:
         """Yield intervals (lo, hi, guard) of (0, until) in order, outside which no guard has a root.
 
         The guard, if one is given, falls through zero just once there, and the others stay positive.
@@ -184,7 +190,7 @@ class Guards:
         guards = np.where(single, falls.argmax(axis=1), None)
         return zip(left[places].tolist(), guards[places].tolist(), strict=True)
 
-    def reach(self, guard):
+    def reach(self, guard: int) -> Number:
         """Return a time up to which a guard that vanishes at the start is positive."""
         if guard not in self._reaches:
             self._reaches[guard] = _reach(self.segment, guard)
@@ -314,7 +320,7 @@ def _verdict(guards, q, left, right, area):
     return "unknown"
 
 
-def root(guards, q, lo, hi, t):
+def root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Number:
     """Return the root of a guard that falls from plus at ``lo`` to minus at ``hi``, by Newton's method from ``t``."""
     close = (hi - lo) * guards.m.root_tol
     for _ in range(_MOST_STEPS):

@@ -8,13 +8,15 @@ Else, with ``adj(z - M) = sum A_i (z - l)^i`` and ``(z - l)^m / p(z) = sum s_j (
 A_i s_j over i + j = m - 1 - k. For a simple one adj(l - M) has rank one: a column, a row and the diagonal suffice.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.eigenpairs import eigenpairs
+from asympk.affine.eigenpairs import Eigenpairs, eigenpairs
 from asympk.affine.polynomial import in_whole_numbers, resolvent, roots
 from asympk.arithmetic import context, set_digits
 from asympk.errors import InputError
@@ -48,7 +50,7 @@ class Exponential:
 
 
 @lru_cache(maxsize=256)
-def exponential(entries, digits):
+def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Exponential:
     """Return the ``Exponential`` of rows of Fractions, right to ``digits`` digits of what the rows' size asks for.
 
     Raises ``InputError`` for more than 48 states.
@@ -70,14 +72,14 @@ def _bits_for(digits, whole):
     return int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * (max(lengths, default=0) - min(lengths, default=0))
 
 
-def of_pairs(found):
+def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
     """Yield (block, matrices) of simple eigenvalues and of 0."""
     for decay, turn, real, imaginary in zip(*found.values, *found.parts, strict=True):
         yield Block(decay, turn, 1), np.array([2 * real, -2 * imaginary] if turn else [real])
     yield Block(0, 0, len(found.zero)), np.array(found.zero).reshape(-1, *found.parts.shape[2:])
 
 
-def of_roots(entries, digits, bits):
+def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) -> Iterator[tuple[Block, np.ndarray]]:
     """Yield (block, matrices) of the eigenvalues as roots of the characteristic polynomial, multiple ones too."""
     found = _resolvent(entries)
     m = context(LARGEST)

@@ -7,10 +7,13 @@ With ``c_k = t^k e^{a t} cos(w t)`` and ``s_k = t^k e^{a t} sin(w t)``
 so a mode whose rates contain such terms is affine in its own states and these.
 """
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import sympy as sp
 from sympy.simplify.fu import TR8
+
+from asympk.numbers import Arithmetic, Number
 
 
 class Wave(NamedTuple):
@@ -25,11 +28,11 @@ class Wave(NamedTuple):
 CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
 
 
-def waves_of(expr, time):
+def waves_of(expr: sp.Expr, time: sp.Symbol | None) -> dict[Wave, sp.Expr] | None:
     """Return {Wave: coefficient} of an expression in the time, or None where it is no such sum."""
     if time is None or not expr.has(time):
         return {CONSTANT: expr}
-    found = {}
+    found: dict[Wave, sp.Expr] = {}
     expr = sp.expand(expr)
     for term in sp.Add.make_args(sp.expand(TR8(expr)) if expr.has(sp.cos, sp.sin) else expr):
         parts = _waves_of_term(term, time)
@@ -68,7 +71,7 @@ def _line(expr, time):
     return None if slope.has(time) else (slope, expr.subs(time, 0))
 
 
-def closed(waves):
+def closed(waves: Iterable[Wave]) -> list[Wave]:
     """Return the waves that a set of them needs to be closed under the derivative, the constant left out, in order."""
     needed = set()
     for wave in waves:
@@ -78,7 +81,7 @@ def closed(waves):
     return sorted(needed - {CONSTANT}, key=lambda w: (str(w.decay), str(w.turn), w.power, w.sine))
 
 
-def rate(wave):
+def rate(wave: Wave) -> dict[Wave, sp.Expr]:
     """Return {Wave: coefficient} of the derivative of a wave."""
     found = {}
     if wave.power:
@@ -90,12 +93,12 @@ def rate(wave):
     return found
 
 
-def value(m, power, decay, turn, sine, t):
+def value(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
     """Return a wave at a time, in the numbers of ``m``."""
     found = t**power * m.exp(decay * t)
     return found * (m.sin(turn * t) if sine else m.cos(turn * t)) if turn or sine else found
 
 
-def amplitude(m, power, decay, turn, sine, t):
+def amplitude(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
     """Return what the rounding of a wave at a time goes with: its amplitude, times how far its phase is known."""
     return abs(value(m, power, decay, 0, False, t)) * (1 + abs(turn * t))

@@ -4,7 +4,12 @@ With z = u - i v the function ``u e^{a t} cos(w t) + v e^{a t} sin(w t)`` is ``R
 derivative has ``(a + i w) z`` instead; a power ``t^k/k!`` hands its weight down to k - 1.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+
+from asympk.affine.exponential import Block
+from asympk.numbers import Arithmetic, Number
 
 MOST_EXPONENT = 600.0
 
@@ -15,22 +20,24 @@ class Arrays:
     cos, sin = np.cos, np.sin
 
     @staticmethod
-    def exp(p):
+    def exp(p: np.ndarray) -> np.ndarray:
         return np.exp(np.minimum(p, MOST_EXPONENT))
 
     @staticmethod
-    def expm1(p):
+    def expm1(p: np.ndarray) -> np.ndarray:
         return np.expm1(np.minimum(p, MOST_EXPONENT))
 
 
-def functions(m, blocks, t):
+def functions(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Number], list[Number], Number]:
     """Return ([F_r(t)], what each adds to a sum at t, how many blocks have started).
 
     A block has started where its exponent exceeds 1. Until then it adds ``F_r(t) - F_r(0)``, which is exact to rounding
     however short t is, to a sum that contains ``F_r(0)``; from then on ``F_r(t)`` to a sum that does not, so that what
     has decayed leaves no rounding behind. The blocks are sorted, the fastest first.
     """
-    found, gained, begun = [], [], 0
+    found: list[Number] = []
+    gained: list[Number] = []
+    begun = 0
     for decay, turn, count in blocks:
         p = decay * t
         size, more = m.exp(p), m.expm1(p)
@@ -38,10 +45,10 @@ def functions(m, blocks, t):
         begun = begun + started
         if turn:
             half = m.sin(turn * t / 2)
-            waves = (size * m.cos(turn * t), size * m.sin(turn * t))
+            waves = [size * m.cos(turn * t), size * m.sin(turn * t)]
             gained += (started * waves[0] + (1 - started) * (more - 2 * size * half * half), waves[1])
         else:
-            waves = (size,)
+            waves = [size]
             gained.append(started * size + (1 - started) * more)
         found += waves
         for k in range(1, count):
@@ -51,14 +58,14 @@ def functions(m, blocks, t):
     return found, gained, begun
 
 
-def initial(blocks):
+def initial(blocks: Sequence[Block]) -> list[int]:
     """Return [F_r(0)]."""
     return [int(place == 0) for _, turn, count in blocks for place in range(count * (2 if turn else 1))]
 
 
-def sizes(m, blocks, lo, hi):
+def sizes(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> list[Number]:
     """Return bounds of |F_r| on [lo, hi]."""
-    found = []
+    found: list[Number] = []
     for decay, turn, count in blocks:
         size = m.exp(decay * (hi if decay > 0 else lo))
         for k in range(count):
@@ -67,9 +74,9 @@ def sizes(m, blocks, lo, hi):
     return found
 
 
-def areas(m, blocks, lo, hi):
+def areas(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> list[Number]:
     """Return bounds of the integrals of |F_r| over [lo, hi]."""
-    found = []
+    found: list[Number] = []
     for decay, turn, count in blocks:
         area = m.exp(decay * lo) * m.expm1(decay * (hi - lo)) / decay if decay else hi - lo
         for k in range(count):
@@ -78,12 +85,13 @@ def areas(m, blocks, lo, hi):
     return found
 
 
-def tremors(m, blocks, t):
+def tremors(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Number], list[Number]]:
     """Return the sizes in whose proportion rounding is wrong: of what F_r adds to a sum at t, and of F_r(t).
 
     An exponent ``l t`` is wrong in proportion, so the function is by ``|l t|`` times its size.
     """
-    gained, found = [], []
+    gained: list[Number] = []
+    found: list[Number] = []
     for decay, turn, count in blocks:
         size, p = m.exp(decay * t), (abs(decay) + turn) * t
         off = size * (1 + p)
@@ -97,7 +105,7 @@ def tremors(m, blocks, t):
     return gained, found
 
 
-def rate_of(blocks, unit):
+def rate_of(blocks: Sequence[Block], unit: Number) -> np.ndarray:
     """Return the matrix that turns the weights of F_r in a function of time into those in its derivative.
 
     ``unit`` is the number that stands for 1.

@@ -6,11 +6,13 @@ is then decided by bounds, in ``events``; the mesh decides nothing.
 """
 
 import math
+from collections.abc import Iterator, Sequence
 from itertools import count
 from typing import NamedTuple
 
 import numpy as np
 
+from asympk.affine.exponential import Block
 from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, tremors
 
 POINTS = 96
@@ -37,7 +39,7 @@ class Table(NamedTuple):
     h: np.ndarray
 
 
-def table(blocks, t):
+def table(blocks: Sequence[Block], t: np.ndarray) -> Table:
     """Return the ``Table`` of the functions of blocks at an array of times."""
     with np.errstate(all="ignore"):
         values, gained, begun = functions(Arrays, blocks, t)
@@ -45,20 +47,22 @@ def table(blocks, t):
         swept = areas(Arrays, blocks, t[..., :-1], t[..., 1:])
     base = [begun == k for k in range(len(blocks) + 1)]
     parts = [*gained, *base], [*off_gained, *base], values, off_values
-    found = (np.stack(np.broadcast_arrays(*part), axis=-1).astype(float) for part in parts)
-    return Table(t, *found, np.stack(np.broadcast_arrays(*swept, t[..., 1:])[:-1], axis=-1), np.diff(t)[..., None])
+    found = [np.stack(np.broadcast_arrays(*part), axis=-1).astype(float) for part in parts]
+    bounds = np.stack(np.broadcast_arrays(*swept, t[..., 1:])[:-1], axis=-1)
+    return Table._make([t, *found, bounds, np.diff(t)[..., None]])
 
 
 class Mesh:
     """The windows of a mode's spectrum, from 0 on, made as they are asked for."""
 
-    def __init__(self, blocks):
-        self.blocks, self._windows = blocks, []
+    def __init__(self, blocks: Sequence[Block]):
+        self.blocks = blocks
+        self._windows: list[Table] = []
         self._speeds = _leading([(decay, abs(complex(decay, turn))) for decay, turn, _ in blocks])
         fastest = max((speed for _, speed in self._speeds), default=0.0)
         self._first = _PART / fastest if fastest else 1.0
 
-    def windows(self):
+    def windows(self) -> Iterator[Table]:
         """Yield the windows in order of time, without end."""
         for k in count():
             if k < len(self._windows):

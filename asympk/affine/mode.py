@@ -4,6 +4,7 @@ A guard is a function ``g = c.w + d`` that is positive inside the mode. Its weig
 many digits before they are rounded, so a guard that does not feel a fast part says so.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -19,6 +20,7 @@ from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
 from asympk.errors import InputError, Undecided
 from asympk.multiprecision import whole_product
+from asympk.numbers import Arithmetic, Number
 
 _LEAST_DIGITS = 40
 _ULPS = 64
@@ -35,7 +37,12 @@ class AffineMode:
     guards: tuple[tuple[Fraction, ...], ...] = ()
 
     @classmethod
-    def of(cls, matrix, vector, guards=()):
+    def of(
+        cls,
+        matrix: Sequence[Sequence[Number]],
+        vector: Sequence[Number],
+        guards: Sequence[tuple[Sequence[Number], Number]] = (),
+    ) -> "AffineMode":
         """Build a mode from ``A`` (n, n), ``b`` (n,) and guards ``(c, d)``; floats are taken for what they are exactly.
 
         Raises ``InputError`` for shapes that do not fit and for a guard that depends on no state.
@@ -52,18 +59,18 @@ class AffineMode:
         return cls(tuple(_exact(row) for row in matrix), _exact(vector), rows)
 
     @cached_property
-    def homogeneous(self):
+    def homogeneous(self) -> tuple[tuple[Fraction, ...], ...]:
         """The rows of M, ``(w, 1)' = M (w, 1)``."""
         rows = tuple((*row, b) for row, b in zip(self.matrix, self.vector, strict=True))
         return (*rows, (Fraction(0),) * (len(rows) + 1))
 
     @cached_property
-    def in_doubles(self):
+    def in_doubles(self) -> "Flow":
         """The ``Flow`` in doubles."""
         return _flow(Doubles, self, exponential(self.homogeneous, DIGITS_FOR_DOUBLES))
 
     @cached_property
-    def mesh(self):
+    def mesh(self) -> Mesh:
         """The ``Mesh`` of the spectrum."""
         return Mesh(self.in_doubles.blocks)
 
@@ -90,33 +97,33 @@ class Flow:
     rows: np.ndarray
     rate: np.ndarray
 
-    def times(self, tables, vector):
+    def times(self, tables: np.ndarray, vector: np.ndarray) -> np.ndarray:
         """Return ``tables @ vector``, of ``tables`` or their sizes."""
         return tables @ vector if self.m is Doubles else whole_product(self.m, tables, self.bits, vector)
 
     @cached_property
-    def table_sizes(self):
+    def table_sizes(self) -> np.ndarray:
         """The sizes of the entries of ``tables``, on which rounding depends."""
         return abs(self.tables)
 
     @cached_property
-    def row_sizes(self):
+    def row_sizes(self) -> np.ndarray:
         """The sizes of the entries of ``rows``."""
         return abs(self.rows)
 
     @cached_property
-    def flat(self):
+    def flat(self) -> np.ndarray:
         """The matrices, one function a row."""
         return self.matrices[:, :, :-1].reshape(len(self.matrices), -1)
 
     @cached_property
-    def shapes(self):
+    def shapes(self) -> tuple[tuple[int, int], ...]:
         """The shapes of the parts of a product with ``tables``: sums for states and guards, slopes, bends."""
         functions, states, guards = len(self.rate), self.matrices.shape[1], len(self.rows)
         wide = functions + len(self.blocks) + 1
         return (wide, states), (wide, guards), (functions, guards), (functions, guards)
 
-    def parts(self, product):
+    def parts(self, product: np.ndarray) -> "Parts":
         """Return the ``Parts`` of products (.., size) of ``tables``."""
         found, at = [], 0
         for rows, columns in self.shapes:
@@ -125,7 +132,7 @@ class Flow:
         return Parts(*found)
 
 
-def in_digits(m, mode):
+def in_digits(m: Arithmetic, mode: AffineMode) -> Flow:
     """Return the ``Flow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
     doublings = ((m.dps - 1) // _LEAST_DIGITS).bit_length()  # runs of nearly the same precision share one exponential
     return _flow(m, mode, exponential(mode.homogeneous, _LEAST_DIGITS << doublings))
@@ -200,7 +207,7 @@ class Segment:
     vanishes there, and is set to zero.
     """
 
-    def __init__(self, flow, start, sizes=None):
+    def __init__(self, flow: Flow, start: Sequence[Number] | np.ndarray, sizes: np.ndarray | None = None):
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
         whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)
@@ -212,13 +219,13 @@ class Segment:
         first[self.zero] = m.number(0)
 
     @cached_property
-    def off(self):
+    def off(self) -> Parts:
         """The ``Parts`` of the sizes of the terms, on which rounding depends."""
         found = self.flow.parts(self.flow.times(self.flow.table_sizes, self.size))
         found.guards[self.functions][self.zero] = self.m.number(0)
         return found
 
-    def state(self, t):
+    def state(self, t: Number) -> np.ndarray:
         """Return the state (n,) at the time t."""
         _, gained, begun = functions(self.m, self.flow.blocks, t)
         return self._sum(self.sums, gained, begun)
@@ -226,16 +233,16 @@ class Segment:
     def _sum(self, weights, gained, begun):
         return np.array(gained) @ weights[: self.functions] + weights[self.functions + begun]
 
-    def rates(self, t):
+    def rates(self, t: Number) -> np.ndarray:
         """Return ``w'(t)``."""
         found, _, _ = functions(self.m, self.flow.blocks, t)
         return np.array(found) @ self.flow.rate @ self.sums[: self.functions]
 
-    def first_event(self, until):
+    def first_event(self, until: Number) -> tuple[Number, tuple[int, ...]] | None:
         """Return (time, guards) of the first root of any guard in (0, until], or None; raises ``Undecided``."""
         return first_root(Guards(self), until, self.flow.mode.mesh)
 
-    def refined(self, guess, guard):
+    def refined(self, guess: Number, guard: int) -> Number:
         """Return the root of a guard next to one in coarser numbers; raises ``Undecided`` where it is not there."""
         weights, slopes, t, step = self.guards[:, guard], self.slopes[:, guard], guess, self.m.inf
         while abs(step) > self.m.root_tol * guess:
@@ -247,9 +254,9 @@ class Segment:
             t = t - step
         return t
 
-    def at_event(self, t, guard):
+    def at_event(self, t: Number, guard: int) -> np.ndarray:
         """Return the state at the root of a guard, moved by the step that t is too coarse for."""
-        found, gained, begun = functions(self.m, self.flow.blocks, t)
-        found, state = np.array(found), self._sum(self.sums, gained, begun)
+        values, gained, begun = functions(self.m, self.flow.blocks, t)
+        found, state = np.array(values), self._sum(self.sums, gained, begun)
         value, slope = self._sum(self.guards[:, guard], gained, begun), found @ self.slopes[:, guard]
         return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions]) if slope else state

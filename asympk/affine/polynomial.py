@@ -5,6 +5,7 @@ multiplicities of the roots from the square-free factors of p, so they are exact
 Aberth's iteration, started at the eigenvalues in doubles.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from math import lcm
@@ -13,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.errors import Undecided
+from asympk.numbers import Arithmetic, Number
 
 _MOST_ITERATIONS = 100
 
@@ -35,14 +37,14 @@ class Root(NamedTuple):
     real: bool
 
 
-def in_whole_numbers(rows):
+def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[np.ndarray, int]:
     """Return (array, denominator): rows of Fractions over their common denominator."""
     denominator = lcm(*(entry.denominator for row in rows for entry in row))
     whole = [[entry.numerator * (denominator // entry.denominator) for entry in row] for row in rows]
     return np.array(whole, dtype=object), denominator
 
 
-def resolvent(matrix):
+def resolvent(matrix: Sequence[Sequence[Fraction]]) -> Resolvent:
     """Return the ``Resolvent`` of a square array of Fractions."""
     whole, denominator = in_whole_numbers(matrix)
     size = len(whole)
@@ -58,7 +60,7 @@ def resolvent(matrix):
     return Resolvent(denominator, tuple(polynomial), np.array(adjugate[1:]), estimates)
 
 
-def roots(found, m):
+def roots(found: Resolvent, m: Arithmetic) -> list[Root]:
     """Return the roots of ``p`` (times the denominator), right to about ``m.prec`` bits less what p loses of them."""
     simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
     for factor, multiplicity in _square_free(found.polynomial[zeros:]):
@@ -116,7 +118,7 @@ def _starts(m, factor, estimates, denominator):
     return sorted(spread, key=moved)[: len(factor) - 1]
 
 
-def horner(coefficients, z):
+def horner(coefficients: Sequence[Number], z: Number) -> tuple[Number, Number]:
     """Return the value and the slope of a polynomial given from its lowest coefficient."""
     value = slope = 0
     for coefficient in reversed(coefficients):

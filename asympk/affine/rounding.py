@@ -8,23 +8,30 @@ respect to a state before is the product of the segments' exponentials and, at e
 c the gradient of the guard (Lemma 8); so every error is weighed by what becomes of it.
 """
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from asympk.affine.functions import functions, initial, tremors
 from asympk.arithmetic import Doubles
 
+if TYPE_CHECKING:
+    from asympk.affine.mode import Segment
+    from asympk.affine.run import Leg
+
 UNIT = 2.0**-53
 
 
-def estimate(legs, states):
+def estimate(legs: "Sequence[Leg]", states: int) -> float:
     """Estimate the error of the first ``states`` of the final state, each relative to its largest value on the path."""
     rows = np.eye(states, legs[-1].segment.start.size)
     error, size, after = np.zeros(states), np.zeros(states), None
     for leg in reversed(legs):
         segment, flow, span = leg.segment, leg.segment.flow, leg.span
-        values, gained, begun = functions(Doubles, flow.blocks, span)
+        found, gained, begun = functions(Doubles, flow.blocks, span)
         off, _ = tremors(Doubles, flow.blocks, span)
-        n, values = segment.functions, np.array(values)
+        n, values = segment.functions, np.array(found)
         end = np.array(gained) @ segment.sums[:n] + segment.sums[n + begun]
         lost = np.array(off) @ segment.off.sums[:n] + segment.off.sums[n + begun] + abs(end)
         size = np.maximum(size, np.maximum(abs(segment.start), abs(end))[:states])
@@ -40,6 +47,6 @@ def estimate(legs, states):
     return float((error / np.where(size > 0, size, 1.0)).max())
 
 
-def initial_rates(segment):
+def initial_rates(segment: "Segment") -> np.ndarray:
     """Return ``w'(0)``."""
     return np.array(initial(segment.flow.blocks)) @ segment.flow.rate @ segment.sums[: segment.functions]

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, tremors
-from asympk.affine.mesh import Table, table
+from asympk.affine.mesh import Mesh, Table, table
+from asympk.affine.mode import Flow
 from asympk.arithmetic import Doubles
 
 _MARGIN = Doubles.margin
@@ -43,7 +44,7 @@ class Rows(NamedTuple):
     zero: np.ndarray
     reach: np.ndarray
 
-    def of(self, rows):
+    def of(self, rows: np.ndarray) -> "Rows":
         """Return some of the rows."""
         return Rows(self.flow, *(part[rows] for part in self[1:]))
 
@@ -58,7 +59,7 @@ class Ends(NamedTuple):
     open: np.ndarray
 
 
-def rows_of(flow, whole):
+def rows_of(flow: Flow, whole: np.ndarray) -> Rows:
     """Return the ``Rows`` of starts ``(w, 1)``, an array (rows, n + 1)."""
     sums, guards, slopes, bends = map(np.copy, flow.parts(whole @ flow.tables.T))
     off_sums, off_guards, off_slopes, off_bends = map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T))
@@ -94,17 +95,17 @@ class Verdicts(NamedTuple):
     falls: np.ndarray
 
     @property
-    def clear(self):
+    def clear(self) -> np.ndarray:
         """Whether all guards are positive, by row and interval."""
-        return self.positive.all(axis=2)
+        return np.logical_and.reduce(self.positive, axis=2)
 
     @property
-    def single(self):
+    def single(self) -> np.ndarray:
         """Whether one guard falls and the others are positive, by row and interval."""
-        return (self.falls.sum(axis=2) == 1) & (self.positive | self.falls).all(axis=2)
+        return (self.falls.sum(axis=2) == 1) & np.logical_and.reduce(self.positive | self.falls, axis=2)
 
 
-def judge(rows, known, first):
+def judge(rows: Rows, known: Table, first: np.ndarray) -> Verdicts:
     """Return the ``Verdicts`` on the intervals of a table; ``first`` tells which intervals begin at the start."""
     g, off = _on(known.sums, rows.guards), _on(known.off_sums, rows.off_guards) * _MARGIN
     rise, off_rise = _on(known.values, rows.slopes), _on(known.off_values, rows.off_slopes) * _MARGIN
@@ -129,7 +130,7 @@ def _on(known, weights):
     return product.reshape(-1, rows, guards).transpose(1, 0, 2)
 
 
-def advance(flow, mesh, whole, left, error):
+def advance(flow: Flow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
     """Follow rows from starts ``whole`` (rows, n + 1), with errors (rows, n), for the times ``left``: the ``Ends``."""
     rows = rows_of(flow, whole)
     with np.errstate(all="ignore"):

@@ -3,25 +3,26 @@
 import sympy as sp
 
 
-def reduce_under(condition, assumptions):
+def reduce_under(condition: sp.Basic, assumptions: sp.Basic) -> sp.Basic:
     """Simplify a conjunction of conditions, solving those rational in one parameter within its assumed range.
 
     >>> sigma, mu = sp.symbols("sigma mu", real=True)
     >>> reduce_under(sp.And(sigma + 4 > 0, -sigma < 0, mu < sigma), sigma > -2)
     (sigma > 0) & (mu < sigma)
     """
-    kept, by_parameter = [], {}
+    kept: list[sp.Basic] = []
+    by_parameter: dict[sp.Symbol, list[sp.Basic]] = {}
     for relation in sp.And.make_args(sp.sympify(condition, strict=True)):
-        symbols = relation.free_symbols
+        symbols = tuple(relation.free_symbols)
         if len(symbols) == 1 and _is_rational(relation):
-            by_parameter.setdefault(*symbols, []).append(relation)
+            by_parameter.setdefault(symbols[0], []).append(relation)
         else:
             kept.append(relation)
     reduced = [_within(parameter, relations, assumptions) for parameter, relations in by_parameter.items()]
     return sp.And(*kept, *reduced)
 
 
-def closed(assumptions):
+def closed(assumptions: sp.Basic) -> sp.Basic:
     """Return ``assumptions`` with the bounds on single parameters that follow from a >= b between two.
 
     >>> a, b = sp.symbols("a b", real=True)
@@ -38,7 +39,7 @@ def closed(assumptions):
     return sp.And(assumptions, *found)
 
 
-def assumed_range(parameter, assumptions):
+def assumed_range(parameter: sp.Symbol, assumptions: sp.Basic) -> sp.Set:
     """Return the set of reals that the assumptions, those that name only ``parameter``, leave to it."""
     alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter}]
     return sp.Intersection(_declared(parameter), _solutions(alone, parameter))
@@ -70,7 +71,7 @@ def _within(parameter, relations, assumptions):
     return sp.Or(*(between(parameter, span) for span in sp.Union.make_args(both)))
 
 
-def between(parameter, span):
+def between(parameter: sp.Symbol, span: sp.Set) -> sp.Basic:
     """Write an interval or a single point as a relation, the parameter on the left: ``sigma > -1``."""
     if span.is_FiniteSet:
         return sp.Or(*(sp.Eq(parameter, point) for point in span))

@@ -4,9 +4,10 @@ A branch y = h_0(x) is normally hyperbolic where no eigenvalue of dg/dy on it ha
 real parts, here by the determinants of Hurwitz, tell attracting from repelling directions.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import sympy as sp
 
@@ -16,7 +17,7 @@ from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanis
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.signs import nonzero, positive
-from asympk.symbolic.system import Mode
+from asympk.symbolic.system import Mode, System
 from asympk.symbolic.values import by_symbol, exact, names
 
 
@@ -31,48 +32,48 @@ class CriticalManifold(ShownAsFormulas):
     assumptions: sp.Basic = field(default=sp.true, repr=False)
 
     @property
-    def mode(self):
+    def mode(self) -> str:
         """The name of the mode."""
         return self.dynamics.name
 
     @cached_property
-    def jacobian(self):
+    def jacobian(self) -> sp.Matrix:
         """The matrix dg/dy on the manifold."""
         at = {**self.branch, **over_fast(self.dynamics, self.small, self.branch)}
         return fast_jacobian(self.dynamics, self.small).subs(at, simultaneous=True).applyfunc(sp.factor)
 
     @cached_property
-    def characteristic(self):
+    def characteristic(self) -> tuple[sp.Expr, ...]:
         """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates."""
         return tuple(map(sp.factor, self.jacobian.charpoly().all_coeffs()))
 
     @cached_property
-    def exists(self):
+    def exists(self) -> sp.Basic:
         """The condition under which the manifold is normally hyperbolic: no eigenvalue of dg/dy is imaginary or 0."""
         return off_axis(self.characteristic, self.assumptions)
 
     @cached_property
-    def attracting(self):
+    def attracting(self) -> sp.Basic:
         """The condition under which every eigenvalue of dg/dy has a negative real part."""
         return attracting(self.characteristic, self.assumptions)
 
     @cached_property
-    def repelling(self):
+    def repelling(self) -> sp.Basic:
         """The condition under which every eigenvalue of dg/dy has a positive real part."""
         return repelling(self.characteristic, self.assumptions)
 
     @cached_property
-    def saddle(self):
+    def saddle(self) -> sp.Basic:
         """The condition under which dg/dy has eigenvalues on both sides of the imaginary axis and none on it."""
         return split(self.characteristic, self.assumptions)
 
     @cached_property
-    def folds(self):
+    def folds(self) -> sp.Basic:
         """The condition under which the manifold folds or meets another: det dg/dy = 0."""
         return sp.to_nnf(sp.Not(nonzero(self.jacobian.det(), self.assumptions)))
 
     @cached_property
-    def stability(self):
+    def stability(self) -> str:
         """``"stable"``, ``"unstable"`` (all fast directions attract, repel), ``"saddle"`` (neither), by real parts.
 
         A ``Piecewise`` of these names, as symbols, where it depends on parameters or on the place. Raises
@@ -87,13 +88,13 @@ class CriticalManifold(ShownAsFormulas):
         return sp.Piecewise(*cases)
 
     @cached_property
-    def domain(self):
+    def domain(self) -> sp.Basic:
         """The condition on the states under which the mode holds on the manifold, at mu = 0; False if nowhere."""
         states = list(self.dynamics.slow)
         parts = sp.And.make_args(self.dynamics.where.subs(self.branch, simultaneous=True))
         return sp.And(*(_located(part, states, self.assumptions) for part in parts))
 
-    def at(self, **values):
+    def at(self, **values: Any) -> Self:
         """Put in values of parameters by name, exact numbers or strings: ``at(sigma="1/2")``.
 
         Raises ``NotNormallyHyperbolic`` where the manifold does not exist, ``InputError`` for values outside the
@@ -145,13 +146,14 @@ class CriticalManifold(ShownAsFormulas):
         return set().union(*(p.free_symbols for p in parts)) - {*self.dynamics.slow, *self.dynamics.fast, self.small}
 
 
-def critical_manifolds(system):
+def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """Solve g = 0 for the fast variables in every mode.
 
     Manifolds of slip and smooth modes are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; one that
     lies nowhere in its mode has ``domain`` False. Raises ``NotDerivable`` when SymPy cannot solve g = 0.
     """
-    found, count = [], {}
+    found: list[CriticalManifold] = []
+    count: dict[str, int] = {}
     for mode in system.modes:
         letter = "Lambda" if mode.name == "stick" else "Pi"
         for branch in _branches(mode, system.small):
@@ -161,7 +163,7 @@ def critical_manifolds(system):
     return Several(found)
 
 
-def checked_branch(branch, mode, small):
+def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
     """Return ``branch`` as a ``Dict`` after checking that it gives every fast variable and solves g = 0."""
     if not isinstance(branch, dict | sp.Dict):
         raise InputError(f"branch = {branch!r} is not a dict {{fast variable: expression in the slow variables}}")
@@ -190,11 +192,11 @@ def _same_symbols(branch, mode):
             raise InputError(f"the branch's {s} and the system's {s} differ in their assumptions; use one Symbol")
 
 
-def equations(values):
+def equations(values: Mapping) -> str:
     return ", ".join(f"{symbol} = {value}" for symbol, value in values.items())
 
 
-def determinant(branch):
+def determinant(branch: Any) -> str:
     return "det dg/dy" if len(branch) > 1 else f"dg/d{next(iter(branch))}"
 
 

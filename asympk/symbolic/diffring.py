@@ -15,6 +15,7 @@ of monomials is a sum of integers, and the lexicographically leading one is the 
 kept by a denominator that is an integer. The hard function is ``DifferentialRing.__init__``.
 """
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cmp_to_key
 from heapq import heapify, heappop, heappush
 from math import gcd, lcm, prod
@@ -53,7 +54,13 @@ class DifferentialRing:
     that is not smooth or contains a float.
     """
 
-    def __init__(self, exprs, derivations, depth, relations=()):
+    def __init__(
+        self,
+        exprs: Sequence[sp.Expr],
+        derivations: Mapping[str, Callable[[sp.Expr], sp.Expr]],
+        depth: int,
+        relations: Sequence[tuple[sp.Expr, int, sp.Expr]] = (),
+    ):
         rates = _closure(exprs, derivations, depth)
         self.atoms = tuple(sorted(rates, key=_late_first))
         self._field = FracField(self.atoms, sp.ZZ, sp.lex)
@@ -65,7 +72,7 @@ class DifferentialRing:
         self._bases = _coprime(below)
         self._powers = [[{0: 1}, {0: self._integer}], *([{0: 1}, _pack(d)] for d in self._bases)]
         self._guard = sum(1 << WIDTH * (i + 1) - 1 for i in range(len(self.atoms)))
-        self._relations = ()
+        self._relations: tuple[Relation, ...] = ()
         self._relations = tuple(Relation(self._shift(a), degree, self(v)) for a, degree, v in relations)
         self._rates = {
             name: [(self._shift(a), self(by[name])) for a, by in rates.items() if by.get(name, 0) != 0]
@@ -73,7 +80,7 @@ class DifferentialRing:
         }
         self._base_rates = {name: self._rates_of_bases(name) for name in derivations}
 
-    def __call__(self, expr):
+    def __call__(self, expr: sp.Expr) -> Fraction:
         """Return ``expr``, which must be rational in the generators with known denominators, as an element."""
         value = self._rational(sp.sympify(expr, strict=True))
         content, denominator = value.denom.primitive()
@@ -88,15 +95,15 @@ class DifferentialRing:
         sign = int(denominator.as_expr())
         return self._sum({tuple(exponents): _pack(value.numer * (sign * factor // int(content)))})
 
-    def dot(self, pairs):
+    def dot(self, pairs: Iterable[tuple[Fraction, Fraction]]) -> Fraction:
         """Return the sum of the products of ``pairs``."""
-        sums = {}
+        sums: dict[tuple, dict] = {}
         for a, b in pairs:
             if a.numerator and b.numerator:
                 _add_product(sums.setdefault(_plus(a.exponents, b.exponents), {}), a.numerator, b.numerator)
         return self._sum(sums)
 
-    def diff(self, a, name):
+    def diff(self, a: Fraction, name: str) -> Fraction:
         """Return the derivative of ``a`` under the derivation ``name``."""
         n, exponents = a
         pairs = [(Fraction(_partial(n, shift), exponents), rate) for shift, rate in self._rates[name]]
@@ -106,7 +113,7 @@ class DifferentialRing:
                 pairs.append((Fraction({m: -exponents[i] * c for m, c in n.items()}, raised), rate))
         return self.dot(pairs)
 
-    def expr(self, a):
+    def expr(self, a: Fraction) -> sp.Expr:
         """Return ``a`` as an expression: content, common monomial, expanded rest, denominators."""
         if not a.numerator:
             return sp.S.Zero
@@ -122,11 +129,11 @@ class DifferentialRing:
         return sp.Mul(outer, *self._factors(common), self._total(terms), *below)
 
     @property
-    def zero(self):
+    def zero(self) -> Fraction:
         return Fraction({}, (0,) * len(self._powers))
 
     @property
-    def one(self):
+    def one(self) -> Fraction:
         return Fraction({0: 1}, (0,) * len(self._powers))
 
     def _rational(self, expr):
@@ -217,7 +224,7 @@ def _closure(exprs, derivations, depth):
     return rates | {atom: {} for atom in new}
 
 
-def atoms_of(expr):
+def atoms_of(expr: sp.Expr) -> set[sp.Expr]:
     """Return what ``expr`` is a rational function of: symbols, roots, and other functions."""
     if expr.has(sp.Float):
         raise InputError(f"{expr} contains a float; give exact numbers, such as sp.Rational(1, 5) for 0.2")

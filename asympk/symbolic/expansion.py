@@ -19,6 +19,7 @@ from math import factorial, prod
 import sympy as sp
 
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
+from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
 
@@ -32,18 +33,18 @@ class Expansion:
     flow: dict[sp.Symbol, list[Fraction]]
     branch: dict
 
-    def expr(self, element):
+    def expr(self, element: Fraction) -> sp.Expr:
         """Return an element of the ring as an expression in the slow variables."""
         expr = self.ring.expr(element)
         return expr.subs(self.branch, simultaneous=True) if self.branch else by_powers(expr, tuple(self.flow))
 
 
-def is_implicit(branch):
+def is_implicit(branch: sp.Dict) -> bool:
     """Tell whether ``branch`` is ``{y: y}``: y stands for the value of the branch."""
     return all(y == h for y, h in branch.items())
 
 
-def over_fast(mode, small, branch):
+def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, sp.Expr]:
     """Return {x: phi(y)} where an implicit branch, of one fast state, is a graph x = phi(y); else nothing."""
     if len(branch) > 1 or not is_implicit(branch):
         return {}
@@ -56,7 +57,7 @@ def over_fast(mode, small, branch):
 
 
 @lru_cache(maxsize=64)
-def expand(mode, small, branch, order):
+def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansion:
     """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
     slow, fast = tuple(mode.slow), tuple(mode.fast)
     branch = {y: sp.sympify(h, strict=True) for y, h in branch.items()}
@@ -82,13 +83,13 @@ def expand(mode, small, branch, order):
     return Expansion(ring, height, flow, branch if named else {})
 
 
-def fast_jacobian(mode, small):
+def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:
     """Return dg/dy at mu = 0, a matrix of functions of the states."""
     fast = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
     return fast.jacobian(list(mode.fast))
 
 
-def by_powers(expr, slow):
+def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
     """Collect the powers of the slow variables where the denominator has none: 1/(sigma + 4) - x."""
     denominator = sp.fraction(expr)[1]
     if denominator.is_Rational or denominator.has(*slow) or not expr.is_rational_function(*slow):
@@ -96,7 +97,7 @@ def by_powers(expr, slow):
     return sp.Add(*(sp.factor(c) * sp.Poly.from_dict({m: 1}, *slow).as_expr() for m, c in sp.Poly(expr, *slow).terms()))
 
 
-def vanishes(expr):
+def vanishes(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is identically zero: by algebra, else by 50 digits at points that nothing singles out."""
     reduced = sp.cancel(expr)
     if reduced == 0 or all(a.is_Symbol for a in atoms_of(reduced)):

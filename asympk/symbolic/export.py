@@ -18,6 +18,7 @@ from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
+from asympk.symbolic.system import System
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Function:
     values: sp.Expr | tuple[sp.Expr, ...]
 
 
-def export(system, target, out, order=3, name="model"):
+def export(system: System, target: str, out: str | Path, order: int = 3, name: str = "model") -> tuple[Path, ...]:
     """Write ``system`` to the directory ``out`` and return the paths: ``name.h`` and ``name.c``, or ``name.py``.
 
     ``order`` is that of the slow manifolds. Raises ``InputError`` when ``out`` cannot be written or ``name`` cannot
@@ -46,7 +47,7 @@ def export(system, target, out, order=3, name="model"):
         raise InputError(f"{out} cannot be written ({reason.strerror}); give another directory") from None
 
 
-def functions(system, order):
+def functions(system: System, order: int) -> tuple[Function, ...]:
     """Return the functions that make up the module, the same for every target."""
     return (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
 

@@ -6,10 +6,12 @@ same expressions give the same source in every run.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from importlib import import_module
 from threading import local
+from typing import Any, Literal, overload
 
 import sympy as sp
 from mpmath.libmp import dps_to_prec
@@ -21,7 +23,7 @@ from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 from asympk.errors import InputError, OutOfRange
 from asympk.multiprecision import as_mpf, context, in_context
 from asympk.naming import named
-from asympk.numbers import number, numbers, short
+from asympk.numbers import Number, number, numbers, short
 from asympk.symbolic.reading import expression
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling)
@@ -43,7 +45,7 @@ class Lowered:
     single: bool = False
     name: str = "f"
 
-    def __call__(self, *values):
+    def __call__(self, *values: Any) -> Any:
         if len(values) != len(self.args):
             raise InputError(f"{len(values)} values given; the arguments are ({', '.join(map(str, self.args))})")
         found = _RUN[self.target](self, values)
@@ -51,15 +53,15 @@ class Lowered:
             return dict(zip(self.keys, found, strict=True))
         return found[0] if self.single else found
 
-    def to_digits(self, digits, *values):
+    def to_digits(self, digits: int, *values: Number) -> tuple[Number, ...]:
         """Return the tuple of the outputs on ``digits`` digits whatever mpmath's precision, for target ``"mpmath"``."""
         return _mpmath(self, values, dps_to_prec(digits))
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple:
         return Lowered, (self.args, self.outputs, self.target, self.keys, self.single, self.name)
 
     @property
-    def source(self):
+    def source(self) -> str:
         """The text of the function, called ``name``: it returns one value, or a tuple."""
         arguments, shared, outputs = _emission(self)
         lines = [f"    {symbol} = {value}" for symbol, value in shared]
@@ -67,12 +69,26 @@ class Lowered:
         return "\n".join([f"def {self.name}({', '.join(arguments)}):", *lines, f"    return {result}", ""])
 
     @cached_property
-    def compiled(self):
+    def compiled(self) -> Callable[..., tuple]:
         """The bare function of numbers of the target's own kind, without checks; always returns a tuple."""
         return _compiled(self)
 
 
-def lower(args, expr, target="numpy", name="f", branching=False):
+@overload
+def lower(args: Any, expr: Any, target: Literal["c"], name: str = "f", branching: bool = False) -> str: ...
+
+
+@overload
+def lower(
+    args: Any, expr: Any, target: Literal["numpy", "mpmath", "math"] = "numpy", name: str = "f", branching: bool = False
+) -> Lowered: ...
+
+
+@overload
+def lower(args: Any, expr: Any, target: str, name: str = "f", branching: bool = False) -> Any: ...
+
+
+def lower(args: Any, expr: Any, target: str = "numpy", name: str = "f", branching: bool = False) -> Any:
     """Turn ``expr``, an expression or a sequence or ``Dict`` of them, into a function of ``args``.
 
     ``target`` is ``"numpy"`` (arrays that broadcast), ``"math"`` (floats), ``"mpmath"`` (the working precision of the

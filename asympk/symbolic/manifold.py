@@ -8,6 +8,7 @@ x' = f, mu y' = g continues it (Fenichel), with
 order by order. In a linear mode with one slow and one fast variable it is a line, known in closed form (Lemma 4).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
@@ -28,6 +29,7 @@ from asympk.symbolic.critical import (
 )
 from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, over_fast, vanishes
+from asympk.symbolic.system import Mode, System
 
 C = sp.Symbol("C", real=True)
 
@@ -43,12 +45,12 @@ class SlowManifold(CriticalManifold):
     order: int = 0
 
     @cached_property
-    def coefficients(self):
+    def coefficients(self) -> tuple[sp.Basic, ...]:
         """The coefficients of 1, mu, ..., mu**order."""
         return tuple(self.coefficient(k) for k in range(self.order + 1))
 
     @cached_property
-    def expr(self):
+    def expr(self) -> sp.Basic:
         """The truncated series, one expression or a ``Dict`` as a coefficient is."""
         if len(self.branch) == 1:
             return _polynomial(self.coefficients, self.small)
@@ -59,14 +61,14 @@ class SlowManifold(CriticalManifold):
         return dict(expr) if isinstance(expr, sp.Dict) else {next(iter(self.branch)): expr}
 
     @cached_property
-    def closed(self):
+    def closed(self) -> sp.Expr | None:
         """The exact manifold where the mode is linear in one slow and one fast variable, else None.
 
         It holds for the small mu at which its root is real; see ``line``.
         """
         return line(self.dynamics, self.small)
 
-    def coefficient(self, k):
+    def coefficient(self, k: int) -> sp.Basic:
         """Return the coefficient of mu**k; raises ``OrderError`` beyond ``order``."""
         k = _whole(k)
         if k > self.order:
@@ -91,7 +93,13 @@ class RestState:
     rate: sp.Expr | None
 
 
-def slow_manifold(system, branch=None, order=1, mode=None, name="Pi"):
+def slow_manifold(
+    system: System,
+    branch: Mapping[sp.Symbol, sp.Expr] | None = None,
+    order: int = 1,
+    mode: str | None = None,
+    name: str = "Pi",
+) -> SlowManifold:
     r"""Expand ``y = h(x, mu)`` from ``mu h_x x' = g(x, h, mu)``; ``branch`` is {y: h_0}, a root of g(x, y, 0).
 
     Without ``branch`` it stays implicit, {y: y}: the coefficients are rational in x and in the branch's value y, and so
@@ -102,23 +110,23 @@ def slow_manifold(system, branch=None, order=1, mode=None, name="Pi"):
     order = _whole(order)
     if mode is None and len(system.modes) > 1:
         raise InputError(f"this system has several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
-    mode = system.mode(mode) if mode else system.modes[0]
-    branch = sp.Dict({y: y for y in mode.fast}) if branch is None else checked_branch(branch, mode, system.small)
-    manifold = SlowManifold(name, mode, system.small, branch, system.assumptions, order)
+    dynamics = system.mode(mode) if mode else system.modes[0]
+    at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
+    manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
     if vanishes(manifold.jacobian.det()):
         raise NotNormallyHyperbolic(
-            f"{determinant(branch)} vanishes on {equations(branch)}; no slow manifold continues this branch"
+            f"{determinant(at)} vanishes on {equations(at)}; no slow manifold continues this branch"
         )
     if manifold.exists == sp.false:
         raise NotNormallyHyperbolic(
-            f"dg/dy has eigenvalues with real part 0 (a centre) on {equations(branch)}; no slow manifold "
+            f"dg/dy has eigenvalues with real part 0 (a centre) on {equations(at)}; no slow manifold "
             "continues this branch: give the fast states damping"
         )
-    expand(mode, system.small, branch, order)
+    expand(dynamics, system.small, at, order)
     return manifold
 
 
-def slow_manifolds(system, order=1):
+def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     """Continue to ``order`` every critical manifold that can be normally hyperbolic and lies in its mode."""
     order = _whole(order)
     return Several(
@@ -128,7 +136,7 @@ def slow_manifolds(system, order=1):
     )
 
 
-def invariance_residual(manifold):
+def invariance_residual(manifold: SlowManifold) -> sp.Dict:
     """Return {y: mu h_x f - g} with the truncated series put in: expressions of order mu**(order + 1)."""
     mode, small = manifold.dynamics, manifold.small
     if is_implicit(manifold.branch):
@@ -143,7 +151,7 @@ def invariance_residual(manifold):
     )
 
 
-def line(mode, small):
+def line(mode: Mode, small: sp.Symbol) -> sp.Expr | None:
     r"""Return the exact slow line of x' = p x + q y + r, mu y' = c x + d y + e, or None for another kind of mode.
 
     y = y_* + k (x - x_*) through the rest state, with the root of mu q k^2 + (mu p - d) k = c that stays finite as
@@ -153,8 +161,10 @@ def line(mode, small):
     if len(active) != 1 or len(mode.fast) != 1:
         return None
     (x,), ((y, g),) = active, mode.fast.items()
-    rates = [sp.Poly(rate, x, y) if rate.is_polynomial(x, y) else None for rate in (mode.slow[x], g)]
-    if None in rates or max(rate.total_degree() for rate in rates) > 1:
+    if not (mode.slow[x].is_polynomial(x, y) and g.is_polynomial(x, y)):
+        return None
+    rates = [sp.Poly(rate, x, y) for rate in (mode.slow[x], g)]
+    if max(rate.total_degree() for rate in rates) > 1:
         return None
     (p, q, r), (c, d, e) = ([rate.coeff_monomial(m) for m in (x, y, 1)] for rate in rates)
     b = small * p - d
@@ -165,16 +175,17 @@ def line(mode, small):
     return sp.cancel((c * r - p * e) / rest) + k * (x - sp.cancel((q * e - d * r) / rest))
 
 
-def active_slow(mode):
+def active_slow(mode: Mode) -> tuple[sp.Symbol, ...]:
     """Return the slow variables that determine the flow: those in g, and those that their rates contain."""
-    active, queue = set(), set().union(*(g.free_symbols for g in mode.fast.values()))
+    active: set[sp.Symbol] = set()
+    queue = set().union(*(g.free_symbols for g in mode.fast.values()))
     while new := (queue & {*mode.slow}) - active:
         active |= new
         queue = set().union(*(mode.slow[x].free_symbols for x in new))
     return tuple(x for x in mode.slow if x in active)
 
 
-def reduced_flow(manifold):
+def reduced_flow(manifold: SlowManifold) -> sp.Dict:
     """Return {x: x'} on the manifold, truncated to its order in mu; on an implicit branch also {y: y'} of its value."""
     flow = {x: _polynomial(rates, manifold.small) for x, rates in _flow(manifold).items()}
     if is_implicit(manifold.branch):
@@ -182,7 +193,7 @@ def reduced_flow(manifold):
     return sp.Dict(flow)
 
 
-def branch_slopes(manifold):
+def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.Expr]]:
     """Return {y: {x: dy/dx}} of the branch, -g_y^-1 g_x at mu = 0, in terms of its value."""
     mode, small, over = manifold.dynamics, manifold.small, over_fast(manifold.dynamics, manifold.small, manifold.branch)
     g = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
@@ -194,7 +205,7 @@ def branch_slopes(manifold):
     }
 
 
-def integral_curves(manifold):
+def integral_curves(manifold: SlowManifold) -> sp.Dict:
     r"""Return {z: z(x) + C} on the manifold for every other slow variable z, truncated to its order in mu.
 
     dz/dx = z'/x' is expanded in mu and integrated. Raises ``NotDerivable`` unless one slow variable x determines
@@ -216,7 +227,7 @@ def integral_curves(manifold):
     return sp.Dict({z: _polynomial(terms, manifold.small) + C for z, terms in curves.items()})
 
 
-def rest_state(manifold):
+def rest_state(manifold: SlowManifold) -> RestState | None:
     """Return the isolated ``RestState`` on the manifold, or None.
 
     Raises ``NotDerivable`` when there are several, or when SymPy cannot solve f = g = 0.

@@ -16,6 +16,7 @@ from asympk.symbolic.conditions import assumed_range, between
 from asympk.symbolic.manifold import critical_manifolds
 from asympk.symbolic.regions import Span
 from asympk.symbolic.stick import drive_of_load, stick_regions
+from asympk.symbolic.system import System
 from asympk.symbolic.values import names
 
 
@@ -44,16 +45,16 @@ class Regime:
     passages: tuple[Passage, ...]
 
     @property
-    def condition(self):
+    def condition(self) -> sp.Basic:
         """The range as a relation on sigma."""
         return between(self.sigma, self.values)
 
 
-def thresholds(system):
+def thresholds(system: System) -> tuple[sp.Expr, ...]:
     """Return the values of sigma at which the phase space changes, in order, for sigma0 = sigma."""
     sigma = _parameter(system)
     load, drive = drive_of_load(system)
-    kinetic = system.friction.kinetic
+    kinetic = system.frictions[0].kinetic
     events = [sp.Poly(drive - sign * kinetic * load, load).coeff_monomial(load) for sign in (1, -1)]
     for manifold in _slip_manifolds(system):
         events.append(manifold.jacobian.det())
@@ -65,7 +66,7 @@ def thresholds(system):
 
 
 @cache
-def regimes(system):
+def regimes(system: System) -> tuple[Regime, ...]:
     """Return the ``Regime`` of every range of sigma between thresholds, and on each threshold."""
     sigma = _parameter(system)
     allowed = assumed_range(sigma, system.assumptions)
