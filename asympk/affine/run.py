@@ -8,6 +8,8 @@ from functools import lru_cache, partial
 from numbers import Integral
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from asympk.affine import form
 from asympk.affine.dense import Dense
 from asympk.affine.forcing import amplitude, value
@@ -103,7 +105,8 @@ def _in_doubles(case):
 def _estimated(case):
     """Return (course, error) of a run in doubles; (None, inf) where they cannot follow the scene."""
     try:
-        course = _course(Doubles, case)
+        with np.errstate(all="ignore"):
+            course = _course(Doubles, case)
         return course, estimate([s.work for s in course.segments], len(case.scene.start))
     except TooLarge:
         raise

@@ -308,7 +308,7 @@ def _gauss(equations: list[tuple], unknowns: tuple) -> dict | None:
     rows, size = [list(row) for row in equations], len(unknowns)
     for j in range(1, size + 1):
         pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
-        if abs(rows[pivot][j]) <= 1e-30 * max(abs(v) for v in rows[pivot]):
+        if abs(rows[pivot][j]) <= 1e-30 * max(abs(v) for v in rows[pivot][1:]):
             return None
         rows[j - 1], rows[pivot] = rows[pivot], rows[j - 1]
         for i in range(size):

@@ -298,6 +298,23 @@ def test_a_scene_of_no_length_ends_where_it_starts():
     assert spring(1, {"x": 3, "v": -1}, 0, digits=30).final == (3, -1)
 
 
+@pytest.mark.parametrize("size", [1e60, 1e200, 1e300])
+@pytest.mark.parametrize("options", [{}, {"digits": 20}])
+def test_a_huge_motion_is_a_large_one_in_other_units(size, options):
+    x, v = sp.symbols("x v", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=2 + x / 4, kinetic=sp.Rational(1, 4))
+    system = ap.System.with_frictions({x: v, v: -x + F}, {}, [friction])
+
+    def path(size):
+        return ap.solve(ap.Scene(system=system, values={}, start={"x": 1, "v": -size}, until=8), **options)
+
+    large, huge = path(1e15), path(size)
+    assert huge.modes == large.modes
+    assert len(huge.events) > 5
+    assert [float(e.t) for e in huge.events] == pytest.approx([float(e.t) for e in large.events], rel=1e-12, abs=1e-13)
+    assert [float(w) / size for w in huge.final] == pytest.approx([float(w) / 1e15 for w in large.final], rel=1e-12)
+
+
 def test_what_cannot_be_followed_is_refused_in_one_line():
     with pytest.raises(ValueError, match="from 1 to 1000"):
         spring(1, {"x": 3, "v": -1}, 1, digits=0)
