@@ -8,6 +8,7 @@ vanishes is never read off a ball: it is exact arithmetic at a start, or its coe
 quantities that vanish by the event.
 """
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -18,13 +19,16 @@ import sympy as sp
 
 from asympk.affine.form import Form, form_of, placed, rational
 from asympk.automaton.modes import mode_of
-from asympk.certify.balls import Refused, ball, ball_of, between, flint, sign
-from asympk.certify.enclosure import first_event
-from asympk.certify.spectrum import of_balls, of_exact
+from asympk.certify.balls import Ball, Refused, ball, ball_of, between, flint, sign
+from asympk.certify.enclosure import Budget, first_event
+from asympk.certify.spectrum import Spectrum, of_balls, of_exact
 from asympk.errors import InputError
+from asympk.numbers import Number
 from asympk.path import Event
+from asympk.scene import Scene
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.system import System
 
 MOST_EVENTS = 200
 
@@ -32,20 +36,20 @@ MOST_EVENTS = 200
 class Field:
     """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals."""
 
-    def __init__(self, system, values, ranges):
+    def __init__(self, system: System, values: tuple[Number, ...], ranges: Mapping[str, tuple[Number, Number]]):
         named = dict(zip(system.parameters, values, strict=True))
         self.values = values
         self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in ranges}
         self.balls = {s: between(*ranges[s.name]) for s in named if s.name in ranges}
         self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
-        self._known = {}
+        self._known: dict[Any, Ball] = {}
 
-    def exact(self, expr):
+    def exact(self, expr: sp.Expr) -> Any:
         """Return an expression in the parameters as an exact entry."""
         expr = expr.subs(self.numbers)
         return self.field.from_sympy(expr) if self.field else Fraction(int(expr.p), int(expr.q))
 
-    def ball(self, entry):
+    def ball(self, entry: Any) -> Ball:
         """Return an exact entry as a ball."""
         if isinstance(entry, int | Fraction):
             return ball(entry)
@@ -53,7 +57,7 @@ class Field:
             self._known[entry] = ball_of(entry.as_expr(), self.balls)
         return self._known[entry]
 
-    def placed(self, form):
+    def placed(self, form: Form) -> tuple[tuple, tuple, tuple[int, ...]]:
         """Return (matrix, guards, which guards move) of a form; raises ``InputError`` for a mode that is not entered.
 
         Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign.
@@ -68,7 +72,7 @@ class Field:
         self.require_positive([row[-1] for k, row in enumerate(guards) if k not in kept])
         return matrix, tuple(guards[k] for k in kept), kept
 
-    def require_positive(self, entries):
+    def require_positive(self, entries: Iterable[Any]) -> None:
         """Raise ``InputError`` where an entry is not positive, ``Refused`` where that is not certain."""
         for entry in entries:
             positive = sign(self.ball(entry))
@@ -77,7 +81,7 @@ class Field:
             if positive <= 0:
                 raise InputError("a mode is not entered at these parameters")
 
-    def spectrum(self, matrix):
+    def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
         """Return the roots and residues of a matrix in balls; see ``spectrum``."""
         if not self.field:
             return of_exact(matrix)
@@ -117,7 +121,15 @@ class Mode:
     residues: tuple
 
 
-def follow(system, values, ranges, start, until, finest, budget):
+def follow(
+    system: System,
+    values: tuple[Number, ...],
+    ranges: Mapping[str, tuple[Number, Number]],
+    start: Sequence[tuple[Ball, Fraction | None]],
+    until: Ball,
+    finest: float,
+    budget: Budget,
+) -> tuple[list[str], list[Event], tuple[Ball, ...]]:
     """Return (modes, events, final balls) of a system from enclosures of its start; raises ``Refused``.
 
     ``ranges`` {name: (low, high)} are those of parameters, ``start`` pairs (ball, Fraction or None).
@@ -126,7 +138,8 @@ def follow(system, values, ranges, start, until, finest, budget):
     state = modes.begun(start)
     phases = [_phases(friction) for friction in system.frictions]
     mode, touching = modes.chosen(list(product(*phases)), state, "start")
-    t, names, events, size = ball(0), [mode.name], [], len(system.states)
+    t, names, size = ball(0), [mode.name], len(system.states)
+    events: list[Event] = []
     while True:
         segment = Segment(mode, state.balls)
         guards = [guard._replace(touching=k in touching) for k, guard in enumerate(mode.guards)]
@@ -299,14 +312,14 @@ class Segment:
 
     unstable = False
 
-    def __init__(self, mode, start):
+    def __init__(self, mode: Mode, start: Any):
         self.mode, self.start, self.work = mode, start, len(mode.roots)
         acb_mat, acb = flint().acb_mat, flint().acb
         whole = acb_mat([[acb(start[k, 0])] for k in range(start.nrows())])
         self.terms = [[matrix * whole for matrix in part] for part in mode.residues]
         decays = [decay for decay, _, _ in mode.roots]
         self.growth = max([ball(0), *(decay for decay in decays if decay > 0)], key=lambda a: float(a.mid()))
-        self._weights = {}
+        self._weights: dict[tuple, list] = {}
 
     def _functions(self, t, growth):
         """Return the complex ``t^k/k! e^{(l - growth) t}`` of every root."""
@@ -319,7 +332,7 @@ class Segment:
             found.append(powers)
         return found
 
-    def at(self, guard, t):
+    def at(self, guard: Guard | None, t: Ball) -> Any:
         """Return the state (n + 1, 1) at the time ball t."""
         size = self.start.nrows()
         total = [[flint().arb(0)] for _ in range(size)]
@@ -344,7 +357,7 @@ class Segment:
         weights = ((self.mode.field.ball(c), k) for k, c in enumerate(row) if c)
         return sum((flint().acb(weight) * term[k, 0] for weight, k in weights), flint().acb(0))
 
-    def jet(self, guard, t):
+    def jet(self, guard: Guard, t: Ball) -> tuple[Ball, ...]:
         """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
         functions = self._functions(t, self.growth)
         return tuple(self._sum(weights, functions) for weights in self._scalars(guard))
@@ -357,7 +370,7 @@ class Segment:
                 total = total + factor * (power * weight).real
         return total
 
-    def newton(self, guard, middle, time):
+    def newton(self, guard: Guard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
         value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
         return middle - value / slope * (self.growth * (middle - time)).exp(), sign(value)
@@ -369,7 +382,7 @@ def _derived(root, factors):
     return [value * factor + following for factor, following in zip(factors, [*factors[1:], 0], strict=True)]
 
 
-def start_of(scene, box):
+def start_of(scene: Scene, box: Mapping[str, tuple[Fraction, Fraction]]) -> list[tuple[Ball, Fraction | None]]:
     """Return the starts of a scene as pairs (ball, Fraction or None), ``box`` {state: (low, high)} put in."""
     found = []
     for name, value in zip(scene.names, scene.start, strict=True):

@@ -4,13 +4,20 @@ A ball is never made from a rounded number: a Fraction becomes a quotient of int
 is. A comparison of balls is true only when it holds for every point of both.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
 from threading import RLock
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from asympk.errors import MissingPackage
+from asympk.numbers import Number
 
+if TYPE_CHECKING:
+    import sympy as sp
+
+Ball: TypeAlias = Any  # a flint.arb
 _WORKING = RLock()
 
 
@@ -18,7 +25,7 @@ class Refused(ArithmeticError):
     """What cannot be proven, by name; the message says where."""
 
 
-def flint():
+def flint() -> ModuleType:
     """Return the module ``flint``; raises ``MissingPackage`` where it is not installed."""
     try:
         import flint as module
@@ -37,25 +44,25 @@ def precision(bits: int) -> Iterator[None]:
         yield
 
 
-def ball(value):
+def ball(value: Number) -> Ball:
     """Return an int, float or Fraction as a ball, exact up to the working precision."""
     exact = Fraction(value)
     module = flint()
     return module.arb(module.fmpq(exact.numerator, exact.denominator))
 
 
-def between(low, high):
+def between(low: Number, high: Number) -> Ball:
     """Return a ball that contains the interval from ``low`` to ``high``, rationals or balls."""
     ends = [end if isinstance(end, flint().arb) else ball(end) for end in (low, high)]
     return ends[0] if low == high else ends[0].union(ends[1])
 
 
-def sign(value):
+def sign(value: Ball) -> int:
     """Return 1 or -1 where the ball has that sign throughout, 0 where that is not certain."""
     return 1 if value > 0 else -1 if value < 0 else 0
 
 
-def common(first, second):
+def common(first: Ball, second: Ball) -> Ball:
     """Return a ball that contains what two enclosures of one number have in common."""
     if not (first.is_finite() and second.is_finite()):
         return second if second.is_finite() else first
@@ -64,7 +71,7 @@ def common(first, second):
     return first.intersection(second)
 
 
-def times(first, second):
+def times(first: Ball, second: Ball) -> Ball:
     """Return the product; of two wide balls by their ends, since the product of balls as such may lose its sign."""
     signs = sign(first) * sign(second)
     if not signs or first.rel_accuracy_bits() > 8 or second.rel_accuracy_bits() > 8:
@@ -72,7 +79,7 @@ def times(first, second):
     return signs * (first.abs_lower() * second.abs_lower()).union(first.abs_upper() * second.abs_upper())
 
 
-def ball_of(expr, values):
+def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
     """Return a SymPy expression as a ball, ``values`` mapping its symbols to balls.
 
     Raises ``TypeError`` for a function that has no ball here; a float never gets in.

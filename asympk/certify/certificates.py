@@ -9,6 +9,7 @@ here once more, apart from those that the flow uses: a proof must not rest on th
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from heapq import heappop, heappush
@@ -22,7 +23,7 @@ from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
 from asympk.errors import InputError
 from asympk.numbers import number, whole
 from asympk.path import Event
-from asympk.scene import require_scene
+from asympk.scene import Scene, require_scene
 from asympk.shown import Card, ShownAsTable
 from asympk.storage.tomlfile import nearest
 
@@ -62,7 +63,7 @@ class Certificate(ShownAsTable):
         return Card(f"Certificate: proven with {self.bits} bits: {' -> '.join(self.modes)}", (*box, *events, *final))
 
     @property
-    def obstacle(self):
+    def obstacle(self) -> str:
         """The name of what stands in the way of a proof."""
         return self.reason.partition(":")[0]
 
@@ -82,7 +83,7 @@ class Case(NamedTuple):
     finest: float
 
 
-def certify(scene, box=None, digits=15):
+def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 15) -> Certificate:
     """Return the ``Certificate`` of a ``Scene``, on a ``box`` {coordinate: (low, high)} if given.
 
     Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system.
@@ -94,7 +95,7 @@ def certify(scene, box=None, digits=15):
     require_scene(scene, "certify")
     digits = whole("digits", digits, 1, MOST_DIGITS)
     sides = _sides(scene, box or {})
-    last, budget = None, Budget(WORK)
+    budget = Budget(WORK)
     for bits in _BITS[1:2] if sides else _BITS:
         with precision(bits):
             last = _attempt(scene, sides, bits, budget)
@@ -105,7 +106,7 @@ def certify(scene, box=None, digits=15):
     return last
 
 
-def cover(scene, box, pieces=64):
+def cover(scene: Scene, box: Mapping[str, tuple], pieces: int = 64) -> tuple[Certificate, ...]:
     """Return certificates of pieces that together make up ``box``; undecided pieces are halved, to ``pieces`` in all.
 
     A side of a piece is undecided when it hinders a proof by itself, the others shrunk to their middles. Next is the
@@ -113,7 +114,9 @@ def cover(scene, box, pieces=64):
     """
     require_scene(scene, "cover")
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
-    done, undecided, fresh, order = [], [], [certify(scene, box)], count()
+    done: list[Certificate] = []
+    undecided: list[tuple] = []
+    fresh, order = [certify(scene, box)], count()
     while fresh:
         for found in fresh:
             if found.proven or all(low == high for low, high in found.box.values()):

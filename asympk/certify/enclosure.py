@@ -7,9 +7,10 @@ the others stay positive, which proves that its root exists, is alone, and is th
 then encloses the root. Nothing here relies on the closed-form roots or the extrema that ``flow`` uses.
 """
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from asympk.certify.balls import Refused, common, flint, sign, times
+from asympk.certify.balls import Ball, Refused, common, flint, sign, times
 
 _CUTS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.0625, 0.9375)
 _MOST_PIECES = 1500
@@ -30,10 +31,10 @@ class State(NamedTuple):
 class Budget:
     """The work that a certificate may take, in pieces of time looked at with 96 bits."""
 
-    def __init__(self, pieces):
+    def __init__(self, pieces: int):
         self.pieces = self.left = pieces
 
-    def spend(self, segment):
+    def spend(self, segment: "MatrixExponential") -> None:
         """Take off one piece; raises ``Refused`` when nothing is left."""
         self.left -= segment.work * flint().ctx.prec / 96
         if self.left < 0:
@@ -50,7 +51,7 @@ class Guard(NamedTuple):
     touching: bool = False
 
 
-def segment(a, b, mu, start, deviation=None):
+def segment(a: int, b: Ball, mu: Ball, start: State, deviation: Ball | None = None) -> "MatrixExponential":
     """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is that from its slow line."""
     if not b.contains(0):
         square = 1 - 4 * mu / b
@@ -66,10 +67,10 @@ class MatrixExponential:
 
     unstable, work = False, _MATRIX_WORK
 
-    def __init__(self, a, b, mu, start):
+    def __init__(self, a: int, b: Ball, mu: Ball, start: State):
         self.a, self.b, self.mu, self.start = a, b, mu, start
 
-    def state(self, t):
+    def state(self, t: Ball) -> State:
         """Return the state on the time ball ``t``."""
         a, b, mu, start = self.a, self.b, self.mu, self.start
         if not all(abs(t * rate) < _LARGEST_EXPONENT for rate in (1 / mu, b / mu)):
@@ -79,7 +80,7 @@ class MatrixExponential:
         x, y, moved = (flow[row, 0] * start.x + flow[row, 1] * start.y + flow[row, 3] for row in range(3))
         return State(x, y, x + y, start.z + moved)
 
-    def jet(self, guard, t):
+    def jet(self, guard: Guard, t: Ball) -> tuple[Ball, ...]:
         """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
         state = self.state(t)
         drift = (self.a - self.b * state.s) / self.mu
@@ -90,12 +91,12 @@ class MatrixExponential:
             values = state.z - guard.level, self.a - (self.b - 1) * state.s, (1 - self.b) * slope
         return tuple(guard.side * value for value in values)
 
-    def newton(self, guard, middle, time):
+    def newton(self, guard: Guard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
         value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
         return middle - value / slope, sign(value)
 
-    def at(self, guard, t):
+    def at(self, guard: Guard, t: Ball) -> State:
         """Return the state at the root of the guard."""
         return self.state(t)
 
@@ -105,11 +106,11 @@ class Oscillation(MatrixExponential):
 
     work = 1
 
-    def __init__(self, a, b, mu, start):
+    def __init__(self, a: int, b: Ball, mu: Ball, start: State):
         super().__init__(a, b, mu, start)
         self.rest, self.turns = a / b, (b / mu - (b / (2 * mu)) ** 2).sqrt()
 
-    def state(self, t):
+    def state(self, t: Ball) -> State:
         """Return the state on ``t``; z = z0 + (a/b) t + mu (1 - 1/b)(y - y0) follows from the two rates."""
         beta, start = self.b / self.mu, self.start
         decay, angle = (-beta * t / 2).exp(), self.turns * t
@@ -128,7 +129,7 @@ class Exponentials(MatrixExponential):
 
     work = 1
 
-    def __init__(self, a, b, mu, start, root, deviation):
+    def __init__(self, a: int, b: Ball, mu: Ball, start: State, root: Ball, deviation: Ball | None):
         super().__init__(a, b, mu, start)
         k, rho = mu / b, (1 + root) / 2
         self.rest, self.coupling = a / b, mu * (1 - 1 / b)
@@ -137,9 +138,9 @@ class Exponentials(MatrixExponential):
         self.parts = fast * (-k / root), start.x - self.rest + fast * k / root
         self.grows = b < 0
         self.unstable = self.grows and fast.contains(0)
-        self._factors = {}
+        self._factors: dict[tuple, tuple] = {}
 
-    def state(self, t):
+    def state(self, t: Ball) -> State:
         """Return the state on the time ball ``t``."""
         (fast, slow), (l1, l2) = self.parts, self.rates
         return self._joined(t, fast * (l1 * t).exp(), slow * (l2 * t).exp())
@@ -150,7 +151,7 @@ class Exponentials(MatrixExponential):
         z = start.z + self.rest * t + self.coupling * (y - start.y)
         return State(self.rest + p + q, y, self.rest + (1 + l1) * p + self.lift * q, z)
 
-    def jet(self, guard, t):
+    def jet(self, guard: Guard, t: Ball) -> tuple[Ball, ...]:
         """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
         (l1, l2), start, arb = self.rates, self.start, flint().arb
         one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.grows else (
@@ -171,13 +172,13 @@ class Exponentials(MatrixExponential):
             self._factors[axis] = first, second, [times(r, f) for r, f in zip(self.rates, second, strict=True)]
         return self._factors[axis]
 
-    def newton(self, guard, middle, time):
+    def newton(self, guard: Guard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
         value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
         factor = (self.rates[0] * (middle - time)).exp() if self.grows else 1
         return middle - value / slope * factor, sign(value)
 
-    def at(self, guard, t):
+    def at(self, guard: Guard, t: Ball) -> State:
         """Return the state at the root of the guard, the fast part from its equation where that is sharper."""
         (fast, slow), (l1, l2), start = self.parts, self.rates, self.start
         q = slow * (l2 * t).exp()
@@ -188,7 +189,9 @@ class Exponentials(MatrixExponential):
         return self._joined(t, common(p, fast * (l1 * t).exp()), q)
 
 
-def first_event(segment, guards, left, finest, budget):
+def first_event(
+    segment: Any, guards: Sequence[Any], left: Ball, finest: float, budget: Budget
+) -> tuple[Any, Ball] | None:
     """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None.
 
     Raises ``Refused`` where a piece of time, relative to its end, would have to be shorter than ``finest``, and when

@@ -42,7 +42,7 @@ class Proof:
     pieces: int
 
 
-def inequalities():
+def inequalities() -> tuple[Inequality, ...]:
     """Return the claims that are inequalities in the parameters, as expressions of the derived system."""
     pk = system()
     spectrum = {e.mode: sp.Poly(e.polynomial, LAMBDA).all_coeffs() for e in eigenvalues(pk)}
@@ -102,7 +102,7 @@ def _cone(pk):
     return sp.factor(cone.LC()), low, high
 
 
-def prove(inequality, bits=128):
+def prove(inequality: Inequality, bits: int = 128) -> Proof:
     """Return the ``Proof`` of an inequality, halving its box up to some thousand pieces."""
     with precision(bits):
         pieces = [_pieces(expr, inequality.box) for expr in inequality.positive]

@@ -4,20 +4,37 @@ A compiled run makes steps until one is of interest: a guard is lost or may be w
 is reached; the limit on time is looked at between runs.
 """
 
+from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 from itertools import product
+from typing import TYPE_CHECKING
 
+from asympk.automaton.automaton import NumericMode
+from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, mode_of, namespace
-from asympk.integrators.integrate import missing
+from asympk.integrators.integrate import Limits, missing
 from asympk.integrators.stepwise import follow
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import Phase
+
+if TYPE_CHECKING:
+    import numpy as np
 
 AT_ONCE = 1000  # steps of a run
 MOST_TOGETHER = 6  # modes compiled into one function: those of one friction without a gap
 
 
-def advance(method, mode, t, state, until, rtol, atol, limits, times):
+def advance(
+    method: str,
+    mode: NumericMode,
+    t: float,
+    state: tuple[float, ...],
+    until: float,
+    rtol: float,
+    atol: float,
+    limits: Limits,
+    times: Sequence[float],
+) -> Segment:
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
     try:
         import diffrax  # noqa: F401
@@ -34,7 +51,16 @@ class Steps:
     nfev = njev = made = 0
     status = "running"
 
-    def __init__(self, mode, t, state, until, tolerances, times, limit):
+    def __init__(
+        self,
+        mode: NumericMode,
+        t: float,
+        state: tuple[float, ...],
+        until: float,
+        tolerances: tuple[float, float],
+        times: Sequence[float],
+        limit: int,
+    ):
         import jax
         import numpy as np
 
@@ -47,7 +73,7 @@ class Steps:
         self.fixed = until, p, together.index(mode.mode), *tolerances
         self.t_old, self.t, self.y_old, self.y = t, t, w, w
 
-    def step(self):
+    def step(self) -> str | None:
         """Make steps until one is of interest; return why they failed, or None."""
         import jax
         import numpy as np
@@ -61,7 +87,7 @@ class Steps:
         self.status = "failed" if stalled else "finished" if self.t >= self.until else "running"
         return "steps below the spacing of floats" if stalled else None
 
-    def dense_output(self):
+    def dense_output(self) -> "Callable[[float], np.ndarray]":
         """Return the state as a function of the time within the last step: the cubic of Hermite, as diffrax has it."""
         import numpy as np
 

@@ -1,25 +1,29 @@
 """General-purpose integrators behind one automaton, that of ``asympk.automaton``.
 
-Every family of integrators is one small module of ``asympk.integrators`` with one function
-``advance(method, mode, t, state, until, rtol, atol, limits, times)``, which follows one smooth mode with
-directed events; here the modes are joined. The work is bounded in steps, seconds and events, and a run
-that does not reach the end says why and where.
+Every family of integrators is one small module of ``asympk.integrators`` with one function ``advance``, an ``Advance``;
+here the modes are joined. The work is bounded in steps, seconds and events, and a run that does not reach the end says
+why and where.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from time import monotonic
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from asympk.automaton.loop import Segment, follow
+from asympk.automaton.automaton import NumericMode
+from asympk.automaton.loop import Course, Segment, follow
 from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
 from asympk.integrators.singular import followed
 from asympk.numbers import number, numbers, whole
 from asympk.path import Path
+from asympk.scene import Scene
 from asympk.systems.automata import automaton_of
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # method -> module of asympk.integrators that has ``advance``
 FAMILIES = {
@@ -49,7 +53,7 @@ class Work(NamedTuple):
     steps: int = 0
     jacobians: int = 0
 
-    def plus(self, other):
+    def plus(self, other: "Work") -> "Work":
         """Return the sum of two amounts of work."""
         return Work(*(a + b for a, b in zip(self, other, strict=True)))
 
@@ -61,7 +65,31 @@ class Limits(NamedTuple):
     deadline: float
 
 
-def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, events=1000):
+class Advance(Protocol):
+    """How a family of integrators follows one smooth mode.
+
+    1. It starts from ``state`` at ``t`` and ends at ``until``, or before at the first guard of ``mode`` that is lost.
+    2. ``rtol`` and ``atol`` bound the error of every step; ``limits`` bounds steps and the time on the clock.
+    3. The ``Segment`` holds in ``samples`` the states at the ``times``, in order, and in ``work`` a ``Work``.
+    4. What stops it early stands in the segment's ``short``; raises ``MissingPackage`` where its package is missing.
+    """
+
+    def __call__(
+        self, method: str, mode: NumericMode, t: float, state: tuple[float, ...], until: float,
+        rtol: float, atol: float, limits: Limits, times: Sequence[float],
+    ) -> Segment: ...  # fmt: skip
+
+
+def run(
+    scene: Scene,
+    method: str,
+    *,
+    rtol: float = 1e-6,
+    atol: float | None = None,
+    steps: int = 100_000,
+    seconds: float = 60.0,
+    events: int = 1000,
+) -> Path:
     """Follow ``scene`` with a general-purpose integrator and return a ``Path``.
 
     ``atol`` is ``rtol`` by default; ``steps``, ``seconds`` and ``events`` bound the work. A run that does not reach
@@ -84,7 +112,7 @@ def run(scene, method, *, rtol=1e-6, atol=None, steps=100_000, seconds=60.0, eve
 def _trace(scene, method, options, times=()):
     """Return the course of a run; one that looks in at ``times`` has no limit on its time."""
     start, until = endpoints(scene)
-    advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
+    advance: Advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
     automaton = automaton_of(scene)
     deadline = float("inf") if times else monotonic() + options["seconds"]
 
@@ -106,7 +134,7 @@ def _samples(scene, method, options, times):
     return [w for segment in _trace(scene, method, options, times).segments for w in segment.samples]
 
 
-def finished(path):
+def finished(path: Path) -> Path:
     """Return ``path``; raise ``Unfinished`` with it where it stopped short."""
     if path.info["status"] == FINISHED:
         return path
@@ -114,7 +142,7 @@ def finished(path):
                      "another method", path)  # fmt: skip
 
 
-def total(course):
+def total(course: Course) -> Work:
     """Return the work of all segments of a course."""
     work = Work()
     for segment in course.segments:
@@ -130,7 +158,7 @@ class Dense:
     reached: float
     sample: Callable
 
-    def __call__(self, t):
+    def __call__(self, t: Any) -> "np.ndarray":
         """Return an array of shape ``(n,) + t.shape``; raises ``OutOfRange`` outside [0, reached]."""
         import numpy as np
 
@@ -145,13 +173,13 @@ class Dense:
         return np.array(states, dtype=float).reshape(-1, n).T[:, where.ravel()].reshape(n, *t.shape)
 
 
-def report(last, work, options):
+def report(last: Segment, work: Work, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return what a run tells of itself: status sentence, time reached, work, and the options used."""
     status = f"{last.short} at t = {last.t:.6g}" if last.short else FINISHED
     return {"status": status, "reached": last.t, "work": work._asdict(), "options": options}
 
 
-def endpoints(scene):
+def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
     """Return the start and the horizon of a scene as floats; raises ``InputError`` where 1/mu is beyond them."""
     if scene.system is None and float(scene.mu) < LEAST_MU:
         raise InputError(
@@ -163,7 +191,7 @@ def endpoints(scene):
         raise TooLarge("the start is beyond the range of doubles; take a smaller one") from None
 
 
-def tolerances(rtol, atol):
+def tolerances(rtol: float, atol: float | None) -> tuple[float, float]:
     """Return (rtol, atol) as floats; raises ``InputError`` where double precision cannot follow."""
     rtol = float(number("rtol", rtol))
     atol = rtol if atol is None else float(number("atol", atol))
@@ -172,17 +200,17 @@ def tolerances(rtol, atol):
     return rtol, atol
 
 
-def bounds(steps, seconds):
+def bounds(steps: int, seconds: float) -> tuple[int, float]:
     """Return the bounds on the work, steps as an int and seconds as a float; raises ``InputError``."""
     return whole("steps", steps, 1, MOST_STEPS), float(number("seconds", seconds, lambda v: v >= 0, "zero or positive"))
 
 
-def absent():
+def absent() -> dict[str, str]:
     """Return {method: package} of the peers that are not installed."""
     return {method: package for method, (module, package) in PEERS.items() if not find_spec(module)}
 
 
-def missing(method):
+def missing(method: str) -> MissingPackage:
     """Return the error for the package of a peer that is not installed."""
     package = PEERS[method][1]
     return MissingPackage(f"method {method!r} needs {package}, which is missing: pip install '{package}'")

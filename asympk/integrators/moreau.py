@@ -15,7 +15,7 @@ from asympk.errors import InputError
 from asympk.integrators.integrate import Dense, Work, bounds, endpoints, finished, report
 from asympk.numbers import number
 from asympk.path import Event, Path
-from asympk.scene import in_doubles
+from asympk.scene import Scene, in_doubles
 from asympk.symbolic.branches import Phase
 from asympk.systems.automata import automaton_of
 from asympk.systems.painleve_klein.modes import coefficients
@@ -24,8 +24,16 @@ COUNTED = {0: "steps without solution", 2: "steps with two solutions", 3: "steps
 
 
 def run(
-    scene, method="moreau", *, rtol=1e-3, atol=None, step=None, prefer="present", steps=100_000, seconds=60.0,
-):
+    scene: Scene,
+    method: str = "moreau",
+    *,
+    rtol: float = 1e-3,
+    atol: float | None = None,
+    step: float | None = None,
+    prefer: str = "present",
+    steps: int = 100_000,
+    seconds: float = 60.0,
+) -> Path:
     """Follow ``scene`` with steps h = ``step`` (by default ``rtol``: the scheme is of first order).
 
     Where a step has several solutions ``prefer="present"`` keeps the present mode, ``prefer="stick"`` sticks.
@@ -93,7 +101,7 @@ def _solutions(sigma, sigma0, mu, x, y, z, h):
     return found
 
 
-def sign(value):
+def sign(value: float) -> int:
     """Return -1, 0 or 1."""
     return (value > 0) - (value < 0)
 

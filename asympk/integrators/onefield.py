@@ -14,6 +14,7 @@ from asympk.integrators import scipy_ivp
 from asympk.integrators.integrate import Dense, Limits, bounds, endpoints, finished, report, tolerances
 from asympk.numbers import number, short
 from asympk.path import Path
+from asympk.scene import Scene
 from asympk.symbolic.reading import exact
 from asympk.systems.automata import automaton_of
 
@@ -28,19 +29,38 @@ class Field:
     kinds: tuple = ()
     timed: bool = False
 
-    def guard_values(self, t, state):
+    def guard_values(self, t: float, state: tuple[float, ...]) -> tuple[float, ...]:
         """Return the values of the guards: there are none."""
         return ()
 
     guard_rates = guard_values
 
 
-def sign(scene, method="sign", *, rtol=1e-6, atol=None, solver="lsoda", steps=20_000, seconds=60.0):
+def sign(
+    scene: Scene,
+    method: str = "sign",
+    *,
+    rtol: float = 1e-6,
+    atol: float | None = None,
+    solver: str = "lsoda",
+    steps: int = 20_000,
+    seconds: float = 60.0,
+) -> Path:
     """Follow ``scene`` with F = -kinetic |load| sign(v): right until it sticks, where it chatters."""
     return _follow(scene, method, sp.sign, solver, rtol, atol, steps, seconds)
 
 
-def tanh(scene, method="tanh", *, rtol=1e-6, atol=None, eps=None, solver="radau", steps=20_000, seconds=60.0):
+def tanh(
+    scene: Scene,
+    method: str = "tanh",
+    *,
+    rtol: float = 1e-6,
+    atol: float | None = None,
+    eps: float | None = None,
+    solver: str = "radau",
+    steps: int = 20_000,
+    seconds: float = 60.0,
+) -> Path:
     """Follow ``scene`` with F = -kinetic |load| tanh(v / eps); ``eps`` is ``rtol`` by default.
 
     The stick phase becomes a creep with |v| < eps, an error that no tolerance of the solver removes.

@@ -1,12 +1,27 @@
 """RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one."""
 
+from collections.abc import Sequence
+
+from asympk.automaton.automaton import NumericMode
+from asympk.automaton.loop import Segment
+from asympk.integrators.integrate import Limits
 from asympk.integrators.stepwise import follow, problem
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
 
 
-def advance(method, mode, t, state, until, rtol, atol, limits, times):
+def advance(
+    method: str,
+    mode: NumericMode,
+    t: float,
+    state: tuple[float, ...],
+    until: float,
+    rtol: float,
+    atol: float,
+    limits: Limits,
+    times: Sequence[float],
+) -> Segment:
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
     return follow(_solver(method, mode, t, state, until, rtol, atol), mode, t, state, limits, times)
 

@@ -1,26 +1,55 @@
-"""The loop over the steps of an integrator, whatever it is: guards are looked at after every step.
+"""The loop over the steps of an integrator, whatever it is: guards are looked at after every step."""
 
-A solver has ``step()``, which makes one step or several and returns what stops it or None, ``status`` ("running",
-"finished" or "failed"), the ends ``t_old`` and ``t`` of the last step, the state ``y``, ``dense_output()`` of the last
-step, ``made`` steps in the last call, and ``nfev`` and ``njev`` calls so far: what the solvers of SciPy have, and more.
-"""
-
+from collections.abc import Callable, Sequence
 from functools import cache
 from time import monotonic
+from typing import TYPE_CHECKING, Protocol
 
+from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
-from asympk.integrators.integrate import Work
+from asympk.integrators.integrate import Limits, Work
 from asympk.integrators.watch import Look, first_lost
+
+if TYPE_CHECKING:
+    import numpy as np
 
 STEP_LIMIT = "step limit reached"
 IDLE = 100  # steps without any gain in time after which a run is given up
 UNBOUNDED = 1e-8  # part of its first inverse at which a reaction counts as infinite: no step reaches the singular point
 
 
-def follow(solver, mode, t, state, limits, times):
+class Solver(Protocol):
+    """What the loop asks of an integrator: what the solvers of SciPy have, and ``made``.
+
+    1. ``step()`` makes one step or several, ``made`` of them, and returns what stops it, or None.
+    2. The last step went from ``t_old`` to ``t``, where the state is ``y``.
+    3. ``status`` is "running", "finished" or "failed".
+    4. ``dense_output()`` returns the state as a function of the time within the last step.
+    5. ``nfev`` and ``njev`` count the calls of the field and of its Jacobian so far.
+    """
+
+    t_old: float
+    t: float
+    y: "np.ndarray"
+    status: str
+    made: int
+    nfev: int
+    njev: int
+
+    def step(self) -> str | None:
+        """Make one step or several; return what stops it, or None."""
+
+    def dense_output(self) -> Callable[[float], "np.ndarray"]:
+        """Return the state as a function of the time within the last step."""
+
+
+def follow(
+    solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], limits: Limits, times: Sequence[float]
+) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or its end, looking in at ``times``."""
     watch, n = Watch(mode, t, state), len(state)
-    samples, steps, idle, short, hit = [], 0, 0, "", None
+    steps, idle, short, hit = 0, 0, "", None
+    samples: list[tuple[float, ...]] = []
     start = halfway = t
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, limits)
@@ -43,13 +72,13 @@ def follow(solver, mode, t, state, limits, times):
 class Watch:
     """The guards of a mode at the end of the last step; none starts outside its mode."""
 
-    def __init__(self, mode, t, state):
+    def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...]):
         self.mode, self.size = mode, len(state)
         values = [max(v, 0.0) for v in mode.guard_values(t, state)]
         self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
         self.last = Look(t, self._above(values), mode.guard_rates(t, state))
 
-    def lost(self, solver, t, state):
+    def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
         if not self.floors:
             return None
@@ -81,7 +110,9 @@ def _bracketed(function, low, high):
     return brentq(function, low, high, xtol=4e-16, rtol=9e-16)
 
 
-def problem(mode, t, state):
+def problem(
+    mode: NumericMode, t: float, state: tuple[float, ...]
+) -> tuple[Callable[..., tuple], tuple[float, ...], Callable[..., tuple] | None]:
     """Return (field, start, Jacobian or None) of a mode as functions of ``(t, *w, *p)``.
 
     Guards that depend on the time become states, so that the steps resolve them too.

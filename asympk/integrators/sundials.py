@@ -1,12 +1,30 @@
 """CVODE (BDF) of SUNDIALS through scikit-sundae, stepped one by one; its own interpolation is the dense output."""
 
-from asympk.integrators.integrate import missing
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from asympk.automaton.automaton import NumericMode
+from asympk.automaton.loop import Segment
+from asympk.integrators.integrate import Limits, missing
 from asympk.integrators.stepwise import follow, problem
+
+if TYPE_CHECKING:
+    import numpy as np
 
 MOST_TRIES = 100_000  # of CVODE for one step
 
 
-def advance(method, mode, t, state, until, rtol, atol, limits, times):
+def advance(
+    method: str,
+    mode: NumericMode,
+    t: float,
+    state: tuple[float, ...],
+    until: float,
+    rtol: float,
+    atol: float,
+    limits: Limits,
+    times: Sequence[float],
+) -> Segment:
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
     return follow(Steps(method, mode, t, state, until, rtol, atol), mode, t, state, limits, times)
 
@@ -16,7 +34,9 @@ class Steps:
 
     made = 1
 
-    def __init__(self, method, mode, t, state, until, rtol, atol):
+    def __init__(
+        self, method: str, mode: NumericMode, t: float, state: tuple[float, ...], until: float, rtol: float, atol: float
+    ):
         import numpy as np
 
         try:
@@ -37,7 +57,7 @@ class Steps:
         self.t_old = self.t = t
         self.until, self.y, self.status, self.nfev, self.njev = until, np.array(start), "running", 0, 0
 
-    def step(self):
+    def step(self) -> str | None:
         """Make one step; return why it failed, or None."""
         begin = self.t
         found = self.solver.step(self.until, method="onestep", tstop=self.until)
@@ -48,6 +68,6 @@ class Steps:
         self.status = "failed" if not found.success else "finished" if self.t >= self.until else "running"
         return None if found.success else found.message
 
-    def dense_output(self):
+    def dense_output(self) -> "Callable[[float], np.ndarray]":
         """Return the state as a function of the time within the last step."""
         return lambda t: self.y if t == self.t else self.solver.step(t, method="normal").y

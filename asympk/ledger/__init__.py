@@ -4,6 +4,7 @@ A claim is a function that yields checks; its verdict follows from which of them
 ``rigid``, ``elastic``, ``geometry``, ``motion`` and ``jumps`` the claims in the paper's order.
 """
 
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
@@ -15,7 +16,7 @@ __all__ = ["Check", "Claim", "claim", "claims", "evaluate"]
 _SECTIONS = ("rigid", "elastic", "geometry", "motion", "jumps", "predecessors", "remarks")
 
 
-def claims(progress=None):
+def claims(progress: Callable[[str], None] | None = None) -> Claims:
     """Check every claim of the paper and return them in order; ``progress`` is called with each claim's id."""
     found = []
     for identifier in _functions():
@@ -25,7 +26,7 @@ def claims(progress=None):
     return Claims(found)
 
 
-def claim(identifier):
+def claim(identifier: str) -> Claim:
     """Check one claim; raises ``UnknownName`` for an id that the paper's ledger does not have."""
     identifier = identifier.upper() if isinstance(identifier, str) else identifier
     if identifier not in _functions():
@@ -35,7 +36,7 @@ def claim(identifier):
 
 
 @cache
-def evaluate(identifier):
+def evaluate(identifier: str) -> Claim:
     """Run the checks of one claim, once per process."""
     return _functions()[identifier]()
 

@@ -1,10 +1,12 @@
 """Section 2: the elastic rod, its scales and its equations (C07 to C14)."""
 
+from collections.abc import Iterator
+
 import sympy as sp
 
 from asympk.ledger.runs import evaluated
 from asympk.ledger.trend import tends_to_one, vanishes
-from asympk.ledger.verdicts import claim, numeric, symbolic, symbolic_left_out
+from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.regimes import thresholds
 from asympk.symbolic.stability import eigenvalues
 from asympk.systems import painleve_klein as pk
@@ -18,7 +20,7 @@ _TINY = [sp.Rational(1, 10**n) for n in (2, 4, 6, 8)]
 
 
 @claim("C07", "2", "Kinematics for a small turn: l beta = (x1 - x2) sin a, Delta l = (x1 - x2) cos a (2.2)")
-def kinematics():
+def kinematics() -> Iterator[Check]:
     names = ("Delta l", "beta")
     for name, exact, first in zip(names, rod.geometry(), rod.small_angle(), strict=True):
         yield symbolic(f"{name} is this to first order in x1 - x2", _slope(exact - first) == 0, first)
@@ -32,7 +34,7 @@ def _slope(expr):
 
 
 @claim("C08", "2", "Kelvin-Voigt rod: R = R1 + h l R1' with R1 = k Delta l / l, R2 = h k d(Delta l)/dt (2.3)")
-def rod_law():
+def rod_law() -> Iterator[Check]:
     t = sp.Symbol("t")
     compression = sp.Function("q")(t)
     spring = rod.k * compression / rod.l
@@ -53,7 +55,7 @@ def rod_law():
     "the dropped term is of order mu itself, and friction in (2.5) drops R1 / k too: corrections of order"
     " mu within this model are as large as what the small angle costs",
 )
-def dropped_term():
+def dropped_term() -> Iterator[Check]:
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 - rod.P - rod.F + 2 * rod.R * sp.cos(rod.alpha)
     yield symbolic("subtracting the two equations (2.1) leaves (2.4)", sp.expand(elastic.balance - written) == 0)
@@ -78,7 +80,7 @@ def dropped_term():
 
 
 @claim("C10", "2", "(2.5) for u > 0; for u < 0 replace f by -f")
-def slip_equations():
+def slip_equations() -> Iterator[Check]:
     elastic = rod.elastic_rod()
     friction = rod.f * sp.Abs(rod.R) * sp.sin(rod.alpha)
     inertia = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1
@@ -103,7 +105,7 @@ def slip_equations():
 
 
 @claim("C11", "2", "On u = 0: m l R1'' / (k cos a) + R cos a = 0 (2.6), from u = u' = 0 with F eliminated")
-def stick_equation():
+def stick_equation() -> Iterator[Check]:
     elastic = rod.elastic_rod()
     written = rod.m * rod.l / (rod.k * sp.cos(rod.alpha)) * rod.ddR1 + rod.R * sp.cos(rod.alpha)
     yield symbolic(
@@ -132,7 +134,7 @@ _MODES = {
 
 
 @claim("C12", "2", "The scales, and in them the nondimensional equations (2.7)-(2.9) for general sigma")
-def nondimensional_equations():
+def nondimensional_equations() -> Iterator[Check]:
     groups = {group.symbol.name: group.definition for group in pk.groups()}
     same = all(sp.cancel(groups[name] - written) == 0 for name, written in _SCALES.items())
     yield symbolic("the scales that make the coefficients canonical are those of the paper", same)
@@ -156,7 +158,7 @@ def _same_acceleration(groups):
 
 
 @claim("C13", "2", "The value of sigma > 0 does not change the qualitative behaviour")
-def sigma_only_scales():
+def sigma_only_scales() -> Iterator[Check]:
     found = thresholds(pk.system())
     yield symbolic("the phase space changes at no sigma > 0", all(value <= 0 for value in found), found)
     spectra = eigenvalues(pk.system())
@@ -166,7 +168,7 @@ def sigma_only_scales():
 
 
 @claim("C14", "2", "sigma = 1 gives (2.10)-(2.12)")
-def sigma_one():
+def sigma_one() -> Iterator[Check]:
     at = {name: [sp.expand(expr.subs(pk.sigma, 1)) for expr in pair] for name, pair in _system_fields().items()}
     written = {
         "slip_same": (1 - 5 * pk.x - 5 * pk.y, 1 - 4 * pk.x - 4 * pk.y),

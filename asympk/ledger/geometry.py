@@ -1,16 +1,18 @@
 """Section 3, what is where in the phase space: fields, stick regions, slow planes (C15 to C17, C19 to C22, C28, C29,
 C31, C32)."""
 
+from collections.abc import Iterator
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 
 from asympk.ledger.runs import MUS, M, escape_time, follow, modes, number, ratios, symbolic_number, told
 from asympk.ledger.trend import tends_to_one
-from asympk.ledger.verdicts import claim, numeric, symbolic, symbolic_left_out
+from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
-from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stability import Eigenvalues, eigenvalues
 from asympk.symbolic.stick import drive_of_load, stick_regions
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod
@@ -21,7 +23,7 @@ def _planes(order=1):
 
 
 @claim("C15", "3", "(2.10) holds in O1 (s > 0, z > 0) and O3 (s < 0, z < 0), (2.11) in O2 (s < 0, z > 0) and O4")
-def quadrants():
+def quadrants() -> Iterator[Check]:
     where = {mode.name: mode.where for mode in pk.system().modes}
     octants = {"O1": (1, 1), "O2": (-1, 1), "O3": (-1, -1), "O4": (1, -1)}
     found = {name: _mode_at(where, load, velocity) for name, (load, velocity) in octants.items()}
@@ -46,7 +48,7 @@ def _mode_at(where, load, velocity):
     "exact at every mu; in general s >= 1/(sigma0 + 3) or s <= -1/(sigma0 + 1) for sigma0 > -1, s >= 1/2 "
     "at -1, and one strip 1/(sigma0 + 3) <= s <= -1/(sigma0 + 1) below",
 )
-def stick_half_planes():
+def stick_half_planes() -> Iterator[Check]:
     regions = stick_regions(pk.system())
     found = sp.Union(*(span.as_set().subs(pk.sigma0, 1) for span in regions.stick.spans(sigma=1)))
     written = sp.Union(sp.Interval.open(-sp.oo, sp.Rational(-1, 2)), sp.Interval.open(sp.Rational(1, 4), sp.oo))
@@ -77,7 +79,7 @@ def _edges_decide():
 
 
 @claim("C17", "3", "On z = 0 the only slow motions are on x + y = 0, which lies outside G1 and G2")
-def slow_line_of_stick():
+def slow_line_of_stick() -> Iterator[Check]:
     stick = pk.system().mode("stick")
     line = sp.solve(stick.fast[pk.y].subs(pk.mu, 0), pk.y)
     yield symbolic("mu y' = 0 in stick is x + y = 0", line == [-pk.x], stick.fast[pk.y])
@@ -89,7 +91,7 @@ def slow_line_of_stick():
 
 
 @claim("C19", "3", "Pi1: 5x + 5y = 1, z > 0 is a stable plane of slow motions")
-def first_plane():
+def first_plane() -> Iterator[Check]:
     plane = _planes()["Pi1"]
     level = sp.cancel(pk.x + plane.coefficient(0))
     yield symbolic("the critical manifold is x + y = 1/(sigma + 4)", level == 1 / (pk.sigma + 4), level)
@@ -110,13 +112,13 @@ def first_plane():
 
 
 @claim("C20", "3", "Trajectories on Pi1: z = -(1/5) ln|1 - 5x| + C, and the half-line x = 1/5, y = 0, z > 0")
-def curves_on_the_first_plane():
+def curves_on_the_first_plane() -> Iterator[Check]:
     plane = _planes()["Pi1"]
     curve = integral_curves(_planes(0)["Pi1"])[pk.z]
     written = -sp.log(sp.Abs(1 - (pk.sigma + 4) * pk.x)) / (pk.sigma + 4)
     slope = sp.cancel(sp.diff((curve - written).replace(sp.Abs, lambda argument: argument), pk.x))
     yield symbolic("dz/dx integrates to it for every sigma, 5 being sigma + 4", slope == 0, curve)
-    rest = rest_state(plane)
+    rest: Any = rest_state(plane)
     yield symbolic("and x = 1/(sigma + 4), y = 0 is the rest state", rest.state[pk.x] == 1 / (pk.sigma + 4), rest.state)
     yield numeric("change of C from t = 1 to 2 over its first term", *tends_to_one(_drift_of_constant(plane)))
 
@@ -144,8 +146,8 @@ def _drift_of_constant(plane):
 
 
 @claim("C21", "3", "Motion on Pi1 approaches that half-line")
-def approach_to_the_half_line():
-    rest = rest_state(_planes(0)["Pi1"])
+def approach_to_the_half_line() -> Iterator[Check]:
+    rest: Any = rest_state(_planes(0)["Pi1"])
     yield symbolic("the rest state attracts at rate -1, for every sigma", rest.rate == -1, rest.rate)
     yield symbolic("while z grows at the rate 1/(sigma + 4)", rest.drift[pk.z] == 1 / (pk.sigma + 4), rest.drift)
 
@@ -161,11 +163,11 @@ def approach_to_the_half_line():
 
 
 @claim("C22", "3", "Pi2: x + y = -1, z > 0 is unstable and only divides the fast motions by direction")
-def second_plane():
+def second_plane() -> Iterator[Check]:
     plane = _planes()["Pi2"]
     level = sp.cancel(pk.x + plane.coefficient(0))
     yield symbolic("the critical manifold is x + y = -1/sigma", level == -1 / pk.sigma, level)
-    kind = next(spectrum for spectrum in eigenvalues(pk.system()) if spectrum.mode == plane.mode)
+    kind = next(s for s in eigenvalues(pk.system()) if isinstance(s, Eigenvalues) and s.mode == plane.mode)
     yield symbolic("for sigma > 0 one eigenvalue is positive", dict(kind.kinds)["saddle"] == (pk.sigma > 0), kind.fast)
     tenth = Fraction(1, 10)
     up, down = (modes((0, -1 + side * tenth, 1)) for side in (1, -1))
@@ -186,7 +188,7 @@ def second_plane():
     "between the kinetic and the static edges resting and crossing are both motions of the model (here: "
     "at rest stays at rest), and on leaving the edge the acceleration jumps",
 )
-def static_friction():
+def static_friction() -> Iterator[Check]:
     regions = stick_regions(pk.system())
     upper, lower = regions.edges
     width = sp.factor(sp.diff(upper - lower, pk.sigma0))
@@ -207,7 +209,7 @@ def static_friction():
 
 
 @claim("C29", "3", "Shallow rod, -2 < sigma < 0: Pi2 lies in z < 0 and is stable")
-def shallow_second_plane():
+def shallow_second_plane() -> Iterator[Check]:
     shallow = [regime.passages[1] for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
     alive = [passage for passage in shallow if passage.side]
     yield symbolic(
@@ -232,7 +234,7 @@ def shallow_second_plane():
 
 
 @claim("C31", "3", "Cause of the paradoxes: for sigma > 0, z > 0 holds a stable and an unstable slow plane, z < 0 none")
-def cause_of_the_paradoxes():
+def cause_of_the_paradoxes() -> Iterator[Check]:
     steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
     sides = {passage.name: (passage.side, passage.stable) for passage in steep.passages}
     yield symbolic("Pi1 stable and Pi2 unstable, both in z > 0", sides == {"Pi1": (1, True), "Pi2": (1, False)}, sides)
@@ -253,7 +255,7 @@ def _planes_by_side(sigma):
     "The slow planes are the phase space of the rigid system: rigid motions and planes correspond one to one",
     "a plane carries x and z, the rigid rod z alone: x decays to the load in the time h l, a memory of what it was",
 )
-def planes_and_rigid_motions():
+def planes_and_rigid_motions() -> Iterator[Check]:
     position = 2 / (pk.sigma + 2)  # w, as f sin a = (sigma + 2) cos a
     planes = _planes(0)
     levels = {sp.cancel(pk.x + plane.coefficient(0)) for plane in planes.values()}

@@ -7,6 +7,7 @@ it says itself. Where its words name only where the jump ends, "a jump to the ed
 rule: x moves by as much in all four, which contradicts the first kind and completes the second.
 """
 
+from collections.abc import Iterator
 from fractions import Fraction
 
 import sympy as sp
@@ -15,6 +16,7 @@ from asympk.asymptotics.jump import first_integral, jump_map
 from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, symbolic_number, told
 from asympk.ledger.trend import tends_to_one
 from asympk.ledger.verdicts import (
+    Check,
     claim,
     numeric,
     numeric_instead,
@@ -25,7 +27,7 @@ from asympk.ledger.verdicts import (
 )
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
-from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stability import Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
 from asympk.systems import painleve_klein as pk
 
@@ -78,12 +80,12 @@ def _event(path, kind):
     "A point that enters G1 (G2) makes “a jump to its edge” Gamma1 (Gamma2) and leaves into z > 0",
     "a point that comes with y of the order of 1/mu, as all do that land, leaves with x + mu y in place of x",
 )
-def stick_ends_on_the_edge():
+def stick_ends_on_the_edge() -> Iterator[Check]:
     regions = stick_regions(pk.system())
     rising = regions.up.spans(sigma=1)
     between = tuple(regions.edges[::-1]) == (rising[0].start, rising[0].end)
     yield symbolic("between Gamma2 and Gamma1 every motion crosses into z > 0", between, rising[0].as_set())
-    kind = next(spectrum for spectrum in eigenvalues(pk.system()) if spectrum.mode == "stick")
+    kind = next(s for s in eigenvalues(pk.system()) if isinstance(s, Eigenvalues) and s.mode == "stick")
     yield symbolic("in stick s falls to 0 with a stable fast eigenvalue", kind.kinds[0][0] == "stable node", kind.fast)
     for s, edge in ((2, Fraction(1, 4)), (-2, Fraction(-1, 2))):
         start = (_THIRD, s - _THIRD, 0)
@@ -140,7 +142,7 @@ def _gain_in_stick():
     "y reaches order 1/mu, so on landing x has grown by -z/(sigma + 1); and from |z| = O(mu), s < 0 the "
     "point can land in G2",
 )
-def jump_from_below():
+def jump_from_below() -> Iterator[Check]:
     jump = _jump(_FROM_BELOW)
     landing = jump.events[0]
     height = landing.y.coefficient(-1)
@@ -171,7 +173,7 @@ def _positive_below(expr):
     "Then it makes “a jump to the edge Gamma1, then a jump to the half-plane Pi1”, where it stays",
     "in all z -> 0 and x -> x - z; where mu |x| is not small the point comes back to z = 0",
 )
-def jump_to_the_first_plane():
+def jump_to_the_first_plane() -> Iterator[Check]:
     steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
     first = steep.passages[0]
     yield symbolic("Pi1 attracts and its motions never come back to z = 0", first.stable and first.meets is None)
@@ -202,7 +204,7 @@ _FAR = 10
     "direction of y” to Gamma2, then to Pi1",
     "x falls by z/(sigma + 1) on landing and by z in all: z -> 0, x -> x - z",
 )
-def jump_from_beyond_the_divide():
+def jump_from_beyond_the_divide() -> Iterator[Check]:
     jump = _jump(_FROM_ABOVE)
     landing = jump.events[0]
     height = landing.y.coefficient(-1)
@@ -229,7 +231,7 @@ def jump_from_beyond_the_divide():
     "for -3/2 <= sigma < 0 the point sticks for a time mu log((sigma + 3)/(-sigma)) before it jumps to "
     "Pi1; only below -3/2 it crosses at once",
 )
-def shallow_rod():
+def shallow_rod() -> Iterator[Check]:
     shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
     seconds = {regime.condition: regime.passages[1] for regime in shallow if regime.passages[1].side}
     leads = all(second.stable and second.drift > 0 and second.meets for second in seconds.values())

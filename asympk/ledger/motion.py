@@ -1,13 +1,14 @@
 """Section 3, how motions run and where they end (C25, C27)."""
 
 import random
+from collections.abc import Iterator
 from fractions import Fraction
 
 import sympy as sp
 
 from asympk.ledger.runs import M, follow, modes, number, ratios, told
 from asympk.ledger.trend import tends_to_one
-from asympk.ledger.verdicts import claim, numeric, symbolic
+from asympk.ledger.verdicts import Check, claim, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes
 from asympk.symbolic.stability import eigenvalues
@@ -15,7 +16,7 @@ from asympk.systems import painleve_klein as pk
 
 
 @claim("C25", "3", "From O5 (x + y > -1, z > 0) it jumps straight to Pi1")
-def jump_from_above_the_divide():
+def jump_from_above_the_divide() -> Iterator[Check]:
     steep = next(regime for regime in regimes(pk.system()) if regime.condition == (pk.sigma > 0))
     yield symbolic("Pi2 repels and Pi1 attracts, both in z > 0", [p.stable for p in steep.passages] == [True, False])
     sequences = modes((0, Fraction(-1, 2), 1)) + modes((1, 2, 1))
@@ -40,7 +41,7 @@ def _first_term_on_the_first_plane(start=(1, 2), t=1):
 
 
 @claim("C27", "3", "Whatever the start, the system ends in motion with constant acceleration along the force")
-def final_motion():
+def final_motion() -> Iterator[Check]:
     for regime in regimes(pk.system()):
         first, second = regime.passages
         ends = first.side == 1 and first.stable and first.meets is None

@@ -1,6 +1,7 @@
 """Section 1, what it reports of earlier work: Pfeiffer, Butenin, Le Suan An (C33 to C36)."""
 
 import math
+from collections.abc import Iterator
 from fractions import Fraction
 
 import sympy as sp
@@ -8,7 +9,7 @@ import sympy as sp
 from asympk.ledger import undamped
 from asympk.ledger.runs import MUS, M, follow, number, ratios
 from asympk.ledger.trend import tends_to_one
-from asympk.ledger.verdicts import claim, numeric, numeric_left_out, symbolic, symbolic_left_out
+from asympk.ledger.verdicts import Check, claim, numeric, numeric_left_out, symbolic, symbolic_left_out
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.systems import painleve_klein as pk
@@ -20,7 +21,7 @@ _BELOW = (0, 0, -1)
 
 
 @claim("C33", "1", "Pfeiffer, no damping: as k -> oo, for x1' < 0, R -> oo and the motion stops at once")
-def reaction_without_bound():
+def reaction_without_bound() -> Iterator[Check]:
     growing = undamped.eigenvalues("slip_opposite")
     yield symbolic(
         "in z < 0 with R > 0 the load grows at the rate sqrt(sigma)/epsilon",
@@ -46,7 +47,7 @@ def _past_the_stop(small):
     "the other is a centre: a deviation from it neither grows nor decays, so that it is not reached either, and fast "
     "and slow motions do not separate",
 )
-def one_limit_is_unstable():
+def one_limit_is_unstable() -> Iterator[Check]:
     saddle, centre = (undamped.eigenvalues(mode) for mode in ("slip_opposite", "slip_same"))
     yield symbolic("a saddle where s v < 0", {sp.sign(root.subs(undamped.sigma, 1)) for root in saddle} == {1, -1})
     tiny = Fraction(1, 10**20)
@@ -68,7 +69,7 @@ def one_limit_is_unstable():
     "the stop of the damped rod is at once; without damping it lasts as long as the rod rings, and the mass does not "
     "go on. It leaves x open, too, which gains -z, and for x1' > 0 the choice of two motions",
 )
-def hypothesis_of_a_stop():
+def hypothesis_of_a_stop() -> Iterator[Check]:
     counts = [rod.count_motions(velocity, sp.Rational(1, 2)) for velocity in (0, 1)]
     yield symbolic("from rest the steep rigid rod has exactly one motion", counts[0] == 1, counts[0])
     start = (0, Fraction(1, 5), -1)
@@ -87,7 +88,7 @@ def hypothesis_of_a_stop():
     "1",
     "Le Suan An: a criterion of the paradoxes for n degrees of freedom; in the example it agrees with the others",
 )
-def criterion_for_any_mechanism():
+def criterion_for_any_mechanism() -> Iterator[Check]:
     masses = _masses_between_guides()
     border = 2 * sp.Abs(sp.cos(rod.alpha)) / sp.sin(rod.alpha)
     found = masses.critical_friction

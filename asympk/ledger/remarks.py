@@ -1,6 +1,8 @@
 """Sections 2 and 3 in passing: signs, damping, borders, fast motions, misprints (C37 to C43)."""
 
+from collections.abc import Iterator
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 
@@ -9,6 +11,7 @@ from asympk.ledger import undamped
 from asympk.ledger.runs import MUS, M, follow, number, ratios
 from asympk.ledger.trend import tends_to_one, vanishes
 from asympk.ledger.verdicts import (
+    Check,
     claim,
     numeric,
     numeric_instead,
@@ -33,7 +36,7 @@ _BELOW = (0, Fraction(1, 5), -1)
     "cos a > 0 is no loss of generality",
     "but for cos a = 0: a rod across the guides is not compressed to first order, and mu is infinite",
 )
-def sign_of_the_cosine():
+def sign_of_the_cosine() -> Iterator[Check]:
     balance, acceleration = rod.elastic_rod().slip(1)
     turned = {rod.alpha: sp.pi - rod.alpha, rod.R: -rod.R, rod.ddR1: -rod.ddR1}
     same = all(sp.expand(expr.subs(turned, simultaneous=True) - expr) == 0 for expr in (balance, acceleration))
@@ -51,7 +54,7 @@ def sign_of_the_cosine():
     "h is to be held as k -> oo, to keep the dissipation in the rod",
     "it is enough, not necessary: with h falling like the root of 1/k, a fixed damping ratio, the damper takes as much",
 )
-def held_damping():
+def held_damping() -> Iterator[Check]:
     power = sp.expand(sp.diff(_energy(), pk.x) * pk.y + _power_of_forces("stick"))
     yield symbolic("in stick friction does no work and the energy falls by mu y^2", power == -pk.mu * pk.y**2, power)
     found = ratios(lambda mu: _lost_in_stick(_BELOW, mu, 1), lambda mu: Fraction(1, 8))
@@ -94,7 +97,7 @@ def _four(numbers):
 
 
 @claim("C39", "3", "Damping lets fast and slow motions be separated; without it they do not separate")
-def separation_needs_damping():
+def separation_needs_damping() -> Iterator[Check]:
     damped = pk.system().mode("slip_same").fast[pk.y]
     decays = sp.diff(damped, pk.y)
     yield symbolic("with it the fast motion towards Pi1 decays, at the rate (sigma + 4)/mu", decays == -pk.sigma - 4)
@@ -125,7 +128,7 @@ def _has_no_scales():
     "G is the part of z = 0 that is stable against deviations from it; its border is where z' = 0",
     "for f0 = f alone: between the kinetic and the static edge of f0 > f the mass may rest where deviations run away",
 )
-def stick_region_by_stability():
+def stick_region_by_stability() -> Iterator[Check]:
     regions = stick_regions(pk.system())
     rates = {mode.name: mode.slow[pk.z].subs(pk.y, -pk.x + sp.Symbol("s")) for mode in pk.system().modes[:2]}
     zeros = {sp.solve(rate, sp.Symbol("s"))[0] for rate in rates.values()}
@@ -153,7 +156,7 @@ def _returns(load, sigma0=None):
     "Fast motions are essential for sigma > 0 and inessential below",
     "for a fixed sigma < 0 as mu -> 0: for |sigma| of the order of the root of mu the mass stops before Pi2 is reached",
 )
-def fast_motions_below():
+def fast_motions_below() -> Iterator[Check]:
     shallow = [regime for regime in regimes(pk.system()) if regime.condition.subs(pk.sigma, 1) != sp.true]
     attract = all(passage.stable for regime in shallow for passage in regime.passages if passage.side)
     yield symbolic("both planes attract for sigma < 0", attract)
@@ -190,9 +193,9 @@ def _load_at_stop(mu):
     "Shallow rod: motion on Pi1 approaches the line x = 1/5, y = 0 (1/s in the scan)",
     "the line is x = 1/(sigma + 4), y = 0; 1/5 is that of sigma = 1, which is steep: a misprint or a misreading",
 )
-def line_of_the_shallow_rod():
-    rest = rest_state(slow_manifolds(pk.system(), order=0)[0]).state[pk.x]
-    at = sp.solve(rest - sp.Rational(1, 5), pk.sigma)
+def line_of_the_shallow_rod() -> Iterator[Check]:
+    rest: Any = rest_state(slow_manifolds(pk.system(), order=0)[0])
+    at = sp.solve(rest.state[pk.x] - sp.Rational(1, 5), pk.sigma)
     yield symbolic("1/(sigma + 4) = 1/5 for some -2 < sigma < 0", any(-2 < value < 0 for value in at), at)
     ends = {sigma: follow((1, 2, 1), MUS[0], 200, sigma).final[0] for sigma in (-1, Fraction(-3, 2))}
     away = {sigma: end - 1 / number(Fraction(sigma) + 4) for sigma, end in ends.items()}
@@ -208,7 +211,7 @@ def line_of_the_shallow_rod():
     "The task is to solve (2.8)-(2.10) as mu -> 0",
     "a misprint: (2.10)-(2.12) are the modes at sigma = 1; (2.10) beside (2.8) and (2.9) holds for no other sigma",
 )
-def equations_to_be_solved():
+def equations_to_be_solved() -> Iterator[Check]:
     same = pk.system().mode("slip_same").fast[pk.y]
     written = 1 - 5 * _S
     yield symbolic("(2.10) goes with (2.8), for every sigma", sp.expand(same - written) == 0, same)

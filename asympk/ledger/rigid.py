@@ -1,12 +1,13 @@
 """Section 1: the rigid rod and the paradox (C01 to C06)."""
 
+from collections.abc import Iterator
 from itertools import product
 
 import sympy as sp
 
 from asympk.ledger.runs import evaluated
 from asympk.ledger.trend import vanishes
-from asympk.ledger.verdicts import claim, numeric, symbolic
+from asympk.ledger.verdicts import Check, claim, numeric, symbolic
 from asympk.symbolic.lowering import lower
 from asympk.systems.painleve_klein import rod
 
@@ -20,7 +21,7 @@ def _motions(velocity):
 
 
 @claim("C01", "1", "Rigid rod: m x1'' = P - R cos a + mu R sin a, m x2'' = R cos a (1.2)")
-def equations_of_motion():
+def equations_of_motion() -> Iterator[Check]:
     first, second = rod.rigid_equations()
     pushed = rod.P - rod.R * sp.cos(rod.alpha) + rod.kappa * rod.R * sp.sin(rod.alpha)
     yield symbolic("Newton's and Coulomb's laws give (1.2)", sp.expand(rod.m * first - pushed) == 0, first)
@@ -30,7 +31,7 @@ def equations_of_motion():
 
 
 @claim("C02", "1", "The reaction of the rigid rod is R = P / (2 cos a - mu sin a), mu = +-f (1.3)")
-def reaction():
+def reaction() -> Iterator[Check]:
     found = rod.rigid_reaction()
     expected = rod.P / (2 * sp.cos(rod.alpha) - rod.kappa * sp.sin(rod.alpha))
     yield symbolic("x1'' = x2'' has this one solution", sp.cancel(found - expected) == 0, found)
@@ -39,7 +40,7 @@ def reaction():
 
 
 @claim("C03", "1", "Shallow rod, |2 cos a| > |mu sin a|: the sign of R does not depend on mu; the motion is unique")
-def shallow_rod_moves_uniquely():
+def shallow_rod_moves_uniquely() -> Iterator[Check]:
     signs = {motion.sign: sp.cancel(2 * motion.load / rod.steepness) for motion in _motions(1)}
     same = sp.solveset(sp.cancel(signs[1] * signs[-1]) > 0, rod.steepness, sp.S.Reals)
     yield symbolic("R(f) R(-f) > 0 is |w| > 1, w = 2 cos a / (f sin a)", same == _SHALLOW, same)
@@ -54,7 +55,7 @@ def shallow_rod_moves_uniquely():
 
 
 @claim("C04", "1", "Steep rod, (1.4): the sign of R is opposite to that of mu, whatever the sign of cos a")
-def steep_rod_turns_the_reaction():
+def steep_rod_turns_the_reaction() -> Iterator[Check]:
     for motion in _motions(1):
         opposite = sp.solveset(motion.sign * sp.cancel(2 * motion.load / rod.steepness) < 0, rod.steepness, sp.S.Reals)
         yield symbolic(f"mu R < 0 on all of |w| < 1 for mu = {motion.sign:+d} f", _STEEP.is_subset(opposite), opposite)
@@ -68,7 +69,7 @@ def steep_rod_turns_the_reaction():
 
 
 @claim("C05", "1", "Steep rod: for x1' < 0 no sign of mu satisfies (1.1), for x1' > 0 both do")
-def paradox():
+def paradox() -> Iterator[Check]:
     forward = sp.Intersection(*(motion.positions for motion in _motions(1)))
     backward = sp.Union(*(motion.positions for motion in _motions(-1)))
     yield symbolic("both signs satisfy (1.1) for x1' > 0 exactly on |w| < 1", forward == _STEEP, forward)
@@ -78,7 +79,7 @@ def paradox():
 
 
 @claim("C06", "1", "mu R x1' < 0 (1.1) says that the friction force opposes the velocity")
-def friction_opposes():
+def friction_opposes() -> Iterator[Check]:
     force = rod.coulomb()
     sine = sp.Symbol("sin", positive=True)
     power = sp.expand(force.subs(sp.sin(rod.alpha), sine) * rod.u / sine)

@@ -1,5 +1,6 @@
 """High-precision event-driven runs for decreasing mu: the numeric side of every claim about the limit."""
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -7,6 +8,8 @@ import sympy as sp
 
 from asympk.methods import solve
 from asympk.multiprecision import as_mpf, context, in_context
+from asympk.numbers import Number
+from asympk.path import Path
 from asympk.scene import Scene
 from asympk.symbolic.lowering import lower
 
@@ -15,7 +18,9 @@ M = context(DIGITS + 10)  # ten digits to spare; nothing changes its precision
 MUS = tuple(Fraction(1, 10**n) for n in (3, 5, 7, 9))
 
 
-def follow(start, mu, until=1, sigma=1, sigma0=None):
+def follow(
+    start: Sequence[Number | str], mu: Number, until: Number = 1, sigma: Number = 1, sigma0: Number | None = None
+) -> Path:
     """Solve one scene to 40 digits, in numbers of ``M``; those given are exact (integers, fractions or strings)."""
     path = solve(Scene(sigma=sigma, mu=mu, start=start, until=until, sigma0=sigma0), digits=DIGITS)
     events = tuple(event._replace(t=M.mpf(event.t), state=_numbers(event.state)) for event in path.events)
@@ -26,38 +31,42 @@ def _numbers(values):
     return tuple(map(M.mpf, values))
 
 
-def escape_time(offset, mu):
+def escape_time(offset: Number, mu: Number) -> Number:
     """Return when a run from z = 1, ``offset`` off the unstable plane Pi2 of sigma = 1, meets x + y = 0."""
     scene = Scene.near("Pi2", x=0, offset=offset, z=1, sigma=1, mu=mu, until=1)
     return M.mpf(solve(scene, digits=DIGITS).events[0].t)
 
 
-def ratios(measure, predicted, mus=MUS):
+def ratios(
+    measure: Callable[[Fraction], Number], predicted: Callable[[Fraction], Number], mus: Iterable[Fraction] = MUS
+) -> list[Number]:
     """Return measure(mu) / predicted(mu) for each mu, in numbers of ``M``."""
     return [number(measure(mu)) / number(predicted(mu)) for mu in mus]
 
 
-def number(value):
+def number(value: Number) -> Number:
     """Return a fraction, a SymPy number or an mpf as a number of ``M``."""
     return M.mpf(value.evalf(M.dps)._mpf_) if hasattr(value, "evalf") else in_context(M, value)
 
 
-def evaluated(expr, values):
+def evaluated(expr: sp.Expr, values: Mapping[sp.Symbol, Number]) -> Number:
     """Return an expression at ``values`` {symbol: number} as a number of ``M``."""
     here = sorted(expr.free_symbols, key=str)
     return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(number(sp.S(values[s])) for s in here))[0])
 
 
-def symbolic_number(value):
+def symbolic_number(value: Number) -> sp.Float:
     """Return a number of ``M`` as SymPy's."""
     return sp.Float(as_mpf(value), M.dps)
 
 
-def modes(start, sigma=1, mus=MUS, until=1):
+def modes(
+    start: Sequence[Number | str], sigma: Number = 1, mus: Iterable[Fraction] = MUS, until: Number = 1
+) -> list[tuple[str, ...]]:
     """Return the mode sequences met for decreasing mu, each once, in order of appearance."""
     return list(dict.fromkeys(follow(start, mu, until, sigma).modes for mu in mus))
 
 
-def told(sequences):
+def told(sequences: Iterable[tuple[str, ...]]) -> str:
     """Print mode sequences for evidence."""
     return "; ".join(" > ".join(sequence) for sequence in sequences)

@@ -1,16 +1,19 @@
 """Does a sequence tend to its limit, does a residual vanish? The tests behind the numeric evidence."""
 
+from collections.abc import Sequence
 from itertools import pairwise
+
+from asympk.numbers import Number
 
 DIGITS = 40
 
 
-def vanishes(residual):
+def vanishes(residual: Number) -> tuple[bool, str]:
     """Tell whether a residual, computed to more digits, is zero to 40, and say so."""
     return bool(abs(residual) < 10**-DIGITS), f"zero to {DIGITS} digits"
 
 
-def tends_to_one(ratios):
+def tends_to_one(ratios: Sequence[Number]) -> tuple[bool, str]:
     """Tell whether ratios, for mu falling by a constant factor, tend to 1, and print them.
 
     Each deviation from 1 must be at most a tenth of the one before, and the first already below 1.

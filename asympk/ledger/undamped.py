@@ -6,13 +6,17 @@ with w = epsilon s'; the unit of time is that in which the force P gives the mas
 scales of its own, as Fufaev's need damping, so that epsilon, the period of the rod over 2 pi, is measured in that unit.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 
 import sympy as sp
 
 from asympk.ledger.runs import DIGITS, M
 from asympk.methods import solve
+from asympk.numbers import Number
+from asympk.path import Path
 from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.systems.painleve_klein import rod
@@ -23,7 +27,7 @@ sigma = sp.Symbol("sigma", real=True)
 
 
 @cache
-def system():
+def system() -> System:
     """Return the ``System`` of the undamped rod, derived from the rod's law R = R_1."""
     elastic = rod.elastic_rod(rod.R1)
     forces = {rod.R: rod.P * s / sp.cos(rod.alpha), rod.F: rod.P * phi, rod.ddR1: 0}
@@ -40,20 +44,20 @@ def system():
     )
 
 
-def eigenvalues(mode):
+def eigenvalues(mode: str) -> set[sp.Expr]:
     """Return the eigenvalues of one slip mode in the fast time t / epsilon, as a set."""
     field = system().mode(mode).fast
     return set(sp.Matrix([field[s], field[w]]).jacobian([s, w]).eigenvals())
 
 
-def follow(start, small, until):
+def follow(start: Sequence[Number], small: Number, until: Number) -> Path:
     """Follow (s, w, v) at sigma = 1 to 40 digits; ``small`` and ``until`` are exact numbers."""
     path = solve(_scene(start, small, until), digits=DIGITS)
     events = tuple(event._replace(t=M.mpf(event.t), state=tuple(map(M.mpf, event.state))) for event in path.events)
     return replace(path, final=tuple(map(M.mpf, path.final)), events=events)
 
 
-def follow_doubles(start, small, until):
+def follow_doubles(start: Sequence[Number], small: Number, until: Number) -> Path:
     """Follow (s, w, v) at sigma = 1 in double precision."""
     return solve(_scene(start, small, until))
 
@@ -63,6 +67,6 @@ def _scene(start, small, until):
     return Scene(system=system(), values={"epsilon": small, "sigma": 1}, start=begin, until=until)
 
 
-def growth(small, ratio):
+def growth(small: Fraction, ratio: Number) -> Number:
     """Return epsilon log(ratio), the time in which the growing motion of sigma = 1 gains a factor ``ratio``."""
     return M.mpf(small.numerator) / small.denominator * M.log(ratio)

@@ -1,8 +1,9 @@
 """Check, Claim, and the rule that turns checks into a verdict."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import wraps
+from typing import Any
 
 from asympk.shown import Card, ShownAsTable
 
@@ -45,7 +46,7 @@ class Claim(ShownAsTable):
                  for check in self.evidence]  # fmt: skip
         return Card(f"Claim {self.id} (section {self.where}): {self.verdict}", tuple(rows))
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Return the claim as plain dictionaries, for JSON."""
         return asdict(self)
 
@@ -57,7 +58,7 @@ class Claims(ShownAsTable, tuple):
         return Card(f"{len(self)} claims", tuple((one.id, f"{one.verdict}: {one.statement}") for one in self))
 
 
-def verdict(evidence):
+def verdict(evidence: Sequence[Check]) -> str:
     """Judge a claim.
 
     It is confirmed when the sentence holds as written and nothing it leaves out was found to matter; refined when it
@@ -72,7 +73,9 @@ def verdict(evidence):
     return "corrected" if by_role["instead"] and all(replaced) else UNSETTLED
 
 
-def claim(identifier, where, statement, finding="") -> Callable:
+def claim(
+    identifier: str, where: str, statement: str, finding: str = ""
+) -> Callable[[Callable[[], Iterator[Check]]], Callable[[], Claim]]:
     """Make a function that yields checks into one that returns a judged ``Claim``.
 
     ``finding`` is what to say when the verdict is not a plain confirmation.

@@ -1,16 +1,23 @@
 """How much damping the resolution needs: time and sticks over the damping ratio, and the rod without damping."""
 
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
+from asympk.path import Path
 from asympk.pictures import style
 from asympk.pictures.portraits import plate
+from asympk.storage.rows import Row
 from asympk.studies.damping import leading_law, stick_law, undamped_factor
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MARKS = (("o", style.BLUE), ("s", style.RED), ("^", style.GREEN))
 SLIPS = {"slip_opposite": style.RED, "slip_same": style.BLUE, "stick": "0.6"}
 
 
-def damping(rows, path):
+def damping(rows: Sequence[Row], path: Path) -> "Figure":
     """Draw jam time and sticks over the damping ratio, the phase plane of an undamped ``path``, and its jam time."""
     with plate(3.9, 2, 2) as (figure, axes):
         over_ratio = [row for row in rows if row["part"] == "ratio"]

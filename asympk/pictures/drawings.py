@@ -1,15 +1,20 @@
 """Drawings of the mechanics, figs. 1-4 of Fufaev 1991 in a design of their own; lengths on the sheet are inches."""
 
 from math import atan2, cos, pi, sin, tan
+from typing import TYPE_CHECKING
 
 from asympk.pictures import pen, style
 from asympk.pictures.pen import GREY, THICK, THIN
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 WIDTH, HEIGHT = style.COLUMN, 3.2
 STEEP = 1.02  # the angle at which rods are drawn, radians
 
 
-def system():
+def system() -> "Figure":
     """Draw the system in four panels: the masses on their guides, the elastic rod, the small turn, the friction law."""
     matplotlib = style.matplotlib()
 
@@ -24,7 +29,7 @@ def system():
     return figure
 
 
-def masses(ax, x, y):
+def masses(ax: "Axes", x: float, y: float) -> None:
     """The two masses on parallel guides, the rod at the angle alpha, and the forces on the rough mass."""
     low, high = y + 0.32, y + 1.3
     first = (x + 0.62, low)
@@ -40,13 +45,13 @@ def masses(ax, x, y):
     pen.arrow(ax, (first[0], low - 0.2), (first[0] - 0.4, low - 0.2), "$F$", (0.1, 0.0))
     beside = (-0.07 * sin(STEEP), 0.07 * cos(STEEP))
     for near, far in ((0.48, 0.2), (0.68, 0.96)):
-        ends = [(px + beside[0], py + beside[1]) for px, py in pen.along(first, STEEP, near, far)]
-        pen.arrow(ax, *ends, "$R$", (-0.1, 0.04) if far > near else (-0.1, 0.0))
+        start, end = ((px + beside[0], py + beside[1]) for px, py in pen.along(first, STEEP, near, far))
+        pen.arrow(ax, start, end, "$R$", (-0.1, 0.04) if far > near else (-0.1, 0.0))
     ax.text(x + 1.62, high + 0.14, "smooth", ha="right", va="bottom", fontsize=6)
     ax.text(x + 1.62, low + 0.0, "rough: $f$, $f_0$", ha="right", va="bottom", fontsize=6)
 
 
-def rod(ax, x, y):
+def rod(ax: "Axes", x: float, y: float) -> None:
     """The rod as a spring beside a damper (2.3)."""
     left, right, middle = x + 0.3, x + 1.4, y + 0.8
     pen.mass(ax, (left - 0.1, middle), "$M_1$", (-0.02, 0.17))
@@ -62,7 +67,7 @@ def rod(ax, x, y):
     ax.text(x + 0.85, middle - 0.42, damping, ha="center", va="top")
 
 
-def small_turn(ax, x, y):
+def small_turn(ax: "Axes", x: float, y: float) -> None:
     """What a gain of M_1 on M_2 does to the rod: it shortens by Delta l and turns by beta (2.2)."""
     angle, length, gain = 0.95, 1.28, 0.3
     foot = (x + 0.22, y + 0.3)
@@ -93,7 +98,7 @@ def small_turn(ax, x, y):
     pen.angle(ax, moved, 0.42, 0, turned, r"$\alpha + \beta$", 0.62, lift=-0.05)
 
 
-def friction_law(ax, x, y):
+def friction_law(ax: "Axes", x: float, y: float) -> None:
     """Coulomb's law: F against the velocity u, f in slip, up to f_0 at rest."""
     middle, centre, reach = y + 0.78, x + 0.86, 0.62
     kinetic, static = 0.34, 0.5

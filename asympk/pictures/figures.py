@@ -1,14 +1,21 @@
 """Figures: rows in, a matplotlib ``Figure`` out; nothing is computed anew, and nothing is saved but by ``save``."""
 
 from bisect import bisect
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import groupby
 from math import log10
 from pathlib import Path
 from textwrap import fill
+from typing import TYPE_CHECKING, Any
 
 from asympk.pictures import style
 from asympk.pictures.portraits import plate
+from asympk.storage.rows import Row
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.figure import Figure
 
 # key -> (mark, grey of its cell, words in the legend)
 OUTCOMES = {
@@ -31,7 +38,7 @@ ALONGSIDE = 1e-5  # tolerance of the integrators that are drawn beside the model
 GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; how near marks touch, in parts of the axes
 
 
-def save(figure, path):
+def save(figure: "Figure", path: str | Path) -> Path:
     """Write ``figure`` to ``path``; the bytes depend on the figure alone, not on the day or the machine."""
     matplotlib = style.matplotlib()
 
@@ -44,8 +51,14 @@ def save(figure, path):
 
 
 @contextmanager
-def sheet(body, rows=1, columns=1, *, entries=0, per_line=3, note="", **options):
-    """Yield (figure, axes) of a column's width: ``body`` inches of axes above a legend of ``entries`` and a note."""
+def sheet(
+    body: float, rows: int = 1, columns: int = 1, *, entries: int = 0, per_line: int = 3, note: str = "",
+    legend_of: tuple[int, int] = (0, 0), **options: Any,
+) -> "Iterator[tuple[Figure, np.ndarray]]":  # fmt: skip
+    """Yield (figure, axes) of a column's width: ``body`` inches of axes above a legend of ``entries`` and a note.
+
+    The legend is that of the axes at ``legend_of``, (row, column).
+    """
     matplotlib = style.matplotlib()
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -60,19 +73,19 @@ def sheet(body, rows=1, columns=1, *, entries=0, per_line=3, note="", **options)
         axes = figure.subplots(rows, columns, squeeze=False, **options)
         yield figure, axes
         figure.text(0.01, 0.02 / height, words, fontsize=NOTE_SIZE, va="bottom", ha="left", in_layout=False)
-        handles = getattr(figure, "handles", None) or axes.flat[0].get_legend_handles_labels()[0]
+        handles = axes[legend_of].get_legend_handles_labels()[0]
         legend = figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, note_height / height),
                                ncols=per_line, columnspacing=1.0, borderpad=0.1, labelspacing=0.25)
         legend.set_in_layout(False)
 
 
-def outcome(status):
+def outcome(status: str) -> str:
     """Return the key of ``OUTCOMES`` for a status sentence."""
     word = status.split()[0]
     return status if status in OUTCOMES else "limit" if word in LIMITS else "stalled" if word == "stalled" else "other"
 
 
-def work_precision(rows, scene, mus, note=""):
+def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float], note: str = "") -> "Figure":
     """Work against precision on ``scene``, one panel for each of ``mus``.
 
     Runs without an end stand in a strip; models that refuse the scene stand at its foot.
@@ -118,7 +131,7 @@ def _precision_panel(ax, rows, methods):
         ax.plot([place] * len(costs), costs, **{**style.line(method), "linestyle": "none", "label": None})
 
 
-def cost_against_mu(rows, scenes, accuracy, note=""):
+def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float, note: str = "") -> "Figure":
     """Cheapest run with an error below ``accuracy`` against mu; what does not get there stands in the band."""
     methods = _methods(rows)
     with sheet(1.5 * len(scenes) + 0.6, len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
@@ -198,7 +211,7 @@ def _touch(one, other, scale):
                for a, b, near, span in zip(one[:2], other[:2], NEAR, scale, strict=True))
 
 
-def cheapest(rows, accuracy):
+def cheapest(rows: Iterable[Row], accuracy: float) -> dict[float, float | None]:
     """Return {mu: least ratio among the runs with an error below ``accuracy``, or None}."""
     found = {}
     for mu, group in groupby(sorted(rows, key=lambda r: r["mu"]), key=lambda r: r["mu"]):
@@ -207,12 +220,12 @@ def cheapest(rows, accuracy):
     return found
 
 
-def nonlinear(rows, note=""):
+def nonlinear(rows: Sequence[Row], note: str = "") -> "Figure":
     """The rod with its geometry kept: what the small-angle models miss of it, and work against precision."""
     mus = sorted({row["mu"] for row in rows if row["kappa"] == 1})
     panels = [mus[-1 - len(mus) // 3], mus[0]] if len(mus) > 1 else [mus[0]] * 2
     methods = _methods(rows)
-    with sheet(3.3, 2, 2, entries=len(methods), note=note, sharey="row") as (figure, axes):
+    with sheet(3.3, 2, 2, entries=len(methods), note=note, legend_of=(1, 0), sharey="row") as (figure, axes):
         grid = axes[0, 0].get_gridspec()
         for ax in axes[0]:
             ax.remove()
@@ -223,13 +236,12 @@ def nonlinear(rows, note=""):
             ax.set_xlabel("error of the final state")
         axes[1, 0].set_ylabel("CPU time / exact flow")
         axes[1, 0].set_ylim(0.15, 3 * max(row["ratio"] for row in rows if row["ratio"]))
-        figure.handles = axes[1, 0].get_legend_handles_labels()[0]
-        for handle in figure.handles:
+        for handle in axes[1, 0].get_legend_handles_labels()[0]:
             handle.set_label(handle.get_label().replace("exact flow", "(2.7)-(2.9), exact flow"))
     return figure
 
 
-def savings(found):
+def savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "Figure":
     """What integrators cost at the error of the jump of order 1, in units of it: a panel per system, over mu.
 
     ``found`` is that of ``studies.modelwork.savings``; what no tolerance reaches stands in the band.
@@ -278,7 +290,7 @@ def _model_panel(ax, rows):
     _side_by_side(ax, glyphs, begin=1.4)  # the stars of the exact flow are where they are
 
 
-def few_costs(rows, methods, accuracy):
+def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "Figure":
     """Cheapest run of a few ``methods`` with an error below ``accuracy`` against mu, each with its name beside it."""
     with plate(2.0) as (figure, axes):
         ax = axes.flat[0]
@@ -298,7 +310,7 @@ def few_costs(rows, methods, accuracy):
     return figure
 
 
-def failures(parts):
+def failures(parts: Sequence[tuple[str, Sequence[Row], str]]) -> "Figure":
     """Map of what became of all runs: a line per method, a block per part (words, rows, column of the place).
 
     A cell holds the runs of all tolerances; it is white where all of them end right, else it says how many do not, and
@@ -351,7 +363,7 @@ def _methods(rows):
     return [method for method in (*style.METHODS, *style.MODELS) if method in present]
 
 
-def power(value):
+def power(value: Any) -> str:
     """Return ``value`` as a power of ten in LaTeX, or as it is."""
     exponent = log10(abs(value))
     power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"

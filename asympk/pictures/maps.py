@@ -1,13 +1,19 @@
 """Maps over the parameters: regimes over sigma, stick over static friction, collisions, convergence in mu."""
 
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from asympk.pictures import style
 from asympk.pictures.portraits import HELD, LINEAR, LOADS, SLOW, UNSTABLE, level_formulas, plate
+from asympk.storage.rows import Row
 from asympk.symbolic.lowering import lower
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def regime_map(most=2):
+
+def regime_map(most: int = 2) -> "Figure":
     """Draw where the slow planes and the edges of the stick region lie over sigma, for sigma0 = sigma."""
     import sympy as sp
 
@@ -27,8 +33,10 @@ def regime_map(most=2):
         for cut in cuts:
             ax.axvline(float(cut), color="0.5", lw=0.5, ls=":")
         formulas = {name: f.subs(pk.sigma0, pk.sigma) for name, f in level_formulas().items()}
-        curves = (("Pi1", -2, most, SLOW), ("Pi2", -2, 0, SLOW), ("Pi2", 0, most, UNSTABLE),
-                  ("Gamma1", -2, most, {}), ("Gamma2", -2, -1, {}), ("Gamma2", -1, most, {}))
+        curves: list[tuple] = [
+            ("Pi1", -2, most, SLOW), ("Pi2", -2, 0, SLOW), ("Pi2", 0, most, UNSTABLE),
+            ("Gamma1", -2, most, {}), ("Gamma2", -2, -1, {}), ("Gamma2", -1, most, {}),
+        ]  # fmt: skip
         for name, start, end, looks in curves:
             _curve(ax, pk.sigma, formulas[name], start, end, **{"color": "black", "lw": 0.7, **looks})
         for place, words, at in (((0.6, 0.06), r"$\Pi_1$", "center"), ((-0.62, 4.2), r"$\Pi_2$", "center"),
@@ -39,7 +47,7 @@ def regime_map(most=2):
     return figure
 
 
-def stick_over_static_friction(sigmas, most=4):
+def stick_over_static_friction(sigmas: Sequence[str], most: int = 4) -> "Figure":
     """Draw the stick region over sigma0, and in it where sticking and crossing are both consistent, for each sigma."""
     from fractions import Fraction
 
@@ -126,21 +134,21 @@ def _fill(ax, cell, parameter, fixed, limits, **looks):
 ORDERS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
 
 
-def convergence(rows):
+def convergence(rows: Sequence[Row]) -> "Figure":
     """Draw the largest |error / first omitted term - 1| of all quantities against mu, from convergence rows.
 
     One panel: a faint line for each expansion and sigma in the colour of its order, the median of them in marks.
     """
     from statistics import median
 
-    largest = {}
+    largest: dict[tuple, float] = {}
     for row in rows:
         key = tuple(row[name] for name in ("order", "expansion", "sigma", "mu"))
         largest[key] = max(abs(row["excess"]), largest.get(key, 0))
     with plate(2.3) as (figure, axes):
         ax = axes.flat[0]
         for order, (ink, mark) in zip(sorted({key[0] for key in largest}), ORDERS, strict=True):
-            lines = {}
+            lines: dict[tuple, dict] = {}
             for (n, expansion, sigma, mu), size in largest.items():
                 if n == order:
                     lines.setdefault((expansion, sigma), {})[mu] = size
@@ -155,7 +163,7 @@ def convergence(rows):
     return figure
 
 
-def least_models(rows, names):
+def least_models(rows: Sequence[Row], names: Sequence[str]) -> "Figure":
     """Draw the least model over mu and |z0|, from rows of the atlas; ``names`` are those of the rungs.
 
     A panel for each sigma and sign of z0; a model has its grey, and its number in the middle of its largest part.
@@ -176,7 +184,7 @@ def _shade(rung):
     return str(1 - 0.17 * rung)
 
 
-def collisions(rows):
+def collisions(rows: Sequence[Row]) -> "Figure":
     """Draw how often the rough mass comes to rest, over mu |x0| and |z0|, from collision rows.
 
     A panel for each mu and sign of z0; the numbers stand in the middle of the largest part that has them.

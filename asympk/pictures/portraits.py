@@ -4,14 +4,24 @@ A figure takes paths or rows and the parameters they belong to; the geometry (pl
 comes from the symbolic side through ``lower``.
 """
 
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
+from asympk.numbers import Number
+from asympk.path import Path
 from asympk.pictures import style
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import rational
+
+if TYPE_CHECKING:
+    import numpy as np
+    import sympy as sp
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SLOW, UNSTABLE, HELD = {"color": style.BLACK, "lw": 1.6}, {"color": style.BLACK, "lw": 1.2, "ls": (0, (4, 2))}, "0.82"
 LINEAR = 0.1  # loads below it are drawn to scale, larger ones by their logarithm
@@ -21,7 +31,7 @@ INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 
 
 @contextmanager
-def plate(height, rows=1, columns=1, **options):
+def plate(height: float, rows: int = 1, columns: int = 1, **options: Any) -> "Iterator[tuple[Figure, np.ndarray]]":
     """Yield (figure, axes) of a column's width and ``height`` inches, in the common style."""
     matplotlib = style.matplotlib()
     from matplotlib.figure import Figure
@@ -31,7 +41,7 @@ def plate(height, rows=1, columns=1, **options):
         yield figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
-def traced(path, count=120):
+def traced(path: Path, count: int = 120) -> "tuple[np.ndarray, np.ndarray]":
     """Return (t, states) along a path, dense where it jumps: logarithmic from both ends of every mode."""
     import numpy as np
 
@@ -43,7 +53,7 @@ def traced(path, count=120):
 
 
 @cache
-def levels(sigma, sigma0=None):
+def levels(sigma: Number, sigma0: Number | None = None) -> dict[str, float]:
     """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 by name, at mu = 0; those at infinity are left out."""
     values = {"sigma": rational("sigma", sigma), "sigma0": rational("sigma0", sigma if sigma0 is None else sigma0)}
     found = {name: expr.subs({symbol: values[symbol.name] for symbol in expr.free_symbols})
@@ -52,7 +62,7 @@ def levels(sigma, sigma0=None):
 
 
 @cache
-def level_formulas():
+def level_formulas() -> "dict[str, sp.Expr]":
     """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 as expressions in sigma and sigma0."""
     import sympy as sp
 
@@ -65,7 +75,7 @@ def level_formulas():
     return {**{name: planes[name] for name in ("Pi1", "Pi2")}, **edges}
 
 
-def phase_space(groups):
+def phase_space(groups: Sequence[tuple[Number, str, Sequence[Path]]]) -> "Figure":
     """Draw fig. 5: the phase space over s = x + y and z, a panel for each (sigma, title, paths) of ``groups``."""
     with plate(2.25 * len(groups), len(groups), 1) as (figure, axes):
         for ax, (sigma, title, paths) in zip(axes.flat, groups, strict=True):
@@ -135,7 +145,7 @@ def _trajectory(ax, path, ink, name):
     arrows(ax, x + y, z, ink)
 
 
-def arrows(ax, u, v, ink, every=0.9):
+def arrows(ax: "Axes", u: "np.ndarray", v: "np.ndarray", ink: str, every: float = 0.9) -> None:
     """Put an arrowhead on a curve every so many inches of its drawn length."""
     import numpy as np
 
@@ -148,7 +158,7 @@ def arrows(ax, u, v, ink, every=0.9):
                                 "mutation_scale": 6})
 
 
-def jump_beside_the_vertical_one(paths, paper):
+def jump_beside_the_vertical_one(paths: Sequence[Path], paper: "tuple[np.ndarray, np.ndarray]") -> "Figure":
     """Draw the jump from z < 0 as computed for several mu, and as the paper has it, with x fixed, over x, z and mu y.
 
     ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.
@@ -174,7 +184,7 @@ def jump_beside_the_vertical_one(paths, paper):
     return figure
 
 
-def with_x_held(sigma, start, until):
+def with_x_held(sigma: Number, start: Sequence[Number | str], until: Number) -> "tuple[np.ndarray, np.ndarray]":
     """Return (x, z) of the jump as Fufaev has it: up at constant x to z = 0, then along Pi1 for the time ``until``."""
     import numpy as np
 

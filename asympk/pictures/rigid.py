@@ -3,16 +3,26 @@
 Below the map of a mechanism whose contact has no damping stands its phase plane (R, R').
 """
 
+from collections.abc import Iterable
+from pathlib import Path as File
+from typing import TYPE_CHECKING
+
 from asympk.errors import InputError
-from asympk.mechanics.paradoxset import ROWS
+from asympk.mechanics.described import Described
+from asympk.mechanics.paradoxset import ROWS, ParadoxSet
 from asympk.pictures import reactions, sheets, style
 from asympk.pictures.portraits import plate
 from asympk.symbolic.reading import as_floats
 
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////"), 3: ("three", "0.6", "xx")}
 
 
-def motion_plot(described):
+def motion_plot(described: Described) -> "Figure":
     """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
 
     The contact is closed and slides as in the example. Raises ``InputError`` where friction is no single parameter, or
@@ -30,24 +40,24 @@ def motion_plot(described):
     return figure
 
 
-def draw_motions(ax, described):
+def draw_motions(ax: "Axes", described: Described) -> set[int]:
     """Draw the map of a mechanism into ``ax``; return the numbers of motions that it has."""
     import numpy as np
 
-    rod, turn = described.mechanism, described.turn
+    rod, (name, first, last, *_) = described.mechanism, described.turn or ()
     most = 2 * float(rod.evaluate(rod.contact.friction, described.numbers))
-    at = np.linspace(*(as_floats(turn[0], end) for end in turn[1:3]), 241)
+    at = np.linspace(as_floats(name, first), as_floats(name, last), 241)
     friction = np.linspace(most / 240, most, 240)
     count = rod.motion_map(described.closed(at[None, :], friction[:, None])).count
     shown = {*count.flat}
     for number in sorted(shown):
         _, colour, hatch = LOOKS[min(number, 3)]
         ax.contourf(at, friction, count == number, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
-    ax.set(xlabel=f"${turn[0]}$" if len(turn[0]) == 1 else rf"$\{turn[0]}$", ylabel="friction", ylim=(0, most))
+    ax.set(xlabel=f"${name}$" if len(name) == 1 else rf"$\{name}$", ylabel="friction", ylim=(0, most))
     return shown
 
 
-def motion_handles(shown):
+def motion_handles(shown: Iterable[int]) -> "list[Artist]":
     """Return the entries of a legend for numbers of rigid motions."""
     from matplotlib.patches import Patch
 
@@ -56,7 +66,7 @@ def motion_handles(shown):
                   label=f"{word} rigid motion{'s' if number > 1 else ''}") for number, word, colour, hatch in looks]
 
 
-def paradox_plot(found, file=None):
+def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     """Draw where a ``ParadoxSet`` has a paradox: bars over one quantity, an area over two; return the figure."""
     from matplotlib.patches import Patch
 

@@ -3,6 +3,9 @@
 Colours are those of Okabe and Ito; no two things in one picture are told apart by colour alone.
 """
 
+from types import ModuleType
+from typing import Any
+
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
 
@@ -63,7 +66,7 @@ MODELS = {
 }
 
 
-def matplotlib():
+def matplotlib() -> ModuleType:
     """Return the module; raises ``MissingPackage`` where it is not installed, ``InputError`` where it does not load."""
     try:
         import matplotlib as module
@@ -74,10 +77,10 @@ def matplotlib():
     return module
 
 
-def line(method):
+def line(method: str) -> dict[str, Any]:
     """Return matplotlib's keywords for a curve of ``method``; hollow markers keep overlaps readable."""
     name, colour, marker, dash = {**METHODS, **MODELS}[method]
-    shape = {"markerfacecolor": "white"}
+    shape: dict[str, Any] = {"markerfacecolor": "white"}
     if marker == "*" or marker.startswith("$"):
         shape = {"markersize": 4.4, "markeredgewidth": 0.2}
     return {"label": name, "color": colour, "marker": marker, "linestyle": dash, **shape}

@@ -15,9 +15,11 @@ on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a
 ``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from asympk.errors import InputError, UnknownName
 from asympk.scene import Scene
@@ -38,7 +40,7 @@ class SceneFile:
     about: str = ""
 
 
-def read_scene(where):
+def read_scene(where: str | Path) -> Scene:
     """Return the ``Scene`` in the TOML file ``where``, or the one of that name that ships with the package.
 
     Raises ``InputError`` for what is not a scene, ``UnknownName`` for a name that does not exist.
@@ -49,19 +51,19 @@ def read_scene(where):
     return load(where).scene
 
 
-def load(where):
+def load(where: str | Path) -> SceneFile:
     """Return the ``SceneFile`` of a file or of a scene that ships; raises as ``read_scene`` does."""
     if not isinstance(where, str | Path):
         raise InputError(f"read_scene takes the name of a scene or of a file, not {type(where).__name__}")
     if str(where) in names():
-        return _told(parse_table(shipped(where).encode(), where), str(where))
+        return _told(parse_table(shipped(str(where)).encode(), where), str(where))
     if not (str(where).endswith(".toml") or Path(where).is_file()):
         raise UnknownName(f"scene {str(where)!r:.60} is unknown; the nearest is {nearest(str(where), names())!r}, "
                           "asympk scenes lists all, and a file must end in .toml")  # fmt: skip
     return _told(read_table(where), str(where))
 
 
-def changed(found, changes):
+def changed(found: SceneFile, changes: Mapping[str, Any]) -> Scene:
     """Return the scene of a ``SceneFile`` with some nondimensional fields replaced; raises ``InputError``."""
     scene = found.scene
     if not changes:
@@ -73,18 +75,18 @@ def changed(found, changes):
     return replace(scene, **{**static, **changes})
 
 
-def names():
+def names() -> tuple[str, ...]:
     """Return the names of the scenes that ship."""
     found = (file.name for file in files("asympk").joinpath("scenes").iterdir())
     return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
 
 
-def shipped(name):
+def shipped(name: str) -> str:
     """Return the text of the scene that ships as ``name``."""
     return files("asympk").joinpath("scenes", f"{name}.toml").read_text(encoding="utf-8")
 
 
-def about(name):
+def about(name: str) -> str:
     """Return the line on what the scene that ships as ``name`` shows."""
     return word(parse_table(shipped(name).encode(), name), "about", name)
 
@@ -101,7 +103,7 @@ def _told(table, where):
         raise InputError(f"{where}: {error}") from None
 
 
-def keys_of(table):
+def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the keys of the kind that a table is of, ``SYSTEM``, ``PHYSICAL`` or ``NONDIMENSIONAL``.
 
     Raises ``InputError`` for a table of two kinds.
@@ -145,7 +147,7 @@ def _list(value):
     return [plain(item) for item in value] if isinstance(value, list) else plain(value)
 
 
-def require(table, keys):
+def require(table: Mapping[str, Any], keys: Iterable[str]) -> None:
     """Raise ``InputError`` where keys of ``table`` are missing."""
     missing = [key for key in keys if key not in table]
     if missing:

@@ -8,12 +8,12 @@ from asympk.errors import InputError
 _NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
 
 
-def write_text(path, text):
+def write_text(path: str | Path, text: str) -> Path:
     """Write ``text`` to ``path`` as UTF-8; see ``write_bytes``."""
     return write_bytes(path, text.encode("utf-8"))
 
 
-def write_bytes(path, content):
+def write_bytes(path: str | Path, content: bytes) -> Path:
     """Write ``content`` to ``path``, making directories, and return the path.
 
     A regular file, or the one that a link leads to, is replaced by a finished one; what is no file (a terminal, a

@@ -7,25 +7,28 @@ stands in the JSON file, so that what is read equals what was written, and the b
 import csv
 import io
 import json
-from dataclasses import asdict, is_dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from platform import python_version
+from typing import Any, TypeAlias
 
 from asympk import __version__
 from asympk.errors import InputError
 from asympk.storage.files import write_text
 
+Row: TypeAlias = dict[str, Any]  # a stored result: its columns by name
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
-_READ = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
+_READ: dict[str, Callable] = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
 
 
-def write_rows(path, rows, provenance):
+def write_rows(path: str | Path, rows: Iterable[Any], provenance: Mapping[str, Any]) -> None:
     """Write ``rows`` to ``path`` (CSV) and ``provenance`` with the columns' kinds to the JSON file of the same name.
 
     Raises ``InputError`` for rows whose columns differ, or a column of more than one kind, or a NaN.
     """
-    rows = [asdict(row) if is_dataclass(row) else dict(row) for row in rows]
+    rows = [dict(row) if isinstance(row, Mapping) else asdict(row) for row in rows]
     columns = list(rows[0]) if rows else []
     for k, row in enumerate(rows):
         if list(row) != columns:
@@ -40,7 +43,7 @@ def write_rows(path, rows, provenance):
     write_text(Path(path).with_suffix(".json"), story + "\n")
 
 
-def read_rows(path):
+def read_rows(path: str | Path) -> list[Row]:
     """Return the rows of ``path`` as dicts, every value of the kind with which it was written."""
     kinds = read_provenance(path)["columns"]
     with Path(path).open(encoding="utf-8", newline="") as file:
@@ -50,12 +53,12 @@ def read_rows(path):
         ]
 
 
-def read_provenance(path):
+def read_provenance(path: str | Path) -> dict[str, Any]:
     """Return what the JSON file beside ``path`` says of its rows."""
     return json.loads(Path(path).with_suffix(".json").read_text(encoding="utf-8"))
 
 
-def provenance(**parameters):
+def provenance(**parameters: Any) -> dict[str, Any]:
     """Return ``parameters`` with the versions of everything that took part."""
     versions = {"python": python_version(), "asympk": __version__}
     for package in PACKAGES:

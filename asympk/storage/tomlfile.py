@@ -1,16 +1,18 @@
 """TOML as the package reads it: decimals as they are written, and no key that is not known."""
 
 import tomllib
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any
 
 from asympk.errors import InputError
 
 LARGEST = 1_000_000  # bytes
 
 
-def read_table(path):
+def read_table(path: str | Path) -> dict[str, Any]:
     """Return the table in the file ``path``; raises ``InputError`` unless it is a readable TOML file."""
     path = Path(path)
     if not path.is_file():
@@ -20,7 +22,7 @@ def read_table(path):
     return parse_table(path.read_bytes(), path)
 
 
-def parse_table(raw, where):
+def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
     """Return the table in the bytes ``raw``, every decimal a ``Decimal``, so that 0.2 stays 1/5."""
     try:
         return tomllib.loads(raw.decode("utf-8"), parse_float=Decimal)
@@ -28,25 +30,25 @@ def parse_table(raw, where):
         raise InputError(f"{where}: not TOML in UTF-8: {str(reason)[:200]}") from None
 
 
-def refuse_unknown(table, known, where):
+def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | Path) -> None:
     """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest that is."""
     for key in table:
         if key not in known:
             raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {nearest(key, known)!r}")
 
 
-def nearest(word, known):
+def nearest(word: str, known: Iterable[str]) -> str:
     """Return the one of ``known`` that is spelt most like ``word``."""
     found = get_close_matches(word[:60].lower(), [*known], n=1, cutoff=0)
     return found[0] if found else next(iter(known))
 
 
-def plain(value):
+def plain(value: Any) -> Any:
     """Return ``value`` with a ``Decimal`` as the string that spells it, as ``Scene`` takes numbers."""
     return str(value) if isinstance(value, Decimal) else value
 
 
-def word(table, key, where, default=""):
+def word(table: Mapping[str, Any], key: str, where: str | Path, default: str = "") -> str:
     """Return the string ``table[key]``; raises ``InputError`` when it is something else."""
     value = table.get(key, default)
     if not isinstance(value, str):

@@ -6,18 +6,26 @@ the states are NaN and the others 0.
 """
 
 import re
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from asympk import __version__
 from asympk.errors import InputError, MissingPackage
 from asympk.many import OUTCOMES
 from asympk.numbers import short
 from asympk.sweep import stored
+from asympk.sweep.family import Family
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from asympk.sweep.sweepfile import Sweep
 
 _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 
 
-def provenance(sweep, index):
+def provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
     """Return what a chunk says of itself."""
     import numpy as np
 
@@ -26,7 +34,7 @@ def provenance(sweep, index):
             "numpy": np.__version__}  # fmt: skip
 
 
-def compute(sweep, index):
+def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
     """Follow the trajectories of one chunk and return it as (provenance, bytes of its file)."""
     story = provenance(sweep, index)
     start, stop = sweep.rows(index)
@@ -34,7 +42,7 @@ def compute(sweep, index):
     return story, stored.content(columns, story, sweep.format)
 
 
-def follow(family, columns, size, itineraries=True):
+def follow(family: Family, columns: Mapping[str, Any], size: int, itineraries: bool = True) -> "dict[str, np.ndarray]":
     """Return {name: array} of what becomes of ``size`` trajectories of a family, from {field: number or array}."""
     found = family.follow(columns, size, itineraries)
     told = {**dict(zip(family.states, found.final, strict=True)), "n_events": found.n_events, "outcome": found.outcome}
@@ -58,18 +66,20 @@ def _told(alphabet, found):
     return hits, np.where(found.outcome == 0, alphabet.codes(found.first, count, found.kind, found.friction), 0)
 
 
-def name(sweep, index):
+def name(sweep: "Sweep", index: int) -> str:
     """Return the file name of a chunk."""
     return f"chunk-{index:08d}.{sweep.format}"
 
 
-def index_of(file):
+def index_of(file: str) -> int | None:
     """Return the index of the chunk whose file has this name, None for another file."""
     found = _NAME.fullmatch(file)
     return int(found[1]) if found else None
 
 
-def read(sweep, path, only=None):
+def read(
+    sweep: "Sweep", path: str | Path, only: Iterable[str] | None = None
+) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
     """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; ``InputError`` when it is damaged."""
     path = Path(path)
     try:

@@ -14,14 +14,21 @@ import json
 import os
 import re
 from collections import deque
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, wait
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from asympk.errors import InputError, WorkersLost
 from asympk.storage.files import write_bytes, write_text
 from asympk.sweep import chunks, manifest
 from asympk.sweep.executors import Here
 from asympk.sweep.lock import locked
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from asympk.sweep.sweepfile import Sweep
 
 MANIFEST = "sweep.json"
 _UNFINISHED = re.compile(
@@ -30,7 +37,12 @@ _AHEAD = 32  # chunks under way at once, whatever the executor
 _MOST_LOSSES = 160  # five times all that is under way
 
 
-def run(sweep, out, executor=None, progress=None):
+def run(
+    sweep: "Sweep",
+    out: str | Path,
+    executor: Executor | None = None,
+    progress: Callable[[int, bool], None] | None = None,
+) -> int:
     """Compute the missing chunks of ``sweep`` into the directory ``out`` and return how many they were.
 
     ``executor`` is any ``concurrent.futures.Executor``; by default chunks are computed here. ``progress(n, fresh)`` is
@@ -151,7 +163,9 @@ def _write(sweep, out, index, story, content):
     write_bytes(out / chunks.name(sweep, index), content)
 
 
-def results(out, only=None):
+def results(
+    out: str | Path, only: Iterable[str] | None = None
+) -> "Iterator[tuple[str, dict[str, Any], dict[str, np.ndarray]]]":
     """Yield (file name, provenance, {name: array}) of the chunks in ``out``, one at a time, or ``only`` some arrays.
 
     Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.
@@ -164,12 +178,12 @@ def results(out, only=None):
         yield path.name, story, columns
 
 
-def read_manifest(out):
+def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":
     """Return (the ``Sweep`` in ``out``, what its manifest says); raises ``InputError`` where there is none."""
     return manifest.read(Path(out) / MANIFEST)
 
 
-def files(out):
+def files(out: str | Path) -> list[Path]:
     """Return the paths of all chunks of the sweep in ``out``, in order; raises ``InputError`` unless it is complete."""
     out = Path(out)
     sweep, _ = read_manifest(out)

@@ -5,10 +5,12 @@ import re
 import signal
 import socket
 import threading
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from importlib.util import find_spec
+from typing import Any
 
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
@@ -20,11 +22,11 @@ _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?([^/\s:]+|\[[0-9a-fA-F:.]+
 class Here(Executor):
     """Compute in this process, at once."""
 
-    def submit(self, function, /, *arguments):
+    def submit(self, function: Callable, /, *arguments: Any, **named: Any) -> Future:
         """Return a ``Future`` that is done."""
-        future = Future()
+        future: Future = Future()
         try:
-            future.set_result(function(*arguments))
+            future.set_result(function(*arguments, **named))
         except Exception as error:
             future.set_exception(error)
         return future
@@ -36,18 +38,18 @@ class Processes(Executor):
     Workers ignore Ctrl-C, which is for the process that gave them work, and leave when that process is gone.
     """
 
-    def __init__(self, workers):
+    def __init__(self, workers: int):
         self._workers, self._pool = workers, None
 
-    def submit(self, function, /, *arguments):
+    def submit(self, function: Callable, /, *arguments: Any, **named: Any) -> Future:
         """Return the ``Future`` of a call in a worker; it ends in ``BrokenProcessPool`` when a worker is killed."""
         try:
-            return self._running().submit(function, *arguments)
+            return self._running().submit(function, *arguments, **named)
         except BrokenProcessPool:
             self.shutdown()
-            return self._running().submit(function, *arguments)
+            return self._running().submit(function, *arguments, **named)
 
-    def shutdown(self, wait=True, *, cancel_futures=False):
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """Let the workers go."""
         if self._pool:
             self._pool.shutdown(wait, cancel_futures=cancel_futures)
@@ -74,7 +76,7 @@ def _leave_with_parent():
 
 
 @contextmanager
-def executor(workers=None, dask=None):
+def executor(workers: int | None = None, dask: str | None = None) -> Iterator[Executor]:
     """Yield the ``Executor`` for a number of worker processes, or for the dask cluster at an address.
 
     Raises ``InputError`` where there is no such cluster, ``MissingPackage`` without dask.

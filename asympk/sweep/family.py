@@ -1,10 +1,14 @@
 """What a sweep runs through: a family of scenes, its quantities, and how its trajectories are followed."""
 
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.sweep.itineraries import Alphabet
+
+if TYPE_CHECKING:
+    from asympk.sweep.sweepfile import Axis
 
 
 class Followed(NamedTuple):
@@ -42,26 +46,26 @@ class Family(Protocol):
     def alphabet(self) -> Alphabet: ...
     @property
     def description(self) -> dict[str, Any]: ...
-    def given(self, table: dict[str, Any]) -> dict[str, Any]: ...
+    def given(self, table: Mapping[str, Any]) -> dict[str, Any]: ...
     def number(self, field: str, value: Any) -> Any: ...
-    def check(self, axes: dict[str, Any]) -> None: ...
-    def chunk(self, axes: dict[str, Any]) -> int: ...
-    def follow(self, columns: dict[str, Any], size: int, itineraries: bool) -> Followed: ...
+    def check(self, axes: "Mapping[str, Axis]") -> None: ...
+    def chunk(self, axes: "Mapping[str, Axis]") -> int: ...
+    def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed: ...
 
 
-def require_time(field, axes):
+def require_time(field: str, axes: "Mapping[str, Axis]") -> None:
     """Raise ``InputError`` where a time reaches below zero."""
     if (least := min(axes[field].values)) < 0:
         raise InputError(f"{field} reaches {float(least):g}: it must be zero or positive")
 
 
-def require_static(static, kinetic, axes):
+def require_static(static: str, kinetic: str, axes: "Mapping[str, Axis]") -> None:
     """Raise ``InputError`` where a static bound, if there is one, reaches below the kinetic one."""
     if static in axes and min(axes[static].values) < max(axes[kinetic].values):
         raise InputError(f"{static} reaches below the largest {kinetic}: it must be at least {kinetic} everywhere")
 
 
-def listed(start, states):
+def listed(start: Any, states: tuple[str, ...]) -> dict[str, Any]:
     """Return the entries of a list by state; raises ``InputError`` for what is no list of them."""
     if not isinstance(start, list) or len(start) != len(states):
         raise InputError(f"start = {short(start)}: it must be a list of {len(states)}: {', '.join(states)}")

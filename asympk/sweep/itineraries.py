@@ -5,9 +5,13 @@ itinerary that is too long for 62 bits the first events are told.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from asympk.errors import InputError
 from asympk.many import PHASES
+
+if TYPE_CHECKING:
+    import numpy as np
 
 KINDS = ("force_zero", "velocity_zero", "slip_onset", "lift_off", "touch_down")
 _BITS = 62
@@ -21,24 +25,26 @@ class Alphabet:
     open: bool = False
 
     @property
-    def kinds(self):
+    def kinds(self) -> tuple[str, ...]:
         """The kinds of events that occur."""
         return KINDS if self.open else KINDS[:3]
 
     @property
-    def bits(self):
+    def bits(self) -> int:
         """The bits of a letter."""
         return max(1, len(self.kinds) * self.frictions).bit_length()
 
     @property
-    def longest(self):
+    def longest(self) -> int:
         """How many events are told; raises ``InputError`` where not even the start of so many frictions can be."""
         left = _BITS // self.bits - self.frictions
         if left < 1:
             raise InputError(f"the itineraries of {self.frictions} frictions do not fit; set itineraries = false")
         return left
 
-    def codes(self, first, count, kind, friction):
+    def codes(
+        self, first: "np.ndarray", count: "np.ndarray", kind: "np.ndarray", friction: "np.ndarray"
+    ) -> "np.ndarray":
         """Return the itineraries of trajectories as numbers.
 
         ``first`` (frictions, n) are the places of phases, ``count`` the numbers of events, ``kind`` and ``friction``
@@ -65,7 +71,7 @@ class Alphabet:
         place = sum((initials == ord(word[0])) * np.uint64(k) for k, word in enumerate(self.kinds, start=1))
         return place + np.uint64(len(self.kinds)) * np.asarray(friction, dtype=np.uint64)
 
-    def words(self, code):
+    def words(self, code: int) -> str:
         """Return an itinerary in words; raises ``ValueError`` or ``IndexError`` for a number that is none."""
         letters, code = [], int(code)
         while code:

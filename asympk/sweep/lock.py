@@ -3,6 +3,7 @@
 import json
 import os
 import platform
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -12,7 +13,7 @@ NAME = ".lock"
 
 
 @contextmanager
-def locked(directory):
+def locked(directory: str | Path) -> Iterator[None]:
     """Hold the lock of ``directory``, making it if need be; raises ``InputError`` while another process holds it.
 
     A lock file left by a process that is gone holds nobody up.

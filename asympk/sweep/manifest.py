@@ -1,23 +1,28 @@
 """``sweep.json``: what a directory of chunks is swept over; read only when all that it says fits together."""
 
 import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from asympk.errors import AsympkError, InputError
 from asympk.sweep import chunks
 from asympk.sweep.sweepfile import from_description
 
+if TYPE_CHECKING:
+    from asympk.sweep.sweepfile import Sweep
+
 LARGEST = 100_000_000  # bytes: seven grids of 10^5 exact values
 VERSIONS = ("asympk", "numpy")
 
 
-def of(sweep):
+def of(sweep: "Sweep") -> dict[str, Any]:
     """Return what ``sweep.json`` says of a sweep begun now."""
     story = chunks.provenance(sweep, 0)
     return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
             "versions": {key: story[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
 
 
-def read(path):
+def read(path: Path) -> "tuple[Sweep, dict[str, Any]]":
     """Return (the ``Sweep``, what the file says); raises ``InputError`` where there is none or it is damaged."""
     if not path.is_file():
         raise InputError(f"{path.parent}: there is no sweep in it (no readable {path.name})")

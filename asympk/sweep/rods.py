@@ -1,14 +1,20 @@
 """Sweeps over the rod, in nondimensional quantities or in physical ones."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from asympk.errors import InputError
 from asympk.many import PHASES
-from asympk.numbers import number
+from asympk.numbers import Number, number
 from asympk.scenes.scenefile import PHYSICAL, require
 from asympk.sweep.family import Followed, listed, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from asympk.sweep.sweepfile import Axis
 
 
 @dataclass(frozen=True)
@@ -20,21 +26,21 @@ class Rod:
     alphabet = Alphabet()
 
     @property
-    def description(self):
+    def description(self) -> dict[str, Any]:
         """Nothing: what tells no family is of the rod."""
         return {}
 
-    def given(self, table):
+    def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field."""
         require(table, ("sigma", "mu", "start", "until"))
         return {**{key: table[key] for key in ("sigma", "mu", "sigma0", "until") if key in table},
                 **listed(table["start"], self.states)}  # fmt: skip
 
-    def number(self, field, value):
+    def number(self, field: str, value: Any) -> Number:
         """Return one of the numbers of a field as it is read."""
         return number(field, value)
 
-    def check(self, axes):
+    def check(self, axes: "Mapping[str, Axis]") -> None:
         """Refuse ranges that reach where a quantity is not allowed, before anything is computed."""
         lowest = {field: min(axis.values) for field, axis in axes.items()}
         for field, bound in (("sigma", -2), ("mu", 0)):
@@ -43,11 +49,11 @@ class Rod:
         require_time("until", axes)
         require_static("sigma0", "sigma", axes)
 
-    def chunk(self, axes):
+    def chunk(self, axes: "Mapping[str, Axis]") -> int:
         """Return how many trajectories make a chunk."""
         return 65536
 
-    def follow(self, columns, size, itineraries):
+    def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Return what becomes of trajectories."""
         import numpy as np
 
@@ -71,17 +77,17 @@ class PhysicalRod(Rod):
     states = ("R_1", "dR_1", "u")
 
     @property
-    def description(self):
+    def description(self) -> dict[str, Any]:
         """The word for the quantities."""
         return {"quantities": "physical"}
 
-    def given(self, table):
+    def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field."""
         require(table, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
         return {**{key: table[key] for key in (*PHYSICAL, "until") if key in table},
                 **listed(table["start"], self.states)}  # fmt: skip
 
-    def number(self, field, value):
+    def number(self, field: str, value: Any) -> Number:
         """Return one of the numbers of a field as it is read, an angle in radians."""
         from asympk.systems.painleve_klein.units import Degrees, quantity
 
@@ -92,11 +98,11 @@ class PhysicalRod(Rod):
         found = quantity(field, value)
         return number(field, found.radians) if isinstance(found, Degrees) else found
 
-    def check(self, axes):
+    def check(self, axes: "Mapping[str, Axis]") -> None:
         """Refuse static friction below the kinetic one; the numbers themselves are checked as they are read."""
         require_static("f0", "f", axes)
 
-    def follow(self, columns, size, itineraries):
+    def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Return what becomes of trajectories."""
         import numpy as np
 
@@ -108,7 +114,7 @@ class PhysicalRod(Rod):
         return found._replace(final=np.array(units.state(*found.final)))
 
 
-def first_phases(part):
+def first_phases(part: "Mapping[str, np.ndarray]") -> "np.ndarray":
     """Return the mode of the rod in which each trajectory begins, a place in ``PHASES``."""
     import numpy as np
 

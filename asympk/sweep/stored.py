@@ -8,18 +8,24 @@ import hashlib
 import io
 import json
 import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from asympk.errors import MissingPackage
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def content(columns, story, kind):
+def content(columns: "Mapping[str, np.ndarray]", story: Mapping[str, Any], kind: str) -> bytes:
     """Return {name: array} and their provenance as the bytes of a file of the format ``kind``."""
     return (_as_npz if kind == "npz" else _as_parquet)(columns, story)
 
 
-def load(path):
+def load(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
     """Return (provenance, {name: array}) of a file; raises whatever a damaged one leads to."""
     if not path.is_file():
         raise ValueError("it is not a regular file")

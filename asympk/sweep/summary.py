@@ -2,11 +2,16 @@
 
 import json
 from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from asympk.many import OUTCOMES
 from asympk.storage.files import write_text
 from asympk.sweep import read_manifest, results
+
+if TYPE_CHECKING:
+    import numpy as np
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
 _WIDTHS = (20, 16, 14, 14)  # bits of a double that one pass decides
@@ -14,14 +19,14 @@ _GATHERED = 4_000_000  # doubles that may be held at once
 _COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisions", "itineraries": "itinerary"}
 
 
-def summarise(out):
+def summarise(out: str | Path) -> dict[str, Any]:
     """Return the summary of the complete sweep in ``out`` and write it to ``summary.json`` there.
 
     Quantiles are exact: the ones at p are the elements of rank floor(p (n - 1)) of the final states.
     """
     out = Path(out)
     family = read_manifest(out)[0].family
-    counts = {name: Counter() for name in _COLUMNS}
+    counts: dict[str, Counter] = {name: Counter() for name in _COLUMNS}
     found = quantiles(lambda first: _finals(out, family.states, counts if first else None), PROBABILITIES)
     told = {
         "trajectories": sum(counts["outcomes"].values()),
@@ -55,13 +60,16 @@ def _count(columns, good, counts):
             counts[name].update(dict(zip(*(a.tolist() for a in np.unique(values, return_counts=True)), strict=True)))
 
 
-def quantiles(parts, probabilities):
+def quantiles(
+    parts: "Callable[[bool], Iterable[dict[str, np.ndarray]]]", probabilities: Sequence[float]
+) -> dict[str, list[float]]:
     """Return {axis: quantiles} of all that ``parts(first)`` yields, {axis: array} at a time, in a few passes.
 
     A double is ranked as the integer of the same order. A pass counts the next bits of those that agree with a wanted
     quantile so far; once they are few they are gathered and sorted. ``first`` tells the first pass from the others.
     """
-    searches, shift = {}, 64
+    searches: dict[str, _Search] = {}
+    shift = 64
     for width in _WIDTHS:
         first, shift = shift == 64, shift - width
         for part in parts(first):
@@ -150,7 +158,7 @@ def _double(key):
     return struct.unpack("<d", struct.pack("<q", key ^ (key >> 63 & 2**63 - 1)))[0]
 
 
-def as_text(told):
+def as_text(told: Mapping[str, Any]) -> str:
     """Return a summary as lines that a person reads."""
     lines = [f"{told['trajectories']:,} trajectories: " + ", ".join(f"{n:,} {w}" for w, n in told["outcomes"].items())]
     lines += [f"{n:>14,}  {words}" for words, n in list(told["itineraries"].items())[:12]]

@@ -17,8 +17,11 @@ output of a counter-based generator (Philox) with the key (seed, quantity), howe
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
+from typing import Any
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
@@ -42,12 +45,12 @@ class Axis:
     values: tuple
 
     @property
-    def random(self):
+    def random(self) -> bool:
         """Whether the quantity is drawn at random."""
         return self.kind != "values"
 
     @property
-    def points(self):
+    def points(self) -> int:
         """The number of grid points that this quantity contributes."""
         return 1 if self.random else len(self.values)
 
@@ -66,31 +69,31 @@ class Sweep:
     name: str = ""
 
     @property
-    def total(self):
+    def total(self) -> int:
         """The number of trajectories."""
         return self.count * math.prod(axis.points for axis in self.axes.values())
 
     @property
-    def chunks(self):
+    def chunks(self) -> int:
         """The number of chunks."""
         return -(-self.total // self.chunk)
 
-    def described(self):
+    def described(self) -> dict[str, Any]:
         """Return the sweep as plain data, all that its results depend on."""
         axes = {field: [axis.kind, *map(str, axis.values)] for field, axis in self.axes.items()}
         return {**self.family.description, "axes": axes, "count": self.count, "seed": self.seed, "chunk": self.chunk,
                 "format": self.format, "itineraries": self.itineraries}  # fmt: skip
 
     @property
-    def digest(self):
+    def digest(self) -> str:
         """A name of the sweep that differs wherever its results could differ."""
         return hashlib.sha256(json.dumps(self.described(), sort_keys=True).encode()).hexdigest()
 
-    def rows(self, index):
+    def rows(self, index: int) -> tuple[int, int]:
         """Return (first, last + 1) of the trajectories of a chunk."""
         return index * self.chunk, min(self.total, (index + 1) * self.chunk)
 
-    def columns(self, start, stop):
+    def columns(self, start: int, stop: int) -> dict[str, Any]:
         """Return {field: number, or array of stop - start numbers} of the trajectories from ``start`` on."""
         columns = {}
         for rank, field in enumerate(self.family.fields):
@@ -130,7 +133,7 @@ def _draws(axis, start, stop, key):
     return np.exp(math.log(low) + (math.log(high) - math.log(low)) * part)
 
 
-def from_description(told):
+def from_description(told: Mapping[str, Any]) -> Sweep:
     """Return the ``Sweep`` that ``described`` describes; raises ``InputError`` and others for what is no such thing."""
     axes = {field: Axis(kind, tuple(Fraction(number(field, value)) for value in values))
             for field, (kind, *values) in told["axes"].items()}  # fmt: skip
@@ -141,17 +144,17 @@ def from_description(told):
     return sweep
 
 
-def read_sweep(path):
+def read_sweep(path: str | Path) -> Sweep:
     """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` for what is not one."""
     return told(read_table(path), path)
 
 
-def parse_sweep(text, where="sweep"):
+def parse_sweep(text: str, where: str = "sweep") -> Sweep:
     """Return the ``Sweep`` that ``text`` describes."""
     return told(parse_table(text.encode(), where), where)
 
 
-def told(table, where):
+def told(table: Mapping[str, Any], where: str | Path) -> Sweep:
     """Return the ``Sweep`` in a table of TOML."""
     refuse_unknown(table, _KEYS, where)
     try:

@@ -5,11 +5,13 @@ An affine system is followed in arrays, any other one scene at a time.
 
 import json
 import math
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import lru_cache
 from itertools import product
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,13 +20,17 @@ from asympk.affine.run import affine
 from asympk.errors import InputError
 from asympk.many import PHASES, REFUSALS, outcome_of
 from asympk.methods import solve
-from asympk.numbers import number, short
+from asympk.numbers import Number, number, short
 from asympk.scene import Scene
 from asympk.scenes.scenefile import require
 from asympk.scenes.systemfile import system_of
 from asympk.sweep.family import Followed, listed, require_time
 from asympk.sweep.itineraries import Alphabet
+from asympk.symbolic.system import System
 from asympk.symbolic.values import by_symbol
+
+if TYPE_CHECKING:
+    from asympk.sweep.sweepfile import Axis
 
 UNTIL = "until"
 COLUMNS = ("n_events", "outcome", "collisions", "itinerary", "provenance")  # what a chunk tells beside the states
@@ -39,49 +45,49 @@ class Systems:
     text: str
 
     @classmethod
-    def described(cls, told):
+    def described(cls, told: Mapping[str, Any]) -> "Systems":
         """Return the family of a ``description``."""
         return cls(_written(told["system"], told["parameters"]))
 
     @property
-    def description(self):
+    def description(self) -> dict[str, Any]:
         """The system as the file has it."""
         system, parameters = json.loads(self.text)
         return {"system": system, "parameters": parameters}
 
     @property
-    def system(self):
+    def system(self) -> System:
         """The ``System``."""
         return _system(self.text)
 
     @property
-    def parameters(self):
+    def parameters(self) -> tuple[str, ...]:
         """The names of the parameters."""
         return tuple(dict.fromkeys(s.name for s in self.system.parameters))
 
     @property
-    def states(self):
+    def states(self) -> tuple[str, ...]:
         """The names of the states."""
         return tuple(s.name for s in self.system.states)
 
     @property
-    def fields(self):
+    def fields(self) -> tuple[str, ...]:
         """The names of parameters and states, and the horizon."""
         return (*self.parameters, *self.states, UNTIL)
 
     @property
-    def alphabet(self):
+    def alphabet(self) -> Alphabet:
         """The letters of its itineraries."""
         frictions = self.system.frictions
         return Alphabet(len(frictions), any(f.gap is not None for f in frictions))
 
-    def given(self, table):
+    def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field; raises ``InputError`` unless they are those of the system."""
         require(table, ("start", UNTIL))
         start = table["start"]
         if isinstance(start, list):
             start = listed(start, self.states)
-        found = {}
+        found: dict[str, Any] = {}
         for what, entries, symbols, kind in (("values", table.get("values", {}), self.system.parameters, "parameter"),
                                              ("start", start, self.system.states, "state")):  # fmt: skip
             placed = by_symbol(entries, symbols, "this system", kind)
@@ -90,11 +96,11 @@ class Systems:
             found |= entries
         return {**found, UNTIL: table[UNTIL]}
 
-    def number(self, field, value):
+    def number(self, field: str, value: Any) -> Number:
         """Return one of the numbers of a field as it is read."""
         return number(field, value)
 
-    def check(self, axes):
+    def check(self, axes: "Mapping[str, Axis]") -> None:
         """Refuse ranges whose ends the system refuses, before anything is computed."""
         require_time(UNTIL, axes)
         ends = [{min(axes[name].values), max(axes[name].values)} for name in self.parameters]
@@ -106,11 +112,11 @@ class Systems:
         for corner in corners:
             self.system.placed(dict(zip(self.parameters, corner, strict=True)), start)
 
-    def chunk(self, axes):
+    def chunk(self, axes: "Mapping[str, Axis]") -> int:
         """Return how many trajectories make a chunk: fewer where each takes longer."""
         return CHUNK if affine(self.system) and not any(axes[name].random for name in self.parameters) else FEW
 
-    def follow(self, columns, size, itineraries):
+    def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Return what becomes of trajectories."""
         columns = {name: np.broadcast_to(values, (size,)) for name, values in columns.items()}
         values, start = ({name: columns[name] for name in names} for names in (self.parameters, self.states))
@@ -145,7 +151,7 @@ def _one_by_one(system, values, start, until):
     return Followed(final, count, outcome, first, kind, friction)
 
 
-def of_table(table):
+def of_table(table: Mapping[str, Any]) -> Systems:
     """Return the family of a table with a ``system``; raises ``InputError``."""
     require(table, ("system",))
     if not isinstance(values := table.get("values", {}), dict):

@@ -1,6 +1,7 @@
 """Mechanical systems that asympk derives from first principles, one module each."""
 
 from importlib import import_module
+from types import ModuleType
 
 MECHANISMS = (
     "painleve_klein", "unequal_masses", "held_rod", "butenin", "painleve_rod", "bead_rod", "brake_shoe", "crank_slider",
@@ -9,7 +10,7 @@ MECHANISMS = (
 __all__ = ["nonlinear_rod", *MECHANISMS]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> ModuleType:
     if name not in __all__:
         raise AttributeError(f"module 'asympk.systems' has no attribute {name!r}")
     return import_module(f"asympk.systems.{name}")

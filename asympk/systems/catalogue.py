@@ -5,22 +5,26 @@ A module of the catalogue has ``mechanism()``, ``system()``, ``scenes()``, the n
 functions of it, the coordinates that the closed contact ties to it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
 import sympy as sp
 
 from asympk.mechanics.described import Described
+from asympk.mechanics.mechanism import Mechanism
 from asympk.naming import named
 from asympk.scene import Scene
+from asympk.symbolic.system import System
 
 Turn = tuple[str, Any, Any, dict[str, Callable[[Any], Any]]]
 c, h, eps = sp.symbols("c h eps", positive=True)  # compliance, damping time, square root of the compliance
 f, f0 = sp.symbols("f f_0", positive=True)
 
 
-def example(mechanism, system, values, state, until, name):
+def example(
+    mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any], until: Any, name: str
+) -> Scene:
     """Return a ``Scene`` of an elastic or rigid ``system`` that starts where the mechanism's ``state`` says."""
     own = {str(s) for s in mechanism.plain.parameters}
     start = mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
@@ -29,12 +33,12 @@ def example(mechanism, system, values, state, until, name):
     return Scene(system=system, values=numbers, start=start, until=until, name=name)
 
 
-def described(name):
+def described(name: str) -> Described:
     """Return a mechanism of the catalogue by its name as a ``Described``; raises ``UnknownName``."""
     from asympk.systems import MECHANISMS
 
     name = named("mechanism", name, MECHANISMS, beyond=", or a .toml file")
     module = import_module(f"asympk.systems.{name}")
-    about = module.__doc__.partition("\n")[0]
+    about = str(module.__doc__).partition("\n")[0]
     undamped = module.system() if "eps" in module.VALUES else None
     return Described(name, about, module.mechanism(), module.VALUES, module.STATE, module.TURN, undamped)

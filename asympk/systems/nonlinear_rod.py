@@ -24,7 +24,7 @@ c2 = sp.Symbol("c2", positive=True)  # cos(alpha)^2
 _COSINE, _SHORTER, _LENGTH = sp.symbols("c g q", positive=True)
 
 
-def span_ratio():
+def span_ratio() -> sp.Expr:
     """Return kappa in physical quantities: kappa mu x is what (2.2) makes of delta / (l cos(alpha))."""
     return sp.cancel(_displacement() / (rod.l * sp.cos(rod.alpha) * x * rod.find_scales(rod.elastic_rod()).mu))
 
@@ -37,7 +37,7 @@ def _displacement():
 
 
 @cache
-def system():
+def system() -> System:
     """Return the ``System``, symbolic in mu, sigma, sigma_0, kappa and c2 = cos(alpha)^2."""
     scales = rod.find_scales(rod.elastic_rod())
     load, along, across = reaction()
@@ -55,14 +55,14 @@ def system():
     )
 
 
-def scenes():
+def scenes() -> tuple[Scene, ...]:
     """Return the jump of a steep rod that is soft enough for its turn to show."""
     values = {"sigma": 1, "sigma0": 1, "mu": "1e-3", "kappa": "1/2", "c2": "1/4"}
     return (Scene(system=system(), values=values, start=(0, "1/5", -1), until=3, name="nonlinear-rod-jump"),)
 
 
 @cache
-def reaction():
+def reaction() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return r = R cos(alpha) / P, cos(alpha + beta) / cos(alpha) and sin(alpha + beta) / sin(alpha)."""
     compression, turn = rod.geometry()
     rate = _displacement().subs(x, y) / rod.find_scales(rod.elastic_rod()).time

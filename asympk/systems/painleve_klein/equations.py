@@ -9,12 +9,17 @@ Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of Soli
 
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import sympy as sp
 
 from asympk.symbolic.system import System
 from asympk.systems.catalogue import Turn
 from asympk.systems.painleve_klein import rod
+
+if TYPE_CHECKING:
+    from asympk.mechanics.mechanism import Mechanism
+    from asympk.scene import Scene
 
 x, y, z = sp.symbols("x y z", real=True)
 mu = sp.Symbol("mu", positive=True)
@@ -34,19 +39,19 @@ class Group:
     meaning: str
 
 
-def kinetic_ratio():
+def kinetic_ratio() -> sp.Expr:
     """Return f tan(alpha), the friction bound f |R| sin(alpha) in units of the load |R| cos(alpha)."""
     bound = rod.coulomb().subs(rod.kappa, rod.f)
     return bound.subs(sp.sin(rod.alpha), sp.tan(rod.alpha) * sp.cos(rod.alpha)) / (rod.R * sp.cos(rod.alpha))
 
 
-def friction_parameter():
+def friction_parameter() -> sp.Expr:
     """Return sigma = f tan(alpha) - 2, the coefficient of the load in mu rho'' where friction acts along P (2.8)."""
     return sp.diff(_fast(phi=kinetic_ratio() * _LOAD), _LOAD)
 
 
 @cache
-def groups(law=None):
+def groups(law: sp.Expr | None = None) -> tuple["Group", ...]:
     """Return the nondimensional groups in the order of the paper; t and x_1 are the physical time and position.
 
     Raises ``NotDerivable`` when the rod's ``law`` has no canonical scales.
@@ -66,7 +71,7 @@ def groups(law=None):
 
 
 @cache
-def system(law=None):
+def system(law: sp.Expr | None = None) -> System:
     r"""Return the ``System`` (2.7)-(2.9), symbolic in mu, sigma and sigma_0, derived from the rod's ``law``.
 
     ``law`` is R in terms of ``rod.R1`` and ``rod.dR1``, by default the Kelvin-Voigt law (2.3). Raises
@@ -95,7 +100,7 @@ TURN: Turn = ("alpha", "1/20", "3/2", {})
 
 
 @cache
-def mechanism():
+def mechanism() -> "Mechanism":
     r"""Return the rod in physical quantities as a ``Mechanism``: the gap is the rod's lengthening (2.2).
 
     Friction acts on the guide of M_1, with the load R sin(alpha); ``elastic(compliance=1/k, damping=h)`` is (2.4).
@@ -112,7 +117,7 @@ def mechanism():
     return Mechanism.from_lagrangian(kinetic, (x1, x2), contact=contact, forces={x1: rod.P})
 
 
-def scenes():
+def scenes() -> "tuple[Scene, ...]":
     """Return the scenes of section 3: forward from rest, the jump, and the escape from beyond the divide."""
     from asympk.scene import Scene
 

@@ -32,7 +32,7 @@ DIMENSIONS = {
 }  # fmt: skip
 
 
-def dimension(expr):
+def dimension(expr: sp.Expr) -> sp.Expr:
     """Return the dimension of ``expr`` as a monomial in M, L, T; raises ``InputError`` when its terms differ.
 
     >>> dimension(m * l / (k * sp.cos(alpha)) * ddR1)
@@ -49,7 +49,7 @@ def dimension(expr):
     return units.pop()
 
 
-def newton(angle):
+def newton(angle: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     r"""Balance forces on both masses along and across the guides; the rod pushes M_2 by R (cos, sin) and M_1 back.
 
     Returns ``{x_1'': .., x_2'': .., N_1: .., N_2: ..}`` with the guides' reactions N (1.2), (2.1).
@@ -64,18 +64,18 @@ def newton(angle):
     return sp.solve(balances, (a1, a2, N1, N2), dict=True)[0]
 
 
-def coulomb(law=None):
+def coulomb(law: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
     """Return the friction force F = kappa N_1 with kappa = +-f, on the undeformed rod: kappa R sin(alpha)."""
     return kappa * (law or newton(alpha))[N1]
 
 
-def rigid_equations():
+def rigid_equations() -> tuple[sp.Expr, sp.Expr]:
     """Return ``(x_1'', x_2'')`` of (1.2), with F = kappa R sin(alpha)."""
     law = newton(alpha)
     return tuple(law[a].subs(F, coulomb(law)) for a in (a1, a2))
 
 
-def rigid_reaction():
+def rigid_reaction() -> sp.Expr:
     r"""Solve x_1'' = x_2'' for the reaction: R = P / (2 cos(alpha) - kappa sin(alpha)) (1.3)."""
     first, second = rigid_equations()
     (reaction,) = sp.solve(sp.Eq(first, second), R)
@@ -98,7 +98,7 @@ class RigidMotion:
 
 
 @cache
-def rigid_motions():
+def rigid_motions() -> tuple["RigidMotion", ...]:
     r"""Decide (1.1), kappa R u < 0, for each sign of u and of kappa by solving it for the rod's position w.
 
     From rest, u takes the sign of the acceleration R cos(alpha) / m. Rest itself is no motion: it needs R = 0, which
@@ -117,25 +117,25 @@ def rigid_motions():
     return tuple(motions)
 
 
-def count_motions(velocity, position):
+def count_motions(velocity: int, position: sp.Expr) -> int:
     """Return how many motions the rigid rod has for a sign of u (1, -1, 0) at a rod position w other than 0, 1, -1."""
     return sum(motion.velocity == velocity and position in motion.positions for motion in rigid_motions())
 
 
-def geometry():
+def geometry() -> tuple[sp.Expr, sp.Expr]:
     r"""Compression Delta l and turn beta of the rod after M_1 has gained delta on M_2, without approximation."""
     gap, height = l * sp.cos(alpha) - delta, l * sp.sin(alpha)
     return l - sp.sqrt(gap**2 + height**2), sp.atan2(height, gap) - alpha
 
 
-def small_angle():
+def small_angle() -> tuple[sp.Expr, sp.Expr]:
     r"""Keep the terms linear in delta: Delta l = delta cos(alpha), l beta = delta sin(alpha) (2.2)."""
     compression, turn = geometry()
     first = (sp.diff(part, delta).subs(delta, 0) for part in (compression, turn))
     return tuple(sp.trigsimp(rate) * delta for rate in first)
 
 
-def kelvin_voigt():
+def kelvin_voigt() -> sp.Expr:
     """Return the reaction of a spring k Delta l / l beside a damper h k (Delta l)': R = R_1 + h l R_1' (2.3)."""
     stretch_rate = dR1 * l / k  # of Delta l = l R_1 / k
     return R1 + h * k * stretch_rate
@@ -156,18 +156,18 @@ class ElasticRod:
     dropped: sp.Expr
     dropped_friction: sp.Expr
 
-    def slip(self, direction):
+    def slip(self, direction: int) -> tuple[sp.Expr, sp.Expr]:
         """Return ``(balance, u')`` of (2.5) with F = -direction f |R| sin(alpha), R left as a symbol."""
         force = -direction * f * sp.Abs(R) * sp.sin(alpha)
         return self.balance.subs(F, force), self.acceleration.subs(F, force)
 
-    def stick(self):
+    def stick(self) -> sp.Expr:
         """Return the left side of (2.6): u = u' = 0 with F eliminated, R left as a symbol."""
         (holding,) = sp.solve(self.acceleration, F)
         return sp.expand(self.balance.subs(F, holding))
 
 
-def elastic_rod(law=None):
+def elastic_rod(law: sp.Expr | None = None) -> "ElasticRod":
     r"""Derive (2.4) from Newton's law at alpha + beta, the small angle (2.2) and the rod's ``law`` (default (2.3)).
 
     With delta = l R_1 / (k cos(alpha)) from Hooke's law, m delta'' = P + F - 2 R cos(alpha + beta); then
@@ -212,7 +212,7 @@ class Scales:
     mu: sp.Expr
 
 
-def find_scales(rod):
+def find_scales(rod: "ElasticRod") -> "Scales":
     r"""Find the scales that make the equations canonical.
 
     The load R cos(alpha) / P must begin rho + rho', and v' must begin with 1, the force P; mu is what then

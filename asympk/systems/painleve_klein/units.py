@@ -5,6 +5,7 @@ l, stiffness k and damping h, in any consistent units (SI: kg, N, 1, 1, rad, m, 
 ``painleve_klein.groups()``, lowered; nothing is typed in here.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
@@ -14,7 +15,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.multiprecision import context
-from asympk.numbers import number, short
+from asympk.numbers import Number, number, short
 from asympk.path import Path
 from asympk.scene import Scene
 from asympk.shown import number as shown
@@ -55,11 +56,11 @@ class Units:
     reaction: Fraction
     velocity: Fraction
 
-    def state(self, x, y, z):
+    def state(self, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
         """Return (R_1, R_1', u) of (x, y, z)."""
         return _times(x, self.reaction), _times(y, self.reaction / self.time), _times(z, self.velocity)
 
-    def moment(self, t):
+    def moment(self, t: Number) -> Number:
         """Return the physical time of the nondimensional ``t``."""
         return _times(t, self.time)
 
@@ -122,7 +123,7 @@ class PhysicalDense:
 
 
 @cache
-def formulas():
+def formulas() -> dict[str, sp.Expr]:
     """Return the nondimensional parameters, start and horizon as expressions of ``symbols()``, by name."""
     group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
     time = 1 / sp.diff(group["tau"], _SYMBOLS["t"])
@@ -138,19 +139,19 @@ def formulas():
 
 
 @cache
-def scales():
+def scales() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return the physical time, reaction and velocity of one nondimensional unit as expressions."""
     group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
     pairs = (("tau", "t"), ("rho", "R1"), ("v", "u"))
     return tuple(1 / sp.diff(group[name], _SYMBOLS[state]) for name, state in pairs)
 
 
-def symbols():
+def symbols() -> dict[str, sp.Symbol]:
     """Return the symbol of every physical quantity by its name in a scene file."""
     return dict(_SYMBOLS)
 
 
-def quantity(name, value):
+def quantity(name: str, value: Any) -> Number:
     """Return a physical quantity as an exact number; an angle may be ``"60 deg"``. Raises ``InputError``."""
     if name == "alpha":
         return _angle(value)
@@ -168,7 +169,7 @@ def _angle(value):
     return number("alpha", value, lambda v: 0 < v < Fraction("1.5707963267948966"), "between 0 and pi/2, or '60 deg'")
 
 
-def nondimensional(quantities):
+def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
     """Return ``RESULTS`` and the ``Units``, as fractions right to 100 digits, from exact quantities by name."""
     values = [_value(quantities[name]) for name in _SYMBOLS]
     found = _lowered("mpmath").to_digits(DIGITS, *values)
@@ -176,7 +177,7 @@ def nondimensional(quantities):
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
 
 
-def in_arrays(quantities):
+def in_arrays(quantities: Iterable[Number]) -> tuple[dict[str, Number], "Units"]:
     """Return ``RESULTS`` and the ``Units`` in doubles, from arrays of the quantities in the order of ``symbols()``."""
     found = _lowered("numpy")(*quantities)
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
