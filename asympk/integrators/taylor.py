@@ -51,7 +51,7 @@ def advance(
 def _reason(outcome):
     import heyoka as hy
 
-    if -3 < outcome < 0:  # a terminal event k stops with -k - 1
+    if int(hy.taylor_outcome.success) < outcome < 0:  # a terminal event k stops with -k - 1
         return -1 - outcome, ""
     return None, "left the range of floats" if outcome == int(hy.taylor_outcome.err_nf_state) else ""
 

@@ -17,7 +17,7 @@ from asympk.path import Path as Trajectory
 from asympk.pictures import figures, style
 from asympk.scene import Scene
 from asympk.storage.rows import provenance, read_provenance, read_rows, write_rows
-from asympk.studies import modelwork
+from asympk.studies import contacts, modelwork
 from asympk.studies.compare import workprec
 from asympk.systems import nonlinear_rod
 
@@ -39,13 +39,13 @@ KAPPAS = {"0.1": MUS[1::2], "1": MUS, "10": MUS[1::2]}  # kappa -> its values of
 FULL = {
     "scenes": tuple(SCENES), "mus": MUS, "kappas": KAPPAS, "tolerances": (1e-3, 1e-5, 1e-7, 1e-9, 1e-11),
     "step_sizes": (1e-2, 1e-3, 1e-4), "offsets": tuple(f"{s}1e-{k}" for s in ("-", "") for k in range(2, 15, 2)),
-    "model_mus": modelwork.MUS, "model_tolerances": modelwork.TOLERANCES,
+    "model_mus": modelwork.MUS, "model_tolerances": modelwork.TOLERANCES, "contact_mus": MUS[1::2],
     "repeats": 5, "steps": 100_000, "seconds": 120.0,
 }  # fmt: skip
 QUICK = {
     "scenes": ("ii", "iii"), "mus": ("1e-2", "1e-5"), "kappas": {"1": ("1e-2", "1e-5")}, "tolerances": (1e-3, 1e-7),
     "step_sizes": (1e-2, 1e-3), "offsets": ("-1e-10", "-1e-4", "1e-4", "1e-10"),
-    "model_mus": ("1e-2", "1e-4"), "model_tolerances": (1e-5, 1e-8, 1e-11),
+    "model_mus": ("1e-2", "1e-4"), "model_tolerances": (1e-5, 1e-8, 1e-11), "contact_mus": ("1e-2",),
     "repeats": 1, "steps": 2_000, "seconds": 10.0,
 }  # fmt: skip
 COMPILED = 100  # a compiled step of heyoka is so much cheaper that it may make this many times more of them
@@ -60,7 +60,7 @@ CARELESS = (
     " sign: LSODA. tanh: Radau, ε = rtol. Moreau-Jean: implicit Euler, fixed steps of {longest:g} to {shortest:g}, "
     "the present mode where a step has several solutions."
 )
-PARTS = ("work", "plane", "nonlinear", "models")
+PARTS = ("work", "plane", "nonlinear", "models", "contacts")
 
 
 def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
@@ -90,6 +90,8 @@ def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
         files += _store(out, "nonlinear", nonlinear_rows(plan, found, tell), story)
     if "models" in parts:
         files += _store(out, "models", model_rows(plan, tell), story | {"reference": "Radau 1e-13"})
+    if "contacts" in parts:
+        files += _store(out, "contacts", contact_rows(plan, tell), story | {"reference": "exact flow"})
     return files + draw(out, tell)
 
 
@@ -131,10 +133,14 @@ def _integrators(plan):
 
 
 def _crude(plan):
+    yield from _one_field(plan)
+    yield "moreau", {"method": "moreau", "seconds": plan["seconds"]}, plan["step_sizes"]
+
+
+def _one_field(plan):
     for method in CRUDE:
         steps = min(plan["steps"], 20_000)
         yield method, {"method": method, "steps": steps, "seconds": plan["seconds"]}, plan["tolerances"]
-    yield "moreau", {"method": "moreau", "seconds": plan["seconds"]}, plan["step_sizes"]
 
 
 def _warm(plan, tell):
@@ -192,6 +198,16 @@ def model_rows(plan, tell):
     """Return the rows of models beside integrators on a nonlinear mechanism and on a reaction."""
     return modelwork.rows(plan["model_mus"], [m for m in IMPLICIT if m in modelwork.METHODS and m not in absent()],
                           plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip
+
+
+def contact_rows(plan, tell):
+    """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
+    rows = []
+    for mu in plan["contact_mus"]:
+        for method, options, tolerances in (*_integrators(plan), *_one_field(plan)):
+            tell(f"two contacts, mu = {mu}: {method}")
+            rows += contacts.measure(mu, tolerances=tolerances, repeats=1, **options)
+    return rows
 
 
 def nonlinear_references(plan, kept, tell):
@@ -296,6 +312,8 @@ def _failure_parts(folder):
     if (folder / "work.csv").exists():
         rows = [row for row in read_rows(folder / "work.csv") if row["scene"] == FAILING]
         parts.insert(0, (r"scene (iii), $\mu$", rows, "mu"))
+    if (folder / "contacts.csv").exists():
+        parts.append((r"two contacts, $\mu$", read_rows(folder / "contacts.csv"), "mu"))
     found = [(words, [row for row in rows if row["method"] != "exact"], along) for words, rows, along in parts]
     return [part for part in found if part[1]]
 
