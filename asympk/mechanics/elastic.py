@@ -129,7 +129,7 @@ def _accelerations(
     """Return g'', z' and the rates of the kept velocities with the reaction ``normal`` and the friction force."""
     G, response = kinetics.delassus, kinetics.response
     rows = [(kinetics.free[i], G[i, 0], G[i, 1]) for i in (0, 1)] + [(response[k, 2], *response[k, :2]) for k in rest]
-    gap, slip, *others = (put(free) + put(by_N) * normal + put(by_T) * FORCE for free, by_N, by_T in rows)
+    gap, slip, *others = (put(free) + by_N * normal + by_T * FORCE for free, by_N, by_T in rows)
     return gap, slip, {kinetics.velocities[k]: rate for k, rate in zip(rest, others, strict=True)}
 
 

@@ -67,7 +67,7 @@ class Kinetics:
     @cached_property
     def determinant(self) -> sp.Expr:
         """D = G_NN G_TT - G_NT^2, positive where slip and gap are independent."""
-        return tidy(self.delassus.det())
+        return tidy(self.delassus.det(method="berkowitz"))
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""

@@ -9,7 +9,8 @@ from functools import lru_cache, reduce
 
 import sympy as sp
 
-LONG = 200  # operations: beyond, a shorter form costs seconds and is not readable either
+LONG = 150  # operations: beyond, a shorter form costs seconds and is not readable either
+CLEAR = 1e-9  # a value that fifteen digits tell from 0
 
 
 @lru_cache(maxsize=4096)
@@ -23,11 +24,15 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     plain = sp.cancel(sp.together(expr))
     if not plain.has(sp.sin, sp.cos):
         return shortest(expr, sp.factor(plain))
-    return shortest(expr, plain, *(sp.factor(form) for form in _normal_forms(plain)))
+    return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
 
 
 def vanishes(expr: sp.Expr) -> bool:
-    """Tell whether ``expr`` is 0 for all values of its symbols."""
+    """Tell whether ``expr`` is 0 for all values of its symbols; at one place it mostly shows that it is not."""
+    place = {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
+    value = expr.evalf(subs=place)
+    if isinstance(value, sp.Float) and abs(value) > CLEAR:
+        return False
     return tidy(expr) == 0 or sp.simplify(expr) == 0
 
 
@@ -43,19 +48,21 @@ def _length(form: sp.Expr) -> tuple:
 
 
 def _normal_forms(expr: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield ``expr`` as a fraction without squares of sines, and without squares of cosines."""
+    """Yield a cancelled fraction without squares of sines, and without squares of cosines."""
     expanded = sp.expand_trig(expr)
     angles = sorted({part.args[0] for part in expanded.atoms(sp.sin, sp.cos)}, key=sp.default_sort_key)
     names = {angle: (sp.Symbol(f"sine#{k}"), sp.Symbol(f"cosine#{k}")) for k, angle in enumerate(angles)}
     renamed = {f(angle): names[angle][k] for angle in angles for k, f in enumerate((sp.sin, sp.cos))}
-    parts = sp.fraction(sp.cancel(expanded.subs(renamed)))
+    plain = expanded.xreplace(renamed)
+    parts = sp.fraction(plain if expanded == expr else sp.cancel(plain))
     back = {name: function for function, name in renamed.items()}
     for square in (0, 1):
         relations = [(pair[square], pair[0] ** 2 + pair[1] ** 2 - 1) for pair in names.values()]
         numerator, denominator = (reduce(_remainder, relations, part) for part in parts)
-        yield sp.cancel(numerator / denominator).subs(back)
+        yield sp.cancel(numerator / denominator).xreplace(back)
 
 
 def _remainder(expr: sp.Expr, relation: tuple[sp.Symbol, sp.Expr]) -> sp.Expr:
     name, circle = relation
-    return sp.rem(expr, circle, name)
+    squared = any(power.base == name for power in expr.atoms(sp.Pow))
+    return sp.rem(expr, circle, name) if squared else expr
