@@ -58,7 +58,7 @@ class NumericMode:
     @cached_property
     def jacobian(self) -> Callable[..., tuple]:
         """The derivatives of the rates, row by row, as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.jacobian)
+        return self._compiled(self.mode.rates, self.mode.units)
 
     @cached_property
     def guards(self) -> Callable[..., tuple]:
@@ -68,7 +68,7 @@ class NumericMode:
     @cached_property
     def guard_slopes(self) -> Callable[..., tuple]:
         """The rates of the guards along the field as a function of (t, *state, *p)."""
-        return self._compiled(self.mode.guard_rates)
+        return self._compiled(self.mode.guard_values, (self.mode.flow,))
 
     def rhs(self, t: Any, state: State) -> tuple:
         """Return the rates at a time and a state."""
@@ -142,8 +142,8 @@ class NumericMode:
                 state = tuple(w - value * a / size for w, a in zip(state, direction, strict=True))
         return state
 
-    def _compiled(self, outputs: tuple) -> Callable[..., tuple]:
-        return function(self.mode.system, outputs, self.target, self.functions)
+    def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
+        return function(self.mode.system, outputs, self.target, self.functions, directions)
 
 
 @dataclass(frozen=True)

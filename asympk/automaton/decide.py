@@ -359,10 +359,11 @@ def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tup
     kind, friction, _ = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
     for order in range(first, 2 + min(len(mode.system.states), 5)):
-        if order > first and sp.count_ops(mode.derivative(guard, order - 1)) > LONGEST:
+        before = mode.derivative(guard, order - 1)
+        if order > first and sp.count_ops(before) > LONGEST:
             raise Undecided(f"{kind} of {branches.name(mode.branch)} vanishes at t = {float(nudged[0][0]):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
-        derivative = function(mode.system, (mode.derivative(guard, order),), numbers.target, numbers.functions)
+        derivative = function(mode.system, (before,), numbers.target, numbers.functions, (mode.flow,))
         sign = numbers.sign([derivative(t, *w, *p)[0] for t, w in nudged])
         if sign:
             return sign > 0
@@ -375,6 +376,8 @@ def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tup
 def _chosen(system: System, consistent: list[Branch], t: Any, state: tuple, tried: list[Branch]) -> Branch:
     resting = {branch: {k for k, phase in enumerate(branch) if phase.mode == "stick"} for branch in consistent}
     left = [b for b in consistent if not any(resting[b] < resting[other] for other in consistent)]
+    if len(left) == 1:
+        return left[0]
     distinct = {tuple(mode_of(system, b).rates): b for b in reversed(left)}
     if len(distinct) == 1:
         return next(iter(distinct.values()))

@@ -7,7 +7,7 @@ namespace of functions. Lie derivatives of a guard along its field tell what hap
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from types import ModuleType
 from typing import Any
@@ -19,6 +19,7 @@ from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.lowering import Lowered, lower
 from asympk.symbolic.system import System
 
+Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
 _POWER = re.compile(r"\b([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
@@ -42,9 +43,15 @@ class Mode:
         return tuple(slow[s] if s in slow else fast[s] / small for s in self.system.states)
 
     @cached_property
-    def jacobian(self) -> tuple[sp.Expr, ...]:
-        """The derivatives of the rates by the states, row by row."""
-        return tuple(rate.diff(s) for rate in self.rates for s in self.system.states)
+    def units(self) -> tuple[Direction, ...]:
+        """The directions in which one state grows and all else stands still."""
+        n = len(self.system.states)
+        return tuple((sp.S.Zero, *row) for row in sp.eye(n).tolist())
+
+    @property
+    def flow(self) -> Direction:
+        """The direction of the motion: the rates of time and states."""
+        return (sp.S.One, *self.rates)
 
     @cached_property
     def guards(self) -> tuple[Guard, ...]:
@@ -60,11 +67,6 @@ class Mode:
     def guard_values(self) -> tuple[sp.Expr, ...]:
         """The expressions of the guards."""
         return tuple(guard.value for guard in self.guards)
-
-    @property
-    def guard_rates(self) -> tuple[sp.Expr, ...]:
-        """The rates of the guards along the field."""
-        return tuple(self.along(value) for value in self.guard_values)
 
     @cached_property
     def guard_gradients(self) -> tuple[tuple[sp.Expr, ...], ...]:
@@ -93,21 +95,33 @@ def _derivative(mode: Mode, guard: int, order: int) -> sp.Expr:
 
 
 @lru_cache(maxsize=1024)
-def function(system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any) -> Callable[..., tuple]:
+def function(
+    system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any, directions: tuple[Direction, ...] = ()
+) -> Callable[..., tuple]:
     """Return ``f(t, *state, *p)``, a tuple of ``outputs``, on the numbers of ``functions``; ``target`` says how it is
-    spelled: ``"math"`` (rational constants rounded once) or ``"mpmath"`` (divided at their precision)."""
+    spelled: ``"math"`` (rational constants rounded once) or ``"mpmath"`` (divided at their precision).
+
+    With ``directions`` it is the derivatives of the outputs along each of them, output by output.
+    """
     space = {target: functions}
-    exec(source(system, outputs, target), space)
+    exec(source(system, outputs, target, directions), space)
     return space["f"]
 
 
 @lru_cache(maxsize=1024)
-def source(system: System, outputs: tuple[sp.Expr, ...], target: str) -> str:
+def source(
+    system: System, outputs: tuple[sp.Expr, ...], target: str, directions: tuple[Direction, ...] = ()
+) -> str:  # fmt: skip
     """Return the text of ``f(t, *state, *p)``; whole powers of symbols are products, as Taylor series want them."""
     plain, time = _plain(system)
     arguments = (time, *(plain[s] for s in (*system.states, *system.parameters)))
-    lowered: Lowered = lower(arguments, [e.xreplace(plain) for e in outputs], target=target, branching=True)
-    text = replace(lowered, single=False).source
+    values = tuple(e.xreplace(plain) for e in outputs)
+    if directions:
+        still = (sp.S.Zero,) * len(system.parameters)
+        rates = tuple((*(e.xreplace(plain) for e in direction), *still) for direction in directions)
+        text = Lowered(arguments, values, target, directions=rates).source
+    else:
+        text = lower(arguments, values, target=target, branching=True).source
     return _POWER.sub(lambda found: f"({'*'.join([found[1]] * int(found[2]))})", text) if target == "math" else text
 
 

@@ -9,6 +9,8 @@ from functools import cache, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
+import sympy as sp
+
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, mode_of, namespace
@@ -124,8 +126,9 @@ def _compiled(modes):
     import jax.numpy as jnp
     import numpy as np
 
-    field, guards, rates = (_chosen(modes, which) for which in (
-        lambda m: m.rates, lambda m: m.guard_values or (1,), lambda m: m.guard_rates or (0,)))  # fmt: skip
+    field, guards, rates = (_chosen(modes, *which) for which in (
+        (lambda m: m.rates,), (lambda m: m.guard_values or (sp.S.One,),),
+        (lambda m: m.guard_values or (sp.S.One,), lambda m: (m.flow,))))  # fmt: skip
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
     def look(t, w, args):
@@ -158,11 +161,11 @@ def _compiled(modes):
     return template, run
 
 
-def _chosen(modes, outputs):
-    """Return the ``outputs`` of the modes as a function of (t, w, p, index of the mode)."""
+def _chosen(modes, outputs, directions=lambda m: ()):
+    """Return ``outputs`` of the modes, or their derivatives, as a function of (t, w, p, index of the mode)."""
     import jax.numpy as jnp
 
-    lowered = [function(m.system, outputs(m), "math", _functions()) for m in modes]
+    lowered = [function(m.system, outputs(m), "math", _functions(), directions(m)) for m in modes]
     return lambda t, w, p, k: jnp.stack([jnp.stack(jnp.broadcast_arrays(*f(t, *w, *p))) for f in lowered])[k] * 1.0
 
 

@@ -11,6 +11,7 @@ solves; all else is substitution.
 """
 
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -297,6 +298,7 @@ def lifts(friction: "Friction") -> bool:
     return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)
 
 
+@lru_cache(maxsize=1024)
 def heavy(expr: sp.Basic) -> bool:
     """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
     rational = not expr.has(sp.Function) and all(power.exp.is_Integer for power in expr.atoms(sp.Pow))

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from importlib import import_module
+from itertools import chain
 from threading import local
 from typing import Any, Literal, overload
 
@@ -24,6 +25,7 @@ from asympk.errors import InputError, OutOfRange
 from asympk.multiprecision import as_mpf, context, in_context
 from asympk.naming import named
 from asympk.numbers import Number, number, numbers, short
+from asympk.symbolic.derivatives import along
 from asympk.symbolic.reading import expression
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling)
@@ -34,8 +36,9 @@ STRICT = {"allow_unknown_functions": False, "strict": True}
 class Lowered:
     """A function of numbers, ``outputs`` in terms of ``args``, compiled for ``target`` at the first call.
 
-    Returns one value, a tuple when lowered from a sequence, a dict by ``keys`` when lowered from a ``Dict``. Pickles
-    as its expressions. Raises ``OutOfRange`` where a value is not a finite real number.
+    Returns one value, a tuple when lowered from a sequence, a dict by ``keys`` when lowered from a ``Dict``. With
+    ``directions``, each the rates of all ``args``, it is the derivatives of the outputs along every direction, output
+    by output. Pickles as its expressions. Raises ``OutOfRange`` where a value is not a finite real number.
     """
 
     args: tuple[sp.Symbol, ...]
@@ -44,6 +47,7 @@ class Lowered:
     keys: tuple[str, ...] | None = None
     single: bool = False
     name: str = "f"
+    directions: tuple[tuple[sp.Expr, ...], ...] = ()
 
     def __call__(self, *values: Any) -> Any:
         if len(values) != len(self.args):
@@ -58,7 +62,7 @@ class Lowered:
         return _mpmath(self, values, dps_to_prec(digits))
 
     def __reduce__(self) -> tuple:
-        return Lowered, (self.args, self.outputs, self.target, self.keys, self.single, self.name)
+        return Lowered, (self.args, self.outputs, self.target, self.keys, self.single, self.name, self.directions)
 
     @property
     def source(self) -> str:
@@ -155,9 +159,7 @@ def _emission(lowered):
     """Return the text of the arguments, of the shared subexpressions (pairs), and of the outputs."""
     printer = _PRINTERS[lowered.target](STRICT | _EXTRA.get(lowered.target, {}))
     printer.reserved_words = {*printer.reserved_words, *_USED, lowered.target}
-    taken = {a.name for a in lowered.args}
-    spare = (t for t in sp.numbered_symbols("t") if t.name not in taken)
-    shared, outputs = sp.cse(lowered.outputs, symbols=spare, order="canonical")
+    shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
     try:
         arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
         shared = [(printer.doprint(t), printer.doprint(e)) for t, e in shared]
@@ -167,6 +169,25 @@ def _emission(lowered):
     if foreign := set(getattr(printer, "module_imports", {})) - {lowered.target}:
         raise InputError(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")
     return arguments, shared, outputs
+
+
+def _spare(lowered, **assumptions):
+    taken = {a.name for a in lowered.args}
+    return (t for t in sp.numbered_symbols("t", **assumptions) if t.name not in taken)
+
+
+def _shared(outputs, spare):
+    return sp.cse(outputs, symbols=spare, order="canonical")
+
+
+def _derivatives(lowered):
+    """Return the shared subexpressions and the derivatives of the outputs along the directions."""
+    spare, n = _spare(lowered, real=True), len(lowered.args)
+    shared, found = _shared((*lowered.outputs, *chain(*lowered.directions)), spare)
+    outputs, rates = found[: len(lowered.outputs)], found[len(lowered.outputs) :]
+    rows = (rates[k : k + n] for k in range(0, len(rates), n))
+    return along(shared, outputs, [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows],
+                 spare)  # fmt: skip
 
 
 @lru_cache(maxsize=512)

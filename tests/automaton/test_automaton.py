@@ -9,13 +9,31 @@ import sympy as sp
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.modes import function, mode_of
 from asympk.certify import certify
+from asympk.digits import context
 from asympk.errors import Accumulation, InputError, NoMotion, TwoMotions, UnboundedReaction
+from asympk.symbolic.branches import named
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
 F, G, H, N = sp.symbols("F G H N", real=True)
 a, c = sp.symbols("a c", positive=True)
 eps = sp.Symbol("eps", positive=True)
+
+
+@pytest.mark.parametrize("name", ["bead_rod", "held_rod"])
+def test_derivatives_through_shared_parts_are_those_of_the_expressions_written_out(name):
+    system, numbers, rng = getattr(ap.systems, name).system(), context(40), random.Random(1)
+    for branch in named(system):
+        mode = mode_of(system, branch)
+        place = [numbers.mpf(rng.uniform(0.3, 1.2)) for _ in range(1 + len(system.states) + len(system.parameters))]
+        written_out = (*(rate.diff(s) for rate in mode.rates for s in system.states),
+                       *(mode.along(value) for value in mode.guard_values))  # fmt: skip
+        jacobian = function(system, mode.rates, "mpmath", numbers, mode.units)(*place)
+        guard_rates = function(system, mode.guard_values, "mpmath", numbers, (mode.flow,))(*place)
+        expected = function(system, written_out, "mpmath", numbers)(*place)
+        for found, value in zip((*jacobian, *guard_rates), expected, strict=True):
+            assert abs(found - value) < 1e-38 * (1 + abs(value))
 
 
 def follow(system, start, until, values=(), **options):

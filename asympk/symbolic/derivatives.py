@@ -1,0 +1,68 @@
+r"""Derivatives of expressions that share parts, by the chain rule through the parts: no expression is written out.
+
+A part is a pair (symbol, expression in the arguments and in earlier symbols), as ``sympy.cse`` gives them. Where the
+arguments have rates, the part u = e(v_1, v_2, ..) has the rate u' = sum_j (de/dv_j) v_j': forward differentiation.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import sympy as sp
+
+Parts = list[tuple[sp.Symbol, sp.Expr]]
+
+
+def along(
+    parts: Parts, outputs: Sequence[sp.Expr], directions: Sequence[Mapping[sp.Symbol, sp.Expr]],
+    spare: Iterator[sp.Symbol],
+) -> tuple[Parts, list[sp.Expr]]:  # fmt: skip
+    """Return (parts, the derivatives of every output along every direction, output by output).
+
+    A direction has the rates of the arguments that move. New parts take their symbols from ``spare``.
+    """
+    found = [*parts]
+    moving = {*(s for rates in directions for s in rates)}
+    slopes = []
+    for symbol, expr in parts:
+        slopes.append((symbol, _slopes(expr, moving, found, spare)))
+        moving |= {symbol} if slopes[-1][1] else set()
+    last = [_slopes(output, moving, found, spare) for output in outputs]
+    columns = []
+    for direction in directions:
+        rates = dict(direction)
+        for symbol, partials in slopes:
+            rates[symbol] = _named(_moved(partials, rates), found, spare)
+        columns.append([_moved(partials, rates) for partials in last])
+    return found, [column[k] for k in range(len(outputs)) for column in columns]
+
+
+def _slopes(expr: sp.Expr, moving: Iterable, found: Parts, spare: Iterator[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
+    """Return the partial derivatives by what moves, each a part of its own."""
+    return {s: _named(_slope(expr, s), found, spare) for s in sorted(expr.free_symbols & {*moving}, key=str)}
+
+
+def _slope(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
+    """Return the derivative by the rules for sums, products and powers, which is all that most parts need."""
+    if expr == s:
+        return sp.S.One
+    if not expr.has_free(s):
+        return sp.S.Zero
+    if expr.is_Add:
+        return sp.Add(*(_slope(term, s) for term in expr.args))
+    if expr.is_Mul:
+        slopes = ((k, _slope(factor, s)) for k, factor in enumerate(expr.args))
+        return sp.Add(*(sp.Mul(*expr.args[:k], slope, *expr.args[k + 1 :]) for k, slope in slopes if slope != 0))
+    if expr.is_Pow and expr.exp.is_Number:
+        return expr.exp * expr.base ** (expr.exp - 1) * _slope(expr.base, s)
+    return expr.diff(s)
+
+
+def _moved(partials: dict[sp.Symbol, sp.Expr], rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+    return sp.Add(*(slope * rates.get(s, 0) for s, slope in partials.items()))
+
+
+def _named(expr: sp.Expr, found: Parts, spare: Iterator[sp.Symbol]) -> sp.Expr:
+    if expr.is_Atom:
+        return expr
+    symbol = next(spare)
+    found.append((symbol, expr))
+    return symbol
