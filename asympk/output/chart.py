@@ -3,9 +3,11 @@
 The full run makes the rows that the paper keeps; ``quick`` makes fewer, beside them. Figures are drawn from rows alone.
 """
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from asympk.errors import MissingPackage
 from asympk.integrators import collocation
@@ -16,10 +18,13 @@ from asympk.path import Event
 from asympk.path import Path as Trajectory
 from asympk.pictures import figures, style
 from asympk.scene import Scene
-from asympk.storage.rows import provenance, read_provenance, read_rows, write_rows
+from asympk.storage.rows import Row, provenance, read_provenance, read_rows, write_rows
 from asympk.studies import contacts, modelwork
 from asympk.studies.compare import workprec
 from asympk.systems import nonlinear_rod
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
 SHOWN = "ii"  # the scene whose costs have a figure of their own, for the README
@@ -63,7 +68,12 @@ CARELESS = (
 PARTS = ("work", "plane", "nonlinear", "models", "contacts")
 
 
-def main(quick=False, out="paper/generated", progress=None, parts=PARTS):
+def main(
+    quick: bool = False,
+    out: str | Path = "paper/generated",
+    progress: Callable[[str], None] | None = None,
+    parts: Sequence[str] = PARTS,
+) -> list[Path]:
     """Compute the rows of ``parts``, draw all figures, and return the files written, rows first.
 
     ``quick`` computes fewer rows, of the peers that are there, into ``out``/quick and leaves the kept ones alone.
@@ -105,7 +115,7 @@ def _store(out, name, rows, story):
     return [path]
 
 
-def work_rows(plan, tell):
+def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return the rows of every method on every scene and mu of ``plan``."""
     rows = []
     for name in plan["scenes"]:
@@ -151,7 +161,7 @@ def _warm(plan, tell):
             workprec(Scene(1, "0.1", SCENES["ii"], 5), repeats=1, **options)(tolerances)
 
 
-def plane_rows(plan, tell):
+def plane_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return rows of starts beside the unstable plane, with the deviation from it as a column ``offset``."""
     rows = []
     for offset in plan["offsets"]:
@@ -163,7 +173,7 @@ def plane_rows(plan, tell):
     return rows
 
 
-def nonlinear_rows(plan, references, tell):
+def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Callable[[str], None]) -> list[Row]:
     """Return rows for the rod whose geometry is kept, with the column ``kappa``; see ``systems.nonlinear_rod``."""
     rows = []
     for found in references:
@@ -194,15 +204,15 @@ def _kept(kappa, scene):
     return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
 
 
-def model_rows(plan, tell):
+def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[modelwork.Row]:
     """Return the rows of models beside integrators on a nonlinear mechanism and on a reaction."""
     return modelwork.rows(plan["model_mus"], [m for m in IMPLICIT if m in modelwork.METHODS and m not in absent()],
                           plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip
 
 
-def contact_rows(plan, tell):
+def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Any]:
     """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
-    rows = []
+    rows: list[Any] = []
     for mu in plan["contact_mus"]:
         for method, options, tolerances in (*_integrators(plan), *_one_field(plan)):
             tell(f"two contacts, mu = {mu}: {method}")
@@ -210,7 +220,7 @@ def contact_rows(plan, tell):
     return rows
 
 
-def nonlinear_references(plan, kept, tell):
+def nonlinear_references(plan: Mapping[str, Any], kept: Path, tell: Callable[[str], None]) -> list[Row]:
     """Return rows with the reference solutions of scene (ii), final state and events as decimals.
 
     Those of ``kept`` are used again: they do not depend on the plan, and take half a minute each.
@@ -245,7 +255,7 @@ def _truth(row):
     return scene, Trajectory(scene, "collocation", final, events, tuple(row["modes"].split()), at=None)
 
 
-def method_table(rows, accuracy=1e-5):
+def method_table(rows: Sequence[Row], accuracy: float = 1e-5) -> Table:
     """Count what became of every method's runs; the least cost of an error below ``accuracy``, over scenes and mu."""
     body = []
     for method in (*style.METHODS, *style.MODELS):
@@ -268,7 +278,7 @@ def _rounded(ratio):
     return f"{ratio:.1f}" if ratio < 10 else f"{float(f'{ratio:.2g}'):.0f}"
 
 
-def draw(out, tell=lambda line: None):
+def draw(out: Path, tell: Callable[[str], None] = lambda line: None) -> list[Path]:
     """Draw all figures and the table from the rows under ``out``/rows, and return their files."""
     out, tables = Path(out), []
     tell("drawing")
@@ -278,9 +288,9 @@ def draw(out, tell=lambda line: None):
     return [figures.save(figure, out / "figures" / f"{name}.pdf") for name, figure in drawn(out).items()] + tables
 
 
-def drawn(out):
+def drawn(out: Path) -> "dict[str, Figure]":
     """Return the figures that the rows under ``out``/rows give, by name."""
-    found = {}
+    found: dict[str, Figure] = {}
     if (out / "rows" / "work.csv").exists():
         found |= _drawn_work(out / "rows" / "work.csv")
     if (out / "rows" / "plane.csv").exists():

@@ -1,10 +1,12 @@
 """The pictures of the paper and the page by name: each a thunk that computes its paths or reads its rows, and draws."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from asympk.errors import MissingPackage
 from asympk.methods import solve
@@ -12,10 +14,13 @@ from asympk.pictures import anymechanism, drawings, maps, portraits
 from asympk.pictures import damping as jam
 from asympk.pictures.decreasing import decreasing
 from asympk.scene import Scene
-from asympk.storage.rows import read_rows
+from asympk.storage.rows import Row, read_rows
 from asympk.studies.damping import TINY
 from asympk.studies.least import LADDER
 from asympk.systems.catalogue import described
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
 STEEP, SHALLOW = 1, Fraction(-1, 2)
@@ -39,11 +44,11 @@ class Picture:
     """A figure of the paper: its file name, how to draw it, and the file of rows that it is drawn from, if any."""
 
     name: str
-    draw: object
+    draw: Callable[[], "Figure"]
     rows: str = ""
 
 
-def pictures(root):
+def pictures(root: Path) -> tuple[Picture, ...]:
     """Return the pictures that can be drawn in the checkout ``root``: those from rows need their rows."""
     if not find_spec("matplotlib"):
         raise MissingPackage("figures need matplotlib: pip install 'asympk[plot]'")
@@ -77,12 +82,12 @@ def _from_rows(draw, file):
     return draw(read_rows(file))
 
 
-def mechanisms():
+def mechanisms() -> "Figure":
     """Draw four mechanisms of the catalogue over their maps of rigid motions."""
     return anymechanism.mechanisms({name: described(name) for name in anymechanism.TITLES})
 
 
-def phase():
+def phase() -> "Figure":
     """Draw the phase space of the steep and the shallow rod with trajectories of the exact flow."""
     groups = []
     for sigma, words, starts in ((STEEP, "steep", STEEP_STARTS), (SHALLOW, "shallow", SHALLOW_STARTS)):
@@ -91,13 +96,13 @@ def phase():
     return portraits.phase_space(groups)
 
 
-def damping(rows):
+def damping(rows: list[Row]) -> "Figure":
     """Draw the time of the jam over the damping ratio, and the phase plane of the rod without damping."""
     d = TINY * RINGING
     return jam.damping(rows, solve(Scene(STEEP, (RINGING / d) ** 2, (0, 0, -1 / d), RINGS / d)))
 
 
-def jump(until=3):
+def jump(until: float = 3) -> "Figure":
     """Draw the jump from z < 0 for decreasing mu beside one that holds x."""
     paths = [solve(Scene(STEEP, mu, JUMP_START, until)) for mu in JUMP_MUS]
     return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, until))

@@ -1,10 +1,13 @@
 """What the command line tells of a mechanism: its contact, its paradox, its rigid motions, the jump through it."""
 
+from collections.abc import Iterable
 from importlib import import_module
+from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.described import Described
 from asympk.mechanics.jump import rebound
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described
@@ -12,7 +15,7 @@ from asympk.systems.catalogue import described
 _DAMPINGS = (0, 1)  # damping ratios for which the rebound is told
 
 
-def load(name):
+def load(name: str) -> Described:
     """Return the ``Described`` mechanism that is called so in the catalogue, or in a TOML file of this name."""
     if name.endswith(".toml"):
         from asympk.mechanics.described import read_mechanism
@@ -21,7 +24,7 @@ def load(name):
     return described(name)
 
 
-def changes(settings):
+def changes(settings: Iterable[str]) -> dict[str, Any]:
     """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for what is none."""
     found = {}
     for setting in settings:
@@ -32,13 +35,13 @@ def changes(settings):
     return found
 
 
-def catalogue_as_text():
+def catalogue_as_text() -> str:
     """Return the mechanisms of the catalogue, one a line."""
-    about = {name: import_module(f"asympk.systems.{name}").__doc__.partition("\n")[0] for name in MECHANISMS}
+    about = {name: str(import_module(f"asympk.systems.{name}").__doc__).partition("\n")[0] for name in MECHANISMS}
     return "\n".join(f"{name:16}{line}" for name, line in about.items())
 
 
-def mechanism_as_text(told):
+def mechanism_as_text(told: Described) -> str:
     """Return one screen about a ``Described`` mechanism."""
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in told.numbers.items())
     rigid = [*contact_lines(told), *_paradox(told), *motion_lines(told)]
@@ -46,7 +49,7 @@ def mechanism_as_text(told):
     return "\n".join(lines)
 
 
-def contact_lines(told):
+def contact_lines(told: Described) -> list[str]:
     """Return what the contact is at the numbers: its Delassus matrix and its free accelerations."""
     rod = told.mechanism
     G = [rod.evaluate(rod.delassus[i], told.numbers) for i in (0, 1, 3)]
@@ -88,14 +91,14 @@ def _least(rod, name, tied):
     return [f"least           friction {least.friction} where {where} = {least.where.rhs}"]
 
 
-def motion_lines(told):
+def motion_lines(told: Described) -> list[str]:
     """Return the line that tells the rigid motions at the numbers."""
     found = told.mechanism.motions(told.numbers)
     words = ", ".join(f"{name} with R = {_short(R)}" for name, R in found) or "none"
     return [f"rigid motions   {words}"]
 
 
-def jump_lines(told):
+def jump_lines(told: Described) -> list[str]:
     """Return what the jump does from the numbers, or that there is none."""
     rod = told.mechanism
     law = rod.jump_law()

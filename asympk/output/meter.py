@@ -2,7 +2,9 @@
 
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
+from typing import Self, TextIO
 
 DELAY = 2  # seconds before anything is shown
 REFRESH = 0.2  # seconds between two looks of a terminal's line
@@ -16,7 +18,9 @@ class Meter:
     clock is monotonic, so that setting the time of day changes nothing. As a context it tells by itself.
     """
 
-    def __init__(self, stream, total=None, log=False, clock=time.monotonic):
+    def __init__(
+        self, stream: TextIO, total: int | None = None, log: bool = False, clock: Callable[[], float] = time.monotonic
+    ):
         self._stream, self._total, self._clock = stream, total, clock
         self._live = stream.isatty()
         self._silent = not (self._live or log)
@@ -26,25 +30,25 @@ class Meter:
         self._lock, self._over = threading.Lock(), threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         if not self._silent:
             self._thread.start()
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self._over.set()
         if self._thread.is_alive():
             self._thread.join()
         self.tell("")
 
-    def tell(self, words):
+    def tell(self, words: str) -> None:
         """Say what the job is at; without words the line is cleared."""
         with self._lock:
             self._words = words
             if not words and self._shown:
                 self._show("")
 
-    def add(self, units, fresh=True):
+    def add(self, units: int, fresh: bool = True) -> None:
         """Count ``units`` more as done; those that are not ``fresh`` were there before and tell nothing of the rate."""
         with self._lock:
             self._done += units
@@ -52,7 +56,7 @@ class Meter:
                 self._known, self._begin = self._done, self._clock()
             self._words = "trajectories"
 
-    def tick(self):
+    def tick(self) -> None:
         """Show where the job is, if it is time to."""
         with self._lock:
             now = self._clock()
@@ -61,7 +65,7 @@ class Meter:
                 self._last = now
                 self._show(self.line(now))
 
-    def line(self, now):
+    def line(self, now: float) -> str:
         """Return what there is to tell at the time ``now``."""
         if self._total is None:
             return f"{self._words}, {duration(now - self._start)}"
@@ -83,7 +87,7 @@ class Meter:
             self._stream.flush()
 
 
-def duration(seconds):
+def duration(seconds: float) -> str:
     """Return a time in words: 7 s, 2 min 5 s, 3 h 20 min."""
     seconds = round(seconds)
     if seconds < 60:

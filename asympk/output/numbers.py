@@ -5,6 +5,7 @@ rows; macros from rows exist when the rows do.
 """
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from itertools import groupby
 from math import ceil, log10
 from pathlib import Path
@@ -16,13 +17,14 @@ from asympk.errors import InputError
 from asympk.ledger import claims
 from asympk.ledger.verdicts import VERDICTS
 from asympk.methods import solve
+from asympk.numbers import Number
 from asympk.output import chart, gallery
 from asympk.pictures import style
 from asympk.pictures.anymechanism import limit
 from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
-from asympk.storage.rows import read_rows
+from asympk.storage.rows import Row, read_rows
 from asympk.studies import anymechanism, collisions, convergence, damping, leastmap
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
@@ -36,7 +38,7 @@ MUS = tuple(f"1e-{k}" for k in range(1, 9))
 _LOAD, _FIRST, _SECOND = sp.Symbol("s", real=True), sp.Symbol("Lambda_1"), sp.Symbol("Lambda_2")
 
 
-def macros(root):
+def macros(root: Path) -> dict[str, str]:
     """Return all macros, name -> LaTeX, of the checkout ``root``."""
     kept = Path(root) / "paper" / "generated" / "rows"
     found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
@@ -49,7 +51,7 @@ def macros(root):
     return found
 
 
-def as_latex(found):
+def as_latex(found: Mapping[str, str]) -> str:
     """Return the macros as definitions; raises ``InputError`` for a name that is no macro name."""
     for name in found:
         if not (name.isascii() and name.isalpha()):
@@ -57,7 +59,7 @@ def as_latex(found):
     return "".join(f"\\newcommand{{\\{name}}}{{{value}}}\n" for name, value in sorted(found.items()))
 
 
-def power(value, digits=2):
+def power(value: Number, digits: int = 2) -> str:
     """Return a number as ``m \\times 10^k`` with so many significant digits, or 10^k where m is 1.
 
     >>> power(1.5331e-7), power(1e-8), power(0)
@@ -70,17 +72,17 @@ def power(value, digits=2):
     return rf"\ensuremath{{{front}10^{{{int(exponent)}}}}}"
 
 
-def decimal(value, places):
+def decimal(value: Number, places: int) -> str:
     """Return a number with so many decimal places."""
     return rf"\ensuremath{{{float(value):.{places}f}}}"
 
 
-def formula(expr):
+def formula(expr: sp.Basic) -> str:
     """Return an expression as inline LaTeX."""
     return rf"\ensuremath{{{sp.latex(expr)}}}"
 
 
-def counts():
+def counts() -> dict[str, str]:
     """Return how many claims there are, of which verdict, and how many checks they rest on."""
     found = claims()
     by = Counter(claim.verdict for claim in found)
@@ -88,7 +90,7 @@ def counts():
     return {"claimCount": str(len(found)), "checkCount": str(sum(len(c.evidence) for c in found)), **told}
 
 
-def formulas():
+def formulas() -> dict[str, str]:
     """Return the derived formulas: levels of planes and edges, the integral of all modes, the jump law."""
     names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
     levels = {f"load{names[name]}": formula(expr) for name, expr in level_formulas().items()}
@@ -97,7 +99,7 @@ def formulas():
     return {**levels, **cuts, "integral": formula(first_integral(pk.system()).expr), **jump_law(), **escape()}
 
 
-def jump_law():
+def jump_law() -> dict[str, str]:
     """Return the jump map from z < 0 for sigma0 = sigma, with Lambda_1 and Lambda_2 for its two logarithms."""
     jump = jump_map(pk.system(), order=1, start={pk.sigma: 1})
     landing, leaving = jump.events
@@ -119,7 +121,7 @@ def jump_law():
     return found | {"firstLog": formula(_shown(known[_FIRST])), "secondLog": formula(_shown(known[_SECOND]))}
 
 
-def escape():
+def escape() -> dict[str, str]:
     """Return the times to leave the divide from an offset delta to its load, and from one that is exp(-q/mu)."""
     found = divide(pk.system())
     above, below = found.escape_above, found.escape_below
@@ -144,7 +146,7 @@ def _by_powers(expr):
     )) + sp.collect(apart.subs({_FIRST: 0, _SECOND: 0}), (pk.z, _LOAD), sp.factor)
 
 
-def example():
+def example() -> dict[str, str]:
     """Return the events and the end of scene (ii), backward on a steep rod, at a small mu."""
     path = solve(Scene(1, EXAMPLE_MU, gallery.JUMP_START, 5))
     hit, leave = path.events
@@ -155,7 +157,7 @@ def example():
     }  # fmt: skip
 
 
-def accuracy():
+def accuracy() -> dict[str, str]:
     """Return a power of ten above the errors of the exact flow in doubles, over three scenes and eight values of mu."""
     worst = 0.0
     for start in SCENES:
@@ -168,7 +170,7 @@ def accuracy():
     return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": runs, "doublesLeastMu": power(1e-8)}
 
 
-def parameters():
+def parameters() -> dict[str, str]:
     """Return the parameters of the figures."""
     return {
         "phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}",
@@ -180,7 +182,7 @@ def parameters():
     }
 
 
-def of_convergence(rows):
+def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
     """Return how far error / first omitted term is from 1 at the least mu, from where on, and errors at sigma = 1."""
     found = {"convergenceLeastMu": power(least := min(row["mu"] for row in rows))}
     for order, name in ((0, "Zero"), (1, "One"), (2, "Two")):
@@ -198,7 +200,7 @@ def of_convergence(rows):
     return found
 
 
-def of_jump_law(rows):
+def of_jump_law(rows: Sequence[Row]) -> dict[str, str]:
     """Return down to which compliance the errors of the jump law were measured, and how sure their constants are."""
     several = [list(group) for _, group in groupby(rows, key=lambda row: row["mechanism"])]
     moved = max(abs(limit(group[:-1]) / limit(group) - 1) for group in several)
@@ -207,29 +209,29 @@ def of_jump_law(rows):
             "jumpLawLeast": power(min(sizes)), "jumpLawMost": power(max(sizes))}  # fmt: skip
 
 
-def of_rebound(rows):
+def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
     """Return how stiff the contact was that was followed, and how far its rebound is from the formula at most."""
     away = max(abs(row["followed"] / row["law"] - 1) for row in rows if row["followed"] is not None)
     return {"reboundStiff": power(anymechanism.STIFF), "reboundWorst": power(away, 1)}
 
 
-def of_peer(rows):
+def of_peer(rows: Sequence[Row]) -> dict[str, str]:
     """Return what the affine flow costs in units of the rod's kernel, and LSODA in units of the affine flow."""
-    found = {}
+    found: dict[str, str] = {}
     for name, column in (("", "affine"), ("Lsoda", "lsoda")):
         ratios = [row[column] for row in rows]
         found |= {f"peer{name}Least": rounded(min(ratios)), f"peer{name}Most": rounded(max(ratios))}
     return found
 
 
-def of_collisions(rows):
+def of_collisions(rows: Sequence[Row]) -> dict[str, str]:
     """Return how many starts were followed, and the most stops for small and for large mu."""
     small, large = (max(r["count"] for r in rows if r["mu"] == mu) for mu in collisions.MUS)
     names = {"collisionMuSmall": power(collisions.MUS[0]), "collisionMuLarge": f"{collisions.MUS[1]:g}"}
     return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large), **names}
 
 
-def of_least(rows):
+def of_least(rows: Sequence[Row]) -> dict[str, str]:
     """Return the atlas's parameters, and up to which mu the lowest models do for every velocity drawn."""
     found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}",
              "leastLoad": rf"\ensuremath{{{leastmap.START[1]:g}}}"}
@@ -240,7 +242,7 @@ def of_least(rows):
     return found
 
 
-def of_damping(rows):
+def of_damping(rows: Sequence[Row]) -> dict[str, str]:
     """Return how near the times of the jam are to their laws, and what the undamped rod loses in a period."""
     ratio = [row for row in rows if row["part"] == "ratio"]
     least = min(row["epsilon"] for row in ratio)
@@ -261,7 +263,7 @@ def of_damping(rows):
     }
 
 
-def of_work(rows, scene="ii", accuracy=1e-5):
+def of_work(rows: Sequence[Row], scene: str = "ii", accuracy: float = 1e-5) -> dict[str, str]:
     """Return what accuracy costs on one scene at either end of the chart, and what became of some methods' runs."""
     here = [row for row in rows if row["scene"] == scene]
     mus = sorted({row["mu"] for row in here})
@@ -303,7 +305,7 @@ def _names(rows):
     return listed([style.line(method)["label"] for method in dict.fromkeys(row["method"] for row in rows)])
 
 
-def of_plane(rows):
+def of_plane(rows: Sequence[Row]) -> dict[str, str]:
     """Return how many runs of integrators beside the unstable plane end on the wrong side, and of which methods."""
     rows = [row for row in rows if row["method"] != "exact"]
     wrong = [row for row in rows if outcome(row["status"]) == "wrong branch"]
@@ -317,7 +319,7 @@ def of_plane(rows):
     }  # fmt: skip
 
 
-def of_nonlinear(rows, kappa=1):
+def of_nonlinear(rows: Sequence[Row], kappa: float = 1) -> dict[str, str]:
     """Return what the small-angle models miss of the rod with its geometry kept, at the least mu, and at most kappa."""
     least, large = min(row["mu"] for row in rows if row["kappa"] == kappa), max(row["kappa"] for row in rows)
     found = {"nonlinearMu": power(least), "nonlinearLarge": f"{large:g}", "nonlinearTolerance": power(ALONGSIDE)}
@@ -328,11 +330,11 @@ def of_nonlinear(rows, kappa=1):
     return found
 
 
-def rounded(ratio):
+def rounded(ratio: float) -> str:
     """Return a ratio of times with two significant digits, as they are worth no more."""
     return f"{float(f'{ratio:.2g}'):g}"
 
 
-def listed(names):
+def listed(names: Sequence[str]) -> str:
     """Join names as a sentence does."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"

@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 from asympk.errors import InputError, UnknownName
@@ -25,7 +26,7 @@ DOCUMENTS = ("main", "supplement")
 MOST_RUNS = 6
 
 
-def build(root, progress=None):
+def build(root: Path, progress: Callable[[str], None] | None = None) -> list[str]:
     """Write all that the paper is made of, and the PDF where latexmk is installed; return a line for each outcome.
 
     Rows that exist are kept. Raises ``InputError`` with the first complaint of TeX when the paper does not compile.
@@ -42,7 +43,7 @@ def build(root, progress=None):
     return [*lines, *(f"wrote {typeset(root / 'paper', name)}" for name in DOCUMENTS)]
 
 
-def draw(root, name):
+def draw(root: Path, name: str) -> list[Path]:
     """Draw one picture as PDF and SVG under paper/generated/figures; return the files.
 
     Raises ``UnknownName`` for a picture that does not exist or whose rows are not there.
@@ -55,7 +56,7 @@ def draw(root, name):
     return [save(figure, out / f"{name}.{kind}") for kind in ("pdf", "svg")]
 
 
-def write_rows(out, tell):
+def write_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:
     """Compute the rows that the paper's own figures need and that are not there; return the files written."""
     written = []
     for name, write in ROWS.items():
@@ -65,7 +66,7 @@ def write_rows(out, tell):
     return written
 
 
-def write_figures(root, tell):
+def write_figures(root: Path, tell: Callable[[str], None]) -> list[Path]:
     """Draw every picture as PDF for the paper, those of the README as SVG as well; return the files."""
     logging.getLogger("fontTools").setLevel(logging.ERROR)  # it remarks on the age of matplotlib's fonts
     out, written = root / "paper" / "generated" / "figures", []
@@ -77,7 +78,7 @@ def write_figures(root, tell):
     return written
 
 
-def typeset(paper, name="main"):
+def typeset(paper: Path, name: str = "main") -> Path:
     """Run latexmk in ``paper`` on ``name``.tex and return the PDF, whose bytes depend on what it is made of alone.
 
     Latexmk knows files by their size and second: it misses labels that change within one. So it runs again while the
@@ -96,12 +97,12 @@ def typeset(paper, name="main"):
     raise InputError(f"{source}: labels still change after {MOST_RUNS} runs; see {log}")
 
 
-def asks_to_run_again(log):
+def asks_to_run_again(log: str) -> bool:
     """Return whether LaTeX or a package says in ``log`` that what it wrote differs from what it read."""
     return bool(re.search(r"Warning:.*\n?.*Rerun to get", log))
 
 
-def first_complaint(log):
+def first_complaint(log: str) -> str:
     """Return TeX's first error with the line it names, or the last line of the log."""
     found = re.search(r"^! (.+?)$(?:.*?^(l\.\d+.*?)$)?", log, re.MULTILINE | re.DOTALL)
     lines = [part.strip() for part in found.groups() if part] if found else log.strip().splitlines()[-1:]

@@ -2,6 +2,7 @@
 
 import json
 import runpy
+from collections.abc import Callable
 from pathlib import Path
 
 import sympy as sp
@@ -10,7 +11,7 @@ from asympk.errors import InputError
 from asympk.storage.files import write_text
 
 
-def project(root):
+def project(root: str | Path) -> Path:
     """Return the checkout's directory; raises ``InputError`` where it has no derivations."""
     root = Path(root)
     if not (root / "derivations").is_dir():
@@ -21,7 +22,7 @@ def project(root):
     return root
 
 
-def derive(root, progress=None):
+def derive(root: Path, progress: Callable[[str], None] | None = None) -> list[Path]:
     """Run every derivation and write its results as LaTeX, JSON and srepr; return the files written."""
     root = project(root)
     out = root / "paper" / "generated" / "derivations"
@@ -68,7 +69,7 @@ def _symbolic(value):
     return sp.Symbol(value) if isinstance(value, str) else sp.sympify(value, strict=True)
 
 
-def write_tables(root):
+def write_tables(root: Path) -> list[Path]:
     """Write every table as LaTeX and CSV under paper/generated/tables; return the files written.
 
     Tables of what was computed are made where the rows are kept.
@@ -84,7 +85,7 @@ def write_tables(root):
     return written
 
 
-def everything(root, progress=None):
+def everything(root: Path, progress: Callable[[str], None] | None = None) -> int:
     """Regenerate derivations, claims and tables, print a summary, and return 1 when a claim is not settled."""
     from asympk.ledger import claims
     from asympk.output.terminal import claims_as_json, exit_status, summary

@@ -1,13 +1,15 @@
 """The paper's tables of what was computed: pure functions of rows, made where the rows are kept."""
 
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
 from asympk.output.chart import method_table
 from asympk.output.gallery import MECHANISM_NAMES
 from asympk.output.tabular import Cell, Table, words
-from asympk.storage.rows import read_rows
+from asympk.storage.rows import Row, read_rows
 from asympk.studies.convergence import groups, monotone_from
 from asympk.studies.damping import BORDER
 from asympk.studies.divide import MUS, OFFSETS
@@ -15,24 +17,27 @@ from asympk.studies.divide import MUS, OFFSETS
 SHOWN = (1e-4, 1e-8, 1e-12)
 
 
-def tables_from_rows(root):
+def tables_from_rows(root: Path) -> dict[str, Callable[[], Table]]:
     """Return the tables that can be made in the checkout ``root``, name -> thunk."""
     kept = Path(root) / "paper" / "generated" / "rows"
     made = {"methods": ("work", method_table), "convergence": ("convergence", convergence_table),
             "escape": ("escape", escape_table), "decreasing": ("decreasing", decreasing_table),
             "damping": ("damping", damping_table), "mechanisms": ("mechanisms", mechanisms_table)}  # fmt: skip
     files = {name: (kept / f"{stem}.csv", make) for name, (stem, make) in made.items()}
-    return {name: lambda file=file, make=make: make(read_rows(file))
-            for name, (file, make) in files.items() if file.is_file()}  # fmt: skip
+    return {name: partial(_read_and_made, file, make) for name, (file, make) in files.items() if file.is_file()}
 
 
-def convergence_table(rows):
+def _read_and_made(file, make):
+    return make(read_rows(file))
+
+
+def convergence_table(rows: Sequence[Row]) -> Table:
     r"""For every expansion, sigma and order the largest |error/(first omitted term) - 1| at some mu.
 
     The largest is over x, z and the times of the events; with it the mu from which on all of them are monotone.
     """
     orders = sorted({row["order"] for row in rows})
-    found = {}
+    found: dict[tuple, dict[int, list]] = {}
     for group in groups(rows):
         key = group[0]["expansion"], group[0]["sigma"]
         found.setdefault(key, {n: [] for n in orders})[group[0]["order"]].append(group)
@@ -41,7 +46,7 @@ def convergence_table(rows):
         cells = [cell for n in orders for cell in _closeness(by_order[n])]
         body.append((words(expansion) if expansion != last else Cell("", expansion), _ratio(sigma), *cells))
         last = expansion
-    header = ("expansion", r"$\sigma$")
+    header: tuple = ("expansion", r"$\sigma$")
     for n in orders:
         for mu in SHOWN:
             front = f"{n}: " if mu == SHOWN[0] else ""
@@ -57,7 +62,7 @@ def _closeness(several):
     return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${_scale(since)}$", _bare(since))]
 
 
-def decreasing_table(rows):
+def decreasing_table(rows: Sequence[Row]) -> Table:
     """For every system and order the error over its measure at some mu, and the state that is the most wrong."""
     mus = (1e-2, 1e-3, 1e-4)
     body, last = [], None
@@ -71,18 +76,18 @@ def decreasing_table(rows):
     return Table("decreasing", "lllrrr", header, tuple(body))
 
 
-def escape_table(rows):
+def escape_table(rows: Sequence[Row]) -> Table:
     """How long starts near the divide stay, and which of the rigid motions they take, for one mu beside the other."""
     body, last = [], None
-    for sigma, several in groupby(rows, key=lambda row: row["sigma"]):
-        several = list(several)
+    for sigma, group in groupby(rows, key=lambda row: row["sigma"]):
+        several = list(group)
         for offset in OFFSETS:
             by_mu = {row["mu"]: row for row in several if row["offset"] == offset}
             cells = [cell for mu in MUS for cell in _escape(by_mu[float(mu)])]
             ratio = _ratio(str(Fraction(sigma)))
             body.append((ratio if sigma != last else Cell("", ratio.text), _power(offset), *cells))
             last = sigma
-    header = (r"$\sigma$", r"$\delta$")
+    header: tuple = (r"$\sigma$", r"$\delta$")
     for mu in MUS:
         at = f" at mu = {_bare(float(mu))}"
         header += (Cell(rf"$T$ at $\mu={_scale(float(mu))}$", f"T{at}"),
@@ -90,7 +95,7 @@ def escape_table(rows):
     return Table("escape", "ll" + "lll" * len(MUS), header, tuple(body))
 
 
-def mechanisms_table(rows):
+def mechanisms_table(rows: Sequence[Row]) -> Table:
     """The catalogue: critical friction, impulses over the sliding velocity, and the friction of the examples.
 
     Mechanisms that have the same formulas share a line.
@@ -106,13 +111,13 @@ def mechanisms_table(rows):
     return Table("mechanisms", ">{\\raggedright}p{1.0in}lllrr", header, tuple(body))
 
 
-def damping_table(rows):
+def damping_table(rows: Sequence[Row]) -> Table:
     """How often the mass comes to rest and how long it is jammed over the law, for damping from none to Fufaev's."""
     body = []
     for damping, law, chosen in _dampings(rows):
         cells = [cell for row in chosen for cell in (str(row["sticks"]), f"{row['jam'] / row['law']:.4f}")]
         body.append((damping, Cell(f"${law}$", law), *cells))
-    header = ("damping", "$T$ to leading order")
+    header: tuple = ("damping", "$T$ to leading order")
     for epsilon in sorted({row["epsilon"] for row in rows if row["part"] == "ratio"}, reverse=True):
         at = f" at epsilon = {_bare(epsilon)}"
         header += (Cell(rf"$\varepsilon={_scale(epsilon)}$", f"times at rest{at}"), Cell("$T$/law", f"T over law{at}"))

@@ -6,7 +6,7 @@ from asympk.ledger import claims
 from asympk.output.tabular import Cell, Table, union_of, values_of, words
 from asympk.symbolic.manifold import rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes
-from asympk.symbolic.stability import eigenvalues
+from asympk.symbolic.stability import Eigenvalues, eigenvalues
 from asympk.systems import painleve_klein as pk
 
 _MODE = {
@@ -17,13 +17,13 @@ _MODE = {
 _S = sp.Symbol("s", real=True)
 
 
-def groups_table():
+def groups_table() -> Table:
     """Nondimensional groups of section 2 with their definitions in physical quantities."""
     rows = tuple((group.meaning, group.symbol, group.definition) for group in pk.groups())
     return Table("groups", "lcl", ("quantity", "symbol", "definition"), rows)
 
 
-def modes_table():
+def modes_table() -> Table:
     r"""The right-hand sides mu y' and z' of every mode in terms of s = x + y; x' = y in all."""
     rows = tuple((_MODE[mode.name], _of_load(mode.fast[pk.y]), _of_load(mode.slow[pk.z])) for mode in pk.system().modes)
     return Table("modes", "lll", ("mode", Cell(r"$\mu \dot y$", "mu y'"), Cell(r"$\dot z$", "z'")), rows)
@@ -45,7 +45,7 @@ def _linear(rest, sign, size, form, times):
     return f"{front}{'' if size == 1 else factor + times}{form(_S)}"
 
 
-def manifolds_table():
+def manifolds_table() -> Table:
     """Slow manifolds by range of sigma: place, stability, first term in mu, and the acceleration on them."""
     planes = {plane.name: plane for plane in slow_manifolds(pk.system(), order=1)}
     rows = [_manifold_row(planes["Pi1"], "all", regimes(pk.system())[0].passages[0])]
@@ -72,14 +72,15 @@ def _place(passage):
     return f"$z {'>' if passage.side > 0 else '<'} 0$", "attracts" if passage.stable else "repels"
 
 
-def eigenvalues_table():
+def eigenvalues_table() -> Table:
     """Exact slow and fast eigenvalues of every mode, and the mu at which node turns to focus."""
-    rows = tuple((_MODE[s.mode], s.slow, s.fast, s.coalescence) for s in eigenvalues(pk.system()))
+    spectra = (s for s in eigenvalues(pk.system()) if isinstance(s, Eigenvalues))
+    rows = tuple((_MODE[s.mode], s.slow, s.fast, s.coalescence) for s in spectra)
     header = ("mode", "slow eigenvalue", "fast eigenvalue", r"node to focus at $\mu$")
     return Table("eigenvalues", "llll", header, rows)
 
 
-def regimes_table():
+def regimes_table() -> Table:
     """The ranges of sigma between thresholds: stick region, and what Pi2 is and where its motions meet z = 0."""
     rows = tuple(_regime_row(regime) for regime in regimes(pk.system()))
     header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"its motions meet $z = 0$ in")
@@ -97,7 +98,7 @@ def _regime_row(regime):
     )
 
 
-def claims_table():
+def claims_table() -> Table:
     """The ledger: every claim of the paper with its verdict, and what holds where it is not a plain confirmation."""
     rows = []
     for claim in claims():

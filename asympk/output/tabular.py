@@ -3,12 +3,15 @@
 import csv
 import io
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import sympy as sp
 
 from asympk.storage.files import write_text
+from asympk.symbolic.regions import Span
 
 _SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}",
             "\\": r"\textbackslash{}", "~": r"\~{}"}  # fmt: skip
@@ -48,31 +51,31 @@ class Table:
     rows: tuple[tuple[Any, ...], ...]
 
 
-def latex(table):
+def latex(table: Table) -> str:
     """Return the table as a booktabs ``tabular``."""
     lines = [rf"\begin{{tabular}}{{{table.align}}}", r"\toprule", _line(table.header), r"\midrule"]
     lines += [_line(row) for row in table.rows]
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
-def plain(table):
+def plain(table: Table) -> list[list[str]]:
     """Return the header and the rows as lists of plain strings."""
     return [[as_cell(cell).text for cell in row] for row in (table.header, *table.rows)]
 
 
-def text(table):
+def text(table: Table) -> str:
     """Return the table as CSV."""
     buffer = io.StringIO()
     csv.writer(buffer, lineterminator="\n").writerows(plain(table))
     return buffer.getvalue()
 
 
-def write_table(table, out):
+def write_table(table: Table, out: Path) -> list[Path]:
     """Write the table into the directory ``out`` as ``name``.tex and ``name``.csv; return the files."""
     return [write_text(out / f"{table.name}{end}", dress(table)) for end, dress in ((".tex", latex), (".csv", text))]
 
 
-def words(sentence):
+def words(sentence: str) -> Cell:
     """Make a cell of plain words; symbols, relations and numbers in them become formulas in LaTeX."""
     return Cell(_JOINT.sub(r"\1", _PIECE.sub(_typeset, sentence)), sentence)
 
@@ -93,7 +96,7 @@ def _formula(found):
     return (found["sign"] or "") + name + (f"_{index}" if index else "") + (found["primes"] or "")
 
 
-def values_of(symbol, values):
+def values_of(symbol: sp.Symbol, values: sp.Set) -> Cell:
     """Make a cell that says in which interval, or at which value, a parameter lies."""
     name = sp.latex(symbol)
     if values.is_FiniteSet:
@@ -107,7 +110,7 @@ def values_of(symbol, values):
     return Cell(f"${left[0]}{name}{right[0]}$".replace("<=", r"\le"), f"{left[1]}{symbol}{right[1]}")
 
 
-def union_of(spans, at):
+def union_of(spans: Iterable[Span], at: Mapping[sp.Symbol, sp.Expr]) -> Cell:
     """Make a cell of a union of spans with symbols replaced as in ``at``."""
     sets = [span.as_set().subs(at) for span in spans]
     typeset = r" \cup ".join(map(sp.latex, sets)) or r"\varnothing"
@@ -123,7 +126,7 @@ def _line(cells):
     return " & ".join(as_cell(cell).latex for cell in cells) + r" \\"
 
 
-def as_cell(content):
+def as_cell(content: Any) -> Cell:
     """Return what a table holds at one place, a ``Cell``, a SymPy object or a string in LaTeX, as a ``Cell``."""
     if isinstance(content, Cell):
         return content

@@ -2,10 +2,19 @@
 
 import json
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from math import prod
 from textwrap import wrap
+from typing import TYPE_CHECKING
 
 from asympk.ledger.verdicts import VERDICTS
+from asympk.path import Path
+
+if TYPE_CHECKING:
+    from asympk.certify.certificates import Certificate
+    from asympk.certify.proofs import Proof
+    from asympk.ledger.verdicts import Claim
+    from asympk.studies.least import Ladder
 
 _WIDTH = 110
 NEXT = (
@@ -15,7 +24,7 @@ NEXT = (
 )
 
 
-def path_as_json(path, digits=None):
+def path_as_json(path: Path, digits: int | None = None) -> str:
     """Return a path as JSON: final, events, modes, model; with ``digits`` numbers are strings of that many digits."""
     events = [
         {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state]}
@@ -32,7 +41,7 @@ def path_as_json(path, digits=None):
     return json.dumps(told, indent=2)
 
 
-def path_as_text(path, digits=None):
+def path_as_text(path: Path, digits: int | None = None) -> str:
     """Return a path as a table of modes with the time and state at which each begins, and the final state.
 
     With ``digits`` the final state follows in full.
@@ -48,7 +57,7 @@ def path_as_text(path, digits=None):
     return "\n".join(lines)
 
 
-def scenes_as_text(names):
+def scenes_as_text(names: Iterable[str]) -> str:
     """Return a line on each of the scenes that ship."""
     from asympk.scenes.scenefile import about
 
@@ -68,12 +77,12 @@ def _plain(value, digits):
     return mpmath.nstr(value, digits, strip_zeros=True)
 
 
-def ladder_as_json(ladder):
+def ladder_as_json(ladder: "Ladder") -> str:
     """Return a ladder of models as JSON: model, predicted, rtol, rungs."""
     return json.dumps(ladder.as_dict(), indent=2)
 
 
-def ladder_as_text(ladder):
+def ladder_as_text(ladder: "Ladder") -> str:
     """Return a ladder of models as a table, lowest rung first, with an arrow at the least model that will do."""
     lines = [f"   {'model':<8}{'predicted':>11}{'measured':>11}{'time/exact':>12}"]
     for rung in ladder.rungs:
@@ -86,7 +95,7 @@ def ladder_as_text(ladder):
     return "\n".join([*lines, f"least model for an error below {ladder.rtol:g} at until: {ladder.model}"])
 
 
-def certificates_as_text(found, digits):
+def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
     """Return certificates as text: one in full, those of the pieces of a box counted by what they prove."""
     if len(found) == 1:
         return _certificate_as_text(found[0], digits)
@@ -107,7 +116,7 @@ def _hull(balls):
     return whole
 
 
-def covered(found):
+def covered(found: "Sequence[Certificate]") -> float:
     """Return the proven part of the volume of a box, cut into pieces."""
     sizes = [prod(high - low for low, high in piece.box.values() if high > low) for piece in found]
     return float(sum(size for size, piece in zip(sizes, found, strict=True) if piece.proven) / sum(sizes))
@@ -126,7 +135,7 @@ def _balls(names, values, digits):
     return [f"    {name} = {value.str(digits)}" for name, value in zip(names, values, strict=True)]
 
 
-def certificates_as_json(found, digits):
+def certificates_as_json(found: "Sequence[Certificate]", digits: int) -> str:
     """Return certificates as a list in JSON; a ball is a string "[middle +/- radius]"."""
     return json.dumps([_certificate_as_dict(one, digits) for one in found], indent=1)
 
@@ -141,7 +150,7 @@ def _certificate_as_dict(one, digits):
             "bits": one.bits, "box": box}  # fmt: skip
 
 
-def proofs_as_text(found):
+def proofs_as_text(found: "Iterable[Proof]") -> str:
     """Return a line on each inequality that was to be proven, with its box."""
     lines = []
     for proof in found:
@@ -156,12 +165,12 @@ def _decimal(value):
     return f"{float(value):.7g}"
 
 
-def claims_as_json(found):
+def claims_as_json(found: "Sequence[Claim]") -> str:
     """Return claims with all their evidence as JSON."""
     return json.dumps([claim.as_dict() for claim in found], indent=1, ensure_ascii=False) + "\n"
 
 
-def print_claims(found, as_json, evidence):
+def print_claims(found: "Sequence[Claim]", as_json: bool, evidence: bool) -> int:
     """Print claims, a line each or with their ``evidence``; return 1 when one is not settled."""
     if as_json:
         print(claims_as_json(found), end="")
@@ -172,7 +181,7 @@ def print_claims(found, as_json, evidence):
     return exit_status(found)
 
 
-def exit_status(found):
+def exit_status(found: "Sequence[Claim]") -> int:
     """Return 0, or 1 when a claim is not settled."""
     return 0 if all(claim.verdict in VERDICTS for claim in found) else 1
 
@@ -194,7 +203,7 @@ def _with_evidence(claim):
     return "\n".join(lines)
 
 
-def summary(found, files):
+def summary(found: "Sequence[Claim]", files: int) -> str:
     """Return the screen a person reads: what the paper claims, what holds, what was found beyond it."""
     counts = Counter(claim.verdict for claim in found)
     checks = [check for claim in found for check in claim.evidence]

@@ -211,7 +211,7 @@ def _touch(one, other, scale):
                for a, b, near, span in zip(one[:2], other[:2], NEAR, scale, strict=True))
 
 
-def cheapest(rows: Iterable[Row], accuracy: float) -> dict[float, float | None]:
+def cheapest(rows: Iterable[Row], accuracy: float) -> dict[float, Any]:
     """Return {mu: least ratio among the runs with an error below ``accuracy``, or None}."""
     found = {}
     for mu, group in groupby(sorted(rows, key=lambda r: r["mu"]), key=lambda r: r["mu"]):
