@@ -194,8 +194,9 @@ def _load_at_stop(mu):
     "the line is x = 1/(sigma + 4), y = 0; 1/5 is that of sigma = 1, which is steep: a misprint or a misreading",
 )
 def line_of_the_shallow_rod() -> Iterator[Check]:
-    rest: Any = rest_state(slow_manifolds(pk.system(), order=0)[0])
-    at = sp.solve(rest.state[pk.x] - sp.Rational(1, 5), pk.sigma)
+    at_rest: Any = rest_state(slow_manifolds(pk.system(), order=0)[0])
+    rest = at_rest.state[pk.x]
+    at = sp.solve(rest - sp.Rational(1, 5), pk.sigma)
     yield symbolic("1/(sigma + 4) = 1/5 for some -2 < sigma < 0", any(-2 < value < 0 for value in at), at)
     ends = {sigma: follow((1, 2, 1), MUS[0], 200, sigma).final[0] for sigma in (-1, Fraction(-3, 2))}
     away = {sigma: end - 1 / number(Fraction(sigma) + 4) for sigma, end in ends.items()}
