@@ -26,8 +26,10 @@ from asympk.scenes.scenefile import require
 from asympk.scenes.systemfile import system_of
 from asympk.sweep.family import Followed, listed, require_time
 from asympk.sweep.itineraries import Alphabet
+from asympk.sweep.rods import Rod
 from asympk.symbolic.system import System
 from asympk.symbolic.values import by_symbol
+from asympk.systems.kernels import is_rod
 
 if TYPE_CHECKING:
     from asympk.sweep.sweepfile import Axis
@@ -114,10 +116,14 @@ class Systems:
 
     def chunk(self, axes: "Mapping[str, Axis]") -> int:
         """Return how many trajectories make a chunk: fewer where each takes longer."""
+        if is_rod(self.system):
+            return Rod().chunk(axes)
         return CHUNK if affine(self.system) and not any(axes[name].random for name in self.parameters) else FEW
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Return what becomes of trajectories."""
+        if is_rod(self.system):
+            return Rod().follow(columns, size, itineraries)
         columns = {name: np.broadcast_to(values, (size,)) for name, values in columns.items()}
         values, start = ({name: columns[name] for name in names} for names in (self.parameters, self.states))
         if affine(self.system):

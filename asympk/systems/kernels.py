@@ -43,12 +43,17 @@ KERNELS = (
 ROD = KERNELS[0]
 
 
+def is_rod(system: Any) -> bool:
+    """Tell whether a ``System`` is the Painlevé-Klein rod's."""
+    names = ("mu", "sigma", "sigma0")
+    return tuple(s.name for s in system.parameters) == names and system == _system(ROD.system)
+
+
 def kernel_scene(scene: Any) -> Scene | None:
     """Return ``scene`` as one of the Painlevé-Klein rod, where its system is the rod's; else None."""
     if scene.system is None:
         return scene
-    names = ("mu", "sigma", "sigma0")
-    if tuple(s.name for s in scene.system.parameters) != names or scene.system != _system(ROD.system):
+    if not is_rod(scene.system):
         return None
     mu, sigma, sigma0 = scene.values
     return Scene(sigma, mu, scene.start, scene.until, sigma0, scene.name)

@@ -166,6 +166,21 @@ def test_every_row_over_a_nonlinear_system_is_what_solve_says(tmp_path):
     _agree(sweep, _whole(tmp_path), rel=1e-15)
 
 
+def test_the_rod_by_its_name_is_swept_over_by_its_kernel(tmp_path):
+    settings, values = "until = 3\ncount = 40\nseed = 3\n", "mu = 1e-3\nsigma = [-1, 1]\nsigma0 = 1\n"
+    drawn = "{ uniform = [-1, 1] }"
+    texts = {
+        "own": f"{settings}{values}start = [{drawn}, 0.2, -1]\n",
+        "named": f'{settings}system = "painleve_klein"\n[values]\n{values}[start]\nx = {drawn}\ny = 0.2\nz = -1\n',
+    }
+    for name, text in texts.items():
+        run(parse_sweep(text), tmp_path / name)
+    own, named = (_whole(tmp_path / name) for name in texts)
+    assert len(own["x"]) == 80
+    for field in own.keys() - {"provenance"}:
+        assert np.array_equal(own[field], named[field]), field
+
+
 def test_a_smooth_system_has_one_itinerary(tmp_path):
     sweep = parse_sweep('until = 1\n[system.slow]\nx = "v"\nv = "(1 - x^2)*v - x"\n[start]\nx = [0, 1]\nv = 1\n')
     run(sweep, tmp_path)

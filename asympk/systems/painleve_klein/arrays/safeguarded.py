@@ -182,9 +182,9 @@ class _Flight:
 
 def edges(sigma0, s):
     """Return the edges (near zero, far from zero) of the static cone's part on the side of s, or inf."""
-    lower = np.where(sigma0 == -1, np.inf, other_edge(sigma0))
-    left = np.where(sigma0 > -1, lower, -np.inf)
-    return np.where(s < 0, left, positive_edge(sigma0)), np.where((s > 0) & (sigma0 < -1), lower, np.inf)
+    other = np.where(sigma0 == -1, np.inf, other_edge(sigma0))
+    near = np.where(s < 0, np.where(other < 0, other, -np.inf), positive_edge(sigma0))
+    return near, np.where((s > 0) & (other > 0), other, np.inf)
 
 
 def _sticks(sigma0, s):

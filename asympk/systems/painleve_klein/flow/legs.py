@@ -30,8 +30,8 @@ class Flow:
         self._modes = {}
         other = other_edge(sigma0) if sigma0 != -1 else None
         self._edges = {
-            1: (positive_edge(sigma0), other if sigma0 < -1 else None),
-            -1: (other if sigma0 > -1 else None, None),
+            1: (positive_edge(sigma0), other if other and other > 0 else None),
+            -1: (other if other and other < 0 else None, None),
         }
 
     def load(self, name):
