@@ -2,6 +2,7 @@
 
 import sympy as sp
 
+from asympk.asymptotics.jump import jump_map
 from asympk.ledger import claims
 from asympk.output.tabular import Cell, Table, union_of, values_of, words
 from asympk.symbolic.manifold import rest_state, slow_manifolds
@@ -83,8 +84,9 @@ def eigenvalues_table() -> Table:
 def regimes_table() -> Table:
     """The ranges of sigma between thresholds: stick region, and what Pi2 is and where its motions meet z = 0."""
     rows = tuple(_regime_row(regime) for regime in regimes(pk.system()))
-    header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"its motions meet $z = 0$ in")
-    return Table("regimes", "llll", header, rows)
+    header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"its motions meet $z = 0$ in",
+              Cell(r"from $z < 0$, as $\mu \to 0$", "from z < 0 as mu -> 0"))  # fmt: skip
+    return Table("regimes", "lllll", header, rows)
 
 
 def _regime_row(regime):
@@ -95,7 +97,21 @@ def _regime_row(regime):
         union_of(regime.stick, {pk.sigma0: pk.sigma}),
         ", ".join(_place(second)) if second.side else "does not exist",
         reached[second.meets],
+        _from_below(second.side),
     )
+
+
+def _from_below(side):
+    """Make a cell of what a start in z < 0 does: the slow motion on Pi2, or the jump x -> x - z and the time it takes.
+
+    At sigma = 0 nothing grows by itself: mu y' = 1 and z' = 1 + s bring z to 0 after sqrt(-2 mu z).
+    """
+    if side < 0:
+        return Cell(r"to $\Pi_2$ and along it", "to Pi_2 and along it")
+    if not side:
+        return Cell(r"jumps in $\sqrt{-2\mu z}$", "jumps in sqrt(-2 mu z)")
+    time = sp.expand(jump_map(pk.system(), order=1, start={pk.sigma: 1}).events[1].t.coefficient(1, 1))
+    return Cell(rf"jumps in $({sp.latex(time)})\,\mu L$", f"jumps in ({time}) mu log(1/mu)")
 
 
 def claims_table() -> Table:

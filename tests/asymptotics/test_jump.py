@@ -366,3 +366,15 @@ def test_a_force_with_any_coefficient_in_the_velocity_leaves_the_cone_by_the_dri
     for found, expected in ((theirs.x, ours.x), (3 * theirs.z.expr, ours.z.expr)):
         found, expected = (getattr(e, "expr", e) for e in (found, expected))
         assert abs((found.subs(z, sp.Rational(-1, 3)) - expected.subs(z, -1)).subs(at).evalf(30)) < 1e-20
+
+
+def test_at_sigma_0_the_jump_takes_the_root_of_mu_and_so_does_its_error():
+    """The stop comes after sqrt(-2 mu z), x ends at x - z; what is left of both goes like sqrt(mu)."""
+    late, moved = [], []
+    for mu in (1e-4, 1e-6, 1e-8):
+        stop, leave = ap.solve(ap.Scene(sigma=0, mu=mu, start=(0, 0.2, -1), until=1)).events
+        late.append((stop.t / np.sqrt(2 * mu) - 1) / np.sqrt(mu))
+        moved.append((leave.x - 1) / np.sqrt(mu))
+    for found in (late, moved):
+        assert abs(found[2] - found[1]) < 0.2 * abs(found[1] - found[0])
+        assert 0.1 < abs(found[2]) < 2
