@@ -11,7 +11,7 @@ from asympk.numbers import Number, number
 from asympk.path import ClosedForm
 
 
-class Dense(ClosedForm):
+class AffineDense(ClosedForm):
     """The state of a solved scene as a function of time."""
 
     __slots__ = ()

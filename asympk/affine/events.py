@@ -23,7 +23,7 @@ from asympk.numbers import Number
 
 if TYPE_CHECKING:
     from asympk.affine.mesh import Mesh
-    from asympk.affine.mode import Segment
+    from asympk.affine.mode import ClosedSegment
 
 _CUTS = (0.5, 0.375, 0.625, 0.25, 0.75, 0.125, 0.875, 0.03125, 0.96875)
 _MOST_STEPS = 200
@@ -34,7 +34,7 @@ _REACH = 16  # times of the fastest part, and less where that is too long
 _PATIENCE = 8  # steps before the dearer bounds are taken
 
 
-class Point(NamedTuple):
+class GuardValues(NamedTuple):
     """All guards at one time: values, slopes, and how far each may be wrong."""
 
     t: Any
@@ -53,7 +53,7 @@ def first_root(guards: "Guards", until: Number, mesh: "Mesh") -> tuple[Number, t
     for lo, hi, falling in guards.suspects(mesh, until):
         if done is None or hi > done.t:
             if falling is not None and (done is None or done.t <= lo):
-                return root(guards, falling, lo, hi, (lo + hi) / 2), (falling,)
+                return guard_root(guards, falling, lo, hi, (lo + hi) / 2), (falling,)
             found, done = _isolated(guards, lo if done is None or lo > done.t else done, hi, until)
             if found:
                 return found
@@ -63,7 +63,7 @@ def first_root(guards: "Guards", until: Number, mesh: "Mesh") -> tuple[Number, t
 class Guards:
     """The guards of one segment as functions of time, with slopes and bounds of bends; ``every`` are their indices."""
 
-    def __init__(self, segment: "Segment"):
+    def __init__(self, segment: "ClosedSegment"):
         self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
         self.every = range(segment.slopes.shape[1])
         self._reaches: dict[int, Number] = {}
@@ -75,13 +75,13 @@ class Guards:
         columns = [table[:functions].T.tolist() for table in (s.guards, s.off.guards, s.slopes, s.off.slopes)]
         return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off.guards[functions:].tolist()
 
-    def at(self, t: Number) -> Point:
-        """Return the ``Point`` at t."""
+    def at(self, t: Number) -> GuardValues:
+        """Return the ``GuardValues`` at t."""
         margin = self.m.margin
         found, gained, begun = functions(self.m, self.blocks, t)
         off_gained, off_found = tremors(self.m, self.blocks, t)
         weights, off_weights, slopes, off_slopes, _, bases, off_bases = self.lists
-        return Point(
+        return GuardValues(
             t,
             [_dot(w, gained) + g for w, g in zip(weights, bases[begun], strict=True)],
             [_dot(w, found) for w in slopes],
@@ -235,9 +235,9 @@ def _times(a, b):
 def _isolated(guards, lo, hi, until):
     """Return (found, point up to which there is no other root) for an interval that a root may be in.
 
-    ``lo`` is a time or a ``Point``.
+    ``lo`` is a time or a ``GuardValues``.
     """
-    left = lo if isinstance(lo, Point) else guards.at(lo)
+    left = lo if isinstance(lo, GuardValues) else guards.at(lo)
     right = _certain(guards, left.t, hi, until)
     done, pieces = right, [right]
     for step in range(_MOST_STEPS):
@@ -263,7 +263,7 @@ def _earliest(guards, fall, left, right):
     Doubles leave that to more digits.
     """
     starts = [left.t + (right.t - left.t) * left.values[q] / (left.values[q] - right.values[q]) for q in fall]
-    roots = sorted((root(guards, q, left.t, right.t, t), q) for q, t in zip(fall, starts, strict=True))
+    roots = sorted((guard_root(guards, q, left.t, right.t, t), q) for q, t in zip(fall, starts, strict=True))
     t, first = roots[0]
     point = guards.at(t)
     together = [q for _, q in roots[1:] if point.values[q] <= point.doubts[q]]
@@ -320,7 +320,7 @@ def _verdict(guards, q, left, right, area):
     return "unknown"
 
 
-def root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Number:
+def guard_root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Number:
     """Return the root of a guard that falls from plus at ``lo`` to minus at ``hi``, by Newton's method from ``t``."""
     close = (hi - lo) * guards.m.root_tol
     for _ in range(_MOST_STEPS):

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.eigenpairs import Eigenpairs, eigenpairs
-from asympk.affine.polynomial import in_whole_numbers, resolvent, roots
+from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, resolvent
 from asympk.arithmetic import context, set_digits
 from asympk.errors import InputError
 
@@ -84,7 +84,7 @@ def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) 
     found = _resolvent(entries)
     m = context(LARGEST)
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
-    for root in roots(found, m):
+    for root in polynomial_roots(found, m):
         block, matrices = _piece(m, found, root)
         fixed = np.array([_fixed(value, bits) for value in matrices.flat], dtype=object).reshape(matrices.shape)
         yield block._replace(decay=_fixed(block.decay, bits), turn=_fixed(block.turn, bits)), fixed

@@ -71,7 +71,7 @@ def _line(expr, time):
     return None if slope.has(time) else (slope, expr.subs(time, 0))
 
 
-def closed(waves: Iterable[Wave]) -> list[Wave]:
+def with_derivatives(waves: Iterable[Wave]) -> list[Wave]:
     """Return the waves that a set of them needs to be closed under the derivative, the constant left out, in order."""
     needed = set()
     for wave in waves:

@@ -12,10 +12,10 @@ from typing import Any
 import sympy as sp
 
 from asympk.affine.exponential import LARGEST
-from asympk.affine.forcing import CONSTANT, Wave, closed, rate, waves_of
+from asympk.affine.forcing import CONSTANT, Wave, rate, waves_of, with_derivatives
 from asympk.affine.mode import AffineMode
 from asympk.arithmetic import context, set_digits
-from asympk.automaton.modes import Mode, namespace, source
+from asympk.automaton.modes import GuardedMode, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.system import System
@@ -44,7 +44,7 @@ class Placed:
 
 
 @lru_cache(maxsize=512)
-def form_of(mode: Mode) -> Form | None:
+def form_of(mode: GuardedMode) -> Form | None:
     """Return the affine form of a mode, or None where it has none."""
     linear = []
     for expr in (*mode.rates, *mode.guard_values):
@@ -52,14 +52,14 @@ def form_of(mode: Mode) -> Form | None:
         if linear[-1] is None:
             return None
     rates, guards = linear[: len(mode.rates)], linear[len(mode.rates) :]
-    needed = closed({wave for _, forced in (*rates, *guards) for wave in forced})
+    needed = with_derivatives({wave for _, forced in (*rates, *guards) for wave in forced})
     width = len(mode.system.states)
     rows = [_row(row, forced, needed) for row, forced in rates]
     rows += [_row((sp.S.Zero,) * width, rate(wave), needed) for wave in needed]
     return Form(mode.system, tuple(needed), tuple(rows), tuple(_row(row, forced, needed) for row, forced in guards))
 
 
-def obstacle(mode: Mode) -> str | None:
+def mode_obstacle(mode: GuardedMode) -> str | None:
     """Return which rate or guard of a mode is not affine in the states with a forcing that can be carried, or None."""
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
@@ -129,10 +129,10 @@ def _outputs(form):
     """Return (rational functions of the parameters, other functions of them) among the entries, each once."""
     entries = {e: None for row in (*form.matrix, *form.guards) for e in row}
     entries |= {e: None for wave in form.waves for e in (wave.decay, wave.turn)}
-    return tuple(filter(rational, entries)), tuple(e for e in entries if not rational(e))
+    return tuple(filter(is_rational, entries)), tuple(e for e in entries if not is_rational(e))
 
 
-def rational(expr: sp.Expr) -> bool:
+def is_rational(expr: sp.Expr) -> bool:
     """Tell whether an expression is a rational function of the parameters with rational coefficients."""
     whole = all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
     return whole and not expr.atoms(sp.Function, sp.NumberSymbol)

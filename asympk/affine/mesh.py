@@ -21,7 +21,7 @@ _KEPT = 64
 _LARGEST = 1e300  # so that a part of no weight is 0 however far it has grown
 
 
-class Table(NamedTuple):
+class FunctionTable(NamedTuple):
     """Times (.., K + 1), the last axis in order, and what is known there.
 
     ``sums`` (.., K + 1, functions + blocks + 1) are what the functions add and, 1 in the column of the base that it is
@@ -39,8 +39,8 @@ class Table(NamedTuple):
     h: np.ndarray
 
 
-def table(blocks: Sequence[Block], t: np.ndarray) -> Table:
-    """Return the ``Table`` of the functions of blocks at an array of times."""
+def function_table(blocks: Sequence[Block], t: np.ndarray) -> FunctionTable:
+    """Return the ``FunctionTable`` of the functions of blocks at an array of times."""
     with np.errstate(all="ignore"):
         values, gained, begun = functions(Arrays, blocks, t)
         off_gained, off_values = tremors(Arrays, blocks, t)
@@ -49,7 +49,7 @@ def table(blocks: Sequence[Block], t: np.ndarray) -> Table:
     parts = [*gained, *base], [*off_gained, *base], values, off_values
     found = [np.stack(np.broadcast_arrays(*part), axis=-1).astype(float) for part in parts]
     bounds = np.stack(np.broadcast_arrays(*swept, t[..., 1:])[:-1], axis=-1)
-    return Table._make([t, *found, bounds, np.diff(t)[..., None]])
+    return FunctionTable._make([t, *found, bounds, np.diff(t)[..., None]])
 
 
 class Mesh:
@@ -57,12 +57,12 @@ class Mesh:
 
     def __init__(self, blocks: Sequence[Block]):
         self.blocks = blocks
-        self._windows: list[Table] = []
+        self._windows: list[FunctionTable] = []
         self._speeds = _leading([(decay, abs(complex(decay, turn))) for decay, turn, _ in blocks])
         fastest = max((speed for _, speed in self._speeds), default=0.0)
         self._first = _PART / fastest if fastest else 1.0
 
-    def windows(self) -> Iterator[Table]:
+    def windows(self) -> Iterator[FunctionTable]:
         """Yield the windows in order of time, without end."""
         for k in count():
             if k < len(self._windows):
@@ -77,7 +77,8 @@ class Mesh:
         times = [t]
         for _ in range(POINTS):
             times.append(times[-1] + self._step(times[-1]))
-        return Table(*(np.clip(part, -_LARGEST, _LARGEST) for part in table(self.blocks, np.array(times))))
+        known = function_table(self.blocks, np.array(times))
+        return FunctionTable(*(np.clip(part, -_LARGEST, _LARGEST) for part in known))
 
     def _step(self, t):
         fastest = max((speed * math.exp(min(decay * t / 4, 0.0)) for decay, speed in self._speeds

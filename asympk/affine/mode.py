@@ -65,8 +65,8 @@ class AffineMode:
         return (*rows, (Fraction(0),) * (len(rows) + 1))
 
     @cached_property
-    def in_doubles(self) -> "Flow":
-        """The ``Flow`` in doubles."""
+    def in_doubles(self) -> "AffineFlow":
+        """The ``AffineFlow`` in doubles."""
         return _flow(Doubles, self, exponential(self.homogeneous, DIGITS_FOR_DOUBLES))
 
     @cached_property
@@ -80,7 +80,7 @@ def _exact(*rows):
 
 
 @dataclass(frozen=True)
-class Flow:
+class AffineFlow:
     """A mode in the numbers of ``m``: ``tables`` turn a start (w, 1) into all that a segment needs, in one product.
 
     ``matrices`` is (functions, n, n + 1). ``rows`` are the guards' coefficients; ``rate`` turns the weights of a
@@ -132,14 +132,14 @@ class Flow:
         return Parts(*found)
 
 
-def in_digits(m: Arithmetic, mode: AffineMode) -> Flow:
-    """Return the ``Flow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
+def in_digits(m: Arithmetic, mode: AffineMode) -> AffineFlow:
+    """Return the ``AffineFlow`` of a mode in the mpmath numbers of the context ``m``, at its present precision."""
     doublings = ((m.dps - 1) // _LEAST_DIGITS).bit_length()  # runs of nearly the same precision share one exponential
     return _flow(m, mode, exponential(mode.homogeneous, _LEAST_DIGITS << doublings))
 
 
 def _flow(m, mode, exact):
-    """Return the ``Flow`` of a mode; all products are of whole numbers, rounded at the end."""
+    """Return the ``AffineFlow`` of a mode; all products are of whole numbers, rounded at the end."""
     unit, width = 1 << exact.bits, len(mode.vector) + 1
     rows, denominator = in_whole_numbers(mode.guards or [(Fraction(0),) * width])
     rows = rows[: len(mode.guards)]
@@ -157,7 +157,7 @@ def _flow(m, mode, exact):
                    for block in exact.blocks)  # fmt: skip
     rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
     states, rate = _rounded(m, states, exact.bits), _rounded(m, rate, exact.bits)
-    return Flow(m, mode, blocks, states, tables, exact.bits, rows, rate)
+    return AffineFlow(m, mode, blocks, states, tables, exact.bits, rows, rate)
 
 
 def _weights(rows, matrix, bits):
@@ -200,14 +200,14 @@ class Parts(NamedTuple):
     bends: np.ndarray
 
 
-class Segment:
+class ClosedSegment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
     ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within rounding
     vanishes there, and is set to zero.
     """
 
-    def __init__(self, flow: Flow, start: Sequence[Number] | np.ndarray, sizes: np.ndarray | None = None):
+    def __init__(self, flow: AffineFlow, start: Sequence[Number] | np.ndarray, sizes: np.ndarray | None = None):
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
         whole = np.array([*start, m.number(1)], dtype=flow.tables.dtype)

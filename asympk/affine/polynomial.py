@@ -60,7 +60,7 @@ def resolvent(matrix: Sequence[Sequence[Fraction]]) -> Resolvent:
     return Resolvent(denominator, tuple(polynomial), np.array(adjugate[1:]), estimates)
 
 
-def roots(found: Resolvent, m: Arithmetic) -> list[Root]:
+def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
     """Return the roots of ``p`` (times the denominator), right to about ``m.prec`` bits less what p loses of them."""
     simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
     for factor, multiplicity in _square_free(found.polynomial[zeros:]):

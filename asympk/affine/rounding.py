@@ -17,13 +17,13 @@ from asympk.affine.functions import functions, initial, tremors
 from asympk.arithmetic import Doubles
 
 if TYPE_CHECKING:
-    from asympk.affine.mode import Segment
-    from asympk.affine.run import Leg
+    from asympk.affine.mode import ClosedSegment
+    from asympk.affine.run import TimedSegment
 
 UNIT = 2.0**-53
 
 
-def estimate(legs: "Sequence[Leg]", states: int) -> float:
+def estimate(legs: "Sequence[TimedSegment]", states: int) -> float:
     """Estimate the error of the first ``states`` of the final state, each relative to its largest value on the path."""
     rows = np.eye(states, legs[-1].segment.start.size)
     error, size, after = np.zeros(states), np.zeros(states), None
@@ -47,6 +47,6 @@ def estimate(legs: "Sequence[Leg]", states: int) -> float:
     return float((error / np.where(size > 0, size, 1.0)).max())
 
 
-def initial_rates(segment: "Segment") -> np.ndarray:
+def initial_rates(segment: "ClosedSegment") -> np.ndarray:
     """Return ``w'(0)``."""
     return np.array(initial(segment.flow.blocks)) @ segment.flow.rate @ segment.sums[: segment.functions]

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, tremors
-from asympk.affine.mesh import Mesh, Table, table
-from asympk.affine.mode import Flow
+from asympk.affine.mesh import FunctionTable, Mesh, function_table
+from asympk.affine.mode import AffineFlow
 from asympk.arithmetic import Doubles
 
 _MARGIN = Doubles.margin
@@ -27,7 +27,7 @@ UNIT = 2.0**-53
 
 
 class Rows(NamedTuple):
-    """What segments of one mode need from their starts: the parts of ``mode.Segment``, one row each.
+    """What segments of one mode need from their starts: the parts of ``mode.ClosedSegment``, one row each.
 
     ``reach`` (rows, guards) is a time up to which a guard that vanishes at the start is positive; it is 0 for the
     others, -1 where the guard falls at once, and NaN where that is not known.
@@ -59,7 +59,7 @@ class Ends(NamedTuple):
     open: np.ndarray
 
 
-def rows_of(flow: Flow, whole: np.ndarray) -> Rows:
+def rows_of(flow: AffineFlow, whole: np.ndarray) -> Rows:
     """Return the ``Rows`` of starts ``(w, 1)``, an array (rows, n + 1)."""
     sums, guards, slopes, bends = map(np.copy, flow.parts(whole @ flow.tables.T))
     off_sums, off_guards, off_slopes, off_bends = map(np.copy, flow.parts(abs(whole) @ flow.table_sizes.T))
@@ -105,7 +105,7 @@ class Verdicts(NamedTuple):
         return (self.falls.sum(axis=2) == 1) & np.logical_and.reduce(self.positive | self.falls, axis=2)
 
 
-def judge(rows: Rows, known: Table, first: np.ndarray) -> Verdicts:
+def judge(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
     """Return the ``Verdicts`` on the intervals of a table; ``first`` tells which intervals begin at the start."""
     g, off = _on(known.sums, rows.guards), _on(known.off_sums, rows.off_guards) * _MARGIN
     rise, off_rise = _on(known.values, rows.slopes), _on(known.off_values, rows.off_slopes) * _MARGIN
@@ -130,7 +130,7 @@ def _on(known, weights):
     return product.reshape(-1, rows, guards).transpose(1, 0, 2)
 
 
-def advance(flow: Flow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
+def advance(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
     """Follow rows from starts ``whole`` (rows, n + 1), with errors (rows, n), for the times ``left``: the ``Ends``."""
     rows = rows_of(flow, whole)
     with np.errstate(all="ignore"):
@@ -163,7 +163,7 @@ def _pieces(mesh):
     for window in islice(mesh.windows(), _WINDOWS):
         for k in range(0, len(window.h), _PIECE):
             points, intervals = slice(k, k + _PIECE + 1), slice(k, k + _PIECE)
-            yield Table(*(part[points] for part in window[:5]), *(part[intervals] for part in window[5:]))
+            yield FunctionTable(*(part[points] for part in window[:5]), *(part[intervals] for part in window[5:]))
 
 
 def _in_window(rows, window, left):
@@ -195,7 +195,7 @@ def _within(rows, lo, hi):
     for _ in range(_ROUNDS):
         mine = rows.of(todo)
         grid = _grid(mine, lo, hi)
-        verdicts = judge(mine, table(rows.flow.blocks, grid), grid[:, :-1] == 0)
+        verdicts = judge(mine, function_table(rows.flow.blocks, grid), grid[:, :-1] == 0)
         clear, every = verdicts.clear, np.arange(len(todo))
         k, clean = clear.argmin(axis=1), clear.all(axis=1)
         one = ~clean & verdicts.single[every, k]

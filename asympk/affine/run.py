@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine import form
-from asympk.affine.dense import Dense
+from asympk.affine.dense import AffineDense
 from asympk.affine.forcing import amplitude, value
-from asympk.affine.mode import Segment, in_digits
+from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
 from asympk.arithmetic import Doubles, context, set_digits
@@ -38,11 +38,11 @@ TOLD = 1e-8  # an estimated error up to which the order of events in doubles sta
 ROUNDED = 2.0**-53
 
 
-class Leg(NamedTuple):
+class TimedSegment(NamedTuple):
     """One segment of a run: its start, its closed form, its duration, and the guard that ends it or None."""
 
     start: Any
-    segment: Segment
+    segment: ClosedSegment
     span: Any
     guard: int | None
 
@@ -54,7 +54,7 @@ def obstacle(system: System) -> str | None:
     What one friction does leaves the others' terms as they are: modes that differ from one of them in one phase tell.
     """
     modes = (mode_of(system, branch) for branch in branches.telling(system))
-    return next((form.obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
+    return next((form.mode_obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
 
 
 def affine(system: System) -> bool:
@@ -69,7 +69,7 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     ``events`` bounds the number of events. Raises ``OutOfRange`` where a rate is not finite, ``TooManyEvents``,
     ``TooLarge``, ``Undecided``, ``Accumulation``, ``NoMotion`` and ``TwoMotions``.
     """
-    case = Case(scene, flows(Automaton(scene.system, scene.values)), events)
+    case = SceneFlows(scene, flows(Automaton(scene.system, scene.values)), events)
     try:
         return _in_doubles(case) if digits is None else _in_digits(case, digits)
     except ZeroDivisionError:
@@ -84,7 +84,7 @@ def _in_digits(case, digits):
     return _path(case, digits, course, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
 
 
-class Case(NamedTuple):
+class SceneFlows(NamedTuple):
     """A scene, the flows of its modes, the number of events allowed, and a course in coarser numbers, if known."""
 
     scene: Any
@@ -158,7 +158,7 @@ def _course(m, case):
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.branch)
         known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
-        segment = Segment(flow, (*state, *(value(m, *wave, t) for wave in waves)), known)
+        segment = ClosedSegment(flow, (*state, *(value(m, *wave, t) for wave in waves)), known)
         span, hit = _span(case, m, mode, segment, until - t, len(segments))
         found = hit is not None
         end = segment.at_event(span, hit) if found else segment.state(span)
@@ -166,7 +166,7 @@ def _course(m, case):
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")  # fmt: skip
         reached, lost = (t + span, kept[hit]) if found else (until, None)
-        return loop.Segment(reached, tuple(end[: len(state)]), lost, Leg(t, segment, span, hit))
+        return loop.Segment(reached, tuple(end[: len(state)]), lost, TimedSegment(t, segment, span, hit))
 
     start = tuple(map(m.number, scene.start))
     if not until:
@@ -183,7 +183,7 @@ def _standing(automaton, start, advance):
     """Return the course of a scene that ends at its start."""
     mode = automaton.mode(automaton.first(start))
     segment = advance(mode, 0 * start[0], start, ())
-    return loop.Course(segment._replace(state=start, hit=None), (), (mode.name,), (segment._replace(state=start),))
+    return loop.Run(segment._replace(state=start, hit=None), (), (mode.name,), (segment._replace(state=start),))
 
 
 def _span(case, m, mode, segment, left, k):
@@ -238,7 +238,7 @@ def _distance(coarse, fine):
 def _path(case, digits, course, convert, error):
     events = tuple(e._replace(t=convert(e.t), state=_converted(e.state, convert)) for e in course.events)
     legs = [segment.work for segment in course.segments]
-    dense = Dense(run, case.scene, digits, legs, convert)
+    dense = AffineDense(run, case.scene, digits, legs, convert)
     return Path(case.scene, "exact", _converted(course.last.state, convert), events, course.modes, dense, error)
 
 

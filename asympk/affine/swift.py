@@ -28,7 +28,7 @@ _AT_EVENT = {
 _MOST = 2  # frictions of which all combinations are kept in one table
 
 
-class Table(NamedTuple):
+class GuardTable(NamedTuple):
     """Branches, the waves of all of them, and their guards one after the other: rows (derivatives, guards, n + 1).
 
     ``vanishing`` are the guards that may be zero by what has happened; zeros of others leave a decision open.
@@ -90,7 +90,7 @@ class Swift:
             return None
 
     def _table(self, candidates, zeros):
-        """Return the ``Table`` of branches, or None where one cannot be told by rows."""
+        """Return the ``GuardTable`` of branches, or None where one cannot be told by rows."""
         kept, waves, rows, kinds = [], set(), [], []
         for branch in candidates:
             if not (found := self.entered(branch)):
@@ -104,8 +104,9 @@ class Swift:
         if len(waves) != 1:
             return None
         stacked = np.concatenate(rows, axis=1)
-        return Table(tuple(kept), waves.pop(), tuple(len(row[0]) for row in rows), stacked, abs(stacked), tuple(kinds),
-                     tuple(kind in zeros or kind[0] in zeros for kind in kinds))  # fmt: skip
+        counts = tuple(len(row[0]) for row in rows)
+        zero = tuple(kind in zeros or kind[0] in zeros for kind in kinds)
+        return GuardTable(tuple(kept), waves.pop(), counts, stacked, abs(stacked), tuple(kinds), zero)
 
 
 def _beginning(system):

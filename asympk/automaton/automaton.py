@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.automaton import decide
-from asympk.automaton.modes import Mode, function, mode_of
+from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.errors import OutOfRange
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.system import System
@@ -25,7 +25,7 @@ class NumericMode:
     ``(t, *state, *p)``, are ``field``, ``jacobian`` and ``guards``.
     """
 
-    mode: Mode
+    mode: GuardedMode
     p: tuple[Any, ...]
     target: str
     functions: Any
@@ -188,4 +188,4 @@ def _dot(a: list, b: list) -> Any:
 
 
 def _exact(values: State, context: Any) -> State:
-    return tuple(decide.number(context, v) for v in values)
+    return tuple(decide.converted(context, v) for v in values)

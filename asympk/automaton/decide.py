@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import sympy as sp
 
-from asympk.automaton.modes import Mode, function, mode_of
+from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.digits import context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, Undecided
 from asympk.symbolic import branches
@@ -39,7 +39,7 @@ MOST = 8  # frictions of which all combinations are tried
 _NUDGES = ((1, -1, 1, 1, -1, 1, -1, -1), (1, 1, -1, 1, 1, -1, -1, 1))
 
 
-class Contact(NamedTuple):
+class ContactNumbers(NamedTuple):
     """The numbers of one friction at a point; ``reaction`` is the coefficient of the normal in the load."""
 
     velocity: Any
@@ -50,10 +50,10 @@ class Contact(NamedTuple):
     gap: Any
 
 
-class Point(NamedTuple):
+class ContactPoint(NamedTuple):
     """The contacts at a point, and there the rows of v' and of the reactions' equations in the forces."""
 
-    contacts: tuple[Contact, ...]
+    contacts: tuple[ContactNumbers, ...]
     rows: tuple[tuple, ...]
 
 
@@ -91,7 +91,7 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
         with suppress(_Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
     ctx = context(max(WORKING, *(v.context.dps for v in state if hasattr(v, "context")), 0))
-    numbers = Numbers("mpmath", ctx, partial(number, ctx), -1.0)
+    numbers = Numbers("mpmath", ctx, partial(converted, ctx), -1.0)
     try:
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
     except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no sign
@@ -121,7 +121,7 @@ def _follow_on(
     return _chosen(system, consistent, t, state, [*product(*phases)])
 
 
-def number(ctx: Any, value: Any) -> Any:
+def converted(ctx: Any, value: Any) -> Any:
     """Return a number, exact fractions and numbers of other contexts too, in a context."""
     if hasattr(value, "numerator") and not isinstance(value, int):
         return ctx.mpf(int(value.numerator)) / int(value.denominator)
@@ -160,20 +160,26 @@ def _reactions(system: System) -> Iterator[sp.Expr]:
             yield f.normal - f.load if f.constraint is None else f.constraint
 
 
-def _point(system: System, numbers: Numbers, t: Any, state: tuple, p: tuple) -> Point:
+def _point(system: System, numbers: Numbers, t: Any, state: tuple, p: tuple) -> ContactPoint:
     expressions, unknowns, _ = _expressions(system)
     values = function(system, expressions, numbers.target, numbers.functions)(t, *state, *p)
     split = 6 * len(system.frictions)
-    contacts = tuple(Contact(*values[k : k + 6]) for k in range(0, split, 6))
+    contacts = tuple(ContactNumbers(*values[k : k + 6]) for k in range(0, split, 6))
     width = 1 + len(unknowns)
-    return Point(contacts, tuple(values[k : k + width] for k in range(split, len(values), width)))
+    return ContactPoint(contacts, tuple(values[k : k + width] for k in range(split, len(values), width)))
 
 
 # the phases that a friction might go on in
 
 
 def _phases(
-    system: System, k: int, before: Branch | None, lost: set, points: list[Point], numbers: Numbers, touching: dict
+    system: System,
+    k: int,
+    before: Branch | None,
+    lost: set,
+    points: list[ContactPoint],
+    numbers: Numbers,
+    touching: dict,
 ) -> list[Phase]:
     friction, was = system.frictions[k], before[k] if before else None
     contacts = [point.contacts[k] for point in points]
@@ -185,7 +191,7 @@ def _phases(
     return found + ([OPEN] if friction.gap is not None and gap >= 0 else [])
 
 
-def _gap_sign(friction: Friction, k: int, lost: set, contacts: list[Contact], numbers: Numbers) -> int:
+def _gap_sign(friction: Friction, k: int, lost: set, contacts: list[ContactNumbers], numbers: Numbers) -> int:
     if friction.gap is None:
         return -1
     if {("lift_off", k), ("touch_down", k)} & lost:
@@ -229,7 +235,7 @@ def _gap_signs(system: System, friction: Friction, at: tuple[Any, tuple], p: tup
 
 
 def _closed(
-    friction: Friction, k: int, was: Phase | None, lost: set, contacts: list[Contact], numbers: Numbers
+    friction: Friction, k: int, was: Phase | None, lost: set, contacts: list[ContactNumbers], numbers: Numbers
 ) -> list[Phase]:
     resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in lost
     velocity = 0 if resting else numbers.sign([c.velocity for c in contacts])
@@ -252,7 +258,7 @@ def _require_few(phases: list[list[Phase]]) -> None:
 
 
 def _ties(
-    system: System, branch: Branch, resting: set[int], points: list[Point], numbers: Numbers, touching: dict
+    system: System, branch: Branch, resting: set[int], points: list[ContactPoint], numbers: Numbers, touching: dict
 ) -> list[int] | None:
     """Return the guards of the branch that derivatives must decide, or None where one is lost already."""
     margins = []
@@ -276,7 +282,7 @@ def _side(guards: tuple, k: int) -> int:
     return int(k > 0 and guards[k][:2] == guards[k - 1][:2])
 
 
-def _solve(system: System, branch: Branch, point: Point) -> dict[sp.Symbol, Any] | None:
+def _solve(system: System, branch: Branch, point: ContactPoint) -> dict[sp.Symbol, Any] | None:
     """Solve for the forces and reactions in numbers, or return None where they are not determined."""
     _, unknowns, normals = _expressions(system)
     place = {u: j for j, u in enumerate(unknowns)}
@@ -286,7 +292,7 @@ def _solve(system: System, branch: Branch, point: Point) -> dict[sp.Symbol, Any]
     return _gauss(rows, unknowns)
 
 
-def _law(system: System, k: int, phase: Phase, point: Point, place: dict) -> tuple:
+def _law(system: System, k: int, phase: Phase, point: ContactPoint, place: dict) -> tuple:
     """Return the row of a friction's law: its constant, then its coefficients."""
     friction, contact = system.frictions[k], point.contacts[k]
     if phase.mode == "stick":
@@ -319,7 +325,7 @@ def _gauss(equations: list[tuple], unknowns: tuple) -> dict | None:
 
 
 def _margins(
-    system: System, branch: Branch, resting: set[int], point: Point, solved: dict, touching: dict
+    system: System, branch: Branch, resting: set[int], point: ContactPoint, solved: dict, touching: dict
 ) -> dict[tuple, Any]:
     """Return, by (kind, friction, side), what must not be negative; at rest it is the rate of the velocity."""
     forces = (1, *(solved[u] for u in _expressions(system)[1]))
@@ -344,7 +350,7 @@ def _margins(
     return found
 
 
-def _opening(system: System, k: int, point: Point, touching: dict) -> Any:
+def _opening(system: System, k: int, point: ContactPoint, touching: dict) -> Any:
     """Return what must be positive for a contact to open: its gap, or, for a rigid one that touches, g'' without R."""
     if system.frictions[k].constraint is None:
         return point.contacts[k].gap
@@ -354,7 +360,7 @@ def _opening(system: System, k: int, point: Point, touching: dict) -> Any:
     return 1 if touching[k] else point.rows[len(system.frictions) + normals.index(k)][0]
 
 
-def _holds(mode: Mode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict) -> bool:
+def _holds(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict) -> bool:
     """Tell whether a guard that vanishes grows: by its first derivative along the field that does not vanish."""
     kind, friction, _ = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there

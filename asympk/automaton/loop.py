@@ -26,7 +26,7 @@ class Segment(NamedTuple):
     samples: tuple = ()
 
 
-class Course(NamedTuple):
+class Run(NamedTuple):
     """A run: its last segment, its events, the names of its modes, and all its segments."""
 
     last: Segment
@@ -47,7 +47,7 @@ def follow(
     events: int,
     digits: int | None = None,
     slack: Any = 2.0**-48,
-) -> Course:
+) -> Run:
     """Follow the automaton from ``start`` in the mode ``first`` to ``until``; ``advance`` follows one mode.
 
     ``advance(mode, t, state, segments)`` returns the next ``Segment``; ``events`` bounds the number of events. The
@@ -81,7 +81,7 @@ def follow(
             segments[-1] = segment._replace(short=f"limit of {events} events reached", state=state)
             break
     last = segments[-1]
-    return Course(last, tuple(marks), tuple(names), tuple(segments))
+    return Run(last, tuple(marks), tuple(names), tuple(segments))
 
 
 _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {

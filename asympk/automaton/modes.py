@@ -24,7 +24,7 @@ _POWER = re.compile(r"\b([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
 @dataclass(frozen=True)
-class Mode:
+class GuardedMode:
     """One smooth mode in the symbols of its system: rates in the order of the states, and guards."""
 
     system: System
@@ -84,13 +84,13 @@ class Mode:
 
 
 @lru_cache(maxsize=512)
-def mode_of(system: System, branch: Branch) -> Mode:
+def mode_of(system: System, branch: Branch) -> GuardedMode:
     """Return the mode of a branch; the same object each time, so that its derivations are made once."""
-    return Mode(system, branch)
+    return GuardedMode(system, branch)
 
 
 @lru_cache(maxsize=512)
-def _derivative(mode: Mode, guard: int, order: int) -> sp.Expr:
+def _derivative(mode: GuardedMode, guard: int, order: int) -> sp.Expr:
     return mode.guards[guard].value if order == 0 else mode.along(_derivative(mode, guard, order - 1))
 
 

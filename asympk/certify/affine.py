@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from asympk.affine.form import Form, form_of, placed, rational
+from asympk.affine.form import Form, form_of, is_rational, placed
 from asympk.automaton.modes import mode_of
-from asympk.certify.balls import Ball, Refused, ball, ball_of, between, flint, sign
+from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, flint, hull
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.spectrum import Spectrum, of_balls, of_exact
 from asympk.errors import InputError
@@ -33,14 +33,14 @@ from asympk.symbolic.system import System
 MOST_EVENTS = 200
 
 
-class Field:
+class ExactEntries:
     """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals."""
 
     def __init__(self, system: System, values: tuple[Number, ...], ranges: Mapping[str, tuple[Number, Number]]):
         named = dict(zip(system.parameters, values, strict=True))
         self.values = values
         self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in ranges}
-        self.balls = {s: between(*ranges[s.name]) for s in named if s.name in ranges}
+        self.balls = {s: hull(*ranges[s.name]) for s in named if s.name in ranges}
         self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
         self._known: dict[Any, Ball] = {}
 
@@ -75,7 +75,7 @@ class Field:
     def require_positive(self, entries: Iterable[Any]) -> None:
         """Raise ``InputError`` where an entry is not positive, ``Refused`` where that is not certain."""
         for entry in entries:
-            positive = sign(self.ball(entry))
+            positive = certain_sign(self.ball(entry))
             if entry and not positive:
                 raise Refused("box: a condition on the parameters of a mode holds in a part of the box only")
             if positive <= 0:
@@ -89,7 +89,7 @@ class Field:
         return of_balls(pattern, [[self.ball(entry) for entry in row] for row in matrix])
 
 
-class Guard(NamedTuple):
+class AffineGuard(NamedTuple):
     """A guard of a mode: the event that its loss is, its friction, its row; ``touching``: zero at the start, rising."""
 
     kind: str
@@ -98,30 +98,30 @@ class Guard(NamedTuple):
     touching: bool = False
 
 
-class State(NamedTuple):
+class EnclosedState(NamedTuple):
     """Enclosures of (w, 1), the exact coordinates where they are known (else None), and rows that vanish there."""
 
     balls: Any
     exact: tuple
-    field: Field
+    field: ExactEntries
     null: tuple = ()
 
 
 @dataclass(frozen=True)
-class Mode:
+class EnclosedMode:
     """One mode with exact numbers: its matrix, guards and the residues of its resolvent in balls."""
 
     name: str
     branch: Branch
     matrix: tuple[tuple[Any, ...], ...]
-    guards: tuple[Guard, ...]
+    guards: tuple[AffineGuard, ...]
     sticking: tuple[tuple[Any, ...], ...]
-    field: Field
+    field: ExactEntries
     roots: tuple
     residues: tuple
 
 
-def follow(
+def enclose(
     system: System,
     values: tuple[Number, ...],
     ranges: Mapping[str, tuple[Number, Number]],
@@ -134,14 +134,14 @@ def follow(
 
     ``ranges`` {name: (low, high)} are those of parameters, ``start`` pairs (ball, Fraction or None).
     """
-    modes = _Modes(system, Field(system, values, ranges))
+    modes = _Modes(system, ExactEntries(system, values, ranges))
     state = modes.begun(start)
     phases = [_phases(friction) for friction in system.frictions]
     mode, touching = modes.chosen(list(product(*phases)), state, "start")
     t, names, size = ball(0), [mode.name], len(system.states)
     events: list[Event] = []
     while True:
-        segment = Segment(mode, state.balls)
+        segment = EnclosedSegment(mode, state.balls)
         guards = [guard._replace(touching=k in touching) for k, guard in enumerate(mode.guards)]
         left = until - t
         found = first_event(segment, guards, left, finest, budget)
@@ -172,7 +172,7 @@ def _struck(balls, guard, mode):
     if len(involved) == 1:
         balls[involved[0], 0] = mode.field.ball(-guard.row[-1] / guard.row[involved[0]])
     exact = (*(None for _ in guard.row[:-1]), Fraction(1))
-    return State(balls, exact, mode.field, (guard.row, *mode.sticking))
+    return EnclosedState(balls, exact, mode.field, (guard.row, *mode.sticking))
 
 
 class _Modes:
@@ -183,24 +183,24 @@ class _Modes:
         self.waves = form_of(mode_of(system, next(iter(branches.telling(system))))).waves
 
     def begun(self, start):
-        """Return the ``State`` at t = 0: the forcing is exact there."""
+        """Return the ``EnclosedState`` at t = 0: the forcing is exact there."""
         waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
         pairs = [*start, *((ball(w), w) for w in (*waves, Fraction(1)))]
-        return State(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs), self.field)
+        return EnclosedState(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs), self.field)
 
     def _form(self, branch) -> Form:
         form = form_of(mode_of(self.system, branch))
         if form is None:
             raise Refused("not affine: a mode is not linear in the states")
         outputs = [e for row in (*form.matrix, *form.guards) for e in row]
-        if not all(map(rational, [*outputs, *(e for wave in form.waves for e in (wave.decay, wave.turn))])):
+        if not all(map(is_rational, [*outputs, *(e for wave in form.waves for e in (wave.decay, wave.turn))])):
             raise Refused("irrational: a coefficient is not a rational function of the parameters")
         if form.waves != self.waves:
             raise Refused("forcing: the modes are forced by different functions of time")
         return form
 
     def of(self, branch):
-        """Return the ``Mode`` of a branch, or None where it is never entered."""
+        """Return the ``EnclosedMode`` of a branch, or None where it is never entered."""
         if branch not in self._known:
             self._known[branch] = self._made(branch)
         return self._known[branch]
@@ -213,9 +213,9 @@ class _Modes:
         except InputError:
             return None
         kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in kept]
-        guards = tuple(Guard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
+        guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
         sticking = tuple(self._velocity(k) for k, phase in enumerate(branch) if phase.mode == "stick")
-        return Mode(mode.name, branch, matrix, guards, sticking, self.field, *self.field.spectrum(matrix))
+        return EnclosedMode(mode.name, branch, matrix, guards, sticking, self.field, *self.field.spectrum(matrix))
 
     def _velocity(self, friction):
         """Return the row of a sliding velocity: the guard of a mode that slips."""
@@ -275,10 +275,10 @@ def _sign(row, state):
         value = sum(c * w for c, w in zip(row, state.exact, strict=True) if c)
         if isinstance(value, int | Fraction):
             return (value > 0) - (value < 0)
-        return (sign(state.field.ball(value)) or None) if value else 0
+        return (certain_sign(state.field.ball(value)) or None) if value else 0
     if _spanned(row, state.null):
         return 0
-    return sign(sum((state.field.ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))) or None
+    return certain_sign(sum((state.field.ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))) or None
 
 
 def _times(row, matrix):
@@ -304,7 +304,7 @@ def _reduced(row, basis):
     return row
 
 
-class Segment:
+class EnclosedSegment:
     """The motion of one mode from an enclosure of its start, with the methods that ``enclosure.first_event`` asks for.
 
     Where a part grows like ``e^{a t}`` the jets are divided by it, so that their signs do not drown in its growth.
@@ -312,7 +312,7 @@ class Segment:
 
     unstable = False
 
-    def __init__(self, mode: Mode, start: Any):
+    def __init__(self, mode: EnclosedMode, start: Any):
         self.mode, self.start, self.work = mode, start, len(mode.roots)
         acb_mat, acb = flint().acb_mat, flint().acb
         whole = acb_mat([[acb(start[k, 0])] for k in range(start.nrows())])
@@ -332,7 +332,7 @@ class Segment:
             found.append(powers)
         return found
 
-    def at(self, guard: Guard | None, t: Ball) -> Any:
+    def at(self, guard: AffineGuard | None, t: Ball) -> Any:
         """Return the state (n + 1, 1) at the time ball t."""
         size = self.start.nrows()
         total = [[flint().arb(0)] for _ in range(size)]
@@ -357,7 +357,7 @@ class Segment:
         weights = ((self.mode.field.ball(c), k) for k, c in enumerate(row) if c)
         return sum((flint().acb(weight) * term[k, 0] for weight, k in weights), flint().acb(0))
 
-    def jet(self, guard: Guard, t: Ball) -> tuple[Ball, ...]:
+    def jet(self, guard: AffineGuard, t: Ball) -> tuple[Ball, ...]:
         """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
         functions = self._functions(t, self.growth)
         return tuple(self._sum(weights, functions) for weights in self._scalars(guard))
@@ -370,10 +370,10 @@ class Segment:
                 total = total + factor * (power * weight).real
         return total
 
-    def newton(self, guard: Guard, middle: Ball, time: Ball) -> tuple[Ball, int]:
+    def newton(self, guard: AffineGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
         value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
-        return middle - value / slope * (self.growth * (middle - time)).exp(), sign(value)
+        return middle - value / slope * (self.growth * (middle - time)).exp(), certain_sign(value)
 
 
 def _derived(root, factors):
@@ -387,5 +387,5 @@ def start_of(scene: Scene, box: Mapping[str, tuple[Fraction, Fraction]]) -> list
     found = []
     for name, value in zip(scene.names, scene.start, strict=True):
         low, high = box.get(name, (Fraction(value),) * 2)
-        found.append((between(low, high), low if low == high else None))
+        found.append((hull(low, high), low if low == high else None))
     return found

@@ -51,13 +51,13 @@ def ball(value: Number) -> Ball:
     return module.arb(module.fmpq(exact.numerator, exact.denominator))
 
 
-def between(low: Number, high: Number) -> Ball:
+def hull(low: Number, high: Number) -> Ball:
     """Return a ball that contains the interval from ``low`` to ``high``, rationals or balls."""
     ends = [end if isinstance(end, flint().arb) else ball(end) for end in (low, high)]
     return ends[0] if low == high else ends[0].union(ends[1])
 
 
-def sign(value: Ball) -> int:
+def certain_sign(value: Ball) -> int:
     """Return 1 or -1 where the ball has that sign throughout, 0 where that is not certain."""
     return 1 if value > 0 else -1 if value < 0 else 0
 
@@ -73,7 +73,7 @@ def common(first: Ball, second: Ball) -> Ball:
 
 def times(first: Ball, second: Ball) -> Ball:
     """Return the product; of two wide balls by their ends, since the product of balls as such may lose its sign."""
-    signs = sign(first) * sign(second)
+    signs = certain_sign(first) * certain_sign(second)
     if not signs or first.rel_accuracy_bits() > 8 or second.rel_accuracy_bits() > 8:
         return first * second
     return signs * (first.abs_lower() * second.abs_lower()).union(first.abs_upper() * second.abs_upper())

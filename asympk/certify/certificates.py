@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 
 from asympk.affine.run import affine as is_affine
 from asympk.certify import affine
-from asympk.certify.balls import Refused, ball, ball_of, between, common, flint, precision, sign
-from asympk.certify.enclosure import Budget, Guard, State, first_event, segment
+from asympk.certify.balls import Refused, ball, ball_of, certain_sign, common, flint, hull, precision
+from asympk.certify.enclosure import Budget, LevelGuard, RodBalls, first_event, segment
 from asympk.errors import InputError
 from asympk.numbers import number, whole
 from asympk.path import Event
@@ -68,7 +68,7 @@ class Certificate(ShownAsTable):
         return self.reason.partition(":")[0]
 
 
-class Case(NamedTuple):
+class SceneBalls(NamedTuple):
     """The balls of a scene; ``exact`` are the Fractions (sigma0, mu, x, y, z) of a single one, or None."""
 
     sigma: Any
@@ -165,7 +165,7 @@ def _followed(scene, sides, budget):
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     start = affine.start_of(scene, sides)
     ranges = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
-    return affine.follow(scene.system, scene.values, ranges, start, ball(scene.until), finest, budget)
+    return affine.enclose(scene.system, scene.values, ranges, start, ball(scene.until), finest, budget)
 
 
 def _sides_of_system(scene, box):
@@ -220,14 +220,14 @@ def _case(scene, sides):
     same = scene.sigma0 == scene.sigma
     if scene.rod:
         values, same = _from_rod(dict(scene.rod.quantities))
-    values |= {name: between(*ends) for name, ends in sides.items()}
+    values |= {name: hull(*ends) for name, ends in sides.items()}
     if same and "sigma0" not in sides:
         values["sigma0"] = values["sigma"]
     exact = None
     if not sides and not scene.rod:
         exact = tuple(map(Fraction, (scene.sigma0, scene.mu, *scene.start)))
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
-    return Case(**values, exact=exact, near=scene.near_to, finest=finest)
+    return SceneBalls(**values, exact=exact, near=scene.near_to, finest=finest)
 
 
 def _from_rod(quantities):
@@ -274,15 +274,15 @@ def _mode(case, name, state, deviation):
 def _guards(case, state, s_sign, z_sign, touching):
     if z_sign:
         pairs = (("force_zero", "s", s_sign), ("velocity_zero", "z", z_sign))
-        return [Guard(kind, axis, side, 0, axis in touching) for kind, axis, side in pairs]
+        return [LevelGuard(kind, axis, side, 0, axis in touching) for kind, axis, side in pairs]
     near, far = _edges(case, s_sign)
-    guards = [Guard("slip_onset", "s", s_sign, near, "near" in touching)]
-    return guards if far is None else [*guards, Guard("slip_onset", "s", -1, far, "far" in touching)]
+    guards = [LevelGuard("slip_onset", "s", s_sign, near, "near" in touching)]
+    return guards if far is None else [*guards, LevelGuard("slip_onset", "s", -1, far, "far" in touching)]
 
 
 def _edges(case, s_sign):
     """Return the static cone's edges on the side of s: near zero (None: no cone), and far from it (None: unbounded)."""
-    which = sign(case.sigma0 + 1)
+    which = certain_sign(case.sigma0 + 1)
     if not which and not case.sigma0 == -1:
         raise Refused("edge: the shape of the static cone changes at sigma0 = -1, within the box")
     if s_sign < 0:
@@ -297,13 +297,13 @@ def _beginning(case):
     s = case.x + case.y
     if case.exact:
         return _exact_beginning(case)
-    s_sign, z_sign = sign(s), sign(case.z)
+    s_sign, z_sign = certain_sign(s), certain_sign(case.z)
     touching = {axis for axis, value in (("s", s), ("z", case.z)) if value == 0}
     if "s" in touching:
-        s_sign = sign(1 + case.mu * case.y)
+        s_sign = certain_sign(1 + case.mu * case.y)
     if not s_sign or not (z_sign or "z" in touching):
         raise Refused(f"start: the sign of {'z' if s_sign else 'x + y'} is not the same throughout")
-    state = State(case.x, case.y, s, case.z)
+    state = RodBalls(case.x, case.y, s, case.z)
     if not z_sign and not _sticks(case, s, s_sign):
         z_sign = _direction(s)
     return state, s_sign, z_sign, touching, None
@@ -315,7 +315,7 @@ def _exact_beginning(case):
     s = x + y
     touching = {axis for axis, value in (("s", s), ("z", z)) if value == 0}
     s_sign = _sign(s) or _sign(1 + mu * y) or 1
-    state, z_sign = State(case.x, case.y, ball(s), case.z), _sign(z)
+    state, z_sign = RodBalls(case.x, case.y, ball(s), case.z), _sign(z)
     if z_sign:
         return state, s_sign, z_sign, touching, None
     grip = (sigma0 + 2) * abs(s) - abs(1 - s)
@@ -338,10 +338,10 @@ def _beside_line(case):
     deviation, rho = ball(offset), (1 + (1 - 4 * case.mu / b).sqrt()) / 2
     y = -(case.x - 1 / b) / rho + deviation
     s = 1 / (b * rho) - case.mu / (b * rho * rho) * case.x + deviation
-    signs = sign(s), sign(case.z)
+    signs = certain_sign(s), certain_sign(case.z)
     if not all(signs):
         raise Refused("start: the sign of x + y or z is not certain")
-    return State(case.x, y, s, case.z), *signs, set(), deviation
+    return RodBalls(case.x, y, s, case.z), *signs, set(), deviation
 
 
 def _sticks(case, s, s_sign):
@@ -349,14 +349,14 @@ def _sticks(case, s, s_sign):
     near, far = _edges(case, s_sign)
     if near is None:
         return False
-    inside = [sign(s_sign * (s - near))] + ([] if far is None else [sign(far - s)])
+    inside = [certain_sign(s_sign * (s - near))] + ([] if far is None else [certain_sign(far - s)])
     if 0 in inside:
         raise Refused(f"edge: z = 0 is met at x + y = {s.str(6)}, within the radius of an edge of the static cone")
     return all(side > 0 for side in inside)
 
 
 def _direction(s):
-    way = sign(1 - s)
+    way = certain_sign(1 - s)
     if not way:
         raise Refused("edge: the direction in which z = 0 is left is not certain, x + y = 1")
     return way
@@ -365,10 +365,10 @@ def _direction(s):
 def _after(case, guard, state, s_sign, z_sign):
     """Return the state with what vanishes set, the signs that follow, and which guards of the next mode it touches."""
     if guard.kind == "force_zero":
-        return State(state.x, -state.x, ball(0), state.z), -s_sign, z_sign, {"s"}
+        return RodBalls(state.x, -state.x, ball(0), state.z), -s_sign, z_sign, {"s"}
     if guard.kind == "slip_onset":
         s = guard.level
-        return State(state.x, s - state.x, s, ball(0)), s_sign, _direction(s), {"z"}
+        return RodBalls(state.x, s - state.x, s, ball(0)), s_sign, _direction(s), {"z"}
     s = common(state.s, state.x + state.y)
-    state = State(state.x, common(state.y, s - state.x), s, ball(0))
+    state = RodBalls(state.x, common(state.y, s - state.x), s, ball(0))
     return state, s_sign, 0 if _sticks(case, s, s_sign) else -z_sign, {"z"}

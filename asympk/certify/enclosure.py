@@ -10,7 +10,7 @@ then encloses the root. Nothing here relies on the closed-form roots or the extr
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from asympk.certify.balls import Ball, Refused, common, flint, sign, times
+from asympk.certify.balls import Ball, Refused, certain_sign, common, flint, times
 
 _CUTS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.0625, 0.9375)
 _MOST_PIECES = 1500
@@ -19,7 +19,7 @@ _MATRIX_WORK = 2
 _NEWTON_STEPS = 200
 
 
-class State(NamedTuple):
+class RodBalls(NamedTuple):
     """Enclosures of x, y, s = x + y and z."""
 
     x: Any
@@ -41,7 +41,7 @@ class Budget:
             raise Refused(f"undecided: {self.pieces} pieces of work are spent; take a smaller box, or a smaller until")
 
 
-class Guard(NamedTuple):
+class LevelGuard(NamedTuple):
     """A quantity ``side * (q - level)``, q = s or z; ``touching``: zero at the start, and not falling there."""
 
     kind: str
@@ -51,7 +51,7 @@ class Guard(NamedTuple):
     touching: bool = False
 
 
-def segment(a: int, b: Ball, mu: Ball, start: State, deviation: Ball | None = None) -> "MatrixExponential":
+def segment(a: int, b: Ball, mu: Ball, start: RodBalls, deviation: Ball | None = None) -> "MatrixExponential":
     """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is that from its slow line."""
     if not b.contains(0):
         square = 1 - 4 * mu / b
@@ -67,10 +67,10 @@ class MatrixExponential:
 
     unstable, work = False, _MATRIX_WORK
 
-    def __init__(self, a: int, b: Ball, mu: Ball, start: State):
+    def __init__(self, a: int, b: Ball, mu: Ball, start: RodBalls):
         self.a, self.b, self.mu, self.start = a, b, mu, start
 
-    def state(self, t: Ball) -> State:
+    def state(self, t: Ball) -> RodBalls:
         """Return the state on the time ball ``t``."""
         a, b, mu, start = self.a, self.b, self.mu, self.start
         if not all(abs(t * rate) < _LARGEST_EXPONENT for rate in (1 / mu, b / mu)):
@@ -78,9 +78,9 @@ class MatrixExponential:
         rates = [[0, 1, 0, 0], [-b / mu, -b / mu, 0, a / mu], [1 - b, 1 - b, 0, a], [0, 0, 0, 0]]
         flow = flint().arb_mat([[t * entry for entry in row] for row in rates]).exp()
         x, y, moved = (flow[row, 0] * start.x + flow[row, 1] * start.y + flow[row, 3] for row in range(3))
-        return State(x, y, x + y, start.z + moved)
+        return RodBalls(x, y, x + y, start.z + moved)
 
-    def jet(self, guard: Guard, t: Ball) -> tuple[Ball, ...]:
+    def jet(self, guard: LevelGuard, t: Ball) -> tuple[Ball, ...]:
         """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
         state = self.state(t)
         drift = (self.a - self.b * state.s) / self.mu
@@ -91,12 +91,12 @@ class MatrixExponential:
             values = state.z - guard.level, self.a - (self.b - 1) * state.s, (1 - self.b) * slope
         return tuple(guard.side * value for value in values)
 
-    def newton(self, guard: Guard, middle: Ball, time: Ball) -> tuple[Ball, int]:
+    def newton(self, guard: LevelGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
         value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
-        return middle - value / slope, sign(value)
+        return middle - value / slope, certain_sign(value)
 
-    def at(self, guard: Guard, t: Ball) -> State:
+    def at(self, guard: LevelGuard, t: Ball) -> RodBalls:
         """Return the state at the root of the guard."""
         return self.state(t)
 
@@ -106,11 +106,11 @@ class Oscillation(MatrixExponential):
 
     work = 1
 
-    def __init__(self, a: int, b: Ball, mu: Ball, start: State):
+    def __init__(self, a: int, b: Ball, mu: Ball, start: RodBalls):
         super().__init__(a, b, mu, start)
         self.rest, self.turns = a / b, (b / mu - (b / (2 * mu)) ** 2).sqrt()
 
-    def state(self, t: Ball) -> State:
+    def state(self, t: Ball) -> RodBalls:
         """Return the state on ``t``; z = z0 + (a/b) t + mu (1 - 1/b)(y - y0) follows from the two rates."""
         beta, start = self.b / self.mu, self.start
         decay, angle = (-beta * t / 2).exp(), self.turns * t
@@ -118,7 +118,7 @@ class Oscillation(MatrixExponential):
         rate = decay * angle.cos() - beta * g / 2
         away = start.x - self.rest
         x, y = self.rest + away * (rate + beta * g) + start.y * g, start.y * rate - beta * away * g
-        return State(x, y, x + y, start.z + self.rest * t + self.mu * (1 - 1 / self.b) * (y - start.y))
+        return RodBalls(x, y, x + y, start.z + self.rest * t + self.mu * (1 - 1 / self.b) * (y - start.y))
 
 
 class Exponentials(MatrixExponential):
@@ -129,7 +129,7 @@ class Exponentials(MatrixExponential):
 
     work = 1
 
-    def __init__(self, a: int, b: Ball, mu: Ball, start: State, root: Ball, deviation: Ball | None):
+    def __init__(self, a: int, b: Ball, mu: Ball, start: RodBalls, root: Ball, deviation: Ball | None):
         super().__init__(a, b, mu, start)
         k, rho = mu / b, (1 + root) / 2
         self.rest, self.coupling = a / b, mu * (1 - 1 / b)
@@ -140,7 +140,7 @@ class Exponentials(MatrixExponential):
         self.unstable = self.grows and fast.contains(0)
         self._factors: dict[tuple, tuple] = {}
 
-    def state(self, t: Ball) -> State:
+    def state(self, t: Ball) -> RodBalls:
         """Return the state on the time ball ``t``."""
         (fast, slow), (l1, l2) = self.parts, self.rates
         return self._joined(t, fast * (l1 * t).exp(), slow * (l2 * t).exp())
@@ -149,9 +149,9 @@ class Exponentials(MatrixExponential):
         (l1, l2), start = self.rates, self.start
         y = l1 * p + l2 * q
         z = start.z + self.rest * t + self.coupling * (y - start.y)
-        return State(self.rest + p + q, y, self.rest + (1 + l1) * p + self.lift * q, z)
+        return RodBalls(self.rest + p + q, y, self.rest + (1 + l1) * p + self.lift * q, z)
 
-    def jet(self, guard: Guard, t: Ball) -> tuple[Ball, ...]:
+    def jet(self, guard: LevelGuard, t: Ball) -> tuple[Ball, ...]:
         """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
         (l1, l2), start, arb = self.rates, self.start, flint().arb
         one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.grows else (
@@ -172,13 +172,13 @@ class Exponentials(MatrixExponential):
             self._factors[axis] = first, second, [times(r, f) for r, f in zip(self.rates, second, strict=True)]
         return self._factors[axis]
 
-    def newton(self, guard: Guard, middle: Ball, time: Ball) -> tuple[Ball, int]:
+    def newton(self, guard: LevelGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
         value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
         factor = (self.rates[0] * (middle - time)).exp() if self.grows else 1
-        return middle - value / slope * factor, sign(value)
+        return middle - value / slope * factor, certain_sign(value)
 
-    def at(self, guard: Guard, t: Ball) -> State:
+    def at(self, guard: LevelGuard, t: Ball) -> RodBalls:
         """Return the state at the root of the guard, the fast part from its equation where that is sharper."""
         (fast, slow), (l1, l2), start = self.parts, self.rates, self.start
         q = slow * (l2 * t).exp()
@@ -233,7 +233,7 @@ def _cut(segment, guards, lo, hi):
     """Return a time between, where if possible the sign of every guard is certain."""
     for part in _CUTS:
         middle = (lo + (hi - lo) * part).mid()
-        if all(sign(segment.jet(guard, middle)[0]) for guard in guards):
+        if all(certain_sign(segment.jet(guard, middle)[0]) for guard in guards):
             return middle
     return ((lo + hi) / 2).mid()
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.certify.balls import ball_of, between, precision, sign
+from asympk.certify.balls import ball_of, certain_sign, hull, precision
 from asympk.errors import NotDerivable
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.stability import LAMBDA, eigenvalues
@@ -115,7 +115,7 @@ def _pieces(expr, box):
     while todo:
         piece = todo.pop()
         pieces += 1
-        found = sign(ball_of(expr, {symbol: between(*ends) for symbol, ends in piece.items()}))
+        found = certain_sign(ball_of(expr, {symbol: hull(*ends) for symbol, ends in piece.items()}))
         if found < 0 or pieces > _MOST_PIECES or not (found or piece):
             return None
         if not found:

@@ -16,7 +16,7 @@ from typing import Any
 
 from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton, NumericMode
-from asympk.automaton.loop import Course, Segment, follow
+from asympk.automaton.loop import Run, Segment, follow
 from asympk.digits import carried
 from asympk.errors import InputError, OutOfRange, TooManyEvents
 from asympk.integrators.singular import followed
@@ -43,7 +43,7 @@ class Scheme:
 
 
 @dataclass(frozen=True)
-class Step:
+class CollocationStep:
     """One step: its start, its length and its stage derivatives."""
 
     t: Any
@@ -62,7 +62,7 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS} here")
     digits = int(digits)
     automaton, ctx = automaton_of(scene), decide.context(digits + SPARE)
-    start, until = tuple(decide.number(ctx, v) for v in scene.start), decide.number(ctx, scene.until)
+    start, until = tuple(decide.converted(ctx, v) for v in scene.start), decide.converted(ctx, scene.until)
     first = automaton.first(scene.start)
     rough, fine = (_follow(automaton, first, start, until, stages, digits + extra, events) for stages, extra in ORDERS)
     if fine.last.short:
@@ -72,7 +72,7 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
     if error > ctx.mpf(10) ** -digits or rough.modes != fine.modes:
         raise OutOfRange(f"two references differ by {ctx.nstr(error, 3)}; ask for fewer than {digits} digits")
     final, events = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
-    return Path(scene, method, final, events, fine.modes, Dense(fine, digits), carried(error, 3))
+    return Path(scene, method, final, events, fine.modes, CollocationDense(fine, digits), carried(error, 3))
 
 
 def _event(event: Event, digits: int) -> Event:
@@ -85,7 +85,7 @@ def _rounded(state: tuple, digits: int) -> tuple:
 
 def _follow(
     automaton: Automaton, first: tuple, start: tuple, until: Any, stages: int, digits: int, events: int
-) -> Course:
+) -> Run:
     ctx = until.context
     tolerance = ctx.mpf(10) ** -digits
     tableau = _tableau(stages, ctx.dps)
@@ -100,7 +100,7 @@ def _follow(
 
 def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
-    mode, steps = scheme.mode, list[Step]()
+    mode, steps = scheme.mode, list[CollocationStep]()
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
     h = min(until - t, 1 / (1 + rate))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
@@ -111,7 +111,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         if slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
             h *= SHRINK
             continue
-        step = Step(t, state, h, slopes)
+        step = CollocationStep(t, state, h, slopes)
         if met := _lost(scheme, step, before):
             at, k = met
             end = _at(scheme.tableau, step, at)
@@ -125,7 +125,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
 
 
-def _lost(scheme: Scheme, step: Step, before: tuple) -> tuple | None:
+def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:
     """Return (time in the step, guard) of the first guard lost in a step; ``before`` are the guards at its start."""
     mode, h = scheme.mode, step.h
 
@@ -203,7 +203,7 @@ def _moved(state: tuple, weights: Any, slopes: list, h: Any) -> tuple:
     return tuple(w + h * sum(b * k[i] for b, k in zip(weights, slopes, strict=True)) for i, w in enumerate(state))
 
 
-def _at(tableau: "_Tableau", step: Step, at: Any) -> tuple:
+def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
     """Return the state at the time ``at`` after the start of a step, from its collocation polynomial."""
     return _moved(step.state, tableau.weights(at / step.h), step.slopes, step.h)
 
@@ -215,10 +215,10 @@ def _tail(slopes: list, tableau: "_Tableau", h: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Dense:
+class CollocationDense:
     """The collocation polynomials of a run, at any times in [0, until]: mpf in an array of shape ``(n,) + t.shape``."""
 
-    course: Course
+    course: Run
     digits: int
 
     def __call__(self, t: Any) -> Any:
@@ -232,7 +232,7 @@ class Dense:
         tableau = _tableau(ORDERS[1][0], self.digits + SPARE)
         steps = [step for segment in self.course.segments for step in segment.samples]
         until = self.course.last.t
-        t = decide.number(until.context, t)
+        t = decide.converted(until.context, t)
         if not 0 <= t <= until:
             raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
         if not steps:

@@ -15,7 +15,7 @@ from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, mode_of, namespace
 from asympk.integrators.integrate import Limits, missing
-from asympk.integrators.stepwise import follow
+from asympk.integrators.stepwise import follow_steps
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import Phase
 
@@ -43,11 +43,11 @@ def advance(
         import jax  # noqa: F401
     except ImportError as error:
         raise missing(method) from error
-    solver = Steps(mode, t, state, until, (rtol, atol), times, limits.steps)
-    return follow(solver, mode, t, state, limits, times)
+    solver = KvaernoSteps(mode, t, state, until, (rtol, atol), times, limits.steps)
+    return follow_steps(solver, mode, t, state, limits, times)
 
 
-class Steps:
+class KvaernoSteps:
     """The steps of Kvaerno5 to ``until``, several in a call, as a solver of ``stepwise``."""
 
     nfev = njev = made = 0

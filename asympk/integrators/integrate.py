@@ -14,7 +14,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from asympk.automaton.automaton import NumericMode
-from asympk.automaton.loop import Course, Segment, follow
+from asympk.automaton.loop import Run, Segment, follow
 from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
 from asympk.integrators.singular import followed
 from asympk.numbers import number, numbers, whole
@@ -104,7 +104,7 @@ def run(
     course = _trace(scene, method, options)
     work = total(course)
     info = report(course.last, work, options)
-    at = Dense(endpoints(scene)[0], course.last.t, partial(_samples, scene, method, options))
+    at = SteppedDense(endpoints(scene)[0], course.last.t, partial(_samples, scene, method, options))
     path = Path(scene, method, course.last.state, course.events, course.modes, at, info=info)
     return finished(path)
 
@@ -142,7 +142,7 @@ def finished(path: Path) -> Path:
                      "another method", path)  # fmt: skip
 
 
-def total(course: Course) -> Work:
+def total(course: Run) -> Work:
     """Return the work of all segments of a course."""
     work = Work()
     for segment in course.segments:
@@ -151,7 +151,7 @@ def total(course: Course) -> Work:
 
 
 @dataclass(frozen=True)
-class Dense:
+class SteppedDense:
     """The dense output of a run: ``sample(times)`` runs again, looking in at ``times`` > 0."""
 
     start: tuple

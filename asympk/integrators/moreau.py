@@ -12,7 +12,7 @@ from time import monotonic
 
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
-from asympk.integrators.integrate import Dense, Work, bounds, endpoints, finished, report
+from asympk.integrators.integrate import SteppedDense, Work, bounds, endpoints, finished, report
 from asympk.numbers import number
 from asympk.path import Event, Path
 from asympk.scene import Scene, in_doubles
@@ -54,7 +54,7 @@ def run(
     work = Work(0, len(times) - 1, 0)
     options = {"step": h, "prefer": prefer, "steps": steps, "seconds": seconds}
     info = report(Segment(times[-1], states[-1], None, work, short), work, options) | counts
-    at = Dense(start, times[-1], partial(_between, times, states))
+    at = SteppedDense(start, times[-1], partial(_between, times, states))
     return finished(Path(scene, method, states[-1], marks, modes, at, None, info))
 
 

@@ -11,7 +11,7 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Dense, Limits, bounds, endpoints, finished, report, tolerances
+from asympk.integrators.integrate import Limits, SteppedDense, bounds, endpoints, finished, report, tolerances
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
@@ -20,7 +20,7 @@ from asympk.systems.automata import automaton_of
 
 
 @dataclass(frozen=True)
-class Field:
+class OneField:
     """A field and its Jacobian as functions of (t, *state, *p), without guards."""
 
     field: Callable
@@ -84,7 +84,7 @@ def _follow(scene, method, direction, solver, rtol, atol, steps, seconds, **opti
     steps, seconds = bounds(steps, seconds)
     last = _trace(scene, direction, solver, rtol, atol, Limits(steps, monotonic() + seconds))
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
-    at = Dense(start, last.t, partial(_samples, scene, direction, solver, rtol, atol, steps))
+    at = SteppedDense(start, last.t, partial(_samples, scene, direction, solver, rtol, atol, steps))
     path = Path(scene, method, last.state, (), ("one_field",), at, None, report(last, last.work, options))
     return finished(path)
 
@@ -92,7 +92,7 @@ def _follow(scene, method, direction, solver, rtol, atol, steps, seconds, **opti
 def _trace(scene, direction, solver, rtol, atol, limits, times=()):
     start, until = endpoints(scene)
     automaton = automaton_of(scene)
-    field = Field(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
+    field = OneField(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
     return scipy_ivp.advance(solver, field, 0.0, start, until, rtol, atol, limits, times)
 
 

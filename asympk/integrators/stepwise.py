@@ -43,7 +43,7 @@ class Solver(Protocol):
         """Return the state as a function of the time within the last step."""
 
 
-def follow(
+def follow_steps(
     solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], limits: Limits, times: Sequence[float]
 ) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or its end, looking in at ``times``."""
@@ -110,7 +110,7 @@ def _bracketed(function, low, high):
     return brentq(function, low, high, xtol=4e-16, rtol=9e-16)
 
 
-def problem(
+def field_and_start(
     mode: NumericMode, t: float, state: tuple[float, ...]
 ) -> tuple[Callable[..., tuple], tuple[float, ...], Callable[..., tuple] | None]:
     """Return (field, start, Jacobian or None) of a mode as functions of ``(t, *w, *p)``.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.integrators.integrate import Limits, missing
-from asympk.integrators.stepwise import follow, problem
+from asympk.integrators.stepwise import field_and_start, follow_steps
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,10 +26,10 @@ def advance(
     times: Sequence[float],
 ) -> Segment:
     """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
-    return follow(Steps(method, mode, t, state, until, rtol, atol), mode, t, state, limits, times)
+    return follow_steps(CvodeSteps(method, mode, t, state, until, rtol, atol), mode, t, state, limits, times)
 
 
-class Steps:
+class CvodeSteps:
     """The steps of CVODE to ``until``, as a solver of ``stepwise``."""
 
     made = 1
@@ -43,7 +43,7 @@ class Steps:
             from sksundae.cvode import CVODE
         except ImportError as error:
             raise missing(method) from error
-        field, start, jacobian = problem(mode, t, state)
+        field, start, jacobian = field_and_start(mode, t, state)
         p, jac = mode.p, {}
 
         def rhs(t, w, dw):

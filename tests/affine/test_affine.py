@@ -8,7 +8,7 @@ import pytest
 
 from asympk.affine.eigenpairs import eigenpairs
 from asympk.affine.exponential import of_roots
-from asympk.affine.mode import AffineMode, Segment, in_digits
+from asympk.affine.mode import AffineMode, ClosedSegment, in_digits
 from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import context, set_digits
 from asympk.errors import InputError, TooLarge, Undecided
@@ -49,7 +49,7 @@ def random_mode(random, size, mu, guards=0):
 def test_the_flow_is_exact_in_doubles_however_stiff(size, mu):
     random = np.random.default_rng(size)
     mode, start = random_mode(random, size, mu), random.normal(size=size)
-    segment = Segment(mode.in_doubles, start)
+    segment = ClosedSegment(mode.in_doubles, start)
     assert all(off(mode, start.tolist(), t, segment.state(t)) < 1e-14 for t in (mu / 7, 3 * mu, 1e-2, 1.7))
 
 
@@ -68,7 +68,7 @@ DEFECTIVE = {
 def test_defective_blocks_lose_nothing(name):
     mode = AffineMode.of(*DEFECTIVE[name])
     start = [0.3, -1.7, 0.9, 2.2][: len(mode.vector)]
-    segment = Segment(mode.in_doubles, start)
+    segment = ClosedSegment(mode.in_doubles, start)
     assert all(off(mode, start, t, segment.state(t)) < 1e-15 for t in (1e-9, 0.2, 3.0, 40.0))
 
 
@@ -103,13 +103,13 @@ def test_the_same_flow_runs_on_any_number_of_digits():
     mode, start = random_mode(random, 4, 1e-3), random.normal(size=4)
     for n in (22, 50, 200):
         m = digits(n)
-        found = Segment(in_digits(m, mode), [m.mpf(v) for v in start]).state(m.mpf(0.75))
+        found = ClosedSegment(in_digits(m, mode), [m.mpf(v) for v in start]).state(m.mpf(0.75))
         assert off(mode, start.tolist(), 0.75, found, dps=n + 20) < 10.0 ** (3 - n)
 
 
 def test_a_short_step_keeps_the_digits_of_its_increment():
     mode = AffineMode.of([[-1, 1], [0, -2]], [0, 0])
-    moved = Segment(mode.in_doubles, [0.0, 1.0]).state(1e-20)
+    moved = ClosedSegment(mode.in_doubles, [0.0, 1.0]).state(1e-20)
     assert moved[0] == pytest.approx(1e-20, rel=1e-15)
 
 
@@ -118,7 +118,7 @@ def test_the_first_root_of_several_guards_is_found_on_random_systems():
     for _ in range(20):
         mode = random_mode(random, int(random.integers(2, 7)), 10.0 ** -random.integers(1, 9), guards=2)
         start = random.uniform(-1, 1, len(mode.vector)).tolist()
-        segment = Segment(mode.in_doubles, start)
+        segment = ClosedSegment(mode.in_doubles, start)
         if (segment.guards[segment.functions] <= 0).any():
             continue
         found = segment.first_event(2.0)
@@ -137,7 +137,7 @@ def test_the_first_root_of_several_guards_is_found_on_random_systems():
 def height(level, start=(0, 0)):
     """Return a segment of ``x'' = -x`` with the one guard ``level - x``."""
     mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
-    return Segment(mode.in_doubles, [float(v) for v in start])
+    return ClosedSegment(mode.in_doubles, [float(v) for v in start])
 
 
 @pytest.mark.parametrize("gap", [1e-2, 1e-6, 1e-10])
@@ -157,33 +157,35 @@ def test_what_rounding_hides_is_undecided_and_more_digits_tell():
     level = Fraction(1) + Fraction(1, 10**18)
     mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), level)])
     with pytest.raises(Undecided):
-        Segment(mode.in_doubles, [0.0, 1.0]).first_event(4.0)
+        ClosedSegment(mode.in_doubles, [0.0, 1.0]).first_event(4.0)
     m = digits(40)
-    assert Segment(in_digits(m, mode), [m.zero, m.one]).first_event(m.mpf(4)) is None
+    assert ClosedSegment(in_digits(m, mode), [m.zero, m.one]).first_event(m.mpf(4)) is None
 
 
 def test_a_root_in_a_layer_of_a_ten_billionth_of_the_time_is_found():
     mode = AffineMode.of([[-(10**10), 0], [0, 0]], [0, 0], [((-1, 1), 0), ((1, 1), 5)])
-    assert Segment(mode.in_doubles, [-1.0, -0.5]).first_event(10.0)[0] == pytest.approx(np.log(2) * 1e-10, rel=1e-13)
+    t, _ = ClosedSegment(mode.in_doubles, [-1.0, -0.5]).first_event(10.0)
+    assert t == pytest.approx(np.log(2) * 1e-10, rel=1e-13)
 
 
 def test_a_guard_that_vanishes_at_the_start_is_no_event_there():
     ball = AffineMode.of([[0, 1], [0, 0]], [0, -1], [((1, 0), 0)])
-    assert Segment(ball.in_doubles, [0.0, 1e-12]).first_event(1.0) == (pytest.approx(2e-12, rel=1e-15), (0,))
-    assert Segment(ball.in_doubles, [0.0, 3.0]).first_event(1.0) is None
+    assert ClosedSegment(ball.in_doubles, [0.0, 1e-12]).first_event(1.0) == (pytest.approx(2e-12, rel=1e-15), (0,))
+    assert ClosedSegment(ball.in_doubles, [0.0, 3.0]).first_event(1.0) is None
 
 
 def test_a_growing_part_is_met_before_it_overflows_or_not_at_all():
     mode = AffineMode.of([[10**8, 0], [0, 0]], [0, 1], [((-1, 0), 1)])
-    assert Segment(mode.in_doubles, [1e-30, 0.0]).first_event(5.0)[0] == pytest.approx(np.log(1e30) / 1e8, rel=1e-14)
-    assert Segment(mode.in_doubles, [0.0, 0.0]).first_event(5.0) is None
+    t, _ = ClosedSegment(mode.in_doubles, [1e-30, 0.0]).first_event(5.0)
+    assert t == pytest.approx(np.log(1e30) / 1e8, rel=1e-14)
+    assert ClosedSegment(mode.in_doubles, [0.0, 0.0]).first_event(5.0) is None
     with pytest.raises(OverflowError):
-        Segment(mode.in_doubles, [1e-300, 0.0]).first_event(5.0)
+        ClosedSegment(mode.in_doubles, [1e-300, 0.0]).first_event(5.0)
     away = AffineMode.of([[10**8, 0], [0, 0]], [0, 1], [((1, 0), 1)])
     with pytest.raises(TooLarge, match="take a smaller until"):
-        Segment(away.in_doubles, [1.0, 0.0]).first_event(5.0)
+        ClosedSegment(away.in_doubles, [1.0, 0.0]).first_event(5.0)
     m = digits(30)
-    found, _ = Segment(in_digits(m, mode), [m.mpf("1e-300"), m.zero]).first_event(m.mpf(5))
+    found, _ = ClosedSegment(in_digits(m, mode), [m.mpf("1e-300"), m.zero]).first_event(m.mpf(5))
     assert float(found) == pytest.approx(300 * np.log(10) / 1e8, rel=1e-14)
 
 

@@ -15,7 +15,7 @@ from asympk.scenes import scenefile
 flint = pytest.importorskip("flint")
 
 from asympk.certify import certify, cover  # noqa: E402
-from asympk.certify.balls import Refused, ball, ball_of, between, common, times  # noqa: E402
+from asympk.certify.balls import Refused, ball, ball_of, common, hull, times  # noqa: E402
 from asympk.certify.proofs import Inequality, inequalities, prove  # noqa: E402
 from asympk.output.terminal import covered  # noqa: E402
 
@@ -107,7 +107,7 @@ def test_a_ball_of_a_fraction_contains_it_where_the_float_does_not(value):
 
 
 def test_a_product_of_wide_balls_keeps_its_sign():
-    wide, other = between(Fraction(1, 10), 2), between(Fraction(-3), Fraction(-1, 3))
+    wide, other = hull(Fraction(1, 10), 2), hull(Fraction(-3), Fraction(-1, 3))
     assert (wide * other).contains(0)
     assert times(wide, other) < 0
     assert times(wide, other).contains(ball(-6))
