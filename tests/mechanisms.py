@@ -11,6 +11,16 @@ T = dynamicsymbols._t
 X, Y, THETA = dynamicsymbols("X Y theta")
 m, l, g, J, f = sp.symbols("m l g J f", positive=True)
 
+# the slender rod below, as a user writes it in a file
+SLENDER_ROD = """\
+coordinates = ["X", "Y", "theta"]
+lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
+gap = "Y - l*sin(theta)"
+slip = "X - l*cos(theta)"
+friction = "f"
+unilateral = true
+"""
+
 
 @cache
 def slender_rod(unilateral=True, **contact):

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from commandline import run
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -33,15 +34,6 @@ def _refusal(function, *arguments):
     except AsympkError as refusal:
         return refusal
     return None
-
-
-def _run(capsys, *arguments):
-    try:
-        status = main([*arguments])
-    except SystemExit as stop:
-        status = stop.code
-    out, err = capsys.readouterr()
-    return status, out, err
 
 
 @pytest.fixture
@@ -105,7 +97,7 @@ BAD_LINES = [
 
 @pytest.mark.parametrize(("line", "said"), BAD_LINES, ids=[line for line, _ in BAD_LINES])
 def test_a_bad_command_line_is_one_line_and_status_two(place, capsys, line, said):
-    status, out, err = _run(capsys, *line.split())
+    status, out, err = run(capsys, *line.split())
     assert (status, out) == (2, "")
     assert err.count("\n") == 1
     assert err.startswith("asympk")
@@ -138,7 +130,7 @@ def _full(*_, **__):
 )
 def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(place, capsys, monkeypatch, line):
     monkeypatch.setattr("asympk.storage.files.os.replace", _full)
-    status, out, err = _run(capsys, *line.split())
+    status, out, err = run(capsys, *line.split())
     assert (status, out) == (2, "")
     assert "No space left on device" in err
     assert err.count("\n") == 1
@@ -148,7 +140,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(place, capsys, 
 
 def test_a_sweep_goes_on_where_a_full_disk_stopped_it(place, capsys, monkeypatch):
     (place / "chunked.toml").write_text(SWEEP.replace("[0, 0.2]", "{grid = [0, 1], points = 9}") + "chunk = 2\n")
-    assert _run(capsys, "sweep", "chunked.toml", "--out", "whole")[0] == 0
+    assert run(capsys, "sweep", "chunked.toml", "--out", "whole")[0] == 0
     real, left = os.replace, [4]
 
     def runs_full(source, target):
@@ -157,9 +149,9 @@ def test_a_sweep_goes_on_where_a_full_disk_stopped_it(place, capsys, monkeypatch
 
     with monkeypatch.context() as patch:
         patch.setattr("asympk.storage.files.os.replace", runs_full)
-        assert _run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 2
+        assert run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 2
     assert len([*(place / "o").glob("chunk-*")]) == 3
-    assert _run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 0
+    assert run(capsys, "sweep", "chunked.toml", "--out", "o")[0] == 0
     whole, resumed = ({p.name: p.read_bytes() for p in (place / o).iterdir()} for o in ("whole", "o"))
     assert whole == resumed
 
@@ -169,7 +161,7 @@ def test_a_read_only_place_is_one_line(place, capsys, monkeypatch):
         raise OSError(errno.EROFS, "Read-only file system", "o/.lock")
 
     monkeypatch.setattr("asympk.sweep.lock.os.open", read_only)
-    status, out, err = _run(capsys, "sweep", "good.toml", "--out", "o")
+    status, out, err = run(capsys, "sweep", "good.toml", "--out", "o")
     assert (status, out) == (2, "")
     assert "Read-only file system" in err
     assert err.count("\n") == 1

@@ -9,22 +9,13 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
+from commandline import run
 
 import asympk
 from asympk import cli
-from asympk.__main__ import main
 from asympk.systems import held_rod
 
 GOOD = ["solve", "--sigma", "1", "--mu", "1e-6", "--start", "0", "0.2", "-1", "--until", "5"]
-
-
-def _run(capsys, *arguments):
-    try:
-        status = main([*arguments])
-    except SystemExit as stop:
-        status = stop.code
-    out, err = capsys.readouterr()
-    return status, out, err
 
 
 def test_every_file_of_the_command_line_is_a_command_or_one_of_the_shared_ones():
@@ -33,7 +24,7 @@ def test_every_file_of_the_command_line_is_a_command_or_one_of_the_shared_ones()
 
 
 def test_solve_prints_the_path_as_a_table(capsys):
-    status, out, err = _run(capsys, *GOOD)
+    status, out, err = run(capsys, *GOOD)
     assert status == 0
     assert "asympk:" not in err
     assert "velocity_zero -> stick" in out
@@ -41,7 +32,7 @@ def test_solve_prints_the_path_as_a_table(capsys):
 
 
 def test_solve_prints_json_with_the_fixed_keys(capsys):
-    _, out, _ = _run(capsys, *GOOD, "--json")
+    _, out, _ = run(capsys, *GOOD, "--json")
     told = json.loads(out)
     assert told["modes"] == ["slip_opposite", "stick", "slip_same"]
     assert {"final", "events", "modes", "model"} <= set(told)
@@ -50,15 +41,15 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
 
 
 def test_solve_with_digits_prints_strings_of_that_many_digits(capsys):
-    _, out, _ = _run(capsys, *GOOD, "--digits", "40", "--json")
+    _, out, _ = run(capsys, *GOOD, "--digits", "40", "--json")
     final = json.loads(out)["final"]
     assert all(isinstance(value, str) for value in final)
     assert len(final[0].lstrip("-0.")) == pytest.approx(40, abs=2)
 
 
 def test_solve_with_digits_prints_the_final_state_in_full(capsys):
-    _, out, _ = _run(capsys, *GOOD, "--digits", "40")
-    full = json.loads(_run(capsys, *GOOD, "--digits", "40", "--json")[1])["final"]
+    _, out, _ = run(capsys, *GOOD, "--digits", "40")
+    full = json.loads(run(capsys, *GOOD, "--digits", "40", "--json")[1])["final"]
     assert out.splitlines()[-3:] == [f"{axis} = {value}" for axis, value in zip("xyz", full, strict=True)]
 
 
@@ -66,14 +57,14 @@ def test_solve_with_digits_prints_the_final_state_in_full(capsys):
     ("option", "method"), [("--rtol=1e-3", "exact"), ("--digits=30", "lsoda"), ("--order=1", "sign")]
 )
 def test_an_option_that_the_method_does_not_have_is_refused_with_those_it_has(capsys, option, method):
-    status, _, err = _run(capsys, *GOOD, "--method", method, option)
+    status, _, err = run(capsys, *GOOD, "--method", method, option)
     assert status == 2
     assert err.startswith(f"asympk: method '{method}' has no option '{option[2:].partition('=')[0]}'; it has ")
 
 
 def test_tolerances_and_orders_reach_the_method(capsys):
     finals = [
-        json.loads(_run(capsys, *GOOD, "--json", "--method", method, *option)[1])["final"][0]
+        json.loads(run(capsys, *GOOD, "--json", "--method", method, *option)[1])["final"][0]
         for method, option in (("lsoda", ["--rtol", "1e-3"]), ("lsoda", ["--rtol", "1e-9"]),
                                ("jump", ["--order", "0"]), ("jump", ["--order", "2"]), ("exact", []))
     ]  # fmt: skip
@@ -83,18 +74,18 @@ def test_tolerances_and_orders_reach_the_method(capsys):
 
 
 def test_a_scene_in_numbers_is_certified(capsys):
-    status, out, _ = _run(capsys, "certify", *GOOD[1:])
+    status, out, _ = run(capsys, "certify", *GOOD[1:])
     assert status == 0
     assert "x = [0.20539040887" in out
 
 
 def test_negative_numbers_of_every_form_are_values(capsys):
     arguments = [*GOOD[:5], "--start", "-1/2", "-1e-3", "-.5", "--until", "1"]
-    assert _run(capsys, *arguments)[0] == 0
+    assert run(capsys, *arguments)[0] == 0
 
 
 def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
-    status, out, _ = _run(capsys, "claims", "C16", "C23")
+    status, out, _ = run(capsys, "claims", "C16", "C23")
     assert status == 0
     assert "C16 (section 3): refined" in out
     assert "instead, numeric, holds" in out
@@ -130,7 +121,7 @@ def test_the_quick_chart_prints_its_files_and_leaves_the_kept_rows_alone(tiny, c
     pytest.importorskip("matplotlib")
     kept = tiny / "paper" / "generated"
     before = {path: path.read_bytes() for path in (kept / "rows").iterdir()}
-    status, out, err = _run(capsys, "chart", "--quick", "--root", str(tiny))
+    status, out, err = run(capsys, "chart", "--quick", "--root", str(tiny))
     assert status == 0
     assert "asympk:" not in err
     files = [Path(line) for line in out.splitlines()]
@@ -143,7 +134,7 @@ def test_the_quick_chart_prints_its_files_and_leaves_the_kept_rows_alone(tiny, c
 
 def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys):
     pytest.importorskip("matplotlib")
-    status, out, _ = _run(capsys, "chart", "--root", str(tiny))
+    status, out, _ = run(capsys, "chart", "--root", str(tiny))
     assert status == 0
     assert str(tiny / "paper" / "generated" / "rows" / "work.csv") in out.splitlines()
     assert not (tiny / "paper" / "generated" / "quick").exists()
@@ -154,10 +145,10 @@ def test_the_full_chart_without_a_peer_is_refused_in_one_line_and_the_quick_one_
     from asympk.storage.rows import read_rows
 
     monkeypatch.setattr(chart, "absent", lambda: {"lsoda": "some-package"})
-    status, out, err = _run(capsys, "chart", "--root", str(tiny))
+    status, out, err = run(capsys, "chart", "--root", str(tiny))
     assert (status, out, err) == (2, "", "asympk: the full chart runs lsoda too: pip install 'some-package'\n")
     pytest.importorskip("matplotlib")
-    assert _run(capsys, "chart", "--quick", "--root", str(tiny))[0] == 0
+    assert run(capsys, "chart", "--quick", "--root", str(tiny))[0] == 0
     ran = {row["method"] for row in read_rows(tiny / "paper" / "generated" / "quick" / "rows" / "work.csv")}
     assert "rk45" in ran
     assert "lsoda" not in ran
@@ -193,7 +184,7 @@ def _with(option, value):
     ],
 )
 def test_bad_input_is_one_line_on_stderr_and_status_two(capsys, arguments, named):
-    status, out, err = _run(capsys, *arguments)
+    status, out, err = run(capsys, *arguments)
     assert (status, out) == (2, "")
     assert err.count("\n") == 1
     assert named in err
@@ -222,13 +213,13 @@ def test_a_shell_that_asks_in_vain_starts_no_work(tmp_path):
 
 
 def test_version_is_that_of_the_package(capsys):
-    assert _run(capsys, "--version") == (0, f"asympk {asympk.__version__}\n", "")
+    assert run(capsys, "--version") == (0, f"asympk {asympk.__version__}\n", "")
 
 
 @pytest.mark.parametrize("arguments", [["solve", "backward", "--method", "LSODA"], ["claims", "c16"],
                                        ["mechanism", "Butenin"]])  # fmt: skip
 def test_names_are_read_in_any_case(capsys, arguments):
-    status, _, complaint = _run(capsys, *arguments)
+    status, _, complaint = run(capsys, *arguments)
     assert (status, complaint) == (0, "")
 
 

@@ -11,6 +11,7 @@ from threading import Thread
 import pytest
 from browser import PRESENT, browser
 from interrupt import hearing
+from mechanisms import SLENDER_ROD
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
@@ -38,13 +39,7 @@ k = 0.8
 x = 0
 v = 1
 """
-MECHANISM = """coordinates = ["X", "Y", "theta"]
-lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
-gap = "Y - l*sin(theta)"
-slip = "X - l*cos(theta)"
-friction = "f"
-unilateral = true
-[values]
+MECHANISM = f"""{SLENDER_ROD}[values]
 m = 1
 l = 1
 g = 10

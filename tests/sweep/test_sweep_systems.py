@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from mechanisms import SLENDER_ROD
 
 import asympk as ap
 from asympk.__main__ import main
@@ -307,15 +308,7 @@ theta = 1.1
 "Y'" = 0
 "theta'" = 0
 """
-OWN = """
-[system.mechanism]
-coordinates = ["X", "Y", "theta"]
-lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
-gap = "Y - l*sin(theta)"
-slip = "X - l*cos(theta)"
-friction = "f"
-unilateral = true
-"""
+OWN = f"[system.mechanism]\n{SLENDER_ROD}"
 
 
 def test_a_rigid_mechanism_ends_in_no_motion_beyond_the_critical_friction(tmp_path):

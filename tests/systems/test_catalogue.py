@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from mechanisms import SLENDER_ROD
 
 import asympk as ap
 from asympk.__main__ import main
@@ -13,17 +14,11 @@ from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described
 from asympk.systems.painleve_klein import rod
 
-ROD = """
+ROD = f"""
 about = "a slender rod on the ground"
-coordinates = ["X", "Y", "theta"]
-lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
-gap = "Y - l*sin(theta)"
-slip = "X - l*cos(theta)"
-friction = "f"
-unilateral = true
-values = {m = 1, l = 1, g = 1, f = 2}
-state = {X = 0, Y = 0.8912, theta = 1.1, "X'" = -1.17824, "Y'" = 0.0907, "theta'" = 0.2}
-over = {theta = [0.05, 1.5]}
+{SLENDER_ROD}values = {{m = 1, l = 1, g = 1, f = 2}}
+state = {{X = 0, Y = 0.8912, theta = 1.1, "X'" = -1.17824, "Y'" = 0.0907, "theta'" = 0.2}}
+over = {{theta = [0.05, 1.5]}}
 """
 
 
