@@ -94,7 +94,7 @@ def test_claims_prints_a_line_each_and_the_evidence_of_one(capsys):
 # the chart
 
 TINY = {"scenes": ("ii",), "mus": ("1e-1",), "kappas": {"1": ("1e-1",)}, "tolerances": (1e-3,), "step_sizes": (1e-1,),
-        "offsets": ("1e-2",), "model_mus": ("1e-2",), "model_tolerances": (1e-4, 1e-8),
+        "offsets": ("1e-2",), "model_mus": ("1e-2",), "model_tolerances": (1e-4, 1e-8), "contact_mus": ("1e-1",),
         "repeats": 1, "steps": 400, "seconds": 5.0}  # fmt: skip
 
 
