@@ -7,27 +7,25 @@ the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
-from asympk.asymptotics import matched, reduced
-from asympk.asymptotics.fibre import formulas
-from asympk.asymptotics.impact import Arrival, Layers
-from asympk.asymptotics.matched import Stretch
+from asympk.asymptotics import matched
+from asympk.asymptotics.impact import Layers
+from asympk.asymptotics.matched import Course, Stretch
 from asympk.asymptotics.smooth import checked_order, tolerance
 from asympk.automaton.automaton import Automaton
-from asympk.errors import InputError, NoManifold, NotDerivable, OutOfRange, TooManyEvents
-from asympk.path import Event, Path
-from asympk.symbolic import branches
-from asympk.symbolic.system import Mode, System
+from asympk.errors import InputError, NotDerivable, OutOfRange
+from asympk.path import Path
+from asympk.symbolic.system import System
 
 RTOL = 1e-9
-FINER, COARSEST = 1e-4, 1e-10  # how much finer than mu^(n + 1) layers are followed; coarser steps would pass events by
-ROUNDING = 5000  # what they lose, in units of their tolerance
+FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
+ROUNDING = 50  # what they lose, in units of their tolerance
 SAFETY = 2
-EVENTS = 1000
 
 
 def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
@@ -40,38 +38,26 @@ def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
     if checked_order(method, order):
         return _to_order(scene, method, order)
     _require_derivable(system)
-    automaton = Automaton(system, scene.values)
-    mu = float(dict(zip(system.parameters, scene.values, strict=True))[system.small])
-    layers = Layers(automaton, system.states.index(next(iter(system.fast))), mu)
-    t, until, state = 0.0, float(scene.until), tuple(map(float, scene.start))
-    branch, events, modes, stretches = automaton.first(scene.start), list[Event](), list[str](), list[Any]()
-    while True:
-        landed = layers.arrive(t, state, branch)
-        if method == "slow" and (landed.events or stretches):
-            raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} at t = {t:.6g}; use method='jump'")
-        events += landed.events
-        modes += landed.modes
-        branch = landed.branch
-        stretch, span, state = _slowly(automaton, landed, t, until, mu)
-        stretches.append(stretch)
-        t += span
-        if t >= until:
-            break
-        mode = automaton.mode(branch)
-        guard = int(np.argmin(mode.guard_values(t, state)))
-        state = mode.snapped(guard, t, state)
-        branch = automaton.next(branch, (guard,), t, state)
-        events.append(Event(*mode.kinds[guard][:1], t, state, mode.kinds[guard][1]))
-        if len(events) > EVENTS:
-            raise TooManyEvents(f"more than {EVENTS} events by t = {t:.6g}, at {system.states} = {state}")
-    return Path(scene, method, state, tuple(events), tuple(modes), Dense(tuple(stretches), until))
+    automaton, until, mu = Automaton(system, scene.values), float(scene.until), matched.small_number(scene)
+    layer = partial(_through_limit, Layers(automaton, system.states.index(next(iter(system.fast))), mu))
+    landed = layer(matched.begun(automaton, scene.start))
+    matched.require_landed(method, landed)
+    course = matched.onward(automaton, landed, until, mu, 0, RTOL, layer)
+    return Path(scene, method, course.state, course.events, course.modes, Dense(course.stretches, until))
+
+
+def _through_limit(layers: Layers, course: Course) -> Course:
+    """Return the course after its layer in the limit, where that takes no time."""
+    landed = layers.arrive(course.t, course.state, course.branch)
+    return replace(course, state=landed.state, branch=landed.branch, events=course.events + landed.events,
+                   modes=course.modes + landed.modes[1:])  # fmt: skip
 
 
 def _to_order(scene: Any, method: str, order: int) -> Path:
     """Follow a scene to an order above 0; ``path.info["omitted"]`` is what the next order changes at ``until``."""
     if scene.system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
-    mu = float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])
+    mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
     course, next_ = matched.courses(scene, method, (order, order + 1), rtol)
     final = np.array(course.state)
@@ -83,31 +69,6 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
                          "not small here; use an exact method")  # fmt: skip
     return Path(scene, method, course.state, course.events, course.modes, Dense(course.stretches, float(scene.until)),
                 error, {"omitted": tuple(omitted.tolist())})  # fmt: skip
-
-
-def _slowly(automaton: Automaton, landed: Arrival, t: float, until: float, mu: float) -> tuple:
-    """Return the slow motion from an arrival to ``until`` or the edge of its mode, its length, and its last state."""
-    system = automaton.system
-    slow, fast = branches.fields(system, landed.branch)
-    mode = Mode(branches.name(landed.branch), slow, fast)
-    if system.time is not None:
-        mode = replace(mode, slow=sp.Dict({**slow, system.time: 1}))
-    names = [*mode.slow, *mode.fast]
-    given = dict(zip(system.parameters, map(float, automaton.values), strict=True))
-    parameters = tuple(p for p in given if p != system.small)
-    known, values = formulas(mode, system.small, parameters, 1), tuple(given[p] for p in parameters)
-    at = {**dict(zip(system.states, landed.state, strict=True)), system.time: t}
-    places = [names.index(s) for s in system.states]
-    guards = automaton.mode(landed.branch).guard_values
-
-    def inside(span, point):
-        return guards(t + span, tuple(point[k] for k in places)) or (1.0,)
-
-    start = np.array([at[s] for s in names])
-    found = reduced.follow(known, (0,), [start], len(mode.slow), mu, values, until - t, RTOL, inside)
-    span = found.end
-    stretch = Stretch(t, mode.name, lambda u: found.states(u)[0][places])
-    return stretch, span, tuple(stretch.states(span).tolist())
 
 
 def _require_derivable(system: System) -> None:

@@ -13,14 +13,13 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
-import numpy as np
 import sympy as sp
-from scipy.optimize import brentq
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import abscissa, approached, text
-from asympk.asymptotics.nonstiff import Trajectory, steps
+from asympk.asymptotics.landing import NEAR, abscissa, root, text
+from asympk.asymptotics.nonstiff import Step, Trajectory, steps
+from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.errors import NoManifold, OutOfRange, TooManyEvents
 from asympk.path import Event
@@ -30,7 +29,7 @@ from asympk.symbolic.system import Mode, System
 
 STEPS = 3000
 FAR = 1e12
-IN_FAST = 0.01  # a fast state changes the slow ones through mu alone, but decides when a layer ends
+IN_FAST = 0.1  # a fast state changes the slow ones through mu alone, but decides when a layer ends
 EVENTS = 1000
 
 
@@ -106,39 +105,42 @@ def through_layer(automaton: Automaton, course: Course, until: float, mu: float,
     """
     while True:
         slow, mode = slow_of(automaton, course.branch, order), automaton.mode(course.branch)
-        found, guard = _in_mode(mode, slow, course, until, mu, rtol)
+        found, lost = _in_mode(mode, slow, course, until, mu, order, rtol)
         if not found:
             return course
         last, size = found[-1], len(course.state)
         stretch = Stretch(course.t, mode.name, _during(Trajectory(found[0].state, found), course.t, size))
-        if guard is None:
+        if lost is None:
             return replace(course, t=last.after, state=last.end[:size], stretches=(*course.stretches, stretch))
-        t = _lost(mode, guard, last, size)
+        t, guard = lost
         course = course.met(automaton, guard, t, last.shortened(t - last.t)[:size], stretch)
 
 
-def _in_mode(mode: NumericMode, slow: Slow, course: Course, until: float, mu: float, rtol: float) -> tuple:
-    """Return the steps in one mode and the guard lost in the last, or None where the fast motion is over."""
+def _in_mode(
+    mode: NumericMode, slow: Slow, course: Course, until: float, mu: float, order: int, rtol: float
+) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
+    """Return the steps in one mode, and the time and the guard lost in the last, or None where the layer is over."""
     system = mode.mode.system
     fast = {system.states.index(s) for s in system.fast}
     atol = tuple(IN_FAST * rtol / mu if k in fast else rtol for k in range(len(course.state)))
     flow, now = partial(mode.field, 0.0), course.state
     if system.time is not None:
         flow, now = _timed(mode), (*course.state, course.t)
-    ahead = steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t)
+    ahead = watched(steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t), mode.guard_values,
+                    len(atol))  # fmt: skip
     found, t, over = list[Any](), course.t, math.inf
     while len(found) < STEPS:
         state = now[: len(atol)]
-        over = _over(slow, t, state, mu, rtol) if over == math.inf else over
+        over = _over(slow, order, t, state, mu, rtol) if over == math.inf else over
         if t >= min(over, until):
             return tuple(found), None
-        if (last := next(ahead, None)) is None or max(map(abs, last.end)) > FAR:
+        last, lost = next(ahead, (None, None))
+        if last is None or max(map(abs, last.end)) > FAR:
             break
         found.append(last)
         t, now = last.after, last.end
-        values = mode.guard_values(t, now[: len(atol)])
-        if values and min(values) < 0:
-            return tuple(found), values.index(min(values))
+        if lost:
+            return tuple(found), lost
     raise OutOfRange(f"the layer of {mode.name} from t = {course.t:.6g} does not settle: at t = {t:.6g} it is at "
                      f"{text(now)}")  # fmt: skip
 
@@ -147,15 +149,19 @@ def _during(trajectory, began, size):
     return lambda t: trajectory(began + t)[:size]
 
 
-def _over(slow: Slow, t: float, state: tuple, mu: float, rtol: float) -> float:
-    """Return the time at which the fast motion is over, once it is near an attracting manifold."""
+def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
+    """Return the time at which the fast motion is over, once it is near an attracting manifold to ``order``."""
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
     if len(y) == 1 and abscissa(slow.formulas, x, y, slow.values) >= 0:
         return math.inf
     scale = max(1.0, *map(abs, y))
-    branch, rate = approached(slow.formulas, x, y, scale, slow.values)
-    return t + mu * math.log(scale / rtol) / rate if branch else math.inf
+    branch = root(slow.formulas, x, y, slow.values)
+    if branch is None or not (rate := -abscissa(slow.formulas, x, branch, slow.values)) > 0:
+        return math.inf
+    height = slow.formulas.height[order](*x, *branch, mu, *slow.values)
+    left = max(abs(v - h) for v, h in zip(y, height, strict=True)) / scale
+    return t + mu * math.log(max(1.0, left / rtol)) / rate if left < NEAR else math.inf
 
 
 @lru_cache(maxsize=256)
@@ -163,16 +169,6 @@ def _timed(mode):
     """Return a field as that of an autonomous flow, the time its last state."""
     size = len(mode.mode.system.states)
     return lambda *arguments: (*mode.field(arguments[size], *arguments[:size], *arguments[size + 1 :]), 1.0)
-
-
-def _lost(mode, guard, step, size):
-    """Return the time within a step at which a guard vanishes."""
-
-    def value(t):
-        return mode.guard_values(t, step(t)[:size].tolist())[guard]
-
-    low, high = step.t, step.after
-    return brentq(value, low, high, xtol=1e-300, rtol=1e-15) if value(low) > 0 > value(high) else high
 
 
 def slowly(automaton: Automaton, course: Course, until: float, mu: float, order: int, rtol: float) -> Course:
@@ -185,19 +181,35 @@ def slowly(automaton: Automaton, course: Course, until: float, mu: float, order:
     branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
     height = slow.formulas.height[order]
 
-    def inside(span, at):
+    def guards(span, at):
         whole = (*at[: slow.slow], *height(*at, mu, *slow.values))
-        return mode.guard_values(course.t + span, tuple(whole[k] for k in slow.places)) or (1.0,)
+        return mode.guard_values(course.t + span, tuple(whole[k] for k in slow.places))
 
     left = until - course.t
-    found = reduced.follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, inside)
+    found = reduced.follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
     places = list(slow.places)
     stretch = Stretch(course.t, mode.name, lambda u: found.states(u)[0][places])
     t, state = course.t + found.end, tuple(stretch.states(found.end).tolist())
-    if found.end >= left:
+    if found.guard is None:
         return replace(course, t=until, state=state, stretches=(*course.stretches, stretch))
-    guard = int(np.argmin(mode.guard_values(t, state)))
-    return course.met(automaton, guard, t, state, stretch)
+    return course.met(automaton, found.guard, t, state, stretch)
+
+
+def begun(automaton: Automaton, start: tuple) -> Course:
+    """Return the course that begins at ``start``, exact numbers, at t = 0."""
+    branch = automaton.first(start)
+    return Course(0.0, tuple(map(float, start)), branch, modes=(branches.name(branch),))
+
+
+def onward(
+    automaton: Automaton, course: Course, until: float, mu: float, order: int, rtol: float, layer: Callable
+) -> Course:
+    """Follow a course from where a layer has landed to ``until``; ``layer(course)`` follows it through a later one."""
+    while course.t < until:
+        course = slowly(automaton, course, until, mu, order, rtol)
+        if course.t < until:
+            course = layer(course)
+    return course
 
 
 def courses(scene: Any, method: str, orders: tuple[int, ...], rtol: float) -> list[Course]:
@@ -205,19 +217,22 @@ def courses(scene: Any, method: str, orders: tuple[int, ...], rtol: float) -> li
 
     ``"slow"`` raises ``NoManifold`` where the first layer meets an event.
     """
-    automaton, until = Automaton(scene.system, scene.values), float(scene.until)
-    mu = float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])
-    branch = automaton.first(scene.start)
-    begin = Course(0.0, tuple(map(float, scene.start)), branch, modes=(branches.name(branch),))
-    landed = through_layer(automaton, begin, until, mu, orders[-1], rtol)
+    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), small_number(scene)
+    landed = through_layer(automaton, begun(automaton, scene.start), until, mu, orders[-1], rtol)
+    require_landed(method, landed)
+    found = []
+    for order in orders:
+        layer = partial(through_layer, automaton, until=until, mu=mu, order=order, rtol=rtol)
+        found.append(onward(automaton, landed, until, mu, order, rtol, layer))
+    return found
+
+
+def small_number(scene: Any) -> float:
+    """Return the value of the small parameter."""
+    return float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])
+
+
+def require_landed(method: str, landed: Course) -> None:
+    """Raise ``NoManifold`` for ``"slow"`` where the first layer meets an event."""
     if method == "slow" and landed.events:
         raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} at t = 0; use method='jump'")
-    return [_onward(automaton, landed, until, mu, order, rtol) for order in orders]
-
-
-def _onward(automaton, course, until, mu, order, rtol):
-    while course.t < until:
-        course = slowly(automaton, course, until, mu, order, rtol)
-        if course.t < until:
-            course = through_layer(automaton, course, until, mu, order, rtol)
-    return course

@@ -7,7 +7,7 @@ and Wanner, Solving Ordinary Differential Equations I, section II.10).
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
@@ -150,18 +150,19 @@ def _compiled(size: int, groups: int) -> Callable:
 
     It returns the end, the stages, and the squares' sums of the error estimates of order 5 and 3 over what is allowed.
     """
-    lines = [f"def take(flows, p, h, w, k0, rtol, atol):\n    {_names('f', groups)} = flows",
-             f"    {_names('w', size)} = w", f"    {_names('k0_', size)} = k0"]  # fmt: skip
+    every = range(size)
+    lines = [f"def take(flows, p, h, w, k0, rtol, atol):\n    {_names('f', range(groups))} = flows",
+             f"    {_names('w', every)} = w", f"    {_names('k0_', every)} = k0"]  # fmt: skip
     for stage, row in enumerate([*DOP853.A[1:STAGES], DOP853.B], 1):
-        lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in range(size)]
+        lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in every]
         for g, share in enumerate(_shares(size, groups)):
-            lines.append(f"    {_names(f'k{stage}_', *share)} = f{g}({''.join(f'v{i}, ' for i in share)}*p)")
-    stages = ", ".join(f"({_names(f'k{stage}_', size)})" for stage in range(STAGES + 1))
-    for i in range(size):
+            lines.append(f"    {_names(f'k{stage}_', share)} = f{g}({''.join(f'v{i}, ' for i in share)}*p)")
+    stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
+    for i in every:
         lines += [f"    a, b = abs(w{i}), abs(v{i})", f"    s{i} = atol[{i}] + rtol*(a if a > b else b)"]
     for name, row in (("high", DOP853.E5), ("low", DOP853.E3)):
-        lines.append(f"    {name} = " + " + ".join(f"(({_sum(row, i)})/s{i})**2" for i in range(size)))
-    lines.append(f"    return ({_names('v', size)}), ({stages}), high, low")
+        lines.append(f"    {name} = " + " + ".join(f"(({_sum(row, i)})/s{i})**2" for i in every))
+    lines.append(f"    return ({_names('v', every)}), ({stages}), high, low")
     space: dict = {}
     exec("\n".join(lines), space)
     return space["take"]
@@ -171,8 +172,7 @@ def _shares(size, groups):
     return [range(g * size // groups, (g + 1) * size // groups) for g in range(groups)]
 
 
-def _names(letter, *span):
-    indices = range(*span) if len(span) == 1 and isinstance(span[0], int) else span
+def _names(letter: str, indices: Iterable[int]) -> str:
     return "".join(f"{letter}{i}, " for i in indices)
 
 

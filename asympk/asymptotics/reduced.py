@@ -17,6 +17,7 @@ import numpy as np
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import abscissa, root, text
 from asympk.asymptotics.nonstiff import Trajectory, steps
+from asympk.asymptotics.watching import watched
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000
@@ -26,7 +27,10 @@ MEETING = 4  # mu y' = g and x' = f with constant coefficients have real rates b
 
 @dataclass(frozen=True)
 class Reduced:
-    """The flow to the orders ``orders`` of a manifold, side by side: (x, b) of each at the times of ``solution``."""
+    """The flow to the orders ``orders`` of a manifold, side by side: (x, b) of each along ``trajectory``.
+
+    ``guard`` is the one that is lost at ``end``, or None.
+    """
 
     formulas: Formulas
     orders: tuple[int, ...]
@@ -34,6 +38,7 @@ class Reduced:
     mu: float
     values: tuple
     end: float
+    guard: int | None
     trajectory: Trajectory = field(repr=False)
 
     def states(self, t: Any) -> np.ndarray:
@@ -58,31 +63,31 @@ def follow(
     values: tuple,
     until: float,
     rtol: float = 1e-12,
-    inside: Callable | None = None,
+    guards: Callable | None = None,
 ) -> Reduced:
     """Integrate the flow to every order of ``orders`` from its start (x, b), the first ``slow`` numbers x.
 
-    ``inside`` returns the guards of a mode at (t, x, b); the flow of the first order ends where one becomes negative.
+    ``guards`` returns those of a mode at (t, x, b); the flow of the first order ends where one becomes negative.
     Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for infinity; both
     tell the time and the state reached.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
-    found, end = list[Any](), until
+    found, end, guard = list[Any](), until, None
     _check(None, formulas, first[:size], slow, mu, values)
     flows = tuple(formulas.flow[m] for m in orders)
-    for step in steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first)):
+    for step, lost in watched(steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first)), guards, size):
         if len(found) == STEPS or not max(map(abs, step.end)) < FAR:
             break
         found.append(step)
-        if inside and min(inside(step.after, step.end[:size])) < 0:
-            end = _edge(step, size, inside)
+        if lost:
+            end, guard = lost
             break
         _check(step, formulas, step.end[:size], slow, mu, values)
     if until > 0 and (not found or found[-1].after < end):
         t, last = (found[-1].after, found[-1].end) if found else (0.0, first)
         raise OutOfRange(f"the reduced flow ends at t = {t:.6g} near {text(last[:size])}: its states grow beyond "
                          "bounds, or its steps become too small")  # fmt: skip
-    return Reduced(formulas, orders, slow, mu, values, end, Trajectory(first, tuple(found)))
+    return Reduced(formulas, orders, slow, mu, values, end, guard, Trajectory(first, tuple(found)))
 
 
 def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
@@ -92,14 +97,6 @@ def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], val
         raise OutOfRange(f"the base point x = {text(x)} is off the branch that the layer settles on; the small "
                          "parameter is not small here")  # fmt: skip
     return np.array([*x, *b])
-
-
-def _edge(step, size, inside):
-    """Return the last time at which every guard is positive, by bisection."""
-    low, high = step.t, step.after
-    while (middle := (low + high) / 2) not in (low, high):
-        low, high = (low, middle) if min(inside(middle, step(middle)[:size].tolist())) < 0 else (middle, high)
-    return low
 
 
 def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, values: tuple) -> float:

@@ -366,7 +366,7 @@ def _holds(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple],
     first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
     for order in range(first, 2 + min(len(mode.system.states), 5)):
         before = mode.derivative(guard, order - 1)
-        if order > first and sp.count_ops(before) > LONGEST:
+        if order > first and _length(before) > LONGEST:
             raise Undecided(f"{kind} of {branches.name(mode.branch)} vanishes at t = {float(nudged[0][0]):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
         derivative = function(mode.system, (before,), numbers.target, numbers.functions, (mode.flow,))
@@ -374,6 +374,11 @@ def _holds(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple],
         if sign:
             return sign > 0
     return True
+
+
+@lru_cache(maxsize=256)
+def _length(expr: sp.Expr) -> int:
+    return sp.count_ops(expr)
 
 
 # the choice

@@ -1,0 +1,88 @@
+"""Which guard is lost first within a step of integration, and when: a dip below 0 and back counts, too.
+
+A guard that is positive at both ends of a step may have vanished twice between them. Where it falls at the beginning
+and rises at the end, its cubic Hermite interpolant tells whether it may, and its least value whether it does. Values
+within a step are those of a shorter one: dense output is coarser than a step, of a fast state above all.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+from scipy.optimize import brentq, minimize_scalar
+
+from asympk.asymptotics.nonstiff import Step
+
+Guards = Callable[[float, tuple[float, ...]], Sequence[float]]
+NUDGE = 1e-6  # of a step, for the slopes of guards at its ends
+SHALLOW = 0.5  # a least value of the interpolant below this part of the ends' is looked for
+HALVINGS = 50
+
+
+def watched(
+    steps: Iterable[Step], guards: Guards | None, size: int
+) -> Iterator[tuple[Step, tuple[float, int] | None]]:
+    """Yield every step with the time within it at which a guard first falls through 0, and which one; or with None.
+
+    ``guards`` takes the time and the first ``size`` states.
+    """
+    after = None
+    for step in steps:
+        if guards is None:
+            yield step, None
+            continue
+        before, after = after or _end(step, guards, size, 0), _end(step, guards, size, 1)
+        yield step, _first_lost(step, guards, size, before, after)
+
+
+def _end(step: Step, guards: Guards, size: int, end: int) -> tuple[Sequence[float], list[float]]:
+    """Return the values of the guards at one end of a step, and their slopes there."""
+    t, state, rates = (step.after, step.end, step.stages[-1]) if end else (step.t, step.state, step.stages[0])
+    values, nudge = guards(t, state[:size]), NUDGE * step.span * (-1 if end else 1)
+    moved = guards(t + nudge, tuple(w + nudge * r for w, r in zip(state[:size], rates[:size], strict=True)))
+    return values, [(b - a) / nudge for a, b in zip(values, moved, strict=True)]
+
+
+def _first_lost(step: Step, guards: Guards, size: int, before: tuple, after: tuple) -> tuple[float, int] | None:
+    hits = []
+    for k, (a, b, fall, rise) in enumerate(zip(before[0], after[0], before[1], after[1], strict=True)):
+        if b >= 0 and not fall < 0 < rise:
+            continue
+
+        def value(t: float, k: int = k) -> float:
+            return guards(t, step.shortened(t - step.t)[:size])[k]
+
+        end = step.after if b < 0 else _dip(value, step, a, b, fall * step.span, rise * step.span)
+        if end is not None:
+            hits.append((_zero(value, step.t, end), k))
+    return min(hits, default=None)
+
+
+def _dip(value: Callable, step: Step, a: float, b: float, fall: float, rise: float) -> float | None:
+    """Return a time within a step at which a guard that is positive at its ends, a and b, is negative, or None."""
+    if min(a, b) <= 0:
+        return None
+    share = _bottom(a, b, fall, rise)
+    if _hermite(share, a, b, fall, rise) > SHALLOW * min(a, b):
+        return None
+    found = minimize_scalar(value, bounds=(step.t, step.after), method="bounded", options={"xatol": 1e-9 * step.span})
+    return float(found.x) if found.fun < 0 else None
+
+
+def _bottom(a: float, b: float, fall: float, rise: float) -> float:
+    """Return where in (0, 1) the cubic with these values and slopes at 0 and 1 is least."""
+    cubic, square = 3 * (2 * (a - b) + fall + rise), 3 * (b - a) - 2 * fall - rise  # slope: cubic, 2 square, fall
+    return -fall / (square + math.sqrt(square * square - cubic * fall))
+
+
+def _hermite(share: float, a: float, b: float, fall: float, rise: float) -> float:
+    left = 1 - share
+    return (left * left * (a * (1 + 2 * share) + fall * share) + share * share * (b * (1 + 2 * left) - rise * left))
+
+
+def _zero(value: Callable, low: float, high: float) -> float:
+    """Return where a guard falls through 0; one that is 0 at ``low`` was positive just after."""
+    if not value(high) < 0:
+        return high
+    ahead = (low + (high - low) / 2**k for k in range(HALVINGS))
+    start = low if value(low) > 0 else next((t for t in ahead if value(t) > 0), None)
+    return high if start is None else brentq(value, start, high, xtol=1e-300, rtol=1e-15)
