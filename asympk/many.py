@@ -1,5 +1,6 @@
 """Many trajectories at once: which itinerary each has, and their picture, whatever has followed them."""
 
+from abc import abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -78,9 +79,9 @@ class Many(ShownAsTable):
         found[list(self._left)] = list(self._left.values())
         return found.reshape(self.n_events.shape)
 
+    @abstractmethod
     def events(self) -> Any:
         """Return the events: arrays ``trajectory``, ``kind``, ``t``, in order of time per trajectory."""
-        raise NotImplementedError
 
     def itineraries(self) -> Itineraries:
         """Return which sequence of events each trajectory has."""

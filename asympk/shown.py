@@ -5,6 +5,7 @@ The values of a card are words, numbers, or formulas: anything that SymPy's LaTe
 """
 
 import re
+from abc import ABC, abstractmethod
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
@@ -22,11 +23,11 @@ class Card(NamedTuple):
     rows: tuple[tuple[str, Any], ...] = ()
 
 
-class Shown:
+class Shown(ABC):
     """A noun whose ``repr`` is its card, a few lines of text."""
 
-    def _card(self) -> Card:
-        raise NotImplementedError
+    @abstractmethod
+    def _card(self) -> Card: ...
 
     def __repr__(self) -> str:
         return as_text(self._card())
