@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCENES = {"i": (0, 0, 1), "ii": (0, "0.2", -1), "iii": (-1, -1, 1)}
+UNTIL = 5
 SHOWN = "ii"  # the scene whose costs have a figure of their own, for the README
 FEW = ("exact", "kvaerno5", "lsoda", "rk45")  # the methods that the paper compares in its text
 FAILING = "iii"  # the scene on which the most runs fail
@@ -120,7 +121,7 @@ def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]
     rows = []
     for name in plan["scenes"]:
         for mu in plan["mus"]:
-            scene = Scene(1, mu, SCENES[name], 5, name=name)
+            scene = Scene(1, mu, SCENES[name], UNTIL, name=name)
             for method, options, tolerances in [*_models(), *_integrators(plan), *_crude(plan)]:
                 tell(f"scene ({name}), mu = {mu}: {method}")
                 rows += workprec(scene, label=method, repeats=plan["repeats"], **options)(tolerances)
@@ -158,7 +159,7 @@ def _warm(plan, tell):
     for method, options, tolerances in _integrators(plan):
         if method in ("heyoka", "kvaerno5"):
             tell(f"compiling {method}")
-            workprec(Scene(1, "0.1", SCENES["ii"], 5), repeats=1, **options)(tolerances)
+            workprec(Scene(1, "0.1", SCENES["ii"], UNTIL), repeats=1, **options)(tolerances)
 
 
 def plane_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
@@ -210,11 +211,11 @@ def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[mod
                           plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip
 
 
-def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Any]:
+def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list:
     """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
-    rows: list[Any] = []
+    rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # as many steps a unit of time
     for mu in plan["contact_mus"]:
-        for method, options, tolerances in (*_integrators(plan), *_one_field(plan)):
+        for method, options, tolerances in (*_integrators(share), *_one_field(share)):
             tell(f"two contacts, mu = {mu}: {method}")
             rows += contacts.measure(mu, tolerances=tolerances, repeats=1, **options)
     return rows
@@ -238,7 +239,7 @@ def nonlinear_references(plan: Mapping[str, Any], kept: Path, tell: Callable[[st
 def _reference_row(kappa, mu):
     from mpmath import nstr
 
-    scene = Scene(1, mu, SCENES["ii"], 5, name="ii")
+    scene = Scene(1, mu, SCENES["ii"], UNTIL, name="ii")
     path = collocation.run(_kept(Fraction(kappa), scene), digits=30)
     spelled = {name: nstr(value, 32) for name, value in zip(("x", "y", "z"), path.final, strict=True)}
     events = " ".join(f"{event.kind}:{nstr(event.t, 32)}" for event in path.events)
@@ -248,7 +249,7 @@ def _reference_row(kappa, mu):
 
 def _truth(row):
     """Return (scene, reference path) of a stored row."""
-    scene = Scene(1, row["mu"], SCENES["ii"], 5, name="ii")
+    scene = Scene(1, row["mu"], SCENES["ii"], UNTIL, name="ii")
     marks = [word.split(":") for word in row["events"].split()]
     events = tuple(Event(kind, Fraction(t), ()) for kind, t in marks)
     final = tuple(Fraction(row[name]) for name in ("x", "y", "z"))
@@ -299,9 +300,16 @@ def drawn(out: Path) -> "dict[str, Figure]":
     if (out / "rows" / "nonlinear.csv").exists():
         rows = read_rows(out / "rows" / "nonlinear.csv")
         found["nonlinear"] = figures.nonlinear(rows)
+        kept = [row for row in rows if row["kappa"] == 1]
+        found["nonlinear-work"] = figures.work_precision(kept, SHOWN, _two(sorted({row["mu"] for row in kept})))
     if (out / "rows" / "models.csv").exists() and (saved := modelwork.savings(read_rows(out / "rows" / "models.csv"))):
         found["models"] = figures.savings(saved)
     return {f"chart-{name}": figure for name, figure in found.items()}
+
+
+def _two(mus):
+    """Return a moderate value of mu and the least."""
+    return [mus[-1 - len(mus) // 3], mus[0]]
 
 
 def _drawn_work(path):

@@ -29,6 +29,7 @@ STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
 CHARTS = {
     "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-cost-ii": "work.csv",
     "chart-few": "work.csv", "chart-failures": "plane.csv", "chart-nonlinear": "nonlinear.csv",
+    "chart-nonlinear-work": "nonlinear.csv", "chart-models": "models.csv",
 }  # fmt: skip
 MECHANISM_NAMES = {
     "painleve_klein": "Painlevé and Klein", "unequal_masses": "unequal masses", "held_rod": "mass on a spring",

@@ -23,7 +23,7 @@ def mechanisms(told: dict[str, Any]) -> Any:
         shown: set[int] = set()
         for column, (name, described) in enumerate(told.items()):
             sketch, below = axes[:, column]
-            sketch.set(xlim=(0.12, sketches.WIDTH - 0.13), ylim=(0, sketches.HEIGHT), aspect="equal")
+            sketch.set(xlim=(0.04, sketches.WIDTH - 0.05), ylim=(0, sketches.HEIGHT), aspect="equal")
             sketch.set_axis_off()
             sketch.set_title(f"({'abcd'[column]}) {TITLES[name]}", pad=2)
             sketches.SKETCHES[name].draw(sketch)

@@ -84,7 +84,7 @@ def _undamped(ax, rows):
     fine = [1 / 8, max(epsilons)]
     ax.plot(fine, [undamped_factor() / epsilon**3 for epsilon in fine], color="black", ls=(0, (4, 2)),
             label=r"$\propto \varepsilon^{-3}$")
-    ax.set(xscale="log", yscale="log", xlabel=r"$\varepsilon$", ylabel="$T$, no damping")
+    ax.set(xscale="log", yscale="log", xlabel=r"$\varepsilon$", ylabel="$T$, no damping", ylim=(30, 3e4))
     ax.set_xticks(epsilons, [f"1/{round(1 / epsilon)}" for epsilon in epsilons])
     ax.minorticks_off()
     ax.legend(loc="upper right")

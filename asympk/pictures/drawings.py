@@ -48,7 +48,7 @@ def masses(ax: "Axes", x: float, y: float) -> None:
         start, end = ((px + beside[0], py + beside[1]) for px, py in pen.along(first, STEEP, near, far))
         pen.arrow(ax, start, end, "$R$", (-0.1, 0.04) if far > near else (-0.1, 0.0))
     ax.text(x + 1.62, high + 0.14, "smooth", ha="right", va="bottom", fontsize=6)
-    ax.text(x + 1.62, low + 0.0, "rough: $f$, $f_0$", ha="right", va="bottom", fontsize=6)
+    ax.text(x + 1.62, low - 0.14, "rough: $f$, $f_0$", ha="right", va="top", fontsize=6)
 
 
 def rod(ax: "Axes", x: float, y: float) -> None:

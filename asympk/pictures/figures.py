@@ -35,6 +35,7 @@ REFUSED, NO_END = 0.4, 1e3  # on the axis of cost, of a model that refuses; on t
 SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
 NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 6.0, 76, 0.1, 0.125  # points, characters, inches, inches
 ALONGSIDE = 1e-5  # tolerance of the integrators that are drawn beside the models
+ALONGSIDE_METHODS = {"lsoda": 2, "kvaerno5": -2}  # by how many points their names are raised
 GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; how near marks touch, in parts of the axes
 
 
@@ -53,12 +54,9 @@ def save(figure: "Figure", path: str | Path) -> Path:
 @contextmanager
 def sheet(
     body: float, rows: int = 1, columns: int = 1, *, entries: int = 0, per_line: int = 3, note: str = "",
-    legend_of: tuple[int, int] = (0, 0), **options: Any,
+    **options: Any,
 ) -> "Iterator[tuple[Figure, np.ndarray]]":  # fmt: skip
-    """Yield (figure, axes) of a column's width: ``body`` inches of axes above a legend of ``entries`` and a note.
-
-    The legend is that of the axes at ``legend_of``, (row, column).
-    """
+    """Yield (figure, axes) of a column's width: ``body`` inches of axes above a legend of ``entries`` and a note."""
     matplotlib = style.matplotlib()
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -73,7 +71,7 @@ def sheet(
         axes = figure.subplots(rows, columns, squeeze=False, **options)
         yield figure, axes
         figure.text(0.01, 0.02 / height, words, fontsize=NOTE_SIZE, va="bottom", ha="left", in_layout=False)
-        handles = axes[legend_of].get_legend_handles_labels()[0]
+        handles = axes.flat[0].get_legend_handles_labels()[0]
         legend = figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, note_height / height),
                                ncols=per_line, columnspacing=1.0, borderpad=0.1, labelspacing=0.25)
         legend.set_in_layout(False)
@@ -220,25 +218,38 @@ def cheapest(rows: Iterable[Row], accuracy: float) -> dict[float, Any]:
     return found
 
 
-def nonlinear(rows: Sequence[Row], note: str = "") -> "Figure":
-    """The rod with its geometry kept: what the small-angle models miss of it, and work against precision."""
-    mus = sorted({row["mu"] for row in rows if row["kappa"] == 1})
-    panels = [mus[-1 - len(mus) // 3], mus[0]] if len(mus) > 1 else [mus[0]] * 2
-    methods = _methods(rows)
-    with sheet(3.3, 2, 2, entries=len(methods), note=note, legend_of=(1, 0), sharey="row") as (figure, axes):
-        grid = axes[0, 0].get_gridspec()
-        for ax in axes[0]:
-            ax.remove()
-        _model_panel(figure.add_subplot(grid[0, :]), rows)
-        for ax, mu in zip(axes[1], panels, strict=True):
-            _precision_panel(ax, [row for row in rows if row["mu"] == mu and row["kappa"] == 1], methods)
-            ax.set_title(rf"$\kappa = 1$, $\mu = {power(mu)}$", pad=2)
-            ax.set_xlabel("error of the final state")
-        axes[1, 0].set_ylabel("CPU time / exact flow")
-        axes[1, 0].set_ylim(0.15, 3 * max(row["ratio"] for row in rows if row["ratio"]))
-        for handle in axes[1, 0].get_legend_handles_labels()[0]:
-            handle.set_label(handle.get_label().replace("exact flow", "(2.7)-(2.9), exact flow"))
+def nonlinear(rows: Sequence[Row]) -> "Figure":
+    """Draw what the small-angle models miss of the rod with its geometry kept, over mu, for every kappa.
+
+    At kappa = 1 the digits are the jump map of that order, and two integrators of that rod stand beside the models.
+    """
+    with plate(2.0) as (figure, axes):
+        ax, glyphs = axes.flat[0], []
+        ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="error of the final state")
+        ax.minorticks_off()
+        for kappa in sorted({row["kappa"] for row in rows}):
+            exact = _errors([row for row in rows if row["kappa"] == kappa], "exact")
+            ax.plot(*zip(*exact, strict=True), **{**style.line("exact"), "linestyle": "-", "linewidth": 0.6})
+            ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5 + 4 * GLYPH * (kappa == 1), 0),
+                        textcoords="offset points", fontsize=6, va="center")  # fmt: skip
+        here = [row for row in rows if row["kappa"] == 1]
+        for method, raised in ALONGSIDE_METHODS.items():
+            points = _errors(here, method)
+            ax.plot(*zip(*points, strict=True), **style.line(method))
+            ax.annotate(style.line(method)["label"], points[0], (5, raised), textcoords="offset points",
+                        color=style.line(method)["color"], va="center")  # fmt: skip
+        for method in [m for m in style.MODELS if m != "exact"]:
+            glyphs += _drawn_or_glyphs(ax, method, _errors(here, method), style.line(method))
+        low, high = ax.get_xlim()
+        ax.set_xlim(high, low / 50)
+        _side_by_side(ax, glyphs, begin=1.4)  # the stars of the exact flow are where they are
     return figure
+
+
+def _errors(rows, method):
+    """Return the errors of a method over mu, of an integrator those at the tolerance ``ALONGSIDE``."""
+    return sorted((row["mu"], row["final_error"]) for row in rows if row["method"] == method
+                  and row["final_error"] is not None and (row["rtol"] or ALONGSIDE) == ALONGSIDE)  # fmt: skip
 
 
 def savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "Figure":
@@ -267,27 +278,6 @@ def savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "F
         axes[0, 0].annotate("not reached", (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points",
                             fontsize=6, va="top")  # fmt: skip
     return figure
-
-
-def _model_panel(ax, rows):
-    """Error against mu of the models that are linear in the angle, for every kappa; one integrator beside them."""
-    ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="error of the final state")
-    ax.minorticks_off()
-    glyphs = []
-    for kappa in sorted({row["kappa"] for row in rows}):
-        here = [row for row in rows if row["kappa"] == kappa and row["final_error"] is not None]
-        exact = sorted((row["mu"], row["final_error"]) for row in here if row["method"] == "exact")
-        ax.plot(*zip(*exact, strict=True), **{**style.line("exact"), "linestyle": "-", "linewidth": 0.6})
-        ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5 + 4 * GLYPH * (kappa == 1), 0), textcoords="offset points",
-                    fontsize=6, va="center")  # fmt: skip
-        for method in (*style.MODELS, "lsoda", "kvaerno5") if kappa == 1 else ():
-            found = [row for row in here if row["method"] == method and (row["rtol"] or ALONGSIDE) == ALONGSIDE]
-            if found and method != "exact":
-                points = sorted((row["mu"], row["final_error"]) for row in found)
-                glyphs += _drawn_or_glyphs(ax, method, points, style.line(method))
-    low, high = ax.get_xlim()
-    ax.set_xlim(high, low / 50)
-    _side_by_side(ax, glyphs, begin=1.4)  # the stars of the exact flow are where they are
 
 
 def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "Figure":

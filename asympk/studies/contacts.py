@@ -21,7 +21,7 @@ from asympk.symbolic.system import Friction, System
 from asympk.systems import painleve_klein as pk
 
 KAPPA = "1/2"
-START, UNTIL = (0, -3, 1), 5  # beyond the divide: both masses stop, and the second one twice
+START, UNTIL = (0, -3, 1), 1  # beyond the divide: both masses stop, and the second one twice
 NAME = "two rough guides"
 kappa, phi_2 = sp.Symbol("kappa", positive=True), sp.Symbol("phi_2", real=True)
 
