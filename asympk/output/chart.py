@@ -211,7 +211,7 @@ def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[mod
                           plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip
 
 
-def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list:
+def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Any]:
     """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
     rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # as many steps a unit of time
     for mu in plan["contact_mus"]:
