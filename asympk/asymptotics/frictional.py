@@ -73,13 +73,15 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
 
 def _require_derivable(system: System) -> None:
     if system.small is None or len(system.frictions) != 1 or len(system.fast) != 1:
-        raise NotDerivable("the jump of a system with friction is known for one friction and one fast state; this one "
-                           f"has {len(system.frictions)} and {len(system.fast)}")  # fmt: skip
+        raise NotDerivable("the limit of a jump is known for one friction, one fast state and a small parameter; this "
+                           f"system has {len(system.frictions)} frictions, fast states {list(system.fast)}, small "
+                           f"parameter {system.small}; order >= 1 follows the layer of any")  # fmt: skip
     (y,) = system.fast
     for mode in system.modes:
         for s, rate in {**mode.slow, **mode.fast}.items():
             if sp.expand(rate.diff(y)).has(y):
-                raise NotDerivable(f"the rate of {s} in {mode.name} is not affine in {y}: its jump has no law here")
+                raise NotDerivable(f"the rate of {s} in {mode.name} is not affine in {y}: its jump has no law here; "
+                                   "order >= 1 follows the layer")  # fmt: skip
 
 
 @dataclass(frozen=True)

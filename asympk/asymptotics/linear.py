@@ -15,6 +15,7 @@ from asympk.asymptotics.itinerary import LoadLine
 from asympk.asymptotics.layers import Field
 from asympk.errors import NotDerivable
 
+IN_NUMBERS = "solve(scene, method='jump', order=n), n >= 1, follows any slow-fast system in numbers"
 SLIP = ("slip_same", "slip_opposite")
 
 
@@ -70,13 +71,17 @@ class Linear:
 @lru_cache(maxsize=16)
 def linear(system):
     """Read a ``System``; raises ``NotDerivable`` where it is not linear, not planar, or not driven by the load."""
-    if system.friction is None:
+    if not system.frictions:
         raise NotDerivable("the system has no dry friction: its layers do not jump; use slow_manifold")
+    if system.friction is None or system.small is None:
+        raise NotDerivable(f"{len(system.frictions)} frictions, small parameter {system.small}: a jump is derived for "
+                           f"one friction and a small parameter; {IN_NUMBERS}")  # fmt: skip
     z = system.friction.velocity
     slow = [v for v in system.modes[0].slow if v != z]
     fast = list(system.modes[0].fast)
     if len(slow) != 1 or len(fast) != 1:
-        raise NotDerivable(f"slow states {slow} and fast states {fast}: a jump is derived for one of each")
+        raise NotDerivable(f"slow states {slow} and fast states {fast}: a jump is derived for one of each; the limit "
+                           f"of an elastic contact is jump_law() of its mechanism, {IN_NUMBERS}")  # fmt: skip
     states = (*slow, *fast, z)
     fields = {
         m.name: Field(*(_affine(e, states) for e in (m.slow[states[0]], m.fast[states[1]], m.slow[z])))

@@ -201,3 +201,36 @@ def test_what_orders_with_friction_predict_bounds_their_error_on_random_scenes(s
         except (OutOfRange, NotNormallyHyperbolic):
             continue
         assert distance(path.final, truth.final) <= path.error + 1e-13
+
+
+def _two_frictions():
+    z1, z2, f1, f2 = sp.symbols("z1 z2 F1 F2", real=True)
+    contacts = (ap.Friction(velocity=z1, force=f1, load=a + b, kinetic=3),
+                ap.Friction(velocity=z2, force=f2, load=sp.S.One, kinetic=sp.S.Half))  # fmt: skip
+    slow = {a: b, z1: 1 - (a + b) + f1, z2: -1 + (a + b) / 2 + f2}
+    return ap.System.with_frictions(slow=slow, fast={b: 1 - 2 * (a + b) + f1}, frictions=contacts, small=c)
+
+
+@pytest.mark.parametrize("second", ["3/2", 0, "1/1000"])
+def test_a_jump_at_one_friction_while_another_slips_sticks_or_stops_is_known_to_higher_orders(second):
+    start = {"a": 0, "b": "1/5", "z1": -1, "z2": second}
+    for order in (1, 2):
+        off = []
+        for small in ("1/1000", "1/4000"):
+            scene = ap.Scene(system=_two_frictions(), values={c: small}, start=start, until=1)
+            path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene)
+            error = np.abs(np.array(path.final) - np.array(truth.final, dtype=float)).max()
+            assert path.modes == truth.modes
+            assert error < path.error
+            off.append(error)
+        assert off[1] < off[0] / 4 ** (order + 0.5)
+
+
+def test_what_has_no_jump_in_the_limit_or_in_symbols_is_refused_with_what_does():
+    scene = ap.Scene(system=_two_frictions(), values={c: "1e-4"}, start=(0, -1, 1, "1/5"), until=1)
+    with pytest.raises(NotDerivable, match=r"2 frictions.*order >= 1 follows the layer"):
+        ap.solve(scene, "jump", order=0)
+    with pytest.raises(NotDerivable, match=r"2 frictions.*solve"):
+        ap.jump_map(_two_frictions())
+    with pytest.raises(NotDerivable, match=r"jump_law\(\) of its mechanism"):
+        ap.jump_map(held_rod())
