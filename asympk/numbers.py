@@ -65,7 +65,7 @@ def objects(name: str, value: Any) -> "np.ndarray":
     return _array(name, value, object)
 
 
-def place(name: str, at: tuple) -> str:
+def entry_name(name: str, at: tuple) -> str:
     """Return how a message names the entry ``at`` of an array."""
     return f"{name}[{', '.join(map(str, at))}]" if at else name
 
@@ -157,5 +157,5 @@ def _read_each(name, values):
 
     read = np.empty(values.shape)
     for at, value in np.ndenumerate(values):
-        read[at] = float(number(place(name, at), value))
+        read[at] = float(number(entry_name(name, at), value))
     return read

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
-from asympk.shown import Card, ShownAsTable, number
+from asympk.shown import Card, ShownAsTable, number_as_text
 
 if TYPE_CHECKING:
     from pathlib import Path as File
@@ -116,7 +116,7 @@ class Path(ShownAsTable):
         begins = [("start", 0), *((event.kind, event.t) for event in self.events)]
         rows = [(f"t = {float(t):.8g}", f"{kind} -> {mode}")
                 for (kind, t), mode in zip(begins, self.modes, strict=True)]  # fmt: skip
-        final = [(f"{name}({float(self.end):.6g})", number(value))
+        final = [(f"{name}({float(self.end):.6g})", number_as_text(value))
                  for name, value in zip(self.names, self.final, strict=True)]  # fmt: skip
         why = [("not exact", self.info["why"])] if "why" in self.info else []
         return Card(title, (*why, *_few(rows, 5), *_few(final, 4)))

@@ -9,7 +9,7 @@ from asympk.doors import through
 from asympk.errors import InputError, NoManifold
 from asympk.numbers import number, short
 from asympk.shown import Card, ShownAsTable
-from asympk.shown import number as shown
+from asympk.shown import number_as_text as shown
 from asympk.systems.painleve_klein.modes import coefficients
 
 # manifold -> (mode that holds it, sign of s z in that mode)

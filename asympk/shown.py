@@ -66,7 +66,7 @@ class Several(tuple[NOUN, ...]):
         return rf"$\displaystyle \begin{{array}}{{l}} {rows} \end{{array}}$"
 
 
-def number(value: Any) -> str:
+def number_as_text(value: Any) -> str:
     """Return a number in few characters: a double with ten digits, a number that carries its digits with all of them.
 
     A fraction is a decimal where a short one is exact, and else spelled as one where that is short.
@@ -127,7 +127,7 @@ def _few(rows: tuple[tuple[str, Any], ...]) -> list[tuple[str, Any]]:
 
 
 def _words(value: Any) -> str:
-    return " ".join(str(value).split()) if isinstance(value, str) or is_formula(value) else number(value)
+    return " ".join(str(value).split()) if isinstance(value, str) or is_formula(value) else number_as_text(value)
 
 
 def _html(value: Any) -> str:

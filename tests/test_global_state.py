@@ -54,7 +54,7 @@ until = 0.5
 
 def _physical(tmp_path):
     (tmp_path / "rod.toml").write_text(PHYSICAL)
-    found = scenefile.load(tmp_path / "rod.toml")
+    found = scenefile.scene_file(tmp_path / "rod.toml")
     return ap.solve(found.scene, digits=30).physical()
 
 
@@ -93,9 +93,9 @@ def test_mpmaths_own_precision_is_never_set(call, tmp_path, monkeypatch):
 
 
 def test_what_units_and_digits_give_does_not_depend_on_the_precision_of_the_user(tmp_path):
-    expected, told = _physical(tmp_path), scenefile.load(tmp_path / "rod.toml")
+    expected, told = _physical(tmp_path), scenefile.scene_file(tmp_path / "rod.toml")
     with mpmath.workdps(8):
-        assert scenefile.load(tmp_path / "rod.toml") == told
+        assert scenefile.scene_file(tmp_path / "rod.toml") == told
         assert _physical(tmp_path).final == expected.final
 
 
@@ -109,7 +109,7 @@ found, wrong = [], []
 
 def work(k):
     for _ in range(12):
-        scene = scenefile.load(sys.argv[1]).scene
+        scene = scenefile.scene_file(sys.argv[1]).scene
         found.append((scene, ap.solve(scene, digits=25 + 20 * (k % 3)).modes, mpmath.mp.prec))
 
 threads = [threading.Thread(target=work, args=(k,)) for k in range(6)]

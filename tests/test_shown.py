@@ -18,7 +18,7 @@ from asympk.many import Many
 from asympk.mechanics.paradoxset import ParadoxSet
 from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
-from asympk.shown import number
+from asympk.shown import number_as_text
 
 x, v, F = sp.symbols("x v F", real=True)
 BLOCK = ap.System.with_frictions(
@@ -234,7 +234,7 @@ def test_a_noun_of_formulas_tells_itself_briefly_and_as_latex(noun):
     (Fraction(1, 3), "1/3"), (Fraction(10**400, 3), "3.333333333e+399"), (0.1, "0.1"),
 ])  # fmt: skip
 def test_a_number_is_told_as_the_decimal_that_it_is_whatever_its_size(value, told):
-    assert number(value) == told
+    assert number_as_text(value) == told
 
 
 def test_words_with_an_underscore_are_set_by_latex_and_mathjax_alike():

@@ -16,7 +16,7 @@ from asympk.certify import certify, cover
 from asympk.pictures.trace import trace
 from asympk.studies import divide
 from asympk.sweep.sweepfile import parse_sweep
-from asympk.symbolic.export import functions
+from asympk.symbolic.export import module_functions
 from asympk.symbolic.stability import series_in_mu
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod, units
@@ -114,7 +114,7 @@ CALLS = {
     "certify box": lambda text: certify(ONE, {"mu": (text, "1e-2")}),
     "certify digits": lambda text: certify(ONE, digits=text),
     "cover pieces": lambda text: cover(ONE, {"mu": ("1e-3", "2e-3")}, text),
-    "export order": lambda text: functions(SMOOTH, text),
+    "export order": lambda text: module_functions(SMOOTH, text),
     "escapes": lambda text: divide.escapes(1, "1e-3", 0, 1, [text]),
     "escapes digits": lambda text: divide.escapes(1, "1e-3", 0, 1, ["1e-2"], text),
     "units": lambda text: units.quantity("m", text),

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from asympk.automaton.automaton import Automaton
 from asympk.errors import OutOfRange
 from asympk.path import Event
-from asympk.symbolic.branches import Branch, Phase, name
+from asympk.symbolic.branches import Branch, Phase, mode_name
 
 PASSAGES = 20  # modes that one layer may pass
 REACH = 1e6  # of an impulse, in units of the state
@@ -46,7 +46,7 @@ class Layers:
     def arrive(self, t: float, state: tuple, branch: Branch) -> Arrival:
         """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle."""
         events: list[Event] = []
-        modes = [name(branch)]
+        modes = [mode_name(branch)]
         for _ in range(PASSAGES):
             target, guard = self._ahead(branch, t, state)
             if guard is None and not math.isinf(target):
@@ -60,7 +60,7 @@ class Layers:
                 kind, friction = mode.kinds[guard]
                 events.append(Event(kind, t, state, friction))
                 branch = self.automaton.next(branch, (guard,), t, state)
-            modes.append(name(branch))
+            modes.append(mode_name(branch))
         raise OutOfRange(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
 
     def _ahead(self, branch: Branch, t: float, state: tuple) -> tuple[float, int | None]:

@@ -27,8 +27,8 @@ from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import follows
-from asympk.symbolic.truth import require
-from asympk.symbolic.values import by_symbol, exact
+from asympk.symbolic.truth import require_relations
+from asympk.symbolic.values import as_exact, by_symbol
 
 HIGHEST_ORDER = 3
 LOAD, OFFSET = sp.symbols("s delta", real=True)
@@ -203,13 +203,13 @@ def _load(model):
 def _given(model, start):
     """Return the start as {symbol: Rational}, with an ``OFFSET`` among them."""
     values = by_symbol(start, (*model.states, *model.parameters, OFFSET), "start", "state or parameter")
-    return {s: exact(str(v) if isinstance(v, float | sp.Float) else v, s) for s, v in values.items()}
+    return {s: as_exact(str(v) if isinstance(v, float | sp.Float) else v, s) for s, v in values.items()}
 
 
 def _sample(system, model, start, arrival):
     x, y, z = model.states
     known = dict(start)
-    require(system.assumptions, start)
+    require_relations(system.assumptions, start)
     known.setdefault(OFFSET, sp.Rational(1, 10))
     for p in model.parameters:
         if p not in known:

@@ -61,7 +61,7 @@ class Course:
         event = Event(kind, t, state, friction)
         if len(self.events) == EVENTS:
             raise TooManyEvents(f"more than {EVENTS} events by t = {t:.6g}, at {automaton.system.states} = {state}")
-        return Course(t, state, branch, (*self.events, event), (*self.modes, branches.name(branch)),
+        return Course(t, state, branch, (*self.events, event), (*self.modes, branches.mode_name(branch)),
                       (*self.stretches, stretch))  # fmt: skip
 
 
@@ -94,7 +94,7 @@ def slow_of(automaton: Automaton, branch: Branch, order: int) -> Slow:
 @lru_cache(maxsize=256)
 def _mode(system: System, branch: Branch) -> Mode:
     slow, fast = branches.fields(system, branch)
-    mode = Mode(branches.name(branch), slow, fast)
+    mode = Mode(branches.mode_name(branch), slow, fast)
     return mode if system.time is None else replace(mode, slow=sp.Dict({**slow, system.time: 1}))
 
 
@@ -198,7 +198,7 @@ def slowly(automaton: Automaton, course: Course, until: float, mu: float, order:
 def begun(automaton: Automaton, start: tuple) -> Course:
     """Return the course that begins at ``start``, exact numbers, at t = 0."""
     branch = automaton.first(start)
-    return Course(0.0, tuple(map(float, start)), branch, modes=(branches.name(branch),))
+    return Course(0.0, tuple(map(float, start)), branch, modes=(branches.mode_name(branch),))
 
 
 def onward(

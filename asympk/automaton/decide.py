@@ -367,7 +367,7 @@ def _holds(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple],
     for order in range(first, 2 + min(len(mode.system.states), 5)):
         before = mode.derivative(guard, order - 1)
         if order > first and _length(before) > LONGEST:
-            raise Undecided(f"{kind} of {branches.name(mode.branch)} vanishes at t = {float(nudged[0][0]):.6g} with "
+            raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(nudged[0][0]):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
         derivative = function(mode.system, (before,), numbers.target, numbers.functions, (mode.flow,))
         sign = numbers.sign([derivative(t, *w, *p)[0] for t, w in nudged])
@@ -394,7 +394,7 @@ def _chosen(system: System, consistent: list[Branch], t: Any, state: tuple, trie
         return next(iter(distinct.values()))
     where = _place(system, t, state)
     if not distinct:
-        names = ", ".join(dict.fromkeys(map(branches.name, tried)))
+        names = ", ".join(dict.fromkeys(map(branches.mode_name, tried)))
         error: type[NoMotion] | type[TwoMotions] = NoMotion
         words = f"no motion goes on {where}: none of {names} is consistent"
     else:

@@ -33,7 +33,7 @@ class GuardedMode:
     @property
     def name(self) -> str:
         """The name of the mode."""
-        return branches.name(self.branch)
+        return branches.mode_name(self.branch)
 
     @cached_property
     def rates(self) -> tuple[sp.Expr, ...]:

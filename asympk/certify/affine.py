@@ -237,7 +237,7 @@ class _Modes:
         rests = [sum(phase.mode == "stick" for phase in branch) for branch, _ in holding]
         best = [pair for pair, rest in zip(holding, rests, strict=True) if rest == max(rests)]
         if open_ones or len(best) != 1:
-            names = ", ".join(sorted({branches.name(b) for b in (*open_ones, *(b for b, _ in best))})) or "none"
+            names = ", ".join(sorted({branches.mode_name(b) for b in (*open_ones, *(b for b, _ in best))})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
         return self.of(best[0][0]), best[0][1]
 

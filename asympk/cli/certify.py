@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_scene, meter, numbers, scene_file, whole
+from asympk.cli.options import add_scene, meter, scene_file, scene_numbers, whole_number
 
 HELP = "prove what a scene does, in ball arithmetic"
 
@@ -12,8 +12,8 @@ def arguments(parser: ArgumentParser) -> None:
     add_scene(parser)
     parser.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
                         help="let sigma, mu, sigma0, x, y, z or until vary; may be repeated")  # fmt: skip
-    parser.add_argument("--pieces", type=whole, default=64, help="cut the box into at most so many pieces (64)")
-    parser.add_argument("--digits", type=whole, default=15, help="digits of the final state (15)")
+    parser.add_argument("--pieces", type=whole_number, default=64, help="cut the box into at most so many pieces (64)")
+    parser.add_argument("--digits", type=whole_number, default=15, help="digits of the final state (15)")
     parser.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
     parser.add_argument("--json", action="store_true")
 
@@ -23,7 +23,7 @@ def run(options: Namespace) -> int:
     from asympk.errors import InputError
     from asympk.numbers import whole as require_whole
 
-    if options.claims and (options.box or options.scene is not None or numbers(options)):
+    if options.claims and (options.box or options.scene is not None or scene_numbers(options)):
         raise InputError("certify takes either a scene, with a --box or without, or --claims")
     require_whole("--digits", options.digits, 1, 300)
     return _prove_claims() if options.claims else _prove_scene(options)

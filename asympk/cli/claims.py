@@ -15,9 +15,9 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Print the ledger, or the evidence of chosen claims; returns 1 where a claim is not settled."""
-    from asympk.ledger import claim, claims
+    from asympk.ledger import claim_called, claims
     from asympk.output.terminal import print_claims
 
     with meter("checking claims") as shown:
-        found = tuple(map(claim, options.id)) or claims(lambda identifier: shown.tell(f"checking {identifier}"))
+        found = tuple(map(claim_called, options.id)) or claims(lambda identifier: shown.tell(f"checking {identifier}"))
     return print_claims(found, options.json, bool(options.id))

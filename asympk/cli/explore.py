@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import whole
+from asympk.cli.options import whole_number
 
 HELP = "drag the start of a scene and turn its parameters in a browser"
 
@@ -11,7 +11,7 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue, or a TOML file; "
                                                  "all that ship without it")  # fmt: skip
-    parser.add_argument("--port", type=whole, default=0, help="listen on this port (any that is free)")
+    parser.add_argument("--port", type=whole_number, default=0, help="listen on this port (any that is free)")
     parser.add_argument("--no-browser", action="store_true", help="print the address and open no browser")
 
 

@@ -26,7 +26,7 @@ def add_scene(parser: ArgumentParser) -> None:
     parser.add_argument("--sigma0", help="static friction, sigma by default")
 
 
-def numbers(options: Namespace) -> dict:
+def scene_numbers(options: Namespace) -> dict:
     """Return the numbers of a scene that the options give."""
     given = {name: getattr(options, name) for name in (*_REQUIRED, "sigma0")}
     return {name: value for name, value in given.items() if value is not None}
@@ -36,11 +36,11 @@ def scene_file(options: Namespace) -> "SceneFile":
     """Return the ``SceneFile`` that the options name, their own numbers replacing the file's; raises ``InputError``."""
     from asympk.errors import InputError
     from asympk.scene import Scene
-    from asympk.scenes.scenefile import SceneFile, changed, load
+    from asympk.scenes.scenefile import SceneFile, changed, scene_file
 
-    given = numbers(options)
+    given = scene_numbers(options)
     if options.scene is not None:
-        found = load(options.scene)
+        found = scene_file(options.scene)
         return SceneFile(changed(found, given), found.about)
     missing = [f"--{name}" for name in _REQUIRED if name not in given]
     if missing:
@@ -48,7 +48,7 @@ def scene_file(options: Namespace) -> "SceneFile":
     return SceneFile(Scene(**{**given, "start": tuple(given["start"])}))
 
 
-def whole(text: str) -> int:
+def whole_number(text: str) -> int:
     """Read a whole number; argparse tells what it was."""
     from asympk.numbers import short
 

@@ -13,8 +13,8 @@ def arguments(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> None:
     """Print a line on each scene that ships, or the file of one."""
     from asympk.output.terminal import scenes_as_text
-    from asympk.scenes.scenefile import load, names, shipped
+    from asympk.scenes.scenefile import scene_file, scene_names, shipped
 
     if options.name is not None:
-        load(options.name)
-    print(scenes_as_text(names()) if options.name is None else shipped(options.name).rstrip())
+        scene_file(options.name)
+    print(scenes_as_text(scene_names()) if options.name is None else shipped(options.name).rstrip())

@@ -5,9 +5,9 @@ from importlib import import_module
 from asympk import systems
 from asympk.errors import UnknownName
 from asympk.scene import Scene
-from asympk.scenes.scenefile import names, read_scene
+from asympk.scenes.scenefile import read_scene, scene_names
 from asympk.storage.tomlfile import nearest, read_table
-from asympk.systems.catalogue import c, example, h
+from asympk.systems.catalogue import c, example_scene, h
 from asympk.systems.kernels import kernel_scene
 
 FIRST = "backward"
@@ -17,15 +17,15 @@ COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # of a mechanism whose file tells
 def chosen(word: str | None) -> tuple[Scene, ...]:
     """Return the scenes that ``word`` names; without one all that ship. Raises ``UnknownName``, ``InputError``."""
     if word is None:
-        return tuple(read_scene(name) for name in (FIRST, *(name for name in names() if name != FIRST)))
-    if word in systems.__all__ and word not in names():
+        return tuple(read_scene(name) for name in (FIRST, *(name for name in scene_names() if name != FIRST)))
+    if word in systems.__all__ and word not in scene_names():
         return _of_catalogue(word)
     if word.endswith(".toml") and "coordinates" in read_table(word):
         return _of_mechanism(word)
     try:
         return (read_scene(word),)
     except UnknownName:
-        known = (*names(), *systems.__all__)
+        known = (*scene_names(), *systems.__all__)
         raise UnknownName(f"scene {word!r:.60} is unknown; the nearest is {nearest(word, known)!r}; give a scene that "
                           "ships, a system of the catalogue, or a .toml file") from None  # fmt: skip
 
@@ -44,4 +44,5 @@ def _of_mechanism(file: str) -> tuple[Scene, ...]:
     told = read_mechanism(file)
     values = {str(c): COMPLIANCE, str(h): DAMPING, **told.values}
     models = {"elastic contact": told.mechanism.elastic(compliance=c, damping=h), "rigid": told.mechanism.rigid()}
-    return tuple(example(told.mechanism, model, values, told.state, UNTIL, name) for name, model in models.items())
+    mechanism, state = told.mechanism, told.state
+    return tuple(example_scene(mechanism, model, values, state, UNTIL, name) for name, model in models.items())

@@ -15,7 +15,7 @@ from asympk.integrators.integrate import Limits, SteppedDense, bounds, endpoints
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
-from asympk.symbolic.reading import exact
+from asympk.symbolic.reading import exact_constant
 from asympk.systems.automata import automaton_of
 
 
@@ -72,7 +72,7 @@ def tanh(
 
 
 def _regularised(eps, velocity):
-    return sp.tanh(velocity / exact("eps", eps))
+    return sp.tanh(velocity / exact_constant("eps", eps))
 
 
 def _follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):

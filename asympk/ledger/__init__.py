@@ -22,21 +22,21 @@ def claims(progress: Callable[[str], None] | None = None) -> Claims:
     for identifier in _functions():
         if progress:
             progress(identifier)
-        found.append(evaluate(identifier))
+        found.append(judged(identifier))
     return Claims(found)
 
 
-def claim(identifier: str) -> Claim:
+def claim_called(identifier: str) -> Claim:
     """Check one claim; raises ``UnknownName`` for an id that the paper's ledger does not have."""
     identifier = identifier.upper() if isinstance(identifier, str) else identifier
     if identifier not in _functions():
         ids = list(_functions())
         raise UnknownName(f"claim {identifier!r} is unknown; the ledger has {ids[0]} to {ids[-1]}")
-    return evaluate(identifier)
+    return judged(identifier)
 
 
 @cache
-def evaluate(identifier: str) -> Claim:
+def judged(identifier: str) -> Claim:
     """Run the checks of one claim, once per process."""
     return _functions()[identifier]()
 

@@ -7,7 +7,17 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.ledger.runs import MUS, M, escape_time, follow, modes, number, ratios, symbolic_number, told
+from asympk.ledger.runs import (
+    MUS,
+    M,
+    escape_time,
+    listing,
+    modes,
+    precise,
+    precise_path,
+    ratios,
+    symbolic_number,
+)
 from asympk.ledger.trend import tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
@@ -30,7 +40,7 @@ def quadrants() -> Iterator[Check]:
     expected = {"O1": "slip_same", "O2": "slip_opposite", "O3": "slip_same", "O4": "slip_opposite"}
     yield symbolic("the sign of friction, -sgn z |s|, decides the mode so", found == expected, found)
     first = [
-        follow((load, 0, velocity), Fraction(1, 100), Fraction(1, 10**6)).modes[0]
+        precise_path((load, 0, velocity), Fraction(1, 100), Fraction(1, 10**6)).modes[0]
         for load, velocity in octants.values()
     ]
     yield numeric("runs from (s, z) = (+-1, +-1) begin in it", first == list(expected.values()), ", ".join(first))
@@ -73,7 +83,7 @@ def _edges_decide():
     starts |= {Fraction(-1, 2) - tiny: True, Fraction(-1, 2) + tiny: False}
     for mu in (Fraction(1, 10), *MUS):
         for s, sticks in starts.items():
-            if (follow((s, 0, 0), mu, mu).modes[0] == "stick") != sticks:
+            if (precise_path((s, 0, 0), mu, mu).modes[0] == "stick") != sticks:
                 return False, f"not at s = {s}, mu = {mu}"
     return True, f"mu = 1/10 to {MUS[-1]}"
 
@@ -87,7 +97,7 @@ def slow_line_of_stick() -> Iterator[Check]:
     yield symbolic("there the drive is 1 and no friction holds it", drive.subs(load, 0) == 1, drive)
     third = Fraction(1, 3)
     sequences = modes((third, -third, 0))
-    yield numeric("runs from (1/3, -1/3, 0) leave upwards at once", sequences == [("slip_same",)], told(sequences))
+    yield numeric("runs from (1/3, -1/3, 0) leave upwards at once", sequences == [("slip_same",)], listing(sequences))
 
 
 @claim("C19", "3", "Pi1: 5x + 5y = 1, z > 0 is a stable plane of slow motions")
@@ -101,11 +111,11 @@ def first_plane() -> Iterator[Check]:
     first = plane.coefficient(1).subs(pk.sigma, 1)
 
     def distance(mu):
-        x, y, _ = follow(start, mu).final
+        x, y, _ = precise_path(start, mu).final
         return x + y - M.mpf(1) / b
 
     def predicted(mu):
-        return number(mu) * number(first.subs(pk.x, symbolic_number(follow(start, mu).final[0])))
+        return precise(mu) * precise(first.subs(pk.x, symbolic_number(precise_path(start, mu).final[0])))
 
     found = ratios(distance, predicted)
     yield numeric("its distance from a run at t = 1 over the first term of the slow manifold", *tends_to_one(found))
@@ -128,7 +138,7 @@ def _drift_of_constant(plane):
     first = integral_curves(plane)[pk.z].coeff(pk.mu, 1).subs(pk.sigma, 1)
 
     def states(mu):
-        path = follow((1, 2, 1), mu, until=2)
+        path = precise_path((1, 2, 1), mu, until=2)
         return path(1), path.final
 
     def constant(state):
@@ -139,8 +149,8 @@ def _drift_of_constant(plane):
         return constant(after) - constant(before)
 
     def predicted(mu):
-        before, after = (number(first.subs(pk.x, symbolic_number(state[0]))) for state in states(mu))
-        return number(mu) * (after - before)
+        before, after = (precise(first.subs(pk.x, symbolic_number(state[0]))) for state in states(mu))
+        return precise(mu) * (after - before)
 
     return ratios(change, predicted)
 
@@ -152,13 +162,13 @@ def approach_to_the_half_line() -> Iterator[Check]:
     yield symbolic("while z grows at the rate 1/(sigma + 4)", rest.drift[pk.z] == 1 / (pk.sigma + 4), rest.drift)
 
     def rate(mu):
-        path = follow((1, 2, 1), mu, until=3)
+        path = precise_path((1, 2, 1), mu, until=3)
         before, after = (state[0] - M.mpf(1) / 5 for state in (path(2), path.final))
         return M.log(after / before) + 1
 
     yield numeric(
         "the measured rate plus 1 over -mu/5, the slow eigenvalue's next term",
-        *tends_to_one(ratios(rate, lambda mu: -number(mu) / 5)),
+        *tends_to_one(ratios(rate, lambda mu: -precise(mu) / 5)),
     )
 
 
@@ -172,12 +182,12 @@ def second_plane() -> Iterator[Check]:
     tenth = Fraction(1, 10)
     up, down = (modes((0, -1 + side * tenth, 1)) for side in (1, -1))
     divided = {s[1] for s in up} == {"slip_same"} and {s[1] for s in down} == {"stick"}
-    yield numeric("runs from either side part, up to Pi1 and down to z = 0", divided, told(up + down))
+    yield numeric("runs from either side part, up to Pi1 and down to z = 0", divided, listing(up + down))
 
     def escape(mu):
         return escape_time(Fraction(1, 10**20), mu)
 
-    expected = ratios(escape, lambda mu: number(mu) * 20 * M.log(10))
+    expected = ratios(escape, lambda mu: precise(mu) * 20 * M.log(10))
     yield numeric("escape from 1e-20 off the plane over mu log(1e20)", *tends_to_one(expected))
 
 
@@ -197,7 +207,7 @@ def static_friction() -> Iterator[Check]:
     fields = [rate for mode in pk.system().modes for rate in (*mode.slow.values(), *mode.fast.values())]
     yield symbolic("no field contains sigma0", not any(rate.has(pk.sigma0) for rate in fields))
     start = (0, Fraction(1, 5), -1)
-    same = [follow(start, mu).modes == follow(start, mu, sigma0=3).modes for mu in MUS]
+    same = [precise_path(start, mu).modes == precise_path(start, mu, sigma0=3).modes for mu in MUS]
     yield numeric("runs with sigma0 = 3 and 1 have the same modes", all(same))
     yield symbolic_left_out(
         "between the cones the elastic model has two motions, resting and crossing: a convention must choose",
@@ -221,11 +231,11 @@ def shallow_second_plane() -> Iterator[Check]:
     start = (0, 0, -4)
 
     def distance(mu):
-        x, y, _ = follow(start, mu, sigma=-1).final
+        x, y, _ = precise_path(start, mu, sigma=-1).final
         return x + y - 1
 
     def predicted(mu):
-        return number(mu) * number(first.subs(pk.x, symbolic_number(follow(start, mu, sigma=-1).final[0])))
+        return precise(mu) * precise(first.subs(pk.x, symbolic_number(precise_path(start, mu, sigma=-1).final[0])))
 
     yield numeric(
         "a run's distance from it at sigma = -1, t = 1, over the slow manifold's first term",
@@ -275,13 +285,13 @@ def planes_and_rigid_motions() -> Iterator[Check]:
     yield symbolic("z' on a plane is the rigid acceleration R cos a / P", same, rates)
 
     def acceleration(mu):
-        path = follow((1, 2, 1), mu, until=3)
+        path = precise_path((1, 2, 1), mu, until=3)
         return path.final[2] - path(2)[2] - M.mpf(1) / 5
 
     first = reduced_flow(_planes()["Pi1"])[pk.z].subs(pk.sigma, 1)
 
     def predicted(mu):
-        term = number(mu) * number(sp.diff(first, pk.mu).subs({pk.mu: 0, pk.x: 1}) * sp.Rational(5, 4))
+        term = precise(mu) * precise(sp.diff(first, pk.mu).subs({pk.mu: 0, pk.x: 1}) * sp.Rational(5, 4))
         return term * (M.exp(-2) - M.exp(-3)) * 4 / 5
 
     yield numeric("gain of z on Pi1 less 1/5 over its first term", *tends_to_one(ratios(acceleration, predicted)))

@@ -13,7 +13,7 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
-from asympk.ledger.runs import MUS, M, follow, modes, number, ratios, symbolic_number, told
+from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, ratios, symbolic_number
 from asympk.ledger.trend import tends_to_one
 from asympk.ledger.verdicts import (
     Check,
@@ -52,10 +52,10 @@ def _over_first_terms(measure, start, expansion):
     limit, with_log, without = (expansion.coefficient(*powers).subs(at) for powers in ((0, 0), (1, 1), (1, 0)))
 
     def error(mu):
-        return measure(follow(start, mu)) - number(limit)
+        return measure(precise_path(start, mu)) - precise(limit)
 
     def predicted(mu):
-        return number(mu) * (number(with_log) * -M.log(number(mu)) + number(without))
+        return precise(mu) * (precise(with_log) * -M.log(precise(mu)) + precise(without))
 
     return tends_to_one(ratios(error, predicted))
 
@@ -89,9 +89,10 @@ def stick_ends_on_the_edge() -> Iterator[Check]:
     yield symbolic("in stick s falls to 0 with a stable fast eigenvalue", kind.kinds[0][0] == "stable node", kind.fast)
     for s, edge in ((2, Fraction(1, 4)), (-2, Fraction(-1, 2))):
         start = (_THIRD, s - _THIRD, 0)
-        left = [follow(start, mu).events[0] for mu in MUS]
+        left = [precise_path(start, mu).events[0] for mu in MUS]
         name = "Gamma1" if s > 0 else "Gamma2"
-        above = all(event.kind == "slip_onset" for event in left) and all(follow(start, mu).final[2] > 0 for mu in MUS)
+        rises = all(precise_path(start, mu).final[2] > 0 for mu in MUS)
+        above = rises and all(event.kind == "slip_onset" for event in left)
         yield numeric(f"runs from s = {s} leave stick at {name} and rise", above)
         times, shifts = _stick_to_edge(start, s, edge)
         yield numeric(f"time to {name} over mu log(s / edge)", *tends_to_one(times))
@@ -110,14 +111,14 @@ def _stick_to_edge(start, s, edge):
     """Return the ratios of time and of the change of x in stick to their first terms, mu y' = -s and x' = s - x."""
 
     def time(mu):
-        return number(mu) * M.log(number(s / edge))
+        return precise(mu) * M.log(precise(s / edge))
 
     def shift(mu):
-        return number(mu * (s - edge)) - number(start[0]) * time(mu)
+        return precise(mu * (s - edge)) - precise(start[0]) * time(mu)
 
     return (
-        ratios(lambda mu: follow(start, mu).events[0].t, time),
-        ratios(lambda mu: follow(start, mu).events[0].x - number(start[0]), shift),
+        ratios(lambda mu: precise_path(start, mu).events[0].t, time),
+        ratios(lambda mu: precise_path(start, mu).events[0].x - precise(start[0]), shift),
     )
 
 
@@ -126,10 +127,10 @@ def _gain_in_stick():
     after = _THIRD + 1
 
     def error(mu):
-        return follow((_THIRD, 1 / mu, 0), mu).events[0].x - number(after)
+        return precise_path((_THIRD, 1 / mu, 0), mu).events[0].x - precise(after)
 
     def predicted(mu):
-        return number(mu) * (number(after + 1 - Fraction(1, 4)) - number(after) * M.log(4 / number(mu)))
+        return precise(mu) * (precise(after + 1 - Fraction(1, 4)) - precise(after) * M.log(4 / precise(mu)))
 
     return tends_to_one(ratios(error, predicted))
 
@@ -152,11 +153,11 @@ def jump_from_below() -> Iterator[Check]:
     gained = "x grows by -z/(sigma + 1): y is of order 1/mu for a time of order mu log(1/mu)"
     yield from _of_x(True, _limit(landing.x), -pk.z / (pk.sigma + 1), gained)
     starts = (_FROM_BELOW, (0, -2, -1))
-    landed = [_event(follow(start, mu), "velocity_zero") for start in starts for mu in MUS]
+    landed = [_event(precise_path(start, mu), "velocity_zero") for start in starts for mu in MUS]
     yield numeric("runs from s = 1/5 and -2, z = -1 land at s > 1/4", all(event.x + event.y > 1 for event in landed))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_BELOW, landing.x)
     yield numeric_instead("x on landing less that, over the terms mu log(1/mu) and mu", *found)
-    near = [follow((0, -2, -mu / 100), mu).events[0] for mu in MUS]
+    near = [precise_path((0, -2, -mu / 100), mu).events[0] for mu in MUS]
     outside = all(event.kind == "velocity_zero" and event.x + event.y < -1 for event in near)
     yield numeric_left_out("with |z| = O(mu) and s < 0 it can land at s < 0: from s = -2, z = -mu/100 in G2", outside)
 
@@ -183,12 +184,12 @@ def jump_to_the_first_plane() -> Iterator[Check]:
     )
     sequences = modes(_FROM_BELOW) + modes((0, -2, -1))
     expected = [jump.itinerary, ("slip_same", *jump.itinerary)]
-    yield numeric("runs from s = 1/5 and -2, z = -1 do so", sequences == expected, told(sequences))
+    yield numeric("runs from s = 1/5 and -2, z = -1 do so", sequences == expected, listing(sequences))
     yield symbolic_left_out("z comes to 0 in the limit", _limit(jump.z) == 0, first_integral(pk.system()).expr)
     yield from _of_x(False, _limit(jump.x), -pk.z, "x moves on by as much as z did: x -> x - z")
     leaves = _over_first_terms(lambda path: _event(path, "slip_onset").x, _FROM_BELOW, jump.events[1].x)
     yield numeric_left_out("x on leaving Gamma1 less x - z, over the terms mu log(1/mu) and mu", *leaves)
-    again = [follow((0, Fraction(1, 5), -_FAR / mu), mu, until=9).modes.count("stick") for mu in MUS]
+    again = [precise_path((0, Fraction(1, 5), -_FAR / mu), mu, until=9).modes.count("stick") for mu in MUS]
     yield numeric_left_out(
         f"where mu |x| is not small there are further collisions: from z = -{_FAR}/mu", set(again) == {2}, again
     )
@@ -215,7 +216,7 @@ def jump_from_beyond_the_divide() -> Iterator[Check]:
     yield numeric(
         "runs from s = -3, z = 1 stick in G2, leave at Gamma2 and end on Pi1",
         sequences == [jump.itinerary],
-        told(sequences),
+        listing(sequences),
     )
     yield symbolic_instead("and by z in all: z -> 0, x -> x - z", (_limit(jump.x), _limit(jump.z)) == (pk.x - pk.z, 0))
     found = _over_first_terms(lambda path: path.events[0].x, _FROM_ABOVE, landing.x)
@@ -239,7 +240,7 @@ def shallow_rod() -> Iterator[Check]:
     steeper, flatter = Fraction(-1), Fraction(-17, 10)
     sequences = modes((0, -1, -4), flatter, until=9)
     direct = sequences == [("slip_same", "slip_opposite", "slip_same")]
-    yield numeric("runs from (0, -1, -4) at sigma = -1.7 do so", direct, told(sequences))
+    yield numeric("runs from (0, -1, -4) at sigma = -1.7 do so", direct, listing(sequences))
     yield numeric(
         "distance from Pi2 on reaching z = 0 over the slow manifold's first term", *tends_to_one(_arrival(steeper))
     )
@@ -251,8 +252,8 @@ def shallow_rod() -> Iterator[Check]:
     )
     sequences = modes((0, -1, -4), steeper, until=6)
     sticks = sequences == [("slip_same", "slip_opposite", "stick", "slip_same")]
-    yield numeric_left_out("runs at sigma = -1 stick on the way", sticks, told(sequences))
-    times = ratios(_stick_duration, lambda mu: number(mu) * M.log(2))
+    yield numeric_left_out("runs at sigma = -1 stick on the way", sticks, listing(sequences))
+    times = ratios(_stick_duration, lambda mu: precise(mu) * M.log(2))
     yield numeric_left_out("their time in stick over mu log((sigma + 3)/(-sigma))", *tends_to_one(times))
 
 
@@ -260,13 +261,13 @@ def _arrival(sigma):
     first = slow_manifolds(pk.system(), order=1)[1].coefficient(1).subs(pk.sigma, _rational(sigma))
 
     def touch(mu):
-        path = follow((0, -1, -4), mu, until=6, sigma=sigma)
+        path = precise_path((0, -1, -4), mu, until=6, sigma=sigma)
         return next(event for event in path.events if event.kind == "velocity_zero")
 
     def distance(mu):
-        return touch(mu).x + touch(mu).y + 1 / number(sigma)
+        return touch(mu).x + touch(mu).y + 1 / precise(sigma)
 
-    return ratios(distance, lambda mu: number(mu) * number(first.subs(pk.x, symbolic_number(touch(mu).x))))
+    return ratios(distance, lambda mu: precise(mu) * precise(first.subs(pk.x, symbolic_number(touch(mu).x))))
 
 
 def _rational(value):
@@ -274,6 +275,6 @@ def _rational(value):
 
 
 def _stick_duration(mu):
-    events = follow((0, -1, -4), mu, until=6, sigma=-1).events
+    events = precise_path((0, -1, -4), mu, until=6, sigma=-1).events
     onset = next(event.t for event in events if event.kind == "slip_onset")
     return onset - next(event.t for event in events if event.kind == "velocity_zero")

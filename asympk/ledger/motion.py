@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.ledger.runs import M, follow, modes, number, ratios, told
+from asympk.ledger.runs import M, listing, modes, precise, precise_path, ratios
 from asympk.ledger.trend import tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
@@ -21,13 +21,13 @@ def jump_from_above_the_divide() -> Iterator[Check]:
     yield symbolic("Pi2 repels and Pi1 attracts, both in z > 0", [p.stable for p in steep.passages] == [True, False])
     sequences = modes((0, Fraction(-1, 2), 1)) + modes((1, 2, 1))
     straight = sequences == [("slip_opposite", "slip_same"), ("slip_same",)]
-    yield numeric("runs from s = -1/2 and s = 3 meet no stick and no z < 0", straight, told(sequences))
+    yield numeric("runs from s = -1/2 and s = 3 meet no stick and no z < 0", straight, listing(sequences))
     first = _first_term_on_the_first_plane()
 
     def error(mu):
-        return follow((1, 2, 1), mu).final[0] - (1 + 4 * M.exp(-1)) / 5
+        return precise_path((1, 2, 1), mu).final[0] - (1 + 4 * M.exp(-1)) / 5
 
-    found = ratios(error, lambda mu: number(mu) * number(first))
+    found = ratios(error, lambda mu: precise(mu) * precise(first))
     yield numeric("x at t = 1 less that of the vertical jump from (1, 2, 1), over its first term", *tends_to_one(found))
 
 
@@ -60,6 +60,6 @@ def _distance_from_the_end(drawn):
     sigma = Fraction(drawn.randint(-19, 40), 10)
     mu = Fraction(1, drawn.choice((5, 20, 10**3, 10**6)))
     start = tuple(Fraction(drawn.randint(-30, 30), 10) for _ in range(3))
-    path = follow(start, mu, until=60, sigma=sigma)
+    path = precise_path(start, mu, until=60, sigma=sigma)
     ended = path.modes[-1] == "slip_same" and path.final[2] > 0
-    return abs(path.final[0] - 1 / number(sigma + 4)) if ended else M.inf
+    return abs(path.final[0] - 1 / precise(sigma + 4)) if ended else M.inf

@@ -7,7 +7,7 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, follow, number, ratios
+from asympk.ledger.runs import MUS, M, precise, precise_path, ratios
 from asympk.ledger.trend import tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, numeric_left_out, symbolic, symbolic_left_out
 from asympk.mechanics.mechanism import Contact, Mechanism
@@ -22,16 +22,16 @@ _BELOW = (0, 0, -1)
 
 @claim("C33", "1", "Pfeiffer, no damping: as k -> oo, for x1' < 0, R -> oo and the motion stops at once")
 def reaction_without_bound() -> Iterator[Check]:
-    growing = undamped.eigenvalues("slip_opposite")
+    growing = undamped.fast_eigenvalues("slip_opposite")
     yield symbolic(
         "in z < 0 with R > 0 the load grows at the rate sqrt(sigma)/epsilon",
         growing == {sp.sqrt(undamped.sigma), -sp.sqrt(undamped.sigma)},
         sorted(map(str, growing)),
     )
-    stops = {small: undamped.follow(_BELOW, small, _past_the_stop(small)).events[0] for small in _SMALLS}
-    loads = ratios(lambda small: stops[small].state[0], lambda small: 1 / (2 * number(small)), _SMALLS)
+    stops = {small: undamped.precise_undamped_path(_BELOW, small, _past_the_stop(small)).events[0] for small in _SMALLS}
+    loads = ratios(lambda small: stops[small].state[0], lambda small: 1 / (2 * precise(small)), _SMALLS)
     yield numeric("load at the stop over sqrt(sigma)/((sigma + 1) epsilon), from v = -1", *tends_to_one(loads))
-    times = ratios(lambda small: stops[small].t, lambda small: undamped.growth(small, 1 / number(small)), _SMALLS)
+    times = ratios(lambda small: stops[small].t, lambda small: undamped.growth(small, 1 / precise(small)), _SMALLS)
     yield numeric("time to the stop over epsilon log(2 sigma sqrt(sigma)/((sigma + 1) epsilon))", *tends_to_one(times))
 
 
@@ -48,16 +48,16 @@ def _past_the_stop(small):
     "and slow motions do not separate",
 )
 def one_limit_is_unstable() -> Iterator[Check]:
-    saddle, centre = (undamped.eigenvalues(mode) for mode in ("slip_opposite", "slip_same"))
+    saddle, centre = (undamped.fast_eigenvalues(mode) for mode in ("slip_opposite", "slip_same"))
     yield symbolic("a saddle where s v < 0", {sp.sign(root.subs(undamped.sigma, 1)) for root in saddle} == {1, -1})
     tiny = Fraction(1, 10**20)
-    left = ratios(lambda small: undamped.follow((tiny - 1, 0, 1), small, 100 * small).events[0].t,
+    left = ratios(lambda small: undamped.precise_undamped_path((tiny - 1, 0, 1), small, 100 * small).events[0].t,
                   lambda small: undamped.growth(small, 2 * 10**20), _SMALLS)  # fmt: skip
     near = all(abs(ratio - 1) < M.mpf(10) ** -15 for ratio in left)
     yield numeric("from s = -1 + 1e-20, v = 1 the load turns after epsilon log(2e20)", near)
     turning = {sp.re(root.subs(undamped.sigma, 1)) for root in centre} == {0}
     yield symbolic_left_out("a centre where s v > 0", turning, sorted(map(str, centre)))
-    s, w, _ = undamped.follow((Fraction(3, 10), 0, 2), _SMALLS[0], 20 * _SMALLS[0]).final
+    s, w, _ = undamped.precise_undamped_path((Fraction(3, 10), 0, 2), _SMALLS[0], 20 * _SMALLS[0]).final
     kept = abs((5 * s - 1) ** 2 + 5 * w**2 - M.mpf(1) / 4) < M.mpf(10) ** -30
     yield numeric_left_out("from s = 1/5 + 1/10 the amplitude is 1/10 still after 20 epsilon", kept)
 
@@ -73,13 +73,13 @@ def hypothesis_of_a_stop() -> Iterator[Check]:
     counts = [rod.count_motions(velocity, sp.Rational(1, 2)) for velocity in (0, 1)]
     yield symbolic("from rest the steep rigid rod has exactly one motion", counts[0] == 1, counts[0])
     start = (0, Fraction(1, 5), -1)
-    found = ratios(lambda mu: 5 * follow(start, mu).final[2], lambda mu: 1)
+    found = ratios(lambda mu: 5 * precise_path(start, mu).final[2], lambda mu: 1)
     yield numeric("z of the damped rod at t = 1, from z = -1, over that of this motion", *tends_to_one(found))
     yield symbolic_left_out("for x1' > 0 two motions remain", counts[1] == 2, counts[1])
-    held = [undamped.follow_doubles(_BELOW, small, 1).events[-1] for small in _COARSE]
+    held = [undamped.undamped_path_in_doubles(_BELOW, small, 1).events[-1] for small in _COARSE]
     waits = all(event.t > 0.8 and abs(event.state[2]) < 0.1 for event in held)
     yield numeric_left_out("without damping it still sticks and slips near t = 1, epsilon = 1/10 and 1/20", waits)
-    gained = [follow(start, mu).events[-1].x for mu in MUS]
+    gained = [precise_path(start, mu).events[-1].x for mu in MUS]
     yield numeric_left_out("x on leaving tends to 1, from x = 0", all(abs(x - 1) < 0.1 for x in gained))
 
 

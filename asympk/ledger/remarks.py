@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, follow, number, ratios
+from asympk.ledger.runs import MUS, M, precise, precise_path, ratios
 from asympk.ledger.trend import tends_to_one, vanishes
 from asympk.ledger.verdicts import (
     Check,
@@ -78,10 +78,10 @@ def _power_of_forces(name):
 
 def _lost_in_stick(start, mu, until):
     """Return the energy that the first stick takes, at sigma = 1."""
-    landed, left = follow(start, mu, until).events[:2]
+    landed, left = precise_path(start, mu, until).events[:2]
 
     def energy(event):
-        return (number(mu) * event.y) ** 2 / 2 + number(mu) * event.x**2 / 2
+        return (precise(mu) * event.y) ** 2 / 2 + precise(mu) * event.x**2 / 2
 
     return energy(landed) - energy(left)
 
@@ -89,7 +89,7 @@ def _lost_in_stick(start, mu, until):
 def _share_at_fixed_ratio(small):
     """Return what the first stick takes of z0^2 at mu = 1/4, where k ~ small^-2 makes z0 = -1/small."""
     start = (0, 0, -1 / small)
-    return _lost_in_stick(start, Fraction(1, 4), 100) * number(small) ** 2
+    return _lost_in_stick(start, Fraction(1, 4), 100) * precise(small) ** 2
 
 
 def _four(numbers):
@@ -101,13 +101,13 @@ def separation_needs_damping() -> Iterator[Check]:
     damped = pk.system().mode("slip_same").fast[pk.y]
     decays = sp.diff(damped, pk.y)
     yield symbolic("with it the fast motion towards Pi1 decays, at the rate (sigma + 4)/mu", decays == -pk.sigma - 4)
-    roots = undamped.eigenvalues("slip_same")
+    roots = undamped.fast_eigenvalues("slip_same")
     turning = {sp.re(root.subs(undamped.sigma, 1)) for root in roots} == {0}
     yield symbolic("without it both eigenvalues are imaginary", turning)
     yield symbolic("and no scales make (2.4) canonical", _has_no_scales())
     start, small = (Fraction(3, 10), 0, 2), Fraction(1, 1000)
-    swing = undamped.follow(start, small, 20 * small).final
-    x, y, _ = follow(start, small, 20 * small).final
+    swing = undamped.precise_undamped_path(start, small, 20 * small).final
+    x, y, _ = precise_path(start, small, 20 * small).final
     rings = abs((5 * swing[0] - 1) ** 2 + 5 * swing[1] ** 2 - M.mpf(1) / 4) < M.mpf(10) ** -30
     settled = abs(x + y - M.mpf(1) / 5) < M.mpf(1) / 1000
     yield numeric("from s = 3/10, after 20 epsilon and 20 mu: amplitude kept without, load at 1/5 with it",
@@ -146,7 +146,7 @@ def stick_region_by_stability() -> Iterator[Check]:
 def _returns(load, sigma0=None):
     """Tell whether both sides of z = 0 lead back to it at once, from this load at sigma = 1."""
     mu, off = Fraction(1, 1000), Fraction(1, 10**12)
-    runs = [follow((0, load, side * off), mu, Fraction(1, 10**6), sigma0=sigma0) for side in (1, -1)]
+    runs = [precise_path((0, load, side * off), mu, Fraction(1, 10**6), sigma0=sigma0) for side in (1, -1)]
     return all(run.events and run.modes[1] == "stick" for run in runs)
 
 
@@ -172,19 +172,19 @@ def fast_motions_below() -> Iterator[Check]:
 
 
 def _layer(mu):
-    return number(mu) * -M.log(number(mu))
+    return precise(mu) * -M.log(precise(mu))
 
 
 def _shift(sigma, mu):
     """Return what x gains from z = -1 within 10 mu log(1/mu)."""
-    return follow(_BELOW, mu, Fraction(str(float(10 * _layer(mu)))), sigma).final[0]
+    return precise_path(_BELOW, mu, Fraction(str(float(10 * _layer(mu)))), sigma).final[0]
 
 
 def _load_at_stop(mu):
     """Return the load when z = -1 has come to 0, at sigma = -sqrt(mu)/10, over that on Pi2."""
     sigma = Fraction(-1, 10 * round(float(mu) ** -0.5))
-    stop = next(event for event in follow(_BELOW, mu, 1, sigma).events if event.kind == "velocity_zero")
-    return (stop.x + stop.y) * -number(sigma)
+    stop = next(event for event in precise_path(_BELOW, mu, 1, sigma).events if event.kind == "velocity_zero")
+    return (stop.x + stop.y) * -precise(sigma)
 
 
 @claim(
@@ -198,8 +198,8 @@ def line_of_the_shallow_rod() -> Iterator[Check]:
     rest = at_rest.state[pk.x]
     at = sp.solve(rest - sp.Rational(1, 5), pk.sigma)
     yield symbolic("1/(sigma + 4) = 1/5 for some -2 < sigma < 0", any(-2 < value < 0 for value in at), at)
-    ends = {sigma: follow((1, 2, 1), MUS[0], 200, sigma).final[0] for sigma in (-1, Fraction(-3, 2))}
-    away = {sigma: end - 1 / number(Fraction(sigma) + 4) for sigma, end in ends.items()}
+    ends = {sigma: precise_path((1, 2, 1), MUS[0], 200, sigma).final[0] for sigma in (-1, Fraction(-3, 2))}
+    away = {sigma: end - 1 / precise(Fraction(sigma) + 4) for sigma, end in ends.items()}
     near = [abs(end - M.mpf(1) / 5) < 1e-3 for end in ends.values()]
     yield numeric("runs at sigma = -1 and -3/2 end there", all(near))
     yield symbolic_instead("the rest state of Pi1 is x = 1/(sigma + 4)", sp.cancel(rest * (pk.sigma + 4)) == 1, rest)

@@ -18,7 +18,7 @@ M = context(DIGITS + 10)  # ten digits to spare; nothing changes its precision
 MUS = tuple(Fraction(1, 10**n) for n in (3, 5, 7, 9))
 
 
-def follow(
+def precise_path(
     start: Sequence[Number | str], mu: Number, until: Number = 1, sigma: Number = 1, sigma0: Number | None = None
 ) -> Path:
     """Solve one scene to 40 digits, in numbers of ``M``; those given are exact (integers, fractions or strings)."""
@@ -41,10 +41,10 @@ def ratios(
     measure: Callable[[Fraction], Number], predicted: Callable[[Fraction], Number], mus: Iterable[Fraction] = MUS
 ) -> list[Number]:
     """Return measure(mu) / predicted(mu) for each mu, in numbers of ``M``."""
-    return [number(measure(mu)) / number(predicted(mu)) for mu in mus]
+    return [precise(measure(mu)) / precise(predicted(mu)) for mu in mus]
 
 
-def number(value: Number) -> Number:
+def precise(value: Number) -> Number:
     """Return a fraction, a SymPy number or an mpf as a number of ``M``."""
     return M.mpf(value.evalf(M.dps)._mpf_) if hasattr(value, "evalf") else in_context(M, value)
 
@@ -52,7 +52,7 @@ def number(value: Number) -> Number:
 def evaluated(expr: sp.Expr, values: Mapping[sp.Symbol, Number]) -> Number:
     """Return an expression at ``values`` {symbol: number} as a number of ``M``."""
     here = sorted(expr.free_symbols, key=str)
-    return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(number(sp.S(values[s])) for s in here))[0])
+    return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(precise(sp.S(values[s])) for s in here))[0])
 
 
 def symbolic_number(value: Number) -> sp.Float:
@@ -64,9 +64,9 @@ def modes(
     start: Sequence[Number | str], sigma: Number = 1, mus: Iterable[Fraction] = MUS, until: Number = 1
 ) -> list[tuple[str, ...]]:
     """Return the mode sequences met for decreasing mu, each once, in order of appearance."""
-    return list(dict.fromkeys(follow(start, mu, until, sigma).modes for mu in mus))
+    return list(dict.fromkeys(precise_path(start, mu, until, sigma).modes for mu in mus))
 
 
-def told(sequences: Iterable[tuple[str, ...]]) -> str:
+def listing(sequences: Iterable[tuple[str, ...]]) -> str:
     """Print mode sequences for evidence."""
     return "; ".join(" > ".join(sequence) for sequence in sequences)

@@ -27,7 +27,7 @@ sigma = sp.Symbol("sigma", real=True)
 
 
 @cache
-def system() -> System:
+def undamped_system() -> System:
     """Return the ``System`` of the undamped rod, derived from the rod's law R = R_1."""
     elastic = rod.elastic_rod(rod.R1)
     forces = {rod.R: rod.P * s / sp.cos(rod.alpha), rod.F: rod.P * phi, rod.ddR1: 0}
@@ -44,27 +44,27 @@ def system() -> System:
     )
 
 
-def eigenvalues(mode: str) -> set[sp.Expr]:
+def fast_eigenvalues(mode: str) -> set[sp.Expr]:
     """Return the eigenvalues of one slip mode in the fast time t / epsilon, as a set."""
-    field = system().mode(mode).fast
+    field = undamped_system().mode(mode).fast
     return set(sp.Matrix([field[s], field[w]]).jacobian([s, w]).eigenvals())
 
 
-def follow(start: Sequence[Number], small: Number, until: Number) -> Path:
+def precise_undamped_path(start: Sequence[Number], small: Number, until: Number) -> Path:
     """Follow (s, w, v) at sigma = 1 to 40 digits; ``small`` and ``until`` are exact numbers."""
     path = solve(_scene(start, small, until), digits=DIGITS)
     events = tuple(event._replace(t=M.mpf(event.t), state=tuple(map(M.mpf, event.state))) for event in path.events)
     return replace(path, final=tuple(map(M.mpf, path.final)), events=events)
 
 
-def follow_doubles(start: Sequence[Number], small: Number, until: Number) -> Path:
+def undamped_path_in_doubles(start: Sequence[Number], small: Number, until: Number) -> Path:
     """Follow (s, w, v) at sigma = 1 in double precision."""
     return solve(_scene(start, small, until))
 
 
 def _scene(start, small, until):
     begin = dict(zip("swv", start, strict=True))
-    return Scene(system=system(), values={"epsilon": small, "sigma": 1}, start=begin, until=until)
+    return Scene(system=undamped_system(), values={"epsilon": small, "sigma": 1}, start=begin, until=until)
 
 
 def growth(small: Fraction, ratio: Number) -> Number:

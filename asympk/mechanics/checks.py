@@ -13,7 +13,7 @@ from asympk.symbolic.reading import as_floats
 _OFF = 1e-6  # relative to coordinates and rates: numbers rounded by hand are still a closed contact
 
 
-def check(kinetics: Kinetics, contact: Any) -> None:
+def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
     """Raise ``InputError`` for the first thing that keeps ``kinetics`` from being a mechanism with a contact."""
     _check_sizes(kinetics)
     if kinetics.mass.free_symbols & {*kinetics.velocities}:

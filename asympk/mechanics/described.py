@@ -25,7 +25,7 @@ from asympk.formulas import read_formula
 from asympk.mechanics.elastic import completing, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.mechanism import Contact, Mechanism
-from asympk.storage.tomlfile import plain, read_table, refuse_unknown
+from asympk.storage.tomlfile import read_table, refuse_unknown, spelled
 from asympk.symbolic.system import System
 
 KEYS = ("about", "coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral",
@@ -126,16 +126,16 @@ def _mechanism(table, path, formula, q, u, t):
         raise InputError(f"{path}: {', '.join(missing)} missing")
     if not isinstance(table.get("unilateral", False), bool):
         raise InputError(f"{path}: unilateral must be true or false")
-    given = {key: formula(key, plain(table[key])) for key in (*needed, "static", "load") if key in table}
+    given = {key: formula(key, spelled(table[key])) for key in (*needed, "static", "load") if key in table}
     contact = Contact(**given, unilateral=table.get("unilateral", False))
     forces = _table(table, "forces", path)
     if unknown := forces.keys() - {s.name for s in q}:
         raise InputError(f"{path}: forces: {', '.join(sorted(unknown))} is no coordinate")
-    applied = [formula(f"forces: {s.name}", plain(forces.get(s.name, 0))) for s in q]
+    applied = [formula(f"forces: {s.name}", spelled(forces.get(s.name, 0))) for s in q]
     if ("lagrangian" in table) == ("mass" in table):
         raise InputError(f"{path}: give either lagrangian or mass")
     if "mass" in table:
-        rows = [[formula("mass", plain(entry)) for entry in row] for row in _rows(table["mass"], path)]
+        rows = [[formula("mass", spelled(entry)) for entry in row] for row in _rows(table["mass"], path)]
         return Mechanism(q, u, rows, applied, contact, t)
     mass, centrifugal = _equations(formula("lagrangian", table["lagrangian"]), q, u, t)
     return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t)
@@ -163,7 +163,7 @@ def _table(table, key, path):
 
 
 def _numbers(table, key, path):
-    return {name: plain(value) for name, value in _table(table, key, path).items()}
+    return {name: spelled(value) for name, value in _table(table, key, path).items()}
 
 
 def _turn(over, path):
@@ -174,4 +174,4 @@ def _turn(over, path):
     ((name, ends),) = over.items()
     if not isinstance(ends, list) or len(ends) != 2:
         raise InputError(f"{path}: over: {name} = {ends!r:.60}: give its range, [low, high]")
-    return name, *map(plain, ends), {}
+    return name, *map(spelled, ends), {}

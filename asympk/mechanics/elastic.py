@@ -37,7 +37,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     used = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
     if scaling.small.name in map(str, used):
         raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
-    return System.with_friction(**fields(kinetics, scaling))
+    return System.with_friction(**elastic_fields(kinetics, scaling))
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _scaling(compliance: Any, damping: Any) -> Scaling:
     return Scaling(small, ratio, small, small)
 
 
-def fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
+def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     """Return the arguments of ``System.with_friction`` for the elastic contact."""
     x, y, z = state_names(kinetics, scaling.small)
     rest = completing(kinetics)

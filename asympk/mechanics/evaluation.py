@@ -7,7 +7,7 @@ import sympy as sp
 
 from asympk.errors import InputError, OutOfRange
 from asympk.symbolic.reading import as_floats
-from asympk.symbolic.truth import function
+from asympk.symbolic.truth import array_function
 
 
 def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) -> tuple[Any, ...]:
@@ -45,7 +45,7 @@ def _at(expr: sp.Basic, symbols: tuple[sp.Symbol, ...], numbers: tuple) -> Any:
         return _at(expr.gts - expr.lts, symbols, numbers) > 0
     try:
         with np.errstate(invalid="ignore", divide="ignore") if expr.has(sp.Piecewise) else nullcontext():
-            return function(expr, symbols)(*numbers)
+            return array_function(expr, symbols)(*numbers)
     except OutOfRange:
         told = ", ".join(f"{s} = {value.flat[0]:g}" for s, value in zip(symbols, numbers, strict=True) if value.size)
         raise OutOfRange(f"an equation of the contact is not finite at {told}, or beside it") from None

@@ -14,7 +14,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.mechanics import elastic, jump, motion, paradox, rigid
-from asympk.mechanics.checks import check, check_bounds, require_closed
+from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.jump import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
@@ -97,7 +97,7 @@ class Mechanism(ShownAsFormulas):
         if not isinstance(self.contact, Contact):
             raise InputError(f"contact = {self.contact!r:.60}: it must be an ap.Contact")
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
-        check(self.plain, self.contact)
+        check_mechanism(self.plain, self.contact)
 
     @classmethod
     def from_lagrangian(

@@ -9,7 +9,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import shortest, tidy
-from asympk.symbolic.reading import exact
+from asympk.symbolic.reading import exact_constant
 
 
 def critical_friction(kinetics: Kinetics) -> sp.Expr:
@@ -49,7 +49,7 @@ def least(
     ``values`` are exact numbers for parameters; those that are left stay symbols. Raises ``NotDerivable`` where the
     critical friction is no such function, has no least value, or its least one depends on signs that are not known.
     """
-    critical = critical_friction(kinetics).subs({key: exact(str(key), value) for key, value in values.items()})
+    critical = critical_friction(kinetics).subs({key: exact_constant(str(key), value) for key, value in values.items()})
     tangent = sp.Symbol("T", positive=True)
     turned = _in_tangent(critical, coordinate, tangent)
     if turned is None or not turned.has(tangent):

@@ -18,7 +18,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.paradox import ratio
 from asympk.shown import Card, ShownAsTable
-from asympk.symbolic.reading import as_floats, exact
+from asympk.symbolic.reading import as_floats, exact_constant
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -137,7 +137,7 @@ def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., 
     needed = [s for s in expr.free_symbols - {*names} if s in values]
     if any(callable(values[s]) for s in needed):
         return None
-    found = _polynomial(expr.subs({s: exact(str(s), values[s]) for s in needed}), names[0])
+    found = _polynomial(expr.subs({s: exact_constant(str(s), values[s]) for s in needed}), names[0])
     if found is None:
         return None
     coefficients, angle = found

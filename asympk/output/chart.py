@@ -267,11 +267,11 @@ def method_table(rows: Sequence[Row], accuracy: float = 1e-5) -> Table:
                  for cost in figures.cheapest([r for r in mine if r["scene"] == scene], accuracy).values() if cost]
         span = f"{_rounded(min(costs))} to {_rounded(max(costs))}" if costs else "--"
         if mine:
-            name = style.line(method)["label"]
+            name = style.curve(method)["label"]
             dressed = Cell(name.replace("z/ε", r"$z/\varepsilon$").replace("(z)", "($z$)"), name)
             body.append((dressed, *map(str, counts), f"{len(costs)} of {len(places)}", span))
     header = ("method", "right", "modes missed", "wrong end", "stalled", "budget spent", "refused",
-              f"error below ${figures.power(accuracy)}$", "CPU time / exact flow")
+              f"error below ${figures.power_of_ten(accuracy)}$", "CPU time / exact flow")
     return Table("methods", "lrrrrrrrl", header, tuple(body))
 
 

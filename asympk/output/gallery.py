@@ -17,7 +17,7 @@ from asympk.scene import Scene
 from asympk.storage.rows import Row, read_rows
 from asympk.studies.damping import TINY
 from asympk.studies.least import LADDER
-from asympk.systems.catalogue import described
+from asympk.systems.catalogue import described_mechanism
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,15 +56,15 @@ def pictures(root: Path) -> tuple[Picture, ...]:
     kept = Path(root) / "paper" / "generated" / "rows"
     found = [
         Picture("mechanisms", mechanisms),
-        Picture("system", drawings.system),
+        Picture("system", drawings.draw_system),
         Picture("phase", phase),
         Picture("jump", jump),
         Picture("regimes", maps.regime_map),
         Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
           for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
-                             ("decreasing", decreasing), ("rebound", anymechanism.rebound),
-                             ("jumplaw", partial(anymechanism.errors, names=MECHANISM_NAMES)),
+                             ("decreasing", decreasing), ("rebound", anymechanism.draw_rebound),
+                             ("jumplaw", partial(anymechanism.draw_errors, names=MECHANISM_NAMES)),
                              ("least", partial(maps.least_models, names=list(LADDER))), ("damping", damping))),
     ]  # fmt: skip
     return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
@@ -85,7 +85,7 @@ def _from_rows(draw, file):
 
 def mechanisms() -> "Figure":
     """Draw four mechanisms of the catalogue over their maps of rigid motions."""
-    return anymechanism.mechanisms({name: described(name) for name in anymechanism.TITLES})
+    return anymechanism.draw_mechanisms({name: described_mechanism(name) for name in anymechanism.TITLES})
 
 
 def phase() -> "Figure":
@@ -100,7 +100,7 @@ def phase() -> "Figure":
 def damping(rows: list[Row]) -> "Figure":
     """Draw the time of the jam over the damping ratio, and the phase plane of the rod without damping."""
     d = TINY * RINGING
-    return jam.damping(rows, solve(Scene(STEEP, (RINGING / d) ** 2, (0, 0, -1 / d), RINGS / d)))
+    return jam.draw_damping(rows, solve(Scene(STEEP, (RINGING / d) ** 2, (0, 0, -1 / d), RINGS / d)))
 
 
 def jump(until: float = 3) -> "Figure":

@@ -10,7 +10,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump import rebound
 from asympk.systems import MECHANISMS
-from asympk.systems.catalogue import described
+from asympk.systems.catalogue import described_mechanism
 
 _DAMPINGS = (0, 1)  # damping ratios for which the rebound is told
 
@@ -21,7 +21,7 @@ def load(name: str) -> Described:
         from asympk.mechanics.described import read_mechanism
 
         return read_mechanism(name)
-    return described(name)
+    return described_mechanism(name)
 
 
 def changes(settings: Iterable[str]) -> dict[str, Any]:

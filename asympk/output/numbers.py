@@ -273,10 +273,10 @@ def of_work(rows: Sequence[Row], scene: str = "ii", accuracy: float = 1e-5) -> d
     (jump,) = (row for row in here if row["method"] == "jump 1" and row["mu"] == mus[0])
     found = {
         "workRuns": str(len(rows)), "workAccuracy": power(accuracy), "workLeastMu": power(mus[0]),
-        "bestName": style.line(best)["label"], "bestRatio": rounded(costs[best][mus[0]]),
+        "bestName": style.curve(best)["label"], "bestRatio": rounded(costs[best][mus[0]]),
         "explicitLeastMu": power(min(mu for m in ("rk45", "dop853") for mu, cost in costs[m].items() if cost)),
         "workLargestMu": power(mus[-1]),
-        "fastName": style.line(fast)["label"], "fastRatio": rounded(costs[fast][mus[-1]]),
+        "fastName": style.curve(fast)["label"], "fastRatio": rounded(costs[fast][mus[-1]]),
         "jumpRatio": rounded(jump["ratio"]), "jumpError": power(jump["final_error"], 1),
     }  # fmt: skip
     for method, kind in (("sign", "stalled"), ("moreau", "wrong branch")):
@@ -302,7 +302,7 @@ def _count(rows, kind):
 
 
 def _names(rows):
-    return listed([style.line(method)["label"] for method in dict.fromkeys(row["method"] for row in rows)])
+    return listed([style.curve(method)["label"] for method in dict.fromkeys(row["method"] for row in rows)])
 
 
 def of_plane(rows: Sequence[Row]) -> dict[str, str]:

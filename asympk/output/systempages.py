@@ -16,7 +16,7 @@ from asympk.pictures.rigid import motion_plot
 from asympk.pictures.sketches import SKETCHES, sketch
 from asympk.storage.files import write_text
 from asympk.systems import MECHANISMS
-from asympk.systems.catalogue import described
+from asympk.systems.catalogue import described_mechanism
 
 LONGEST = 900  # characters of LaTeX beyond which a formula is left to the prompt
 SHOWN = {"painleve_klein": 1}  # the scene that is shown where it is not the first
@@ -40,7 +40,7 @@ def write_page(name: str, out: Path) -> None:
     first, _, rest = (import_module(f"asympk.systems.{name}").__doc__ or "").partition("\n")
     parts = [*_heading(SKETCHES[name].title, "="), first, "", *_figure(f"{name}-sketch.svg", first), *as_rst(rest), ""]
     if name in MECHANISMS:
-        told = described(name)
+        told = described_mechanism(name)
         save(motion_plot(told), out / f"{name}-map.svg")
         parts += [*_contact(told), *_paradox(told), *_jump(told)]
     parts += [*_equations(name), *_motion(name, out)]

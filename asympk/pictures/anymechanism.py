@@ -12,7 +12,7 @@ LOOKS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
 WIDE = 7.04  # inches, the page
 
 
-def mechanisms(told: dict[str, Any]) -> Any:
+def draw_mechanisms(told: dict[str, Any]) -> Any:
     """Draw mechanisms of the catalogue by their names in ``TITLES``, each over its map of rigid motions."""
     from matplotlib.figure import Figure
 
@@ -41,7 +41,7 @@ TITLES = {
 }
 
 
-def errors(rows: list[dict], names: dict[str, str]) -> Any:
+def draw_errors(rows: list[dict], names: dict[str, str]) -> Any:
     """Draw error / (c log(1/c)) of the jump law over 1 / log(1/c), in units of its limit, with straight lines."""
     with plate(1.9) as (figure, axes):
         ax = axes.flat[0]
@@ -74,7 +74,7 @@ def limit(rows: list[dict]) -> float:
     return _line_through(rows[-2:])[0]
 
 
-def rebound(rows: list[dict]) -> Any:
+def draw_rebound(rows: list[dict]) -> Any:
     """Draw the rebound of a one-sided contact over the damping ratio: formula, marks that were followed, two limits."""
     with plate(2.1) as (figure, axes):
         ax = axes.flat[0]

@@ -17,7 +17,7 @@ MARKS = (("o", style.BLUE), ("s", style.RED), ("^", style.GREEN))
 SLIPS = {"slip_opposite": style.RED, "slip_same": style.BLUE, "stick": "0.6"}
 
 
-def damping(rows: Sequence[Row], path: Path) -> "Figure":
+def draw_damping(rows: Sequence[Row], path: Path) -> "Figure":
     """Draw jam time and sticks over the damping ratio, the phase plane of an undamped ``path``, and its jam time."""
     with plate(3.9, 2, 2) as (figure, axes):
         over_ratio = [row for row in rows if row["part"] == "ratio"]

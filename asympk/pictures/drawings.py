@@ -14,7 +14,7 @@ WIDTH, HEIGHT = style.COLUMN, 3.2
 STEEP = 1.02  # the angle at which rods are drawn, radians
 
 
-def system() -> "Figure":
+def draw_system() -> "Figure":
     """Draw the system in four panels: the masses on their guides, the elastic rod, the small turn, the friction law."""
     matplotlib = style.matplotlib()
 

@@ -93,7 +93,7 @@ def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float], note: 
     with sheet(1.5 * lines, lines, 2, entries=len(methods), note=note, sharex=True, sharey=True) as (figure, axes):
         for ax, mu in zip(axes.flat, mus, strict=False):
             _precision_panel(ax, [row for row in rows if row["mu"] == mu], methods)
-            ax.set_title(rf"$\mu = {power(mu)}$", pad=2)
+            ax.set_title(rf"$\mu = {power_of_ten(mu)}$", pad=2)
         for ax in axes.flat[len(mus):]:
             ax.set_visible(False)
         for ax in axes[:, 0]:
@@ -118,15 +118,15 @@ def _precision_panel(ax, rows, methods):
         good = sorted((r for r in rows if r["method"] == method and r["final_error"] is not None),
                       key=lambda r: -(r["rtol"] or 0))  # fmt: skip
         places = [(max(r["final_error"], 1e-17), r["ratio"]) for r in good]
-        glyphs += _drawn_or_glyphs(ax, method, places, style.line(method))
+        glyphs += _drawn_or_glyphs(ax, method, places, style.curve(method))
     lost = [r for r in rows if r["final_error"] is None]
-    glyphs += [(NO_END, REFUSED, {**style.line(r["method"]), "label": None}) for r in lost if not r["ratio"]]
+    glyphs += [(NO_END, REFUSED, {**style.curve(r["method"]), "label": None}) for r in lost if not r["ratio"]]
     _side_by_side(ax, glyphs)
     names = [m for m in methods if any(r["method"] == m and r["ratio"] for r in lost)]
     for k, method in enumerate(names):
         costs = [r["ratio"] for r in lost if r["method"] == method and r["ratio"]]
         place = NO_END * 1e4 ** ((k + 0.5) / len(names) - 0.5)
-        ax.plot([place] * len(costs), costs, **{**style.line(method), "linestyle": "none", "label": None})
+        ax.plot([place] * len(costs), costs, **{**style.curve(method), "linestyle": "none", "label": None})
 
 
 def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float, note: str = "") -> "Figure":
@@ -136,7 +136,7 @@ def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float,
         for ax, scene in zip(axes.flat, scenes, strict=True):
             _cost_panel(ax, [row for row in rows if row["scene"] == scene], methods, accuracy)
             ax.set(ylabel="CPU time / exact flow")
-            ax.set_title(f"scene ({scene}), error below ${power(accuracy)}$", pad=2)
+            ax.set_title(f"scene ({scene}), error below ${power_of_ten(accuracy)}$", pad=2)
         axes.flat[-1].set_xlabel(r"$\mu$")
         axes.flat[-1].margins(x=0.07)
         axes.flat[-1].invert_xaxis()
@@ -151,7 +151,7 @@ def _cost_panel(ax, rows, methods, accuracy):
     never = [m for m in methods if not any(curves[m].values())]
     lost = [m for m in methods if None in curves[m].values() and m not in never]
     kinds = list(dict.fromkeys("model" if m in style.MODELS else m for m in lost))  # a level each
-    names = ", ".join(style.SHORT.get(m, style.line(m)["label"]) for m in never)
+    names = ", ".join(style.SHORT.get(m, style.curve(m)["label"]) for m in never)
     words = fill(f"never: {names}", 58) if never else ""
     ceiling = top * SPACING ** (len(kinds) + 1.5 + words.count("\n"))
     ax.annotate(words, (0, 1), (3, -2), xycoords="axes fraction", textcoords="offset points", fontsize=6, va="top")
@@ -162,7 +162,7 @@ def _cost_panel(ax, rows, methods, accuracy):
                 rotation=90, ha="right", va="top")
     glyphs = []
     for method in methods:
-        looks = style.line(method)
+        looks = style.curve(method)
         reached = [(mu, cost) for mu, cost in curves[method].items() if cost]
         looks["linestyle"] = "-" if method == "exact" else looks["linestyle"]
         glyphs += _drawn_or_glyphs(ax, method, reached, looks)
@@ -229,17 +229,17 @@ def nonlinear(rows: Sequence[Row]) -> "Figure":
         ax.minorticks_off()
         for kappa in sorted({row["kappa"] for row in rows}):
             exact = _errors([row for row in rows if row["kappa"] == kappa], "exact")
-            ax.plot(*zip(*exact, strict=True), **{**style.line("exact"), "linestyle": "-", "linewidth": 0.6})
+            ax.plot(*zip(*exact, strict=True), **{**style.curve("exact"), "linestyle": "-", "linewidth": 0.6})
             ax.annotate(rf"$\kappa = {kappa:g}$", exact[0], (5 + 4 * GLYPH * (kappa == 1), 0),
                         textcoords="offset points", fontsize=6, va="center")  # fmt: skip
         here = [row for row in rows if row["kappa"] == 1]
         for method, raised in ALONGSIDE_METHODS.items():
             points = _errors(here, method)
-            ax.plot(*zip(*points, strict=True), **style.line(method))
-            ax.annotate(style.line(method)["label"], points[0], (5, raised), textcoords="offset points",
-                        color=style.line(method)["color"], va="center")  # fmt: skip
+            ax.plot(*zip(*points, strict=True), **style.curve(method))
+            ax.annotate(style.curve(method)["label"], points[0], (5, raised), textcoords="offset points",
+                        color=style.curve(method)["color"], va="center")  # fmt: skip
         for method in [m for m in style.MODELS if m != "exact"]:
-            glyphs += _drawn_or_glyphs(ax, method, _errors(here, method), style.line(method))
+            glyphs += _drawn_or_glyphs(ax, method, _errors(here, method), style.curve(method))
         low, high = ax.get_xlim()
         ax.set_xlim(high, low / 50)
         _side_by_side(ax, glyphs, begin=1.4)  # the stars of the exact flow are where they are
@@ -267,10 +267,10 @@ def savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "F
             ax.axhline(1, color="black", lw=0.8)
             for k, method in enumerate(methods):
                 places = [(mu, of[method]) for (name, mu), of in found.items() if name == system and method in of]
-                ax.plot(*zip(*((mu, c) for mu, c in places if c), strict=True), **style.line(method))
+                ax.plot(*zip(*((mu, c) for mu, c in places if c), strict=True), **style.curve(method))
                 lost = [mu for mu, c in places if not c]
                 level = top * 3 ** ((k + 0.5) / len(methods))
-                ax.plot(lost, [level] * len(lost), **{**style.line(method), "linestyle": "none", "label": None})
+                ax.plot(lost, [level] * len(lost), **{**style.curve(method), "linestyle": "none", "label": None})
             ax.minorticks_off()
             ax.margins(x=0.1)
             ax.invert_xaxis()
@@ -289,10 +289,10 @@ def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "
         curves = {m: sorted((mu, cost) for mu, cost in costs.items() if cost) for m, costs in found.items()
                   if any(costs.values())}  # fmt: skip
         for method, curve in curves.items():
-            ax.plot(*zip(*curve, strict=True), **{**style.line(method), "linestyle": "-"})
-            (mu, cost), ink = curve[0], style.line(method)["color"]
+            ax.plot(*zip(*curve, strict=True), **{**style.curve(method), "linestyle": "-"})
+            (mu, cost), ink = curve[0], style.curve(method)["color"]
             crowded = any(cost < other[0][1] < 5 * cost and other[0][0] == mu for other in curves.values())
-            ax.annotate(style.line(method)["label"], (mu, cost), (0, -5 if crowded else 5), textcoords="offset points",
+            ax.annotate(style.curve(method)["label"], (mu, cost), (0, -5 if crowded else 5), textcoords="offset points",
                         color=ink, ha="center", va="top" if crowded else "bottom")  # fmt: skip
         ax.minorticks_off()
         ax.invert_xaxis()
@@ -312,7 +312,7 @@ def failures(parts: Sequence[tuple[str, Sequence[Row], str]]) -> "Figure":
         for ax, (words, rows, along) in zip(axes.flat, parts, strict=True):
             _failure_block(ax, rows, along, methods)
             ax.set_xlabel(words)
-        axes.flat[0].set_yticks(range(len(methods)), [style.SHORT.get(m, style.line(m)["label"]) for m in methods])
+        axes.flat[0].set_yticks(range(len(methods)), [style.SHORT.get(m, style.curve(m)["label"]) for m in methods])
         axes.flat[0].set_ylim(len(methods) - 0.5, -0.5)
         handles = [_failure_handle(key) for key in FAILURES]
         figure.legend(handles=handles, loc="outside lower center", ncols=4, columnspacing=0.8, handlelength=1.2)
@@ -335,7 +335,7 @@ def _failure_block(ax, rows, along, methods):
     ax.set_xlim(-0.5, len(places) - 0.5)
     ax.grid(visible=False)
     ax.tick_params(length=0)
-    ends = {0: f"${power(places[0])}$", len(places) - 1: f"${power(places[-1])}$"}
+    ends = {0: f"${power_of_ten(places[0])}$", len(places) - 1: f"${power_of_ten(places[-1])}$"}
     if places[0] < 0 < places[-1]:
         ends[bisect(places, 0) - 0.5] = "0"
     ax.set_xticks([*ends], [*ends.values()])
@@ -353,7 +353,7 @@ def _methods(rows):
     return [method for method in (*style.METHODS, *style.MODELS) if method in present]
 
 
-def power(value: Any) -> str:
+def power_of_ten(value: Any) -> str:
     """Return ``value`` as a power of ten in LaTeX, or as it is."""
     exponent = log10(abs(value))
     power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"

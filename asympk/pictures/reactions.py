@@ -16,7 +16,7 @@ _WIDTH = 2.6  # of the window, in units of the reaction farthest from 0 at which
 
 
 @dataclass(frozen=True)
-class Plane:
+class ReactionPlane:
     """The fast motion for one direction of sliding: a_N, and p where R > 0 and where R < 0."""
 
     direction: int
@@ -36,20 +36,20 @@ class Plane:
         return rate**2 / 2 + self.free * R + (self.pushing * (R > 0) + self.pulling * (R < 0)) * R**2 / 2
 
 
-def planes(described: Any) -> tuple[Plane, Plane]:
-    """Return the ``Plane`` of sliding forward and backward at the example's state and speed, in the limit eps = 0."""
+def planes(described: Any) -> tuple[ReactionPlane, ReactionPlane]:
+    """Return the ``ReactionPlane`` of sliding forward and backward at the example's state and speed, for eps = 0."""
     system = described.undamped
     start = described.mechanism.start(system, described.numbers)
     numbers = {**described.values, **described.state, **start, system.small.name: 0}
     return _plane(system, 1, numbers), _plane(system, -1, numbers)
 
 
-def _plane(system: Any, direction: int, numbers: dict) -> Plane:
+def _plane(system: Any, direction: int, numbers: dict) -> ReactionPlane:
     slips, sliding = {1: "slip_same", -1: "slip_opposite"}, system.friction.velocity.name
     at = {**numbers, sliding: direction * abs(numbers[sliding])}
     pulling = slips[-direction] if system.friction.gap is None else "open"
     (free, p), (_, q) = (_line(system, mode, at) for mode in (slips[direction], pulling))
-    return Plane(direction, free, p, q)
+    return ReactionPlane(direction, free, p, q)
 
 
 def _line(system: Any, mode: str, at: dict) -> tuple[float, float]:
@@ -61,7 +61,7 @@ def _line(system: Any, mode: str, at: dict) -> tuple[float, float]:
     return -rest, rest - pushed
 
 
-def draw(axes: Any, described: Any) -> None:
+def draw_reactions(axes: Any, described: Any) -> None:
     """Draw the planes of both directions on two axes: level lines, separatrix, centre and saddle."""
     import numpy as np
 
@@ -84,12 +84,12 @@ def draw(axes: Any, described: Any) -> None:
     axes[-1].set_xlabel("$R$")
 
 
-def _title(plane: Plane) -> str:
+def _title(plane: ReactionPlane) -> str:
     found = " and ".join(f"a {kind}" for _, kind in plane.rests) or "nothing at rest: the reaction runs away"
     return f"sliding {'forward' if plane.direction > 0 else 'backward'}: {found}"
 
 
-def _levels(plane: Plane, energy: Any) -> list[float]:
+def _levels(plane: ReactionPlane, energy: Any) -> list[float]:
     """Return levels between centre and saddle, and beyond them to the ends of the window."""
     import numpy as np
 

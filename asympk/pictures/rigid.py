@@ -36,7 +36,7 @@ def motion_plot(described: Described) -> "Figure":
         place = "outside lower center" if rows == 1 else "outside upper center"
         figure.legend(handles=motion_handles(shown), loc=place, ncols=len(shown))
         if described.undamped is not None:
-            reactions.draw(axes.flat[1:], described)
+            reactions.draw_reactions(axes.flat[1:], described)
     return figure
 
 

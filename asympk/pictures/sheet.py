@@ -34,7 +34,7 @@ def in_style() -> Any:
     return matplotlib.rc_context(style.RC)
 
 
-def sheet(width: float, height: float) -> Sheet:
+def blank_sheet(width: float, height: float) -> Sheet:
     """Return an empty sheet of a size in inches."""
     return Sheet(figsize=(width, height), layout="constrained")
 

@@ -77,7 +77,7 @@ def matplotlib() -> ModuleType:
     return module
 
 
-def line(method: str) -> dict[str, Any]:
+def curve(method: str) -> dict[str, Any]:
     """Return matplotlib's keywords for a curve of ``method``; hollow markers keep overlaps readable."""
     name, colour, marker, dash = {**METHODS, **MODELS}[method]
     shape: dict[str, Any] = {"markerfacecolor": "white"}

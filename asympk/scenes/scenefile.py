@@ -23,7 +23,7 @@ from typing import Any
 
 from asympk.errors import InputError, UnknownName
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, parse_table, plain, read_table, refuse_unknown, word
+from asympk.storage.tomlfile import nearest, parse_table, read_table, refuse_unknown, spelled, word
 
 COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
@@ -48,18 +48,19 @@ def read_scene(where: str | Path) -> Scene:
     >>> read_scene("backward").start
     (0, Fraction(1, 5), -1)
     """
-    return load(where).scene
+    return scene_file(where).scene
 
 
-def load(where: str | Path) -> SceneFile:
+def scene_file(where: str | Path) -> SceneFile:
     """Return the ``SceneFile`` of a file or of a scene that ships; raises as ``read_scene`` does."""
     if not isinstance(where, str | Path):
         raise InputError(f"read_scene takes the name of a scene or of a file, not {type(where).__name__}")
-    if str(where) in names():
+    if str(where) in scene_names():
         return _told(parse_table(shipped(str(where)).encode(), where), str(where))
     if not (str(where).endswith(".toml") or Path(where).is_file()):
-        raise UnknownName(f"scene {str(where)!r:.60} is unknown; the nearest is {nearest(str(where), names())!r}, "
-                          "asympk scenes lists all, and a file must end in .toml")  # fmt: skip
+        near = nearest(str(where), scene_names())
+        raise UnknownName(f"scene {str(where)!r:.60} is unknown; the nearest is {near!r}, asympk scenes lists all, and "
+                          "a file must end in .toml")  # fmt: skip
     return _told(read_table(where), str(where))
 
 
@@ -75,7 +76,7 @@ def changed(found: SceneFile, changes: Mapping[str, Any]) -> Scene:
     return replace(scene, **{**static, **changes})
 
 
-def names() -> tuple[str, ...]:
+def scene_names() -> tuple[str, ...]:
     """Return the names of the scenes that ship."""
     found = (file.name for file in files("asympk").joinpath("scenes").iterdir())
     return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
@@ -120,34 +121,34 @@ def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
 def _of_system(told):
     from asympk.scenes.systemfile import read_system_scene
 
-    require(told, ("system",))
+    require_keys(told, ("system",))
     return read_system_scene(told)
 
 
 def _nondimensional(told):
     beside = told.pop("near", None)
     if beside is None:
-        require(told, ("sigma", "mu", "start", "until"))
-        return Scene(**{**{key: plain(value) for key, value in told.items()}, "start": _list(told["start"])})
+        require_keys(told, ("sigma", "mu", "start", "until"))
+        return Scene(**{**{key: spelled(value) for key, value in told.items()}, "start": _list(told["start"])})
     if "start" in told or not isinstance(beside, dict):
         raise InputError("near must be a table {manifold, x, offset, z}, and stands in place of start")
-    require(told, ("sigma", "mu", "until"))
+    require_keys(told, ("sigma", "mu", "until"))
     refuse_unknown(beside, _NEAR, "near")
-    require(beside, _NEAR)
-    return Scene.near(**{key: plain(value) for key, value in {**beside, **told}.items()})
+    require_keys(beside, _NEAR)
+    return Scene.near(**{key: spelled(value) for key, value in {**beside, **told}.items()})
 
 
 def _from_rod(told):
-    require(told, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
-    given = {key: plain(told[key]) for key in (*PHYSICAL, "until", "name") if key in told}
+    require_keys(told, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
+    given = {key: spelled(told[key]) for key in (*PHYSICAL, "until", "name") if key in told}
     return Scene.physical(**given, start=_list(told["start"]))
 
 
 def _list(value):
-    return [plain(item) for item in value] if isinstance(value, list) else plain(value)
+    return [spelled(item) for item in value] if isinstance(value, list) else spelled(value)
 
 
-def require(table: Mapping[str, Any], keys: Iterable[str]) -> None:
+def require_keys(table: Mapping[str, Any], keys: Iterable[str]) -> None:
     """Raise ``InputError`` where keys of ``table`` are missing."""
     missing = [key for key in keys if key not in table]
     if missing:

@@ -28,9 +28,9 @@ from asympk.errors import InputError
 from asympk.formulas import read_formula, read_relation
 from asympk.mechanics.described import told_by
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, plain, refuse_unknown
+from asympk.storage.tomlfile import nearest, refuse_unknown, spelled
 from asympk.symbolic.system import Friction, System
-from asympk.systems.catalogue import described
+from asympk.systems.catalogue import described_mechanism
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
 MECHANISM = ("mechanism", "contact", "compliance", "damping")
@@ -43,11 +43,11 @@ def read_system_scene(told: dict[str, Any]) -> Scene:
     missing = [key for key in ("start", "until") if key not in told]
     if missing:
         raise InputError(f"{', '.join(missing)} missing")
-    values = {name: plain(value) for name, value in _table(told.get("values", {}), "values").items()}
+    values = {name: spelled(value) for name, value in _table(told.get("values", {}), "values").items()}
     start = told["start"]
-    start = {k: plain(v) for k, v in start.items()} if isinstance(start, dict) else start
+    start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
     system = system_of(told["system"], values)
-    return Scene(system=system, values=values, start=start, until=plain(told["until"]), name=told.get("name", ""))
+    return Scene(system=system, values=values, start=start, until=spelled(told["until"]), name=told.get("name", ""))
 
 
 def system_of(told: Any, parameters: Any) -> System:
@@ -75,7 +75,7 @@ def read_system(table: Any, parameters: Any) -> System:
         raise InputError("system.frictions must be tables, each under [[system.frictions]]")
     symbols = _symbols(table, [*slow, *fast], frictions, parameters)
     slow_rates, fast_rates = (
-        {symbols[s]: read_formula(plain(rate), symbols, f"the rate of {s}") for s, rate in part.items()}
+        {symbols[s]: read_formula(spelled(rate), symbols, f"the rate of {s}") for s, rate in part.items()}
         for part in (slow, fast)
     )
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
@@ -104,7 +104,7 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     refuse_unknown(table, FRICTION, where)
     if missing := [key for key in _NEEDED if key not in table]:
         raise InputError(f"{where}: {', '.join(missing)} missing")
-    formulas = {key: read_formula(plain(table[key]), symbols, f"{where}: {key}")
+    formulas = {key: read_formula(spelled(table[key]), symbols, f"{where}: {key}")
                 for key in FRICTION if key in table and key not in ("force", "normal")}  # fmt: skip
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
 
@@ -112,13 +112,13 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
 def _of_mechanism(table: dict, parameters: Any) -> System:
     refuse_unknown(table, MECHANISM, "system")
     told, contact = table["mechanism"], table.get("contact")
-    mechanism = (described(told) if isinstance(told, str) else told_by(told, parameters)).mechanism
+    mechanism = (described_mechanism(told) if isinstance(told, str) else told_by(told, parameters)).mechanism
     if contact == "rigid":
         return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
         raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
     symbols = {name: sp.Symbol(name, positive=True) for name in parameters}
-    return mechanism.elastic(*(read_formula(plain(table[key]), symbols, key) for key in ("compliance", "damping")))
+    return mechanism.elastic(*(read_formula(spelled(table[key]), symbols, key) for key in ("compliance", "damping")))
 
 
 def _catalogued(name: str) -> System:

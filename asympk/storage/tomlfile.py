@@ -43,7 +43,7 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return found[0] if found else next(iter(known))
 
 
-def plain(value: Any) -> Any:
+def spelled(value: Any) -> Any:
     """Return ``value`` with a ``Decimal`` as the string that spells it, as ``Scene`` takes numbers."""
     return str(value) if isinstance(value, Decimal) else value
 

@@ -20,7 +20,7 @@ from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import provenance, write_rows
 from asympk.systems import MECHANISMS, painleve_rod
-from asympk.systems.catalogue import c, described, eps, example, h
+from asympk.systems.catalogue import c, described_mechanism, eps, example_scene, h
 
 CHECKED = ("bead_rod", "arm", "crank_slider")  # nonlinear; held both ways and one-sided; two and three coordinates
 COMPLIANCES = ("1e-3", "1e-4", "1e-5", "1e-6", "1e-7")
@@ -80,7 +80,7 @@ def formulas() -> list[Formulas]:
 
 
 def _formulas(name):
-    told = described(name)
+    told = described_mechanism(name)
     rod, kinetics = told.mechanism, told.mechanism.plain
     normal, tangential = impulses(kinetics)
     critical = paradox.critical_friction(kinetics)
@@ -123,11 +123,11 @@ def errors() -> list[Error]:
 
 
 def _error(name, small):
-    module, told = import_module(f"asympk.systems.{name}"), described(name)
+    module, told = import_module(f"asympk.systems.{name}"), described_mechanism(name)
     number = float(small)
     layer = number * log(1 / number)
     values = {**module.VALUES, c.name: small}
-    scene = example(told.mechanism, module.system(), values, module.STATE, repr(LAYER * layer), name)
+    scene = example_scene(told.mechanism, module.system(), values, module.STATE, repr(LAYER * layer), name)
     found = dict(zip(scene.names, map(float, solve(scene).final), strict=True))
     found["y"] *= number  # -g' = c y
     after = _after(told, scene)
@@ -177,7 +177,7 @@ def _followed(numbers, ratio):
     state = {name: value for name, value in numbers.items() if name in painleve_rod.STATE}
     values = {**numbers, eps.name: repr(STIFF), BETA.name: ratio}
     until = 20 * STIFF * (1 + ratio) * log(1 / STIFF)
-    scene = example(painleve_rod.mechanism(), _stiff_ground(), values, state, repr(until), "rebound")
+    scene = example_scene(painleve_rod.mechanism(), _stiff_ground(), values, state, repr(until), "rebound")
     opened = next(event for event in solve(scene).events if event.kind == "lift_off")
     return -STIFF * float(opened.state[scene.names.index("y")])
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from asympk.errors import InputError
 from asympk.many import PHASES
 from asympk.numbers import Number, number
-from asympk.scenes.scenefile import PHYSICAL, require
+from asympk.scenes.scenefile import PHYSICAL, require_keys
 from asympk.sweep.family import Followed, listed, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
 
@@ -32,7 +32,7 @@ class Rod:
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field."""
-        require(table, ("sigma", "mu", "start", "until"))
+        require_keys(table, ("sigma", "mu", "start", "until"))
         return {**{key: table[key] for key in ("sigma", "mu", "sigma0", "until") if key in table},
                 **listed(table["start"], self.states)}  # fmt: skip
 
@@ -83,7 +83,7 @@ class PhysicalRod(Rod):
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field."""
-        require(table, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
+        require_keys(table, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
         return {**{key: table[key] for key in (*PHYSICAL, "until") if key in table},
                 **listed(table["start"], self.states)}  # fmt: skip
 

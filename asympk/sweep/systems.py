@@ -22,7 +22,7 @@ from asympk.many import PHASES, REFUSALS, outcome_of
 from asympk.methods import solve
 from asympk.numbers import Number, number, short
 from asympk.scene import Scene
-from asympk.scenes.scenefile import require
+from asympk.scenes.scenefile import require_keys
 from asympk.scenes.systemfile import system_of
 from asympk.sweep.family import Followed, listed, require_time
 from asympk.sweep.itineraries import Alphabet
@@ -85,7 +85,7 @@ class Systems:
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a table by field; raises ``InputError`` unless they are those of the system."""
-        require(table, ("start", UNTIL))
+        require_keys(table, ("start", UNTIL))
         start = table["start"]
         if isinstance(start, list):
             start = listed(start, self.states)
@@ -159,7 +159,7 @@ def _one_by_one(system, values, start, until):
 
 def of_table(table: Mapping[str, Any]) -> Systems:
     """Return the family of a table with a ``system``; raises ``InputError``."""
-    require(table, ("system",))
+    require_keys(table, ("system",))
     if not isinstance(values := table.get("values", {}), dict):
         raise InputError(f"values = {short(values)}: it must be a table, [values]")
     family = Systems(_written(table["system"], sorted(values)))

@@ -50,12 +50,12 @@ class Guard(NamedTuple):
     value: sp.Expr
 
 
-def name(branch: Branch) -> str:
+def mode_name(branch: Branch) -> str:
     """Return the name of the mode: that of every friction, joined by ``+``; ``smooth`` without any."""
     return "+".join(phase.mode for phase in branch) or "smooth"
 
 
-def named(system: "System") -> Iterator[Branch]:
+def named_branches(system: "System") -> Iterator[Branch]:
     """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
     return (branch for branch in product(*map(_choices, system.frictions)) if _determined(system, branch))
 
@@ -128,7 +128,7 @@ def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         return _by_elimination(system, branch, matrix, right, unknowns)
     if sp.cancel(matrix.det()) == 0:
         raise InputError(
-            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
+            f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its velocity"
         )
     solve = matrix.lower_triangular_solve if matrix.is_lower else matrix.LUsolve
     return dict(zip(unknowns, map(_tidy, solve(right)), strict=True))
@@ -147,7 +147,7 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
     try:
         return unknowns, *(sp.linear_eq_to_matrix(equations, unknowns) if unknowns else (sp.Matrix(), sp.Matrix()))
     except NonlinearError:
-        raise InputError(f"mode {name(branch)}: the forces must enter rates, loads and bounds linearly") from None
+        raise InputError(f"mode {mode_name(branch)}: the forces must enter rates, loads and bounds linearly") from None
 
 
 def _by_elimination(
@@ -157,7 +157,7 @@ def _by_elimination(
     names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
     if (determinant := names.det(method="berkowitz")) == 0:
         raise InputError(
-            f"mode {name(branch)}: the forces are not determined; each must enter the rate of its velocity"
+            f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its velocity"
         )
     meaning = {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
     found = names.adjugate() * right / determinant
@@ -241,7 +241,7 @@ def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     return rate if heavy(rate) else sp.expand(rate)
 
 
-def check(system: "System", friction: "Friction", number: int) -> None:
+def check_friction(system: "System", friction: "Friction", number: int) -> None:
     """Refuse a friction that is not one: its velocity without states, its force nowhere or not linear."""
     which = f"friction {number}" if len(system.frictions) > 1 else "the friction"
     v, states = friction.velocity, system.states

@@ -22,7 +22,7 @@ def reduce_under(condition: sp.Basic, assumptions: sp.Basic) -> sp.Basic:
     return sp.And(*kept, *reduced)
 
 
-def closed(assumptions: sp.Basic) -> sp.Basic:
+def with_implied_bounds(assumptions: sp.Basic) -> sp.Basic:
     """Return ``assumptions`` with the bounds on single parameters that follow from a >= b between two.
 
     >>> a, b = sp.symbols("a b", real=True)
@@ -34,8 +34,8 @@ def closed(assumptions: sp.Basic) -> sp.Basic:
         if isinstance(relation, sp.Ge | sp.Gt | sp.Le | sp.Lt) and relation.gts.is_Symbol and relation.lts.is_Symbol:
             above, below = (assumed_range(s, assumptions) for s in (relation.lts, relation.gts))
             strict = isinstance(relation, sp.Gt | sp.Lt)
-            found.append(between(relation.gts, sp.Interval(above.inf, sp.oo, strict or above.inf not in above)))
-            found.append(between(relation.lts, sp.Interval(-sp.oo, below.sup, True, strict or below.sup not in below)))
+            found.append(as_bound(relation.gts, sp.Interval(above.inf, sp.oo, strict or above.inf not in above)))
+            found.append(as_bound(relation.lts, sp.Interval(-sp.oo, below.sup, True, strict or below.sup not in below)))
     return sp.And(assumptions, *found)
 
 
@@ -68,10 +68,10 @@ def _within(parameter, relations, assumptions):
     holes = allowed - both
     if holes.is_FiniteSet:
         return sp.And(*(sp.Ne(parameter, hole) for hole in holes))
-    return sp.Or(*(between(parameter, span) for span in sp.Union.make_args(both)))
+    return sp.Or(*(as_bound(parameter, span) for span in sp.Union.make_args(both)))
 
 
-def between(parameter: sp.Symbol, span: sp.Set) -> sp.Basic:
+def as_bound(parameter: sp.Symbol, span: sp.Set) -> sp.Basic:
     """Write an interval or a single point as a relation, the parameter on the left: ``sigma > -1``."""
     if span.is_FiniteSet:
         return sp.Or(*(sp.Eq(parameter, point) for point in span))

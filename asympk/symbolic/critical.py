@@ -13,12 +13,12 @@ import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.shown import Card, Several, ShownAsFormulas
-from asympk.symbolic.expansion import by_powers, fast_jacobian, over_fast, vanishes
+from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.signs import nonzero, positive
 from asympk.symbolic.system import Mode, System
-from asympk.symbolic.values import by_symbol, exact, names
+from asympk.symbolic.values import as_exact, by_symbol, in_words
 
 
 @dataclass(frozen=True, repr=False)
@@ -101,7 +101,7 @@ class CriticalManifold(ShownAsFormulas):
         assumptions, floats and unknown names.
         """
         values = by_symbol(values, self._parameters(), "this manifold")
-        given = {symbol: exact(value, symbol) for symbol, value in values.items()}
+        given = {symbol: as_exact(value, symbol) for symbol, value in values.items()}
         if self.assumptions.subs(given) == sp.false:
             raise InputError(f"{equations(given)} is outside the range of this system, {self.assumptions}")
         mode = replace(
@@ -170,13 +170,14 @@ def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
     branch = sp.Dict({y: expression(f"branch {y}", h) for y, h in branch.items()})
     _same_symbols(branch, mode)
     if {*branch} != {*mode.fast}:
-        raise InputError(f"branch gives {names(branch)}; the fast variables of {mode.name!r} are {names(mode.fast)}")
+        fast = in_words(mode.fast)
+        raise InputError(f"branch gives {in_words(branch)}; the fast variables of {mode.name!r} are {fast}")
     for y, h in branch.items():
         if inside := h.free_symbols & {*mode.fast, small}:
-            raise InputError(f"branch {y} = {h} contains {names(inside)}; give it in the slow variables alone")
+            raise InputError(f"branch {y} = {h} contains {in_words(inside)}; give it in the slow variables alone")
     for y, g in mode.fast.items():
         residual = g.subs(small, 0).subs(branch, simultaneous=True)
-        if not vanishes(residual):
+        if not is_zero(residual):
             raise BranchError(
                 f"{equations(branch)} does not solve the critical equation of {mode.name!r}: "
                 f"there {small} {y}' = {sp.factor(residual)}, not 0"

@@ -97,7 +97,7 @@ def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
     return sp.Add(*(sp.factor(c) * sp.Poly.from_dict({m: 1}, *slow).as_expr() for m, c in sp.Poly(expr, *slow).terms()))
 
 
-def vanishes(expr: sp.Expr) -> bool:
+def is_zero(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is identically zero: by algebra, else by 50 digits at points that nothing singles out."""
     reduced = sp.cancel(expr)
     if reduced == 0 or all(a.is_Symbol for a in atoms_of(reduced)):
@@ -228,7 +228,7 @@ def _ties(mode, small, branch):
     if any(a != y and a.has(y) for a in atoms_of(numerator)):
         return []
     factors = [f for f, _ in sp.factor_list(numerator, y)[1] if f.has(y)]
-    factor = sp.Poly(next(f for f in factors if len(factors) == 1 or vanishes(f.subs(y, h))), y)
+    factor = sp.Poly(next(f for f in factors if len(factors) == 1 or is_zero(f.subs(y, h))), y)
     value = -(factor.as_expr() - factor.LC() * y ** factor.degree()) / factor.LC()
     return [(y, factor.degree(), value)]
 

@@ -40,14 +40,14 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
     target = named("target", target, _WRITERS)
     if not (name.isidentifier() and name.isascii()):
         raise InputError(f"name {name!r} cannot name a module; give letters, digits and underscores")
-    files = _WRITERS[target](name, _heading(system, name), functions(system, order))
+    files = _WRITERS[target](name, _heading(system, name), module_functions(system, order))
     try:
         return tuple(write_text(Path(out) / file, text) for file, text in files.items())
     except OSError as reason:
         raise InputError(f"{out} cannot be written ({reason.strerror}); give another directory") from None
 
 
-def functions(system: System, order: int) -> tuple[Function, ...]:
+def module_functions(system: System, order: int) -> tuple[Function, ...]:
     """Return the functions that make up the module, the same for every target."""
     return (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
 

@@ -11,7 +11,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import conjunction, nonzero, positive
-from asympk.symbolic.values import names
+from asympk.symbolic.values import in_words
 
 _U = sp.Dummy("u", real=True)
 
@@ -86,7 +86,7 @@ def _no_negative_root(poly, assumptions):
         return sp.sympify(poly.count_roots(None, 0) == 0, strict=True)
     raise NotDerivable(
         f"{2 * len(rest)} eigenvalues lie in pairs of opposite sign; put numbers in for "
-        f"{names(poly.free_symbols_in_domain)} to tell centres from saddles"
+        f"{in_words(poly.free_symbols_in_domain)} to tell centres from saddles"
     )
 
 

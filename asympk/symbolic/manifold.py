@@ -25,10 +25,10 @@ from asympk.symbolic.critical import (
     critical_manifolds,
     determinant,
     equations,
-    names,
+    in_words,
 )
 from asympk.symbolic.diffring import DifferentialRing
-from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, over_fast, vanishes
+from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, is_zero, over_fast
 from asympk.symbolic.system import Mode, System
 
 C = sp.Symbol("C", real=True)
@@ -64,9 +64,9 @@ class SlowManifold(CriticalManifold):
     def closed(self) -> sp.Expr | None:
         """The exact manifold where the mode is linear in one slow and one fast variable, else None.
 
-        It holds for the small mu at which its root is real; see ``line``.
+        It holds for the small mu at which its root is real; see ``exact_slow_line``.
         """
-        return line(self.dynamics, self.small)
+        return exact_slow_line(self.dynamics, self.small)
 
     def coefficient(self, k: int) -> sp.Basic:
         """Return the coefficient of mu**k; raises ``OrderError`` beyond ``order``."""
@@ -113,7 +113,7 @@ def slow_manifold(
     dynamics = system.mode(mode) if mode else system.modes[0]
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
-    if vanishes(manifold.jacobian.det()):
+    if is_zero(manifold.jacobian.det()):
         raise NotNormallyHyperbolic(
             f"{determinant(at)} vanishes on {equations(at)}; no slow manifold continues this branch"
         )
@@ -151,7 +151,7 @@ def invariance_residual(manifold: SlowManifold) -> sp.Dict:
     )
 
 
-def line(mode: Mode, small: sp.Symbol) -> sp.Expr | None:
+def exact_slow_line(mode: Mode, small: sp.Symbol) -> sp.Expr | None:
     r"""Return the exact slow line of x' = p x + q y + r, mu y' = c x + d y + e, or None for another kind of mode.
 
     y = y_* + k (x - x_*) through the rest state, with the root of mu q k^2 + (mu p - d) k = c that stays finite as
@@ -215,14 +215,14 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
     if is_implicit(manifold.branch):
         raise NotDerivable(f"{name} is implicit; curves are known over an explicit branch, give slow_manifold a branch")
     if len(active) != 1:
-        raise NotDerivable(f"{name}: the flow is that of {names(active)}; curves are known for one variable")
+        raise NotDerivable(f"{name}: the flow is that of {in_words(active)}; curves are known for one variable")
     (x,) = active
     flow = _flow(manifold)
     run = flow.pop(x)
     if run[0] == 0:
         raise NotDerivable(f"{name}: {x} rests everywhere at {manifold.small} = 0; there are no curves over it")
     if coupled := set().union(*(rate.free_symbols for rates in flow.values() for rate in rates)) & {*flow}:
-        raise NotDerivable(f"{name}: rates depend on {names(coupled)}; curves are known where {x} alone matters")
+        raise NotDerivable(f"{name}: rates depend on {in_words(coupled)}; curves are known where {x} alone matters")
     curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
     return sp.Dict({z: _polynomial(terms, manifold.small) + C for z, terms in curves.items()})
 
@@ -251,7 +251,7 @@ def rest_state(manifold: SlowManifold) -> RestState | None:
 
 
 def _lies_on(state, manifold):
-    return all(vanishes((y - h).subs(state).subs(manifold.small, 0)) for y, h in manifold.branch.items())
+    return all(is_zero((y - h).subs(state).subs(manifold.small, 0)) for y, h in manifold.branch.items())
 
 
 def _rate(manifold, active, state):

@@ -23,7 +23,7 @@ def exact_value(name: str, value: Any) -> sp.Expr:
     return found
 
 
-def exact(name: str, value: Any) -> sp.Expr:
+def exact_constant(name: str, value: Any) -> sp.Expr:
     """Return a number as the rational that it is, an exact SymPy constant as it stands; raises ``InputError``."""
     if isinstance(value, sp.Expr) and value.is_number and not value.has(sp.Float):
         return value

@@ -12,12 +12,12 @@ from itertools import chain, pairwise, zip_longest
 import sympy as sp
 
 from asympk.errors import NotDerivable
-from asympk.symbolic.conditions import assumed_range, between
+from asympk.symbolic.conditions import as_bound, assumed_range
 from asympk.symbolic.manifold import critical_manifolds
 from asympk.symbolic.regions import Span
 from asympk.symbolic.stick import drive_of_load, stick_regions
 from asympk.symbolic.system import System
-from asympk.symbolic.values import names
+from asympk.symbolic.values import in_words
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Regime:
     @property
     def condition(self) -> sp.Basic:
         """The range as a relation on sigma."""
-        return between(self.sigma, self.values)
+        return as_bound(self.sigma, self.values)
 
 
 def thresholds(system: System) -> tuple[sp.Expr, ...]:
@@ -109,7 +109,7 @@ def _load_on(manifold, system):
 def _parameter(system):
     found = system.friction.kinetic.free_symbols
     if len(found) != 1:
-        raise NotDerivable(f"regimes are those of one friction parameter; the kinetic bound has {names(found)}")
+        raise NotDerivable(f"regimes are those of one friction parameter; the kinetic bound has {in_words(found)}")
     return next(iter(found))
 
 

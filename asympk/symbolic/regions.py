@@ -10,8 +10,8 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import assumed_range
-from asympk.symbolic.truth import arrays, holds, require, with_default
-from asympk.symbolic.values import by_symbol, exact, is_exact, names
+from asympk.symbolic.truth import as_arrays, holds, require_relations, with_default
+from asympk.symbolic.values import as_exact, by_symbol, in_words, is_exact
 
 
 @dataclass(frozen=True)
@@ -122,13 +122,13 @@ class Region(ShownAsFormulas):
             default |= {self.load: self.plane.load}
         wanted = self.condition.free_symbols | self.plane.allowed.free_symbols & given.keys()
         if all(is_exact(value) for value in given.values()):
-            numbers = {s: exact(v, s) for s, v in given.items()}
+            numbers = {s: as_exact(v, s) for s, v in given.items()}
         else:
-            numbers = arrays(given)
+            numbers = as_arrays(given)
         told = with_default(numbers, wanted, default)
-        require(self.plane.allowed, told)
+        require_relations(self.plane.allowed, told)
         if missing := needed - told.keys():
-            raise InputError(f"{names(missing)} is missing; the region {self.name!r} depends on {names(needed)}")
+            raise InputError(f"{in_words(missing)} is missing; the region {self.name!r} depends on {in_words(needed)}")
         return holds(self.condition, told)
 
     def spans(self, values: Mapping | None = None, /, **named: Any) -> tuple[Span, ...]:
@@ -142,12 +142,12 @@ class Region(ShownAsFormulas):
         known = self.plane.parameters if self.plane.alone else (*self.plane.parameters, *self.plane.states)
         given = by_symbol({**(values or {}), **named}, known, "this system")
         wanted = set().union(*(cell.condition.free_symbols for cell in self.cells))
-        told = with_default({s: exact(v, s) for s, v in given.items()}, wanted, self.plane.default)
-        require(self.plane.allowed, told)
+        told = with_default({s: as_exact(v, s) for s, v in given.items()}, wanted, self.plane.default)
+        require_relations(self.plane.allowed, told)
         for cell in self.cells:
             if cell.condition.subs(told) == sp.true:
                 return cell.spans
-        raise InputError(f"{self.name}: {names(wanted - told.keys())} is missing; the spans depend on it")
+        raise InputError(f"{self.name}: {in_words(wanted - told.keys())} is missing; the spans depend on it")
 
     @property
     def _shown(self) -> tuple[Cell, ...]:

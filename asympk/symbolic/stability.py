@@ -16,12 +16,12 @@ from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, Order
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
-from asympk.symbolic.expansion import vanishes
+from asympk.symbolic.expansion import is_zero
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import Mode, System
-from asympk.symbolic.values import by_symbol, exact, names
+from asympk.symbolic.values import as_exact, by_symbol, in_words
 
 LAMBDA = sp.Symbol("lambda")
 NU = sp.Symbol("nu")
@@ -86,9 +86,9 @@ class Spectrum(ShownAsFormulas):
         """
         wanted = self.polynomial.free_symbols - {LAMBDA}
         given = by_symbol({**(values or {}), **named}, {*self.parameters} | wanted, "this spectrum")
-        given = {s: exact(str(v) if isinstance(v, float) else v, s) for s, v in given.items()}
+        given = {s: as_exact(str(v) if isinstance(v, float) else v, s) for s, v in given.items()}
         if missing := wanted - given.keys():
-            raise InputError(f"{self.mode}: {names(missing)} not given; the kind depends on it")
+            raise InputError(f"{self.mode}: {in_words(missing)} not given; the kind depends on it")
         numbers = [c.subs(given) for c in sp.Poly(self.polynomial, LAMBDA).all_coeffs()]
         for name, condition in _kinds(numbers, None, sp.true):
             if condition == sp.true:
@@ -197,17 +197,17 @@ def _on_branch(system, on, mode):
 
 def _at_rest(system, modes, at):
     place = by_symbol(at.state if isinstance(at, RestState) else at, system.states, "this system", "state")
-    place = {s: v if isinstance(v, sp.Expr) and not v.is_number else exact(v, s) for s, v in place.items()}
+    place = {s: v if isinstance(v, sp.Expr) and not v.is_number else as_exact(v, s) for s, v in place.items()}
     found, moving = [], ""
     for m in modes:
         rates = {**m.slow, **m.fast}
-        drift = {s: sp.factor(r) for s in place if not vanishes(r := rates[s].subs(place, simultaneous=True))}
+        drift = {s: sp.factor(r) for s in place if not is_zero(r := rates[s].subs(place, simultaneous=True))}
         if drift:
             moving = moving or f"in {m.name} {', '.join(f'the rate of {s} is {r}' for s, r in drift.items())}"
             continue
         jacobian = _jacobian(m).subs(place, simultaneous=True)
         if missing := jacobian.free_symbols & {*system.states}:
-            raise InputError(f"{m.name}: {names(missing)} not given; the spectrum depends on it")
+            raise InputError(f"{m.name}: {in_words(missing)} not given; the spectrum depends on it")
         found.append(_spectrum(system, m, jacobian))
     if not found:
         raise InputError(f"{equations(place)} is no rest state: {moving}; give on= a branch for the spectrum elsewhere")
@@ -223,7 +223,7 @@ def _spectrum(system, mode, jacobian):
     polynomial = sp.expand(sp.Poly(coefficients, LAMBDA).as_expr())
     n = len(mode.slow)
     fast = jacobian[n:, n:].subs(small, 0).charpoly(NU) if mode.fast else sp.Poly(1, NU)
-    if vanishes(fast.eval(0)):
+    if is_zero(fast.eval(0)):
         raise NotNormallyHyperbolic(f"{mode.name}: dg/dy is singular; fast and slow do not separate")
     slow = polynomial.subs(small, 0) if mode.fast else polynomial
     found = Spectrum(mode.name, small, polynomial, neutral, slow, fast.as_expr(), system.parameters, assumptions)

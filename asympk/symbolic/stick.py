@@ -21,7 +21,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.branches import heavy, velocity_rate
-from asympk.symbolic.conditions import closed
+from asympk.symbolic.conditions import with_implied_bounds
 from asympk.symbolic.regions import Cell, Plane, Region, Span
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import System
@@ -240,7 +240,7 @@ def _zero(cone, slope):
 def _cells(name, cone, plane):
     """Return the cells of a region: on the parameters, or, where the drive depends on them, on the other states too."""
     if plane.alone:
-        return _solved(name, cone, closed(plane.allowed))
+        return _solved(name, cone, with_implied_bounds(plane.allowed))
     given = (*cone.line, cone.slip, cone.hold)
     constant, slope, slip, hold = (name if part != 0 else part for name, part in zip(_STANDING, given, strict=True))
     hold = slip if cone.slip == cone.hold else hold

@@ -221,12 +221,12 @@ class System(ShownAsFormulas):
     def modes(self) -> tuple[Mode, ...]:
         """The smooth modes; with several frictions every combination of theirs, the names joined by ``+``."""
         return tuple(
-            Mode(branches.name(branch), *branches.fields(self, branch), branches.where(self, branch))
-            for branch in branches.named(self)
+            Mode(branches.mode_name(branch), *branches.fields(self, branch), branches.where(self, branch))
+            for branch in branches.named_branches(self)
         )
 
     def mode(self, name: str) -> Mode:
-        """Return the mode called ``name``; raises ``InputError`` when there is none."""
+        """Return the mode called ``mode_name``; raises ``InputError`` when there is none."""
         for mode in self.modes:
             if mode.name == name:
                 return mode
@@ -291,7 +291,7 @@ def _check(system: System) -> None:
         if not isinstance(rate, sp.Expr) or rate.has(sp.nan, sp.zoo, sp.oo, -sp.oo, sp.I):
             raise InputError(f"the rate of {s} is {rate}; it must be a finite real expression")
     for number, friction in enumerate(system.frictions):
-        branches.check(system, friction, number)
+        branches.check_friction(system, friction, number)
 
 
 def _require_one_symbol_each(system: System) -> None:

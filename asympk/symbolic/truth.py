@@ -9,7 +9,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import as_floats
-from asympk.symbolic.values import names
+from asympk.symbolic.values import in_words
 
 _COMPARE = {
     sp.Ge: lambda a, b: a >= b,
@@ -30,7 +30,7 @@ def holds(condition: sp.Basic, numbers: Mapping) -> Any:
     return found if getattr(found, "ndim", 0) else bool(found)
 
 
-def arrays(given: Mapping[sp.Symbol, Any]) -> dict:
+def as_arrays(given: Mapping[sp.Symbol, Any]) -> dict:
     """Return the values as arrays of floats that broadcast; raises ``InputError``."""
     import numpy as np
 
@@ -38,7 +38,7 @@ def arrays(given: Mapping[sp.Symbol, Any]) -> dict:
     try:
         np.broadcast_shapes(*(value.shape for value in found.values()))
     except ValueError as error:
-        raise InputError(f"{names(given)} do not broadcast: {error}") from None
+        raise InputError(f"{in_words(given)} do not broadcast: {error}") from None
     return found
 
 
@@ -51,7 +51,7 @@ def with_default(numbers: Mapping, wanted: set, default: Mapping) -> dict:
     return found
 
 
-def require(allowed: sp.Basic, numbers: Mapping) -> None:
+def require_relations(allowed: sp.Basic, numbers: Mapping) -> None:
     """Raise ``InputError`` for the first relation of ``allowed`` between given symbols that does not hold."""
     import numpy as np
 
@@ -66,7 +66,7 @@ def require(allowed: sp.Basic, numbers: Mapping) -> None:
 
 
 @lru_cache(maxsize=256)
-def function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
+def array_function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
     """Return ``expr`` as a function of arrays in place of ``symbols``, whatever their names, a prime among them."""
     plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
     return lower(tuple(plain.values()), expr.xreplace(plain), "numpy", branching=True)
@@ -95,7 +95,7 @@ def _value(expr, numbers):
         if found.is_extended_real is False or found is sp.nan:
             raise InputError(f"{expr} has no value at {_equations({s: numbers[s] for s in used})}")
         return found
-    return function(expr, used)(*(numbers[s] for s in used))
+    return array_function(expr, used)(*(numbers[s] for s in used))
 
 
 def _first(value, good):

@@ -32,12 +32,12 @@ def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: s
         if not meant:
             raise InputError(_unknown(key, symbols, owner, kind))
         if twice := found.keys() & {*meant}:
-            raise InputError(f"{names(twice)} is given twice, by symbol and by name; give it once")
+            raise InputError(f"{in_words(twice)} is given twice, by symbol and by name; give it once")
         found |= dict.fromkeys(meant, value)
     return found
 
 
-def exact(value: Any, name: Any) -> sp.Expr:
+def as_exact(value: Any, name: Any) -> sp.Expr:
     """Return a number as SymPy's: an int, a Fraction, a Decimal, a string such as "1/4", or a constant without floats.
 
     Raises ``InputError`` for anything else; a float is refused since it is not the decimal that it shows.
@@ -53,12 +53,12 @@ def is_exact(value: Any) -> bool:
     return isinstance(value, int | str | Fraction | Decimal | Integral | sp.Expr) and not isinstance(value, sp.Float)
 
 
-def names(symbols: Iterable) -> str:
+def in_words(symbols: Iterable) -> str:
     """Return the names in order, as a list in words."""
     return ", ".join(sorted(map(str, symbols))) or "nothing"
 
 
-def nearest(word: Any, known: Iterable) -> str:
+def did_you_mean(word: Any, known: Iterable) -> str:
     """Return ``; did you mean ...?`` for the one of ``known`` that is spelt most like ``word``, or nothing."""
     close = get_close_matches(str(word)[:60], [str(k) for k in known], n=1)
     return f"; did you mean {close[0]}?" if close else ""
@@ -68,5 +68,5 @@ def _unknown(key, symbols, owner, kind):
     if isinstance(key, sp.Symbol) and key.name in {s.name for s in symbols}:
         return f"the Symbol {key} has other assumptions than the {kind} of {owner}; give it by name, {key.name!r}"
     known = {s.name for s in symbols}
-    return f"{key!s:.60} is not a {kind} of {owner}; it has {names(known)}{nearest(key, known)}"
+    return f"{key!s:.60} is not a {kind} of {owner}; it has {in_words(known)}{did_you_mean(key, known)}"
 

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import c, example, f, h
+from asympk.systems.catalogue import c, example_scene, f, h
 
 a, b = dynamicsymbols("a b")
 m, height = sp.symbols("m b_0", positive=True)
@@ -44,4 +44,4 @@ def system() -> System:
 
 def scenes() -> tuple[Scene, ...]:
     """Return a wipe over the surface."""
-    return (example(mechanism(), system(), VALUES, STATE, "1/5", "arm-wipe"),)
+    return (example_scene(mechanism(), system(), VALUES, STATE, "1/5", "arm-wipe"),)

@@ -11,7 +11,7 @@ from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.systems import painleve_rod
-from asympk.systems.catalogue import c, example, h
+from asympk.systems.catalogue import c, example_scene, h
 
 VALUES, STATE, TURN = painleve_rod.VALUES, painleve_rod.STATE, painleve_rod.TURN
 
@@ -30,4 +30,4 @@ def system() -> System:
 
 def scenes() -> tuple[Scene, ...]:
     """Return the jump from a slide without a rigid motion."""
-    return (example(mechanism(), system(), VALUES, STATE, "1/2", "bead-rod-jump"),)
+    return (example_scene(mechanism(), system(), VALUES, STATE, "1/2", "bead-rod-jump"),)

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import Turn, c, example, f, h
+from asympk.systems.catalogue import Turn, c, example_scene, f, h
 
 X, theta = dynamicsymbols("X theta")
 M, m, l, kappa, T, b = sp.symbols("M m l kappa T b", positive=True)
@@ -44,4 +44,4 @@ def system() -> System:
 
 def scenes() -> tuple[Scene, ...]:
     """Return a shoe that is put on the running belt."""
-    return (example(mechanism(), system(), VALUES, STATE, "1/2", "brake-shoe-jump"),)
+    return (example_scene(mechanism(), system(), VALUES, STATE, "1/2", "brake-shoe-jump"),)

@@ -11,7 +11,7 @@ from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
-from asympk.systems.catalogue import Turn, eps, example
+from asympk.systems.catalogue import Turn, eps, example_scene
 
 VALUES = {"m": 1, "P": 1, "alpha": "6/5", "f": 2, "f_0": 2, "eps": "1e-2"}
 STATE = {"x1": 0, "x2": 0, "x1'": -1, "x2'": -1}
@@ -31,4 +31,4 @@ def system() -> System:
 
 def scenes() -> tuple[Scene, ...]:
     """Return the jump of Butenin: from a slide without a rigid motion to rest, the rod ringing."""
-    return (example(mechanism(), system(), VALUES, STATE, "1/10", "butenin-jump"),)
+    return (example_scene(mechanism(), system(), VALUES, STATE, "1/10", "butenin-jump"),)

@@ -22,7 +22,7 @@ c, h, eps = sp.symbols("c h eps", positive=True)  # compliance, damping time, sq
 f, f0 = sp.symbols("f f_0", positive=True)
 
 
-def example(
+def example_scene(
     mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any], until: Any, name: str
 ) -> Scene:
     """Return a ``Scene`` of an elastic or rigid ``system`` that starts where the mechanism's ``state`` says."""
@@ -33,7 +33,7 @@ def example(
     return Scene(system=system, values=numbers, start=start, until=until, name=name)
 
 
-def described(name: str) -> Described:
+def described_mechanism(name: str) -> Described:
     """Return a mechanism of the catalogue by its name as a ``Described``; raises ``UnknownName``."""
     from asympk.systems import MECHANISMS
 

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import c, example, f, h
+from asympk.systems.catalogue import c, example_scene, f, h
 
 theta, phi = dynamicsymbols("theta phi")
 J, m, r, l, T = sp.symbols("J m r l T", positive=True)
@@ -44,4 +44,4 @@ def system() -> System:
 
 def scenes() -> tuple[Scene, ...]:
     """Return a stroke of the crank."""
-    return (example(mechanism(), system(), VALUES, STATE, "1/4", "crank-slider-stroke"),)
+    return (example_scene(mechanism(), system(), VALUES, STATE, "1/4", "crank-slider-stroke"),)

@@ -40,7 +40,7 @@ def _displacement():
 def system() -> System:
     """Return the ``System``, symbolic in mu, sigma, sigma_0, kappa and c2 = cos(alpha)^2."""
     scales = rod.find_scales(rod.elastic_rod())
-    load, along, across = reaction()
+    load, along, across = exact_reaction()
     angle = rod.alpha + rod.beta
     turned = {rod.R: rod.P * load / _COSINE, sp.cos(angle): _COSINE * along, sp.sin(angle): sp.sin(rod.alpha) * across}
     force = {rod.F: rod.P * phi, sp.tan(rod.alpha): sp.sin(rod.alpha) / _COSINE}
@@ -62,7 +62,7 @@ def scenes() -> tuple[Scene, ...]:
 
 
 @cache
-def reaction() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+def exact_reaction() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return r = R cos(alpha) / P, cos(alpha + beta) / cos(alpha) and sin(alpha + beta) / sin(alpha)."""
     compression, turn = rod.geometry()
     rate = _displacement().subs(x, y) / rod.find_scales(rod.elastic_rod()).time

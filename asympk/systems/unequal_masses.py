@@ -14,7 +14,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.scene import Scene
 from asympk.symbolic.system import System
-from asympk.systems.catalogue import Turn, c, example, f, h
+from asympk.systems.catalogue import Turn, c, example_scene, f, h
 
 x1, x2 = dynamicsymbols("x1 x2")
 m1, m2, alpha, P = sp.symbols("m_1 m_2 alpha P", positive=True)
@@ -41,4 +41,4 @@ def system() -> System:
 
 def scenes() -> tuple[Scene, ...]:
     """Return the jump from a slide without a rigid motion."""
-    return (example(mechanism(), system(), VALUES, STATE, 3, "unequal-masses-jump"),)
+    return (example_scene(mechanism(), system(), VALUES, STATE, 3, "unequal-masses-jump"),)

@@ -13,7 +13,7 @@ from asympk.automaton.modes import function, mode_of
 from asympk.certify import certify
 from asympk.digits import context
 from asympk.errors import Accumulation, InputError, NoMotion, TwoMotions, UnboundedReaction
-from asympk.symbolic.branches import named
+from asympk.symbolic.branches import named_branches
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
 F, G, H, N = sp.symbols("F G H N", real=True)
@@ -24,7 +24,7 @@ eps = sp.Symbol("eps", positive=True)
 @pytest.mark.parametrize("name", ["bead_rod", "held_rod"])
 def test_derivatives_through_shared_parts_are_those_of_the_expressions_written_out(name):
     system, numbers, rng = getattr(ap.systems, name).system(), context(40), random.Random(1)
-    for branch in named(system):
+    for branch in named_branches(system):
         mode = mode_of(system, branch)
         place = [numbers.mpf(rng.uniform(0.3, 1.2)) for _ in range(1 + len(system.states) + len(system.parameters))]
         written_out = (*(rate.diff(s) for rate in mode.rates for s in system.states),

@@ -64,7 +64,7 @@ def test_certificates_hold_on_random_scenes_against_sixty_digits():
         assert _holds(certificate, ap.solve(scene, digits=60)), scene
 
 
-@pytest.mark.parametrize("name", scenefile.names())
+@pytest.mark.parametrize("name", scenefile.scene_names())
 def test_every_scene_that_ships_is_proven(name):
     found = scenefile.read_scene(name)
     certificate = certify(found)

@@ -97,4 +97,4 @@ def test_the_json_of_the_ledger_has_the_fixed_keys():
 
 def test_an_unknown_claim_is_named_with_the_range_of_ids():
     with pytest.raises(UnknownName, match=r"'C44' is unknown; the ledger has C01 to C43"):
-        ledger.claim("C44")
+        ledger.claim_called("C44")

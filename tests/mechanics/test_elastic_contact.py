@@ -189,7 +189,7 @@ def test_the_undamped_rod_of_the_claims_is_that_of_butenin_in_its_own_scales():
     """R cos(alpha) = P s, epsilon cos(alpha) = eps for m = 1, velocities in the unit of P, sigma = f tan(alpha) - 2."""
     from asympk.ledger import undamped
 
-    system, claimed = ap.systems.butenin.system(), undamped.system()
+    system, claimed = ap.systems.butenin.system(), undamped.undamped_system()
     named = {s.name: s for s in (*system.states, *system.parameters)}
     m, P, alpha, f, f0 = (named[name] for name in ("m", "P", "alpha", "f", "f_0"))
     x, y, z = (named[name] for name in "xyz")

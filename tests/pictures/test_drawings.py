@@ -10,7 +10,7 @@ from asympk.pictures.sketches import SKETCHES, sketch
 
 
 def test_every_text_is_on_the_sheet_and_lies_on_no_other():
-    assert flaws(drawings.system()) == []
+    assert flaws(drawings.draw_system()) == []
 
 
 @pytest.mark.parametrize("name", SKETCHES)
@@ -27,12 +27,12 @@ def test_a_text_on_another_and_one_off_the_sheet_are_found():
 
 @pytest.mark.parametrize("kind", ["pdf", "svg"])
 def test_the_same_drawing_has_the_same_bytes(kind, tmp_path):
-    first, second = (save(drawings.system(), tmp_path / f"{k}.{kind}").read_bytes() for k in (1, 2))
+    first, second = (save(drawings.draw_system(), tmp_path / f"{k}.{kind}").read_bytes() for k in (1, 2))
     assert first == second
     assert b"Date" not in first
 
 
 def test_the_symbols_are_those_of_the_text():
-    words = " ".join(text.get_text() for ax in drawings.system().axes for text in ax.texts)
+    words = " ".join(text.get_text() for ax in drawings.draw_system().axes for text in ax.texts)
     for symbol in ("M_1", "M_2", r"\alpha", r"\beta", "P", "F", "R", r"\Delta l", "f_0", "R_1", "R_2"):
         assert symbol in words

@@ -56,13 +56,13 @@ def test_conversion_keeps_a_hundred_digits(tmp_path):
 
 
 def test_converting_there_and_back_returns_the_start(tmp_path):
-    found = scenefile.load(_file(tmp_path, ROD))
+    found = scenefile.scene_file(_file(tmp_path, ROD))
     given = (*found.scene.rod.units.state(*found.scene.start), found.scene.rod.units.moment(found.scene.until))
     assert [float(v) for v in given] == pytest.approx([1, -3, -0.1, 0.03], rel=1e-15)
 
 
 def test_velocity_comes_back_in_units_of_the_force_acting_for_one_unit_of_time(tmp_path):
-    found = scenefile.load(_file(tmp_path, {**ROD, "start": "[0, 0, 1]"}))
+    found = scenefile.scene_file(_file(tmp_path, {**ROD, "start": "[0, 0, 1]"}))
     path = ap.solve(found.scene)
     told = path.physical()
     assert float(told.final[2]) == pytest.approx(path.final[2] * 10 * (0.02 * 0.5) / 2, rel=1e-15)
@@ -70,12 +70,12 @@ def test_velocity_comes_back_in_units_of_the_force_acting_for_one_unit_of_time(t
 
 
 def test_physical_digits_survive_the_way_back(tmp_path):
-    found = scenefile.load(_file(tmp_path, ROD))
+    found = scenefile.scene_file(_file(tmp_path, ROD))
     coarse, fine = (ap.solve(found.scene, digits=d).physical().final[0] for d in (40, 60))
     assert 0 <= abs(coarse - fine) < abs(fine) * mpmath.mpf(10) ** -38
 
 
-@pytest.mark.parametrize("name", scenefile.names())
+@pytest.mark.parametrize("name", scenefile.scene_names())
 def test_every_scene_that_ships_runs_and_says_what_it_shows(name):
     scene = ap.read_scene(name)
     assert scene.name == name
@@ -159,7 +159,7 @@ def test_solve_tells_physical_units_on_request(capsys):
 
 def test_scenes_are_listed_and_printed_as_files(capsys, tmp_path):
     assert main(["scenes"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == len(scenefile.names())
+    assert len(capsys.readouterr().out.splitlines()) == len(scenefile.scene_names())
     assert main(["scenes", "static"]) == 0
     (tmp_path / "copy.toml").write_text(capsys.readouterr().out)
     assert ap.read_scene(tmp_path / "copy.toml").sigma0 == 2

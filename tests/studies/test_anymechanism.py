@@ -12,7 +12,7 @@ from contactmodel import Model, follow
 from asympk.pictures.anymechanism import limit
 from asympk.storage.rows import read_rows
 from asympk.studies import anymechanism
-from asympk.systems.catalogue import described
+from asympk.systems.catalogue import described_mechanism
 
 ROWS = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 h = 0.5
@@ -52,7 +52,7 @@ def test_mechanisms_that_are_drawn_at_random_jump_as_the_law_says(seed):
 
 @pytest.mark.parametrize("name", ["painleve_rod", "brake_shoe", "crank_slider"])
 def test_the_formulas_in_short_form_are_those_of_the_law(name):
-    told = described(name)
+    told = described_mechanism(name)
     kinetics, numbers = told.mechanism.plain, told.mechanism.keyed(told.numbers)
     for short, full in zip(anymechanism.impulses(kinetics), told.mechanism.jump_law().impulses, strict=True):
         value = told.mechanism.evaluate(full, told.numbers)

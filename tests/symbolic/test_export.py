@@ -13,7 +13,7 @@ import sympy as sp
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
-from asympk.symbolic.export import export, functions
+from asympk.symbolic.export import export, module_functions
 from asympk.symbolic.lowering import lower
 
 PK = ap.systems.painleve_klein.system()
@@ -43,7 +43,7 @@ def python_module(path):
 def test_the_python_module_computes_what_lower_does(name, tmp_path):
     (path,) = export(SYSTEMS[name], "python", tmp_path, name=name)
     module = python_module(path)
-    for f in functions(SYSTEMS[name], order=3):
+    for f in module_functions(SYSTEMS[name], order=3):
         expected = lower(f.args, f.values, "math")
         for values in points(f):
             assert getattr(module, f.name)(*values) == expected(*values)
@@ -57,7 +57,7 @@ def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(na
     flags = ["-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-shared", "-fPIC"]
     subprocess.run([COMPILER, *flags, "-o", library, tmp_path / f"{name}.c", "-lm"], check=True)
     compiled = ctypes.CDLL(str(library))
-    for f in functions(SYSTEMS[name], order=3):
+    for f in module_functions(SYSTEMS[name], order=3):
         expected = lower(f.args, f.values, "math")
         for values in points(f):
             found = call(compiled[f"{name}_{f.name}"], values, f.values)
@@ -91,14 +91,14 @@ def test_the_python_module_needs_nothing_but_math(tmp_path):
 
 
 def test_the_module_has_fields_manifolds_eigenvalues_and_edges():
-    names = {f.name for f in functions(PK, order=1)}
+    names = {f.name for f in module_functions(PK, order=1)}
     assert {"slip_same", "slip_opposite", "stick", "stick_edges"} <= names
     assert {f"{m}{part}" for m in ("Pi1", "Pi2") for part in ("", "_series", "_exact")} <= names
     assert {f"{m}_{kind}_eigenvalue" for m in ("slip_same", "stick") for kind in ("slow", "fast")} <= names
 
 
 def test_states_come_in_the_order_of_a_start():
-    field = next(f for f in functions(PK, order=0) if f.name == "slip_same")
+    field = next(f for f in module_functions(PK, order=0) if f.name == "slip_same")
     assert [a.name for a in field.args] == ["x", "y", "z", "mu", "sigma"]
 
 

@@ -11,7 +11,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import evaluate
 from asympk.systems import MECHANISMS
 from asympk.systems import painleve_klein as pk
-from asympk.systems.catalogue import described
+from asympk.systems.catalogue import described_mechanism
 
 REGIONS = ap.stick_regions(pk.system())
 SIGMAS = [Fraction(n, 4) for n in (-7, -6, -5, -4, -3, -1, 0, 1, 4, 12)]
@@ -115,7 +115,7 @@ def _sliding_rate(kinetics, numbers, q, u, R, F):
 def test_a_place_of_an_elastic_mechanism_sticks_where_friction_can_stop_it_in_both_directions(name):
     """Regions on any number of degrees of freedom against gamma' of Newton's law with the full force of friction."""
     system = getattr(ap.systems, name).system()
-    told = described(name).changed({str(s): "1/4" for s in system.parameters if str(s) in ("f", "f_0")})
+    told = described_mechanism(name).changed({str(s): "1/4" for s in system.parameters if str(s) in ("f", "f_0")})
     kinetics, regions, rng = told.mechanism.plain, ap.stick_regions(system), np.random.default_rng(3)
     numbers = {name: float(Fraction(value)) for name, value in told.values.items()} | {"c": 0.02}
     values = {s: numbers[s.name] for s in system.parameters}

@@ -11,7 +11,7 @@ from asympk.errors import NotNormallyHyperbolic
 from asympk.mechanics.described import read_mechanism
 from asympk.pictures.reactions import planes
 from asympk.systems import MECHANISMS
-from asympk.systems.catalogue import described
+from asympk.systems.catalogue import described_mechanism
 from asympk.systems.painleve_klein import rod
 
 ROD = f"""
@@ -33,7 +33,7 @@ def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
 
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_every_example_has_a_paradox_and_starts_on_its_contact(name):
-    told = described(name)
+    told = described_mechanism(name)
     rod = told.mechanism
     assert rod.evaluate(rod.paradox, told.numbers)
     gap, rate = (rod.own(part) for part in (rod.plain.gap, rod.plain.gap_rate))
@@ -80,7 +80,7 @@ PUBLISHED = {
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_critical_friction_is_the_published_one_at_random_numbers(name):
-    rod, rng = described(name).mechanism, np.random.default_rng(4)
+    rod, rng = described_mechanism(name).mechanism, np.random.default_rng(4)
     for _ in range(5):
         at = {str(s): rng.uniform(0.2, 1.4) for s in (*rod.plain.coordinates, *rod.plain.parameters)}
         expected = sp.sympify(PUBLISHED[name]).subs(at)
@@ -95,7 +95,7 @@ def test_every_mechanism_of_the_catalogue_names_its_source(name):
 def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD)
-    told, other = read_mechanism(file), described("painleve_rod").mechanism
+    told, other = read_mechanism(file), described_mechanism("painleve_rod").mechanism
     assert sp.simplify(sp.Matrix(told.mechanism.delassus) - other.plain.delassus.subs(_named(told))) == sp.zeros(2)
     assert main(["mechanism", str(file), "--set", "f=3"]) == 0
     assert "rigid motions   none" in capsys.readouterr().out
@@ -171,7 +171,7 @@ def test_the_map_of_motions_is_the_same_file_each_time(tmp_path):
 
 def test_the_plane_of_butenin_has_a_centre_and_a_saddle_on_the_good_side_and_nothing_at_rest_on_the_other():
     """What the picture shows is what the critical manifolds say: a centre is not normally hyperbolic, a saddle is."""
-    told = described("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
+    told = described_mechanism("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
     forward, backward = planes(told)
     assert (forward.direction, backward.direction) == (1, -1)
     assert [kind for _, kind in forward.rests] == ["centre", "saddle"]
@@ -186,7 +186,7 @@ def test_the_plane_of_butenin_has_a_centre_and_a_saddle_on_the_good_side_and_not
 
 
 def test_the_energy_of_the_plane_is_kept_along_the_undamped_motion_between_two_changes_of_side():
-    told = described("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
+    told = described_mechanism("butenin").changed({"alpha": 1, "f": 3, "f_0": 3})
     forward, _ = planes(told)
     start = {"x1": 0, "x2": 0, "x": "1/5", "y": 0, "z": 2000}
     values = {name: told.values[name] for name in ("m", "P", "alpha", "f", "f_0")} | {"eps": "1e-3"}

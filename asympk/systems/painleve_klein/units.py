@@ -18,7 +18,7 @@ from asympk.multiprecision import context
 from asympk.numbers import Number, number, short
 from asympk.path import Path
 from asympk.scene import Scene
-from asympk.shown import number as shown
+from asympk.shown import number_as_text as shown
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
 from asympk.systems.painleve_klein import rod
@@ -66,7 +66,7 @@ class Units:
 
 
 @dataclass(frozen=True)
-class Rod:
+class RodInUnits:
     """A physical rod: its exact ``quantities`` by name, the ``units``, and the nondimensional ``numbers`` they make.
 
     ``numbers`` are (sigma, mu, sigma0, x, y, z, until).
@@ -205,7 +205,7 @@ def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scen
     found, scale = nondimensional(quantities)
     numbers = tuple(found[key] for key in RESULTS)
     sigma, mu, sigma0, x, y, z, horizon = numbers
-    return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=Rod(tuple(quantities.items()), scale, numbers))
+    return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=RodInUnits(tuple(quantities.items()), scale, numbers))
 
 
 def told_physically(scene: Scene) -> PhysicalScene:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from asympk.errors import InputError
-from asympk.numbers import numbers, place
+from asympk.numbers import entry_name, numbers
 
 LARGEST = 2.0**1023
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
@@ -87,14 +87,14 @@ def require_order(name, column, least_name, least):
     bad = above < below
     if bad.any():
         at = _first(bad)
-        raise InputError(f"{place(name, at)} = {above[at]}: it must be at least {least_name} = {below[at]}")
+        raise InputError(f"{entry_name(name, at)} = {above[at]}: it must be at least {least_name} = {below[at]}")
 
 
 def _require(name, values, allowed, words):
     if not values.size or (allowed(float(values.min())) and allowed(float(values.max()))):
         return
     at = _first(~allowed(values.astype(float)))
-    raise InputError(f"{place(name, at)} = {values[at]}: it must be {words}")
+    raise InputError(f"{entry_name(name, at)} = {values[at]}: it must be {words}")
 
 
 def _first(bad):
