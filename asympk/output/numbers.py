@@ -25,7 +25,7 @@ from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import Row, read_rows
-from asympk.studies import anymechanism, collisions, convergence, damping, leastmap
+from asympk.studies import anymechanism, collisions, convergence, damping, leastmap, modelwork
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
 from asympk.studies.least import LADDER
@@ -44,7 +44,7 @@ def macros(root: Path) -> dict[str, str]:
     found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
     told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
             "plane": of_plane, "nonlinear": of_nonlinear, "damping": of_damping,
-            "jumplaw": of_jump_law, "rebound": of_rebound, "peer": of_peer}
+            "jumplaw": of_jump_law, "rebound": of_rebound, "peer": of_peer, "models": of_models}
     for name, tell in told.items():
         if (kept / f"{name}.csv").is_file():
             found |= tell(read_rows(kept / f"{name}.csv"))
@@ -213,6 +213,18 @@ def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
     """Return how stiff the contact was that was followed, and how far its rebound is from the formula at most."""
     away = max(abs(row["followed"] / row["law"] - 1) for row in rows if row["followed"] is not None)
     return {"reboundStiff": power(anymechanism.STIFF), "reboundWorst": power(away, 1)}
+
+
+def of_models(rows: Sequence[Row]) -> dict[str, str]:
+    """Return what the cheapest integrator costs at the error of the model of order 1, in units of it, over all mu."""
+    saved = modelwork.savings([*rows])
+    mus = {mu for _, mu in saved}
+    names = [style.line(method)["label"] for method in dict.fromkeys(m for costs in saved.values() for m in costs)]
+    found = {"modelNames": listed(names), "modelMuMost": power(max(mus)), "modelMuLeast": power(min(mus))}
+    for name, system in (("Rod", "nonlinear rod"), ("Reaction", "enzyme reaction")):
+        ratios = [min(cost for cost in costs.values() if cost) for (of, _), costs in saved.items() if of == system]
+        found |= {f"model{name}Least": rounded(min(ratios)), f"model{name}Most": rounded(max(ratios))}
+    return found
 
 
 def of_peer(rows: Sequence[Row]) -> dict[str, str]:
