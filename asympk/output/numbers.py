@@ -219,8 +219,8 @@ def of_models(rows: Sequence[Row]) -> dict[str, str]:
     """Return what the cheapest integrator costs at the error of the model of order 1, in units of it, over all mu."""
     saved = modelwork.savings([*rows])
     mus = {mu for _, mu in saved}
-    names = [style.line(method)["label"] for method in dict.fromkeys(m for costs in saved.values() for m in costs)]
-    found = {"modelNames": listed(names), "modelMuMost": power(max(mus)), "modelMuLeast": power(min(mus))}
+    names = _names([row for row in rows if not row["method"].startswith("jump")])
+    found = {"modelNames": names, "modelMuMost": power(max(mus)), "modelMuLeast": power(min(mus))}
     for name, system in (("Rod", "nonlinear rod"), ("Reaction", "enzyme reaction")):
         ratios = [min(cost for cost in costs.values() if cost) for (of, _), costs in saved.items() if of == system]
         found |= {f"model{name}Least": rounded(min(ratios)), f"model{name}Most": rounded(max(ratios))}
