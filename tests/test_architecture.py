@@ -9,21 +9,21 @@ from pathlib import Path
 import pytest
 
 import asympk
-from asympk.output.arrow import arrow, arrow_drawing, between_parts, imports, modules, part_of
+from asympk.output.arrow import arrow_drawing, between_parts, imported_modules, modules, part_of, parts_in_order
 
 PACKAGE = Path(asympk.__file__).parent
-ARROW = list(arrow(PACKAGE.parent))
+ARROW = list(parts_in_order(PACKAGE.parent))
 MODULES = modules()
 
 
 @pytest.mark.parametrize("name", MODULES)
 def test_imports_go_one_way_along_the_arrow(name):
     here = ARROW.index(part_of(name, ARROW))
-    assert all(ARROW.index(part_of(other, ARROW)) <= here for other in imports(MODULES[name]) if other)
+    assert all(ARROW.index(part_of(other, ARROW)) <= here for other in imported_modules(MODULES[name]) if other)
 
 
 def test_no_module_imports_itself_by_way_of_others():
-    graph = {name: set(imports(file)) - {""} for name, file in MODULES.items()}
+    graph = {name: set(imported_modules(file)) - {""} for name, file in MODULES.items()}
     assert set(TopologicalSorter(graph).static_order()) == set(MODULES)
 
 

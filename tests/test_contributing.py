@@ -39,7 +39,7 @@ def test_there_are_five_recipes():
 def test_a_new_system_is_known_to_every_verb(monkeypatch):
     wedge = as_module(monkeypatch, RECIPES["system"])
     monkeypatch.setattr(systems, "MECHANISMS", (*systems.MECHANISMS, "wedge"))
-    assert "critical        friction" in mechanisms.mechanism_as_text(mechanisms.load("wedge"))
+    assert "critical        friction" in mechanisms.mechanism_as_text(mechanisms.load_mechanism("wedge"))
     path = ap.solve(wedge.scenes()[0])
     assert path.modes[0].startswith("slip")
     assert path.end == 1

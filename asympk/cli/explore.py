@@ -20,12 +20,12 @@ def run(options: Namespace) -> None:
     import webbrowser
     from contextlib import suppress
 
-    from asympk.explore.choice import chosen
+    from asympk.explore.choice import chosen_scenes
     from asympk.explore.server import Server
     from asympk.numbers import whole as require_whole
 
     port = require_whole("--port", options.port, 0, 65535)
-    with Server(chosen(options.scene), port) as server, suppress(KeyboardInterrupt):
+    with Server(chosen_scenes(options.scene), port) as server, suppress(KeyboardInterrupt):
         print(f"{server.address}\nCtrl-C ends it.", flush=True)
         if not options.no_browser:
             webbrowser.open(server.address)

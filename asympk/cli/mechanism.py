@@ -17,12 +17,12 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Print the catalogue, or what a mechanism does, or draw the map of its rigid motions."""
-    from asympk.output.mechanisms import catalogue_as_text, changes, load, mechanism_as_text
+    from asympk.output.mechanisms import catalogue_as_text, changes, load_mechanism, mechanism_as_text
 
     if options.name is None:
         print(catalogue_as_text())
         return
-    described = load(options.name).changed(changes(options.set))
+    described = load_mechanism(options.name).changed(changes(options.set))
     if options.plot:
         _plot(described, options.plot)
         return

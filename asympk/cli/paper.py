@@ -15,8 +15,8 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Build the paper, or draw one picture, and print what was written."""
-    from asympk.output.paper import build, draw
+    from asympk.output.paper import build, draw_picture
 
     with meter(f"drawing {options.only}") as shown:
-        lines = draw(options.root, options.only) if options.only else build(options.root, shown.tell)
+        lines = draw_picture(options.root, options.only) if options.only else build(options.root, shown.tell)
     print(*lines, sep="\n")

@@ -18,9 +18,9 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Follow the chunks that are missing and print a summary of all."""
-    from asympk.sweep import run as follow
+    from asympk.sweep import run_sweep as follow
     from asympk.sweep.executors import executor
-    from asympk.sweep.summary import as_text, summarise
+    from asympk.sweep.summary import summarise, summary_as_text
     from asympk.sweep.sweepfile import read_sweep
 
     if options.plot:
@@ -36,4 +36,4 @@ def run(options: Namespace) -> None:
         from asympk.pictures.spread import plot
 
         plot(told, options.plot)
-    print(as_text(told))
+    print(summary_as_text(told))

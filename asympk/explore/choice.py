@@ -14,7 +14,7 @@ FIRST = "backward"
 COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # of a mechanism whose file tells of none
 
 
-def chosen(word: str | None) -> tuple[Scene, ...]:
+def chosen_scenes(word: str | None) -> tuple[Scene, ...]:
     """Return the scenes that ``word`` names; without one all that ship. Raises ``UnknownName``, ``InputError``."""
     if word is None:
         return tuple(read_scene(name) for name in (FIRST, *(name for name in scene_names() if name != FIRST)))

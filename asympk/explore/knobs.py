@@ -15,13 +15,13 @@ DECADES, DECADES_OF_SMALL = 1, 3  # to either side of a positive parameter
 MOST_DEGREES = 89
 
 
-def described(scene: Scene) -> dict[str, Any]:
+def knobs_of(scene: Scene) -> dict[str, Any]:
     """Return the knobs of a scene for the page: parameters, start and horizon, and the names of what is drawn."""
     told = _told(scene)
     quantities = [*told.names, *(name for name, _ in told.combinations)]
     return {
         "name": scene.name,
-        "parameters": [_knob(scene, name, value) for name, value in parameters(scene).items()],
+        "parameters": [_knob(scene, name, value) for name, value in scene_parameters(scene).items()],
         "start": [_linear(name, float(value)) for name, value in zip(told.names, told.start, strict=True)],
         "until": _logarithmic("until", float(told.until) or 1.0, DECADES),
         "quantities": quantities,
@@ -31,7 +31,7 @@ def described(scene: Scene) -> dict[str, Any]:
     }
 
 
-def parameters(scene: Scene) -> dict[str, Any]:
+def scene_parameters(scene: Scene) -> dict[str, Any]:
     """Return the parameters of a scene by name: the physical quantities of a rod that is told in them."""
     if scene.rod is not None:
         return {name: value for name, value in scene.rod.quantities if name not in STATE}
@@ -46,7 +46,7 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     Static friction that equals the kinetic one follows it until it is given itself. Raises ``InputError``,
     ``UnknownName``, and ``NoManifold`` where a scene beside a slow line loses it.
     """
-    told, own = _told(scene), parameters(scene)
+    told, own = _told(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
     _require_names(start, told.names, "state of the start")
     values = {name: _read(name, given[name], own[name]) if name in given else v for name, v in own.items()}
@@ -111,7 +111,7 @@ def _spelt(angle: Any) -> Any:
 def _knob(scene: Scene, name: str, value: Any) -> dict[str, Any]:
     unit = "deg" if isinstance(value, Degrees) else SI.get(name, "") if scene.rod is not None else ""
     follows = STATIC.get(name) if scene.system is None else None
-    same = follows is not None and parameters(scene)[follows] == value
+    same = follows is not None and scene_parameters(scene)[follows] == value
     return {**_range(scene, name, value), "unit": unit, "follows": follows if same else None}
 
 

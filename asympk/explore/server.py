@@ -12,7 +12,7 @@ from secrets import compare_digest, token_urlsafe
 from typing import Any, NoReturn
 
 from asympk.errors import AsympkError
-from asympk.explore.knobs import described
+from asympk.explore.knobs import knobs_of
 from asympk.explore.questions import QUESTIONS, as_json
 from asympk.explore.worker import Broken, Late, Worker
 from asympk.scene import Scene
@@ -33,7 +33,7 @@ GUARDS = {
 }
 
 
-class Refused(Exception):
+class BadRequest(Exception):
     """A request is refused with an HTTP status and one line."""
 
     def __init__(self, status: int, line: str):
@@ -49,7 +49,7 @@ class Server(ThreadingHTTPServer):
     def __init__(self, scenes: tuple[Scene, ...], port: int = 0, seconds: float | None = None):
         self.token = token_urlsafe(24)
         self.parts = {name: (_shipped(file), kind) for name, (file, kind) in PAGE.items()}
-        self.parts["scenes"] = (as_json([described(scene) for scene in scenes]), "application/json")
+        self.parts["scenes"] = (as_json([knobs_of(scene) for scene in scenes]), "application/json")
         self.workers = {name: Worker(q, scenes, seconds or q.seconds) for name, q in QUESTIONS.items()}
         super().__init__((HOST, port), _Handler)
 
@@ -97,11 +97,11 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             name = self._name()
             if name in others:
-                raise Refused(405, f"{self.command} is not for this address")
+                raise BadRequest(405, f"{self.command} is not for this address")
             body, kind = found(name)
         except KeyError:
             status, body, kind = 404, *_told("there is nothing at this address")
-        except Refused as refused:
+        except BadRequest as refused:
             status, body, kind = refused.status, *_told(str(refused))
             self.close_connection = True
         except (AsympkError, RecursionError) as error:
@@ -109,12 +109,12 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(status, body, kind)
 
     def _name(self) -> str:
-        """Return what of the page is asked for; raises ``Refused`` for a stranger."""
+        """Return what of the page is asked for; raises ``BadRequest`` for a stranger."""
         if self.headers.get("Host") not in self.server.hosts:
-            raise Refused(421, "this server is known by its address alone; open the address that it printed")
+            raise BadRequest(421, "this server is known by its address alone; open the address that it printed")
         token, _, name = self.path.removeprefix("/").partition("/")
         if not compare_digest(token.encode("utf-8", "replace"), self.server.token.encode()):
-            raise Refused(403, "the token in the address is missing or wrong; open the address that was printed")
+            raise BadRequest(403, "the token in the address is missing or wrong; open the address that was printed")
         return name
 
     def _asked(self, name: str) -> tuple[bytes, str]:
@@ -124,13 +124,13 @@ class _Handler(BaseHTTPRequestHandler):
     def _question(self) -> Any:
         length = self.headers.get("Content-Length", "")
         if not (length.isascii() and length.isdigit()) or "Transfer-Encoding" in self.headers:
-            raise Refused(411, "a question needs a Content-Length")
+            raise BadRequest(411, "a question needs a Content-Length")
         if len(length) > 9 or int(length) > LARGEST:
-            raise Refused(413, f"a question has at most {LARGEST} bytes")
+            raise BadRequest(413, f"a question has at most {LARGEST} bytes")
         try:
             return json.loads(self.rfile.read(int(length)), parse_constant=_refuse_constant)
         except (ValueError, RecursionError):
-            raise Refused(400, "the question is not JSON of finite numbers") from None
+            raise BadRequest(400, "the question is not JSON of finite numbers") from None
 
     def _send(self, status: int, body: bytes, kind: str) -> None:
         self.send_response(status)

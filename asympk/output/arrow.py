@@ -12,7 +12,7 @@ PACKAGE = Path(__file__).parent.parent
 STEP, REACH = 0.16, 0.055  # inches from part to part, and of an arc's bulge for each part that it passes
 
 
-def arrow(root: Path) -> dict[str, str]:
+def parts_in_order(root: Path) -> dict[str, str]:
     """Return the parts of the package in the order of the arrow, each with what it is, as ``docs/arrow.toml`` says."""
     return tomllib.loads((root / "docs" / "arrow.toml").read_text(encoding="utf-8"))
 
@@ -22,7 +22,7 @@ def modules() -> dict[str, Path]:
     return {_name(file): file for file in sorted(PACKAGE.rglob("*.py")) if file != PACKAGE / "__init__.py"}
 
 
-def imports(file: Path) -> Iterator[str]:
+def imported_modules(file: Path) -> Iterator[str]:
     """Yield the modules, as dotted names below ``asympk``, that a file imports anywhere but for its annotations."""
     tree, names = ast.parse(file.read_text(encoding="utf-8")), modules()
     for node in ast.walk(tree):
@@ -48,7 +48,7 @@ def part_of(name: str, parts: Collection[str]) -> str:
 def between_parts(parts: Collection[str]) -> set[tuple[str, str]]:
     """Return the pairs (part, another part that it imports from)."""
     found = {(part_of(name, parts), part_of(other, parts))
-             for name, file in modules().items() for other in imports(file) if other}  # fmt: skip
+             for name, file in modules().items() for other in imported_modules(file) if other}  # fmt: skip
     return {(part, other) for part, other in found if part != other}
 
 

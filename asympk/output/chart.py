@@ -103,7 +103,7 @@ def main(
         files += _store(out, "models", model_rows(plan, tell), story | {"reference": "Radau 1e-13"})
     if "contacts" in parts:
         files += _store(out, "contacts", contact_rows(plan, tell), story | {"reference": "exact flow"})
-    return files + draw(out, tell)
+    return files + draw_chart(out, tell)
 
 
 def _quoted(packages):
@@ -279,17 +279,18 @@ def _rounded(ratio):
     return f"{ratio:.1f}" if ratio < 10 else f"{float(f'{ratio:.2g}'):.0f}"
 
 
-def draw(out: Path, tell: Callable[[str], None] = lambda line: None) -> list[Path]:
+def draw_chart(out: Path, tell: Callable[[str], None] = lambda line: None) -> list[Path]:
     """Draw all figures and the table from the rows under ``out``/rows, and return their files."""
     out, tables = Path(out), []
     tell("drawing")
     if (out / "rows" / "work.csv").exists():
         table = method_table(read_rows(out / "rows" / "work.csv"))
         tables = write_table(table, out / "tables")
-    return [figures.save(figure, out / "figures" / f"{name}.pdf") for name, figure in drawn(out).items()] + tables
+    drawn = chart_figures(out).items()
+    return [figures.save(figure, out / "figures" / f"{name}.pdf") for name, figure in drawn] + tables
 
 
-def drawn(out: Path) -> "dict[str, Figure]":
+def chart_figures(out: Path) -> "dict[str, Figure]":
     """Return the figures that the rows under ``out``/rows give, by name."""
     found: dict[str, Figure] = {}
     if (out / "rows" / "work.csv").exists():

@@ -55,17 +55,17 @@ def pictures(root: Path) -> tuple[Picture, ...]:
         raise MissingPackage("figures need matplotlib: pip install 'asympk[plot]'")
     kept = Path(root) / "paper" / "generated" / "rows"
     found = [
-        Picture("mechanisms", mechanisms),
+        Picture("mechanisms", mechanisms_picture),
         Picture("system", drawings.draw_system),
-        Picture("phase", phase),
-        Picture("jump", jump),
+        Picture("phase", phase_picture),
+        Picture("jump", jump_picture),
         Picture("regimes", maps.regime_map),
         Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
         *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
           for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
                              ("decreasing", decreasing), ("rebound", anymechanism.draw_rebound),
                              ("jumplaw", partial(anymechanism.draw_errors, names=MECHANISM_NAMES)),
-                             ("least", partial(maps.least_models, names=list(LADDER))), ("damping", damping))),
+                             ("least", partial(maps.least_models, names=list(LADDER))), ("damping", damping_picture))),
     ]  # fmt: skip
     return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
 
@@ -74,7 +74,7 @@ def _charts(kept):
     """Return the chart's pictures that the paper shows and whose rows are there; they are drawn together, once."""
     from asympk.output import chart
 
-    drawn = cache(partial(chart.drawn, kept.parent))
+    drawn = cache(partial(chart.chart_figures, kept.parent))
     return [Picture(name, lambda name=name: drawn()[name], rows) for name, rows in CHARTS.items()
             if (kept / rows).is_file()]  # fmt: skip
 
@@ -83,12 +83,12 @@ def _from_rows(draw, file):
     return draw(read_rows(file))
 
 
-def mechanisms() -> "Figure":
+def mechanisms_picture() -> "Figure":
     """Draw four mechanisms of the catalogue over their maps of rigid motions."""
     return anymechanism.draw_mechanisms({name: described_mechanism(name) for name in anymechanism.TITLES})
 
 
-def phase() -> "Figure":
+def phase_picture() -> "Figure":
     """Draw the phase space of the steep and the shallow rod with trajectories of the exact flow."""
     groups = []
     for sigma, words, starts in ((STEEP, "steep", STEEP_STARTS), (SHALLOW, "shallow", SHALLOW_STARTS)):
@@ -97,13 +97,13 @@ def phase() -> "Figure":
     return portraits.phase_space(groups)
 
 
-def damping(rows: list[Row]) -> "Figure":
+def damping_picture(rows: list[Row]) -> "Figure":
     """Draw the time of the jam over the damping ratio, and the phase plane of the rod without damping."""
     d = TINY * RINGING
     return jam.draw_damping(rows, solve(Scene(STEEP, (RINGING / d) ** 2, (0, 0, -1 / d), RINGS / d)))
 
 
-def jump(until: float = 3) -> "Figure":
+def jump_picture(until: float = 3) -> "Figure":
     """Draw the jump from z < 0 for decreasing mu beside one that holds x."""
     paths = [solve(Scene(STEEP, mu, JUMP_START, until)) for mu in JUMP_MUS]
     return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, until))

@@ -15,7 +15,7 @@ from asympk.systems.catalogue import described_mechanism
 _DAMPINGS = (0, 1)  # damping ratios for which the rebound is told
 
 
-def load(name: str) -> Described:
+def load_mechanism(name: str) -> Described:
     """Return the ``Described`` mechanism that is called so in the catalogue, or in a TOML file of this name."""
     if name.endswith(".toml"):
         from asympk.mechanics.described import read_mechanism

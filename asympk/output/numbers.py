@@ -41,7 +41,7 @@ _LOAD, _FIRST, _SECOND = sp.Symbol("s", real=True), sp.Symbol("Lambda_1"), sp.Sy
 def macros(root: Path) -> dict[str, str]:
     """Return all macros, name -> LaTeX, of the checkout ``root``."""
     kept = Path(root) / "paper" / "generated" / "rows"
-    found = {**counts(), **formulas(), **example(), **accuracy(), **parameters()}
+    found = {**claim_macros(), **formula_macros(), **example_macros(), **accuracy_macros(), **parameter_macros()}
     told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
             "plane": of_plane, "nonlinear": of_nonlinear, "damping": of_damping,
             "jumplaw": of_jump_law, "rebound": of_rebound, "peer": of_peer, "models": of_models}
@@ -51,7 +51,7 @@ def macros(root: Path) -> dict[str, str]:
     return found
 
 
-def as_latex(found: Mapping[str, str]) -> str:
+def macro_definitions(found: Mapping[str, str]) -> str:
     """Return the macros as definitions; raises ``InputError`` for a name that is no macro name."""
     for name in found:
         if not (name.isascii() and name.isalpha()):
@@ -77,12 +77,12 @@ def decimal(value: Number, places: int) -> str:
     return rf"\ensuremath{{{float(value):.{places}f}}}"
 
 
-def formula(expr: sp.Basic) -> str:
+def inline_formula(expr: sp.Basic) -> str:
     """Return an expression as inline LaTeX."""
     return rf"\ensuremath{{{sp.latex(expr)}}}"
 
 
-def counts() -> dict[str, str]:
+def claim_macros() -> dict[str, str]:
     """Return how many claims there are, of which verdict, and how many checks they rest on."""
     found = claims()
     by = Counter(claim.verdict for claim in found)
@@ -90,46 +90,48 @@ def counts() -> dict[str, str]:
     return {"claimCount": str(len(found)), "checkCount": str(sum(len(c.evidence) for c in found)), **told}
 
 
-def formulas() -> dict[str, str]:
+def formula_macros() -> dict[str, str]:
     """Return the derived formulas: levels of planes and edges, the integral of all modes, the jump law."""
     names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
-    levels = {f"load{names[name]}": formula(expr) for name, expr in level_formulas().items()}
+    levels = {f"load{names[name]}": inline_formula(expr) for name, expr in level_formulas().items()}
     ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
-    cuts = dict(zip(ordinals, map(formula, thresholds(pk.system())), strict=True))
-    return {**levels, **cuts, "integral": formula(first_integral(pk.system()).expr), **jump_law(), **escape()}
+    cuts = dict(zip(ordinals, map(inline_formula, thresholds(pk.system())), strict=True))
+    integral = inline_formula(first_integral(pk.system()).expr)
+    return {**levels, **cuts, "integral": integral, **jump_macros(), **escape_macros()}
 
 
-def jump_law() -> dict[str, str]:
+def jump_macros() -> dict[str, str]:
     """Return the jump map from z < 0 for sigma0 = sigma, with Lambda_1 and Lambda_2 for its two logarithms."""
     jump = jump_map(pk.system(), order=1, start={pk.sigma: 1})
     landing, leaving = jump.events
     found = {
-        "landMuY": formula(landing.y.coefficient(-1)),
-        "landX": formula(pk.x + sp.factor(sp.cancel(landing.x.coefficient(0) - pk.x))),
-        "landTime": formula(landing.t.coefficient(1, 1)),
-        "leaveTime": formula(sp.expand(leaving.t.coefficient(1, 1))),
-        "jumpX": formula(jump.x.coefficient(0)),
+        "landMuY": inline_formula(landing.y.coefficient(-1)),
+        "landX": inline_formula(pk.x + sp.factor(sp.cancel(landing.x.coefficient(0) - pk.x))),
+        "landTime": inline_formula(landing.t.coefficient(1, 1)),
+        "leaveTime": inline_formula(sp.expand(leaving.t.coefficient(1, 1))),
+        "jumpX": inline_formula(jump.x.coefficient(0)),
     }
     for name, series in (("X", jump.x), ("Z", jump.z)):
         logs = {log: _SECOND if log.has(pk.sigma0) else _FIRST for log in series.coefficient(1).atoms(sp.log)}
         known = {symbol: log for log, symbol in logs.items()}
-        found[f"jump{name}Log"] = formula(_by_powers(series.coefficient(1, 1)))
+        found[f"jump{name}Log"] = inline_formula(_by_powers(series.coefficient(1, 1)))
         rest = _by_powers(series.coefficient(1).subs(logs))
         plain = rest.as_independent(*known)[0]
-        found[f"jump{name}Rest"] = formula(plain)
-        found[f"jump{name}RestLogs"] = formula(rest - plain)
-    return found | {"firstLog": formula(_shown(known[_FIRST])), "secondLog": formula(_shown(known[_SECOND]))}
+        found[f"jump{name}Rest"] = inline_formula(plain)
+        found[f"jump{name}RestLogs"] = inline_formula(rest - plain)
+    first, second = (inline_formula(_shown(known[log])) for log in (_FIRST, _SECOND))
+    return found | {"firstLog": first, "secondLog": second}
 
 
-def escape() -> dict[str, str]:
+def escape_macros() -> dict[str, str]:
     """Return the times to leave the divide from an offset delta to its load, and from one that is exp(-q/mu)."""
     found = divide(pk.system())
     above, below = found.escape_above, found.escape_below
     return {
-        "escapeAbove": formula(above.coefficient(1)),
-        "escapeBelowLog": formula(below.coefficient(1, 1)),
-        "escapeBelow": formula(below.coefficient(1)),
-        "delayTime": formula(found.delay.coefficient(0).subs(DEPTH, sp.Symbol("q"))),
+        "escapeAbove": inline_formula(above.coefficient(1)),
+        "escapeBelowLog": inline_formula(below.coefficient(1, 1)),
+        "escapeBelow": inline_formula(below.coefficient(1)),
+        "delayTime": inline_formula(found.delay.coefficient(0).subs(DEPTH, sp.Symbol("q"))),
     }
 
 
@@ -146,7 +148,7 @@ def _by_powers(expr):
     )) + sp.collect(apart.subs({_FIRST: 0, _SECOND: 0}), (pk.z, _LOAD), sp.factor)
 
 
-def example() -> dict[str, str]:
+def example_macros() -> dict[str, str]:
     """Return the events and the end of scene (ii), backward on a steep rod, at a small mu."""
     path = solve(Scene(1, EXAMPLE_MU, gallery.JUMP_START, 5))
     hit, leave = path.events
@@ -157,7 +159,7 @@ def example() -> dict[str, str]:
     }  # fmt: skip
 
 
-def accuracy() -> dict[str, str]:
+def accuracy_macros() -> dict[str, str]:
     """Return a power of ten above the errors of the exact flow in doubles, over three scenes and eight values of mu."""
     worst = 0.0
     for start in SCENES:
@@ -170,7 +172,7 @@ def accuracy() -> dict[str, str]:
     return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": runs, "doublesLeastMu": power(1e-8)}
 
 
-def parameters() -> dict[str, str]:
+def parameter_macros() -> dict[str, str]:
     """Return the parameters of the figures."""
     return {
         "phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}",
@@ -269,9 +271,9 @@ def of_damping(rows: Sequence[Row]) -> dict[str, str]:
         "dampingBelow": power(max(below), 1), "lossPerPeriod": decimal(damping.loss_per_period(1), 4),
         "undampedFactor": decimal(damping.undamped_factor(1), 2),
         "dampingDrop": power(at_border[0.99] / at_border[1.01], 1),
-        "undampedTimes": listed([f"{row['jam']:.0f}" for row in undamped]),
-        "undampedStops": listed([str(row["sticks"]) for row in undamped]),
-        "undampedEpsilons": listed([rf"$1/{round(1 / row['epsilon'])}$" for row in undamped]),
+        "undampedTimes": in_a_sentence([f"{row['jam']:.0f}" for row in undamped]),
+        "undampedStops": in_a_sentence([str(row["sticks"]) for row in undamped]),
+        "undampedEpsilons": in_a_sentence([rf"$1/{round(1 / row['epsilon'])}$" for row in undamped]),
     }
 
 
@@ -314,7 +316,7 @@ def _count(rows, kind):
 
 
 def _names(rows):
-    return listed([style.curve(method)["label"] for method in dict.fromkeys(row["method"] for row in rows)])
+    return in_a_sentence([style.curve(method)["label"] for method in dict.fromkeys(row["method"] for row in rows)])
 
 
 def of_plane(rows: Sequence[Row]) -> dict[str, str]:
@@ -347,6 +349,6 @@ def rounded(ratio: float) -> str:
     return f"{float(f'{ratio:.2g}'):g}"
 
 
-def listed(names: Sequence[str]) -> str:
+def in_a_sentence(names: Sequence[str]) -> str:
     """Join names as a sentence does."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"

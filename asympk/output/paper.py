@@ -33,17 +33,17 @@ def build(root: Path, progress: Callable[[str], None] | None = None) -> list[str
     """
     root, tell = project(root), progress or (lambda message: None)
     generated = root / "paper" / "generated"
-    made = [*write_rows(generated / "rows", tell), *write_figures(root, tell), *write_tables(root)]
+    made = [*write_paper_rows(generated / "rows", tell), *write_figures(root, tell), *write_tables(root)]
     tell("writing numbers")
-    made.append(write_text(generated / "numbers.tex", numbers.as_latex(numbers.macros(root))))
+    made.append(write_text(generated / "numbers.tex", numbers.macro_definitions(numbers.macros(root))))
     lines = [f"wrote {len(made)} files under {generated}"]
     if not shutil.which("latexmk"):
         return [*lines, f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {PACKAGES}"]
     tell("running latexmk")
-    return [*lines, *(f"wrote {typeset(root / 'paper', name)}" for name in DOCUMENTS)]
+    return [*lines, *(f"wrote {typeset_pdf(root / 'paper', name)}" for name in DOCUMENTS)]
 
 
-def draw(root: Path, name: str) -> list[Path]:
+def draw_picture(root: Path, name: str) -> list[Path]:
     """Draw one picture as PDF and SVG under paper/generated/figures; return the files.
 
     Raises ``UnknownName`` for a picture that does not exist or whose rows are not there.
@@ -56,7 +56,7 @@ def draw(root: Path, name: str) -> list[Path]:
     return [save(figure, out / f"{name}.{kind}") for kind in ("pdf", "svg")]
 
 
-def write_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:
+def write_paper_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:
     """Compute the rows that the paper's own figures need and that are not there; return the files written."""
     written = []
     for name, write in ROWS.items():
@@ -78,7 +78,7 @@ def write_figures(root: Path, tell: Callable[[str], None]) -> list[Path]:
     return written
 
 
-def typeset(paper: Path, name: str = "main") -> Path:
+def typeset_pdf(paper: Path, name: str = "main") -> Path:
     """Run latexmk in ``paper`` on ``name``.tex and return the PDF, whose bytes depend on what it is made of alone.
 
     Latexmk knows files by their size and second: it misses labels that change within one. So it runs again while the

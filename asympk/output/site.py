@@ -17,7 +17,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from asympk.errors import InputError, MissingPackage
-from asympk.output.arrow import arrow, arrow_drawing
+from asympk.output.arrow import arrow_drawing, parts_in_order
 from asympk.output.article import draw_pictures, write_article
 from asympk.output.regenerate import project
 from asympk.output.systempages import write_index, write_page
@@ -82,7 +82,7 @@ def set_pages(source: Path, out: Path, doctrees: Path) -> None:
 
 def write_arrow(root: Path, source: Path) -> None:
     """Write the parts of the package as a table, and the drawing of what imports what."""
-    parts = arrow(root)
+    parts = parts_in_order(root)
     rows = "\n".join(f"| `{part}` | {what} |" for part, what in parts.items())
     write_text(source / "arrow-parts.md", f"| under `asympk/` | |\n|---|---|\n{rows}\n")
     save(arrow_drawing(list(parts)), source / "arrow.svg")

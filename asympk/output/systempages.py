@@ -79,15 +79,15 @@ def escaped(words: str) -> str:
     return words.replace("\\", "\\\\").replace("*", "\\*").replace("|", "\\|").replace("_ ", "\\_ ")
 
 
-def formula(label: str, value: Any, instead: str) -> list[str]:
+def displayed_formula(label: str, value: Any, instead: str) -> list[str]:
     """Return a displayed formula, or where it is too long for a page the name under which it can be had."""
-    latex = typeset(value)
+    latex = latex_of(value)
     if len(latex) > LONGEST:
         return [f"{label}: too long for a page; it is ``{instead}``.", ""]
     return [f"{label}:", "", ".. math::", "", f"   {latex}", ""]
 
 
-def typeset(value: Any) -> str:
+def latex_of(value: Any) -> str:
     """Return LaTeX of an expression in plain symbols: a rate such as theta' is a Greek letter with a prime."""
     import sympy as sp
 
@@ -100,18 +100,18 @@ def _contact(told: Described) -> list[str]:
     side = "only pushes" if rod.contact.unilateral else "holds both ways"
     words = f"The contact {side}. In the plain symbols, where a prime marks a rate:"
     return [*_heading("What is written down", "-"), words, "",
-            *formula("Mass matrix", plain.mass, "mechanism().mass"),
-            *formula("Forces", plain.forces.T, "mechanism().forces"),
-            *formula("Gap", plain.gap, "mechanism().contact.gap"),
-            *formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]  # fmt: skip
+            *displayed_formula("Mass matrix", plain.mass, "mechanism().mass"),
+            *displayed_formula("Forces", plain.forces.T, "mechanism().forces"),
+            *displayed_formula("Gap", plain.gap, "mechanism().contact.gap"),
+            *displayed_formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]  # fmt: skip
 
 
 def _paradox(told: Described) -> list[str]:
     plain = told.mechanism.plain
     parts = [*_heading("Where the paradox is", "-"),
-             *formula("Delassus matrix", plain.delassus, "mechanism().delassus"),
-             *formula("Critical friction", critical_friction(plain), "mechanism().critical_friction"),
-             *formula("There is a paradox where", condition(plain), "mechanism().paradox")]  # fmt: skip
+             *displayed_formula("Delassus matrix", plain.delassus, "mechanism().delassus"),
+             *displayed_formula("Critical friction", critical_friction(plain), "mechanism().critical_friction"),
+             *displayed_formula("There is a paradox where", condition(plain), "mechanism().paradox")]  # fmt: skip
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in told.numbers.items())
     lines = "\n".join(f"   {line}" for line in (*contact_lines(told), *motion_lines(told)))
     return [*parts, f"At the numbers of the example, {escaped(numbers)}:", "", *_SCREEN, lines, "",
@@ -121,8 +121,8 @@ def _paradox(told: Described) -> list[str]:
 def _jump(told: Described) -> list[str]:
     law = jump_law(told.mechanism.plain)
     parts = [*_heading("The jump through it", "-"),
-             *formula("Normal impulse", law.impulses[0], "mechanism().jump_law().impulses[0]"),
-             *formula("Tangential impulse", law.impulses[1], "mechanism().jump_law().impulses[1]"),
+             *displayed_formula("Normal impulse", law.impulses[0], "mechanism().jump_law().impulses[0]"),
+             *displayed_formula("Tangential impulse", law.impulses[1], "mechanism().jump_law().impulses[1]"),
              "At the numbers of the example:", "", *_SCREEN]  # fmt: skip
     return [*parts, *(f"   {line}" for line in jump_lines(told)), ""]
 
@@ -131,12 +131,12 @@ def _equations(name: str) -> list[str]:
     system = import_module(f"asympk.systems.{name}").system()
     rows, long = [], []
     for state, rate in system.rates.items():
-        small = f"{typeset(system.small)}\\," if state in system.fast else ""
-        right = typeset(rate)
+        small = f"{latex_of(system.small)}\\," if state in system.fast else ""
+        right = latex_of(rate)
         if len(right) > LONGEST:
             long.append(f"``{state}``")
             right = r"\ldots"
-        rows.append(rf"{small}\frac{{d}}{{dt}} {typeset(state)} &= {right}")
+        rows.append(rf"{small}\frac{{d}}{{dt}} {latex_of(state)} &= {right}")
     note = f"The rates of {', '.join(long)} are too long for a page; they are in ``system().rates``." if long else ""
     body = r" \\[4pt] ".join(rows)
     return [*_heading("The system", "-"), "With the friction force of the modes in it:", "", ".. math::", "",

@@ -58,21 +58,21 @@ def latex(table: Table) -> str:
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
-def plain(table: Table) -> list[list[str]]:
+def plain_rows(table: Table) -> list[list[str]]:
     """Return the header and the rows as lists of plain strings."""
     return [[as_cell(cell).text for cell in row] for row in (table.header, *table.rows)]
 
 
-def text(table: Table) -> str:
+def as_csv(table: Table) -> str:
     """Return the table as CSV."""
     buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows(plain(table))
+    csv.writer(buffer, lineterminator="\n").writerows(plain_rows(table))
     return buffer.getvalue()
 
 
 def write_table(table: Table, out: Path) -> list[Path]:
     """Write the table into the directory ``out`` as ``name``.tex and ``name``.csv; return the files."""
-    return [write_text(out / f"{table.name}{end}", dress(table)) for end, dress in ((".tex", latex), (".csv", text))]
+    return [write_text(out / f"{table.name}{end}", dress(table)) for end, dress in ((".tex", latex), (".csv", as_csv))]
 
 
 def words(sentence: str) -> Cell:

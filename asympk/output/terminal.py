@@ -258,8 +258,8 @@ def _signed(coefficient):
 
 def _regime_lines():
     from asympk.output.tables import regimes_table
-    from asympk.output.tabular import plain
+    from asympk.output.tabular import plain_rows
 
-    rows = plain(regimes_table())
+    rows = plain_rows(regimes_table())
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 
 
-def provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
+def chunk_provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
     """Return what a chunk says of itself."""
     import numpy as np
 
@@ -36,13 +36,15 @@ def provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
 
 def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
     """Follow the trajectories of one chunk and return it as (provenance, bytes of its file)."""
-    story = provenance(sweep, index)
+    story = chunk_provenance(sweep, index)
     start, stop = sweep.rows(index)
-    columns = follow(sweep.family, sweep.columns(start, stop), stop - start, sweep.itineraries)
+    columns = chunk_columns(sweep.family, sweep.columns(start, stop), stop - start, sweep.itineraries)
     return story, stored.content(columns, story, sweep.format)
 
 
-def follow(family: Family, columns: Mapping[str, Any], size: int, itineraries: bool = True) -> "dict[str, np.ndarray]":
+def chunk_columns(
+    family: Family, columns: Mapping[str, Any], size: int, itineraries: bool = True
+) -> "dict[str, np.ndarray]":
     """Return {name: array} of what becomes of ``size`` trajectories of a family, from {field: number or array}."""
     found = family.follow(columns, size, itineraries)
     told = {**dict(zip(family.states, found.final, strict=True)), "n_events": found.n_events, "outcome": found.outcome}
@@ -66,7 +68,7 @@ def _told(alphabet, found):
     return hits, np.where(found.outcome == 0, alphabet.codes(found.first, count, found.kind, found.friction), 0)
 
 
-def name(sweep: "Sweep", index: int) -> str:
+def file_name(sweep: "Sweep", index: int) -> str:
     """Return the file name of a chunk."""
     return f"chunk-{index:08d}.{sweep.format}"
 
@@ -77,13 +79,13 @@ def index_of(file: str) -> int | None:
     return int(found[1]) if found else None
 
 
-def read(
+def read_chunk(
     sweep: "Sweep", path: str | Path, only: Iterable[str] | None = None
 ) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
     """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; ``InputError`` when it is damaged."""
     path = Path(path)
     try:
-        story, columns = stored.load(path)
+        story, columns = stored.load_arrays(path)
         _check(sweep, story, columns)
     except MissingPackage:
         raise

@@ -37,7 +37,7 @@ _AHEAD = 32  # chunks under way at once, whatever the executor
 _MOST_LOSSES = 160  # five times all that is under way
 
 
-def run(
+def run_sweep(
     sweep: "Sweep",
     out: str | Path,
     executor: Executor | None = None,
@@ -67,13 +67,13 @@ def _sweep_up(out):
 
 def _declare(sweep, out):
     """Write the manifest, or check that the one there is of this sweep and of these versions."""
-    path, mine = out / MANIFEST, manifest.of(sweep)
+    path, mine = out / MANIFEST, manifest.manifest_of(sweep)
     if not os.path.lexists(path):
         if next(out.glob("chunk-*"), None):
             raise InputError(f"{out}: there are chunks but no {MANIFEST}; take another --out")
         write_text(path, json.dumps(mine, indent=1) + "\n")
         return
-    _, there = manifest.read(path)
+    _, there = manifest.read_manifest_file(path)
     if there["digest"] != mine["digest"]:
         raise InputError(f"{out}: it holds another sweep; take another --out, or the file that it was begun with")
     if there["versions"] != mine["versions"]:
@@ -87,12 +87,12 @@ def _words(versions):
 
 def _kept(sweep, out, index, progress):
     """Tell whether the file of a chunk is there and whole; what stands in its place and is no file is set aside."""
-    path = out / chunks.name(sweep, index)
+    path = out / chunks.file_name(sweep, index)
     if not os.path.lexists(path):
         return False
     try:
-        story, _ = chunks.read(sweep, path)
-        whole = story == chunks.provenance(sweep, index)
+        story, _ = chunks.read_chunk(sweep, path)
+        whole = story == chunks.chunk_provenance(sweep, index)
     except InputError:
         whole = False
     if not whole:
@@ -156,11 +156,11 @@ def _short_of_workers(index):
 
 
 def _write(sweep, out, index, story, content):
-    mine = chunks.provenance(sweep, index)
+    mine = chunks.chunk_provenance(sweep, index)
     if story != mine:
         theirs, ours = ({key: told.get(key) for key in ("asympk", "numpy")} for told in (story, mine))
         raise InputError(f"a worker has {_words(theirs)}, this process has {_words(ours)}: install the same")
-    write_bytes(out / chunks.name(sweep, index), content)
+    write_bytes(out / chunks.file_name(sweep, index), content)
 
 
 def results(
@@ -172,15 +172,15 @@ def results(
     """
     sweep, told = read_manifest(out)
     for index, path in enumerate(files(out)):
-        story, columns = chunks.read(sweep, path, only)
-        if story != {**chunks.provenance(sweep, index), **told["versions"]}:
+        story, columns = chunks.read_chunk(sweep, path, only)
+        if story != {**chunks.chunk_provenance(sweep, index), **told["versions"]}:
             raise InputError(f"{path}: it is not of this sweep; run the sweep again to replace it")
         yield path.name, story, columns
 
 
 def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":
     """Return (the ``Sweep`` in ``out``, what its manifest says); raises ``InputError`` where there is none."""
-    return manifest.read(Path(out) / MANIFEST)
+    return manifest.read_manifest_file(Path(out) / MANIFEST)
 
 
 def files(out: str | Path) -> list[Path]:

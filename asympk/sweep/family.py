@@ -65,7 +65,7 @@ def require_static(static: str, kinetic: str, axes: "Mapping[str, Axis]") -> Non
         raise InputError(f"{static} reaches below the largest {kinetic}: it must be at least {kinetic} everywhere")
 
 
-def listed(start: Any, states: tuple[str, ...]) -> dict[str, Any]:
+def by_state(start: Any, states: tuple[str, ...]) -> dict[str, Any]:
     """Return the entries of a list by state; raises ``InputError`` for what is no list of them."""
     if not isinstance(start, list) or len(start) != len(states):
         raise InputError(f"start = {short(start)}: it must be a list of {len(states)}: {', '.join(states)}")

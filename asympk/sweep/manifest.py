@@ -15,14 +15,14 @@ LARGEST = 100_000_000  # bytes: seven grids of 10^5 exact values
 VERSIONS = ("asympk", "numpy")
 
 
-def of(sweep: "Sweep") -> dict[str, Any]:
+def manifest_of(sweep: "Sweep") -> dict[str, Any]:
     """Return what ``sweep.json`` says of a sweep begun now."""
-    story = chunks.provenance(sweep, 0)
+    story = chunks.chunk_provenance(sweep, 0)
     return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
             "versions": {key: story[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
 
 
-def read(path: Path) -> "tuple[Sweep, dict[str, Any]]":
+def read_manifest_file(path: Path) -> "tuple[Sweep, dict[str, Any]]":
     """Return (the ``Sweep``, what the file says); raises ``InputError`` where there is none or it is damaged."""
     if not path.is_file():
         raise InputError(f"{path.parent}: there is no sweep in it (no readable {path.name})")
@@ -31,7 +31,8 @@ def read(path: Path) -> "tuple[Sweep, dict[str, Any]]":
             raise ValueError("too long")
         told = json.loads(path.read_text(encoding="utf-8"))
         sweep = from_description(told["sweep"])
-        mine = {**of(sweep), "name": told["name"], "versions": {key: told["versions"][key] for key in VERSIONS}}
+        versions = {key: told["versions"][key] for key in VERSIONS}
+        mine = {**manifest_of(sweep), "name": told["name"], "versions": versions}
         if told != mine or not all(isinstance(value, str) for value in told["versions"].values()):
             raise ValueError("it does not fit together")
     except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError, RecursionError, AsympkError):

@@ -8,7 +8,7 @@ from asympk.errors import InputError
 from asympk.many import PHASES
 from asympk.numbers import Number, number
 from asympk.scenes.scenefile import PHYSICAL, require_keys
-from asympk.sweep.family import Followed, listed, require_static, require_time
+from asympk.sweep.family import Followed, by_state, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Rod:
+class RodFamily:
     """The Painlevé-Klein rod in nondimensional quantities."""
 
     fields: ClassVar[tuple[str, ...]] = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
@@ -34,7 +34,7 @@ class Rod:
         """Return the entries of a table by field."""
         require_keys(table, ("sigma", "mu", "start", "until"))
         return {**{key: table[key] for key in ("sigma", "mu", "sigma0", "until") if key in table},
-                **listed(table["start"], self.states)}  # fmt: skip
+                **by_state(table["start"], self.states)}  # fmt: skip
 
     def number(self, field: str, value: Any) -> Number:
         """Return one of the numbers of a field as it is read."""
@@ -70,7 +70,7 @@ class Rod:
 
 
 @dataclass(frozen=True)
-class PhysicalRod(Rod):
+class PhysicalRodFamily(RodFamily):
     """The rod in physical quantities: final states are told in them, too."""
 
     fields = (*PHYSICAL, "R_1", "dR_1", "u", "until")
@@ -85,7 +85,7 @@ class PhysicalRod(Rod):
         """Return the entries of a table by field."""
         require_keys(table, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
         return {**{key: table[key] for key in (*PHYSICAL, "until") if key in table},
-                **listed(table["start"], self.states)}  # fmt: skip
+                **by_state(table["start"], self.states)}  # fmt: skip
 
     def number(self, field: str, value: Any) -> Number:
         """Return one of the numbers of a field as it is read, an angle in radians."""

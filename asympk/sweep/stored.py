@@ -25,7 +25,7 @@ def content(columns: "Mapping[str, np.ndarray]", story: Mapping[str, Any], kind:
     return (_as_npz if kind == "npz" else _as_parquet)(columns, story)
 
 
-def load(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
+def load_arrays(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
     """Return (provenance, {name: array}) of a file; raises whatever a damaged one leads to."""
     if not path.is_file():
         raise ValueError("it is not a regular file")

@@ -158,7 +158,7 @@ def _double(key):
     return struct.unpack("<d", struct.pack("<q", key ^ (key >> 63 & 2**63 - 1)))[0]
 
 
-def as_text(told: Mapping[str, Any]) -> str:
+def summary_as_text(told: Mapping[str, Any]) -> str:
     """Return a summary as lines that a person reads."""
     lines = [f"{told['trajectories']:,} trajectories: " + ", ".join(f"{n:,} {w}" for w, n in told["outcomes"].items())]
     lines += [f"{n:>14,}  {words}" for words, n in list(told["itineraries"].items())[:12]]

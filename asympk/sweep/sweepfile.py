@@ -28,7 +28,7 @@ from asympk.numbers import number, short
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, spelled, word
 from asympk.sweep.family import Family
-from asympk.sweep.rods import PhysicalRod, Rod
+from asympk.sweep.rods import PhysicalRodFamily, RodFamily
 
 FORMATS = ("npz", "parquet")
 _MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 4000
@@ -146,15 +146,15 @@ def from_description(told: Mapping[str, Any]) -> Sweep:
 
 def read_sweep(path: str | Path) -> Sweep:
     """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` for what is not one."""
-    return told(read_table(path), path)
+    return sweep_of_table(read_table(path), path)
 
 
 def parse_sweep(text: str, where: str = "sweep") -> Sweep:
     """Return the ``Sweep`` that ``text`` describes."""
-    return told(parse_table(text.encode(), where), where)
+    return sweep_of_table(parse_table(text.encode(), where), where)
 
 
-def told(table: Mapping[str, Any], where: str | Path) -> Sweep:
+def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:
     """Return the ``Sweep`` in a table of TOML."""
     refuse_unknown(table, _KEYS, where)
     try:
@@ -186,21 +186,21 @@ def _family(table):
     """Return the family that a table of TOML sweeps over; raises ``InputError``."""
     keys = keys_of(table)
     if keys is PHYSICAL:
-        return PhysicalRod()
+        return PhysicalRodFamily()
     if keys is NONDIMENSIONAL:
-        return Rod()
-    from asympk.sweep.systems import of_table
+        return RodFamily()
+    from asympk.sweep.systems import family_of_table
 
-    return of_table(table)
+    return family_of_table(table)
 
 
 def _described(told):
     """Return the family of a ``description``; what is none makes another description, or an error."""
     if "system" in told:
-        from asympk.sweep.systems import Systems
+        from asympk.sweep.systems import SystemFamily
 
-        return Systems.described(told)
-    return PhysicalRod() if "quantities" in told else Rod()
+        return SystemFamily.described(told)
+    return PhysicalRodFamily() if "quantities" in told else RodFamily()
 
 
 def _check(sweep, table):

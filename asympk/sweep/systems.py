@@ -24,9 +24,9 @@ from asympk.numbers import Number, number, short
 from asympk.scene import Scene
 from asympk.scenes.scenefile import require_keys
 from asympk.scenes.systemfile import system_of
-from asympk.sweep.family import Followed, listed, require_time
+from asympk.sweep.family import Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
-from asympk.sweep.rods import Rod
+from asympk.sweep.rods import RodFamily
 from asympk.symbolic.system import System
 from asympk.symbolic.values import by_symbol
 from asympk.systems.kernels import is_rod
@@ -41,13 +41,13 @@ _MOST_CORNERS = 128
 
 
 @dataclass(frozen=True)
-class Systems:
+class SystemFamily:
     """The scenes of a system, told as JSON of its entry in a file and of the names of its parameters."""
 
     text: str
 
     @classmethod
-    def described(cls, told: Mapping[str, Any]) -> "Systems":
+    def described(cls, told: Mapping[str, Any]) -> "SystemFamily":
         """Return the family of a ``description``."""
         return cls(_written(told["system"], told["parameters"]))
 
@@ -88,7 +88,7 @@ class Systems:
         require_keys(table, ("start", UNTIL))
         start = table["start"]
         if isinstance(start, list):
-            start = listed(start, self.states)
+            start = by_state(start, self.states)
         found: dict[str, Any] = {}
         for what, entries, symbols, kind in (("values", table.get("values", {}), self.system.parameters, "parameter"),
                                              ("start", start, self.system.states, "state")):  # fmt: skip
@@ -117,13 +117,13 @@ class Systems:
     def chunk(self, axes: "Mapping[str, Axis]") -> int:
         """Return how many trajectories make a chunk: fewer where each takes longer."""
         if is_rod(self.system):
-            return Rod().chunk(axes)
+            return RodFamily().chunk(axes)
         return CHUNK if affine(self.system) and not any(axes[name].random for name in self.parameters) else FEW
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
         """Return what becomes of trajectories."""
         if is_rod(self.system):
-            return Rod().follow(columns, size, itineraries)
+            return RodFamily().follow(columns, size, itineraries)
         columns = {name: np.broadcast_to(values, (size,)) for name, values in columns.items()}
         values, start = ({name: columns[name] for name in names} for names in (self.parameters, self.states))
         if affine(self.system):
@@ -157,12 +157,12 @@ def _one_by_one(system, values, start, until):
     return Followed(final, count, outcome, first, kind, friction)
 
 
-def of_table(table: Mapping[str, Any]) -> Systems:
+def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
     """Return the family of a table with a ``system``; raises ``InputError``."""
     require_keys(table, ("system",))
     if not isinstance(values := table.get("values", {}), dict):
         raise InputError(f"values = {short(values)}: it must be a table, [values]")
-    family = Systems(_written(table["system"], sorted(values)))
+    family = SystemFamily(_written(table["system"], sorted(values)))
     for name in (*family.states, *family.parameters):
         if name == UNTIL or (name in COLUMNS and name in family.states):
             raise InputError(f"{name} is what a sweep calls something else; give the quantity another name")

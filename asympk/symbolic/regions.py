@@ -34,16 +34,16 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Cell:
+class RegionCell:
     """What a region is on one cell of the parameters: where ``condition`` holds, the union of ``spans``."""
 
     condition: sp.Basic
     spans: tuple[Span, ...]
 
-    def put(self, meaning: Mapping) -> "Cell":
+    def put(self, meaning: Mapping) -> "RegionCell":
         """Return the cell with expressions in place of symbols."""
         spans = (replace(s, start=s.start.xreplace(meaning), end=s.end.xreplace(meaning)) for s in self.spans)
-        return Cell(self.condition.xreplace(meaning), tuple(spans))
+        return RegionCell(self.condition.xreplace(meaning), tuple(spans))
 
     @cached_property
     def box(self) -> sp.Dict:
@@ -93,7 +93,7 @@ class Region(ShownAsFormulas):
     name: str
     condition: sp.Basic
     plane: Plane = field(repr=False)
-    cells: tuple[Cell, ...] = field(default=(), repr=False)
+    cells: tuple[RegionCell, ...] = field(default=(), repr=False)
 
     @property
     def load(self) -> sp.Symbol | None:
@@ -150,7 +150,7 @@ class Region(ShownAsFormulas):
         raise InputError(f"{self.name}: {in_words(wanted - told.keys())} is missing; the spans depend on it")
 
     @property
-    def _shown(self) -> tuple[Cell, ...]:
+    def _shown(self) -> tuple[RegionCell, ...]:
         """The cells, where they are cells of the parameters alone; else the condition says more in one line."""
         return self.cells if self.plane.alone else ()
 

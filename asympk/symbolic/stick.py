@@ -22,7 +22,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.branches import heavy, velocity_rate
 from asympk.symbolic.conditions import with_implied_bounds
-from asympk.symbolic.regions import Cell, Plane, Region, Span
+from asympk.symbolic.regions import Plane, Region, RegionCell, Span
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import System
 
@@ -262,7 +262,7 @@ def _solved(name, cone, facts):
         sample = _sample(signs, _signs(slope, facts))
         condition = conjunction(list(zip(events, signs, strict=True)), facts) if sample else sp.false
         if condition != sp.false:
-            cells.append(Cell(condition, _spans(name, edges, sample, cone.gap is not None)))
+            cells.append(RegionCell(condition, _spans(name, edges, sample, cone.gap is not None)))
     return tuple(cells)
 
 

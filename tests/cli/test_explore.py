@@ -15,8 +15,8 @@ from mechanisms import SLENDER_ROD
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
-from asympk.explore.choice import chosen
-from asympk.explore.knobs import described, turned
+from asympk.explore.choice import chosen_scenes
+from asympk.explore.knobs import knobs_of, turned
 from asympk.explore.motion import motion
 from asympk.explore.server import LARGEST, Server
 from asympk.explore.surroundings import surroundings
@@ -57,7 +57,7 @@ theta = 0.9
 # ---- what is turned -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("scene", chosen(None), ids=lambda scene: scene.name)
+@pytest.mark.parametrize("scene", chosen_scenes(None), ids=lambda scene: scene.name)
 def test_a_scene_of_which_nothing_is_turned_is_the_scene_itself(scene):
     assert turned(scene, {}, {}, None) == scene
 
@@ -80,7 +80,7 @@ def test_static_friction_follows_the_kinetic_one_until_it_is_turned_itself():
 
 def test_a_physical_rod_is_turned_and_drawn_in_its_own_units():
     chalk = ap.read_scene("chalk")
-    told = described(chalk)
+    told = knobs_of(chalk)
     assert [knob["name"] for knob in told["parameters"]] == ["m", "P", "f", "f0", "alpha", "l", "k", "h"]
     assert told["quantities"] == ["R_1", "dR_1", "u", "R"]
     found = motion(turned(chalk, {"alpha": 65}, {"u": "-0.01"}, None))
@@ -99,15 +99,15 @@ def test_a_start_beside_a_slow_line_stays_beside_it_while_parameters_turn():
 def test_files_of_ones_own_are_explored_too(tmp_path, text, quantities):
     file = tmp_path / "own.toml"
     file.write_text(text)
-    scene = chosen(str(file))[0]
-    assert described(scene)["quantities"][: len(quantities)] == quantities
+    scene = chosen_scenes(str(file))[0]
+    assert knobs_of(scene)["quantities"][: len(quantities)] == quantities
     assert motion(turned(scene, {}, {}, "1/2"))["t"][-1] == 0.5
 
 
 def test_a_motion_that_stops_shows_what_was_followed_and_says_why(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text(MECHANISM)
-    rigid = chosen(str(file))[1]
+    rigid = chosen_scenes(str(file))[1]
     scene = turned(rigid, {"f": 1}, {"Y": "0.9"}, 3)
     with pytest.raises(ap.AsympkError) as stopped:
         ap.solve(scene)
@@ -118,7 +118,7 @@ def test_a_motion_that_stops_shows_what_was_followed_and_says_why(tmp_path):
 
 def test_an_unknown_scene_is_refused_with_the_nearest():
     with pytest.raises(UnknownName, match="'backward'"):
-        chosen("bakward")
+        chosen_scenes("bakward")
 
 
 # ---- what stands around ---------------------------------------------------------------------------------------------
@@ -188,7 +188,7 @@ def test_an_error_of_the_process_comes_back_as_one_line():
 def server(tmp_path_factory):
     file = tmp_path_factory.mktemp("own") / "block.toml"
     file.write_text(BLOCK)
-    with Server((ROD, *chosen(str(file)))) as running:
+    with Server((ROD, *chosen_scenes(str(file)))) as running:
         Thread(target=running.serve_forever, daemon=True).start()
         yield running
         running.shutdown()

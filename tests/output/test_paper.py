@@ -49,7 +49,7 @@ def test_every_macro_of_the_paper_is_defined_and_every_one_defined_is_used():
 
 
 def test_the_committed_numbers_are_those_that_the_package_computes():
-    assert numbers.as_latex(numbers.macros(ROOT)) == GENERATED
+    assert numbers.macro_definitions(numbers.macros(ROOT)) == GENERATED
 
 
 def test_every_reference_is_cited_and_every_citation_exists():
@@ -98,10 +98,10 @@ def test_the_readme_shows_committed_pictures_each_with_the_command_that_makes_it
 
 def test_the_regimes_of_the_readme_are_those_of_the_package():
     from asympk.output.tables import regimes_table
-    from asympk.output.tabular import plain
+    from asympk.output.tabular import plain_rows
 
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    for row in plain(regimes_table()):
+    for row in plain_rows(regimes_table()):
         assert f"| {' | '.join(row)} |".replace("--", "–") in readme
 
 
@@ -113,10 +113,10 @@ def test_the_readme_names_the_integrators_that_fail_beside_the_unstable_plane_as
 
 def test_one_picture_is_drawn_by_its_name_and_an_unknown_one_is_refused(tmp_path):
     (tmp_path / "derivations").mkdir()
-    written = paper.draw(tmp_path, "system")
+    written = paper.draw_picture(tmp_path, "system")
     assert [path.name for path in written] == ["system.pdf", "system.svg"]
     with pytest.raises(UnknownName, match="picture 'chart' is unknown; choose one of mechanisms, system"):
-        paper.draw(tmp_path, "chart")
+        paper.draw_picture(tmp_path, "chart")
 
 
 def test_numbers_are_set_as_powers_of_ten_and_decimals():
@@ -129,7 +129,7 @@ def test_numbers_are_set_as_powers_of_ten_and_decimals():
 
 def test_a_name_with_a_digit_cannot_be_a_macro():
     with pytest.raises(InputError, match="'rate2' cannot name a macro"):
-        numbers.as_latex({"rate2": "1"})
+        numbers.macro_definitions({"rate2": "1"})
 
 
 def test_the_first_complaint_of_tex_is_told_with_its_line():
@@ -175,14 +175,14 @@ def _latexmk(folder, logs, commands):
 def test_the_paper_is_typeset_until_its_labels_settle(monkeypatch, tmp_path):
     commands = []
     monkeypatch.setattr(paper.subprocess, "run", _latexmk(tmp_path, [ASKING, ASKING, "done\n"], commands))
-    assert paper.typeset(tmp_path) == tmp_path / "build" / "main.pdf"
+    assert paper.typeset_pdf(tmp_path) == tmp_path / "build" / "main.pdf"
     assert ["-g" in command for command in commands] == [False, True, True]
 
 
 def test_labels_that_never_settle_are_an_error_and_no_endless_loop(monkeypatch, tmp_path):
     monkeypatch.setattr(paper.subprocess, "run", _latexmk(tmp_path, [ASKING], []))
     with pytest.raises(InputError, match="labels still change after 6 runs"):
-        paper.typeset(tmp_path)
+        paper.typeset_pdf(tmp_path)
 
 
 @pytest.fixture(scope="module")
@@ -205,9 +205,9 @@ def typeset(tmp_path_factory):
 
 def _twice(folder, name):
     """Return the bytes of the PDF, those of a second run from scratch, and its log."""
-    first = paper.typeset(folder, name).read_bytes()
+    first = paper.typeset_pdf(folder, name).read_bytes()
     subprocess.run(["latexmk", "-C", "-outdir=build", f"{name}.tex"], cwd=folder, capture_output=True, check=True)
-    second, log = paper.typeset(folder, name).read_bytes(), folder / "build" / f"{name}.log"
+    second, log = paper.typeset_pdf(folder, name).read_bytes(), folder / "build" / f"{name}.log"
     return first, second, log.read_text(errors="replace")
 
 

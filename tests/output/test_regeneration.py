@@ -9,7 +9,7 @@ import pytest
 from asympk.errors import InputError
 from asympk.output import regenerate
 from asympk.output.rowtables import tables_from_rows
-from asympk.output.tabular import latex, text
+from asympk.output.tabular import as_csv, latex
 from asympk.storage.files import write_text
 
 ROOT = Path(__file__).parents[2]
@@ -52,7 +52,7 @@ def test_tables_of_what_was_computed_are_those_of_the_kept_rows():
     assert {f"{name}.{end}" for name in made for end in ("tex", "csv")} == FROM_ROWS
     for name, make in made.items():
         table = make()
-        for end, dress in (("tex", latex), ("csv", text)):
+        for end, dress in (("tex", latex), ("csv", as_csv)):
             assert (COMMITTED / "tables" / f"{name}.{end}").read_text(encoding="utf-8") == dress(table)
 
 

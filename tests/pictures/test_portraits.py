@@ -17,8 +17,8 @@ from asympk.studies.least import LADDER
 
 ROWS = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 PICTURES = {
-    "phase": gallery.phase,
-    "jump": gallery.jump,
+    "phase": gallery.phase_picture,
+    "jump": gallery.jump_picture,
     "regimes": maps.regime_map,
     "stick": lambda: maps.stick_over_static_friction(("1", "-17/10")),
     "convergence": lambda: maps.convergence(
@@ -27,7 +27,7 @@ PICTURES = {
     "collisions": lambda: maps.collisions(
         [{"mu": mu, "scaled_x": 10.0**i, "z": side * 10.0**j, "count": max(0, i + j)}
          for mu in (1e-3, 3.0) for i in range(-6, 7) for j in range(-6, 7) for side in (-1, 1)]),
-    "damping": lambda: gallery.damping(read_rows(ROWS / "damping.csv")),
+    "damping": lambda: gallery.damping_picture(read_rows(ROWS / "damping.csv")),
     "least": lambda: maps.least_models(
         [{"sigma": sigma, "mu": 10.0**i, "z": side * 10.0**j, "rung": max(0, min(4, i + j + 4))}
          for sigma in ("1", "-1/2") for i in range(-8, 0) for j in range(-6, 7) for side in (-1, 1)], list(LADDER)),

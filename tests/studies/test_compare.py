@@ -208,8 +208,8 @@ def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, 
         rows.write_rows(tmp_path / "rows" / f"{name}.csv", found, {"plan": PLAN})
     from legibility import flaws
 
-    assert [flaws(figure) for figure in chart.drawn(tmp_path).values()] == [[]] * 3
-    files = chart.draw(tmp_path)
+    assert [flaws(figure) for figure in chart.chart_figures(tmp_path).values()] == [[]] * 3
+    files = chart.draw_chart(tmp_path)
     assert all(File(file).stat().st_size > 0 for file in files)
     assert {File(file).suffix for file in files} == {".pdf", ".tex", ".csv"}
     table = chart.method_table(work)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from asympk.output.rowtables import SHOWN, convergence_table, escape_table
-from asympk.output.tabular import plain
+from asympk.output.tabular import plain_rows
 from asympk.storage.rows import read_rows
 from asympk.studies import divide
 from asympk.studies.convergence import CASES, MUS, ORDERS, SIGMAS, groups, monotone_from, rows
@@ -71,7 +71,7 @@ def test_the_second_omitted_term_over_the_first_is_what_the_quotient_differs_by(
 
 
 def test_the_table_shows_the_largest_of_all_quantities(kept):
-    header, *body = plain(convergence_table(kept))
+    header, *body = plain_rows(convergence_table(kept))
     assert len(body) == sum(case.exists(sigma) for case in CASES.values() for sigma in SIGMAS)
     assert len(header) == 2 + len(ORDERS) * (len(SHOWN) + 1)
     here = [row for row in kept if (row["expansion"], row["sigma"], row["order"]) == ("z < 0, s > 0", "-17/10", 0)]
@@ -88,6 +88,6 @@ def test_rows_that_are_not_monotone_show_from_where_on_they_are():
 def test_the_kept_escapes_are_those_that_the_package_computes():
     kept = read_rows(KEPT / "escape.csv")
     assert [vars(row) for row in divide.rows(sigmas=("1",))] == [row for row in kept if row["sigma"] == 1]
-    body = plain(escape_table(kept))[1:]
+    body = plain_rows(escape_table(kept))[1:]
     assert len(body) == len(divide.SIGMAS) * len(divide.OFFSETS)
     assert {row[4] for row in body} == {"goes on", "decelerates", "stops at once"}

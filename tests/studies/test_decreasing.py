@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from asympk.output.rowtables import decreasing_table
-from asympk.output.tabular import plain
+from asympk.output.tabular import plain_rows
 from asympk.storage.rows import read_rows
 from asympk.studies.decreasing import ORDERS, cases, rows
 
@@ -57,6 +57,6 @@ def test_the_kept_rows_are_those_that_the_package_computes(kept):
 
 
 def test_the_table_shows_what_is_kept(kept):
-    header, *body = plain(decreasing_table(kept))
+    header, *body = plain_rows(decreasing_table(kept))
     assert len(body) == 11
     assert header[-1] == "mu = 1e-4"

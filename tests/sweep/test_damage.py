@@ -12,7 +12,7 @@ import pytest
 
 from asympk.errors import AsympkError, InputError
 from asympk.storage.files import write_bytes, write_text
-from asympk.sweep import MANIFEST, chunks, files, results, run
+from asympk.sweep import MANIFEST, chunks, files, results, run_sweep
 from asympk.sweep.directory import _drive
 from asympk.sweep.executors import Here
 from asympk.sweep.summary import summarise
@@ -33,7 +33,7 @@ FLIPS = 60  # of every file, at fixed places
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     out = tmp_path_factory.mktemp("whole")
-    run(SWEEP, out)
+    run_sweep(SWEEP, out)
     summarise(out)
     return out
 
@@ -54,7 +54,7 @@ def _told(job, out):
         return "refused" if "\n" not in str(refusal) else refusal
 
 
-@pytest.mark.parametrize("file", [MANIFEST, "summary.json", *(chunks.name(SWEEP, k) for k in range(3))])
+@pytest.mark.parametrize("file", [MANIFEST, "summary.json", *(chunks.file_name(SWEEP, k) for k in range(3))])
 def test_a_flipped_bit_is_an_error_in_a_line_or_changes_nothing(whole, copy, file):
     expected, path = _values(whole), copy / file
     kept = path.read_bytes()
@@ -63,7 +63,7 @@ def test_a_flipped_bit_is_an_error_in_a_line_or_changes_nothing(whole, copy, fil
         flipped[bit // 8] ^= 1 << bit % 8
         path.write_bytes(flipped)
         assert _told(_values, copy) in (expected, "refused")
-        _told(lambda out: run(SWEEP, out), copy)
+        _told(lambda out: run_sweep(SWEEP, out), copy)
         if file != MANIFEST:
             assert _values(copy) == expected
         path.write_bytes(kept)
@@ -76,7 +76,7 @@ def _npz(**columns):
 
 
 def _changed(path, **columns):
-    story, found = chunks.read(SWEEP, path)
+    story, found = chunks.read_chunk(SWEEP, path)
     found = {**found, **columns, "provenance": np.array(json.dumps(story, sort_keys=True))}
     return _npz(**{key: value for key, value in found.items() if value is not None})
 
@@ -88,21 +88,21 @@ def _changed(path, **columns):
     ids=["0-d", "missing", "extra", "short floats", "too long", "outcome", "itinerary", "words"],
 )  # fmt: skip
 def test_a_chunk_of_other_columns_is_computed_again(whole, copy, columns):
-    path = copy / chunks.name(SWEEP, 1)
+    path = copy / chunks.file_name(SWEEP, 1)
     path.write_bytes(_changed(path, **columns))
     with pytest.raises(InputError, match="the chunk is damaged"):
-        chunks.read(SWEEP, path)
-    assert run(SWEEP, copy) == 1
+        chunks.read_chunk(SWEEP, path)
+    assert run_sweep(SWEEP, copy) == 1
     assert _values(copy) == _values(whole)
 
 
 def test_a_pipe_or_a_directory_in_the_place_of_a_chunk_is_set_aside(whole, copy):
-    pipe, folder = (copy / chunks.name(SWEEP, k) for k in (0, 2))
+    pipe, folder = (copy / chunks.file_name(SWEEP, k) for k in (0, 2))
     pipe.unlink()
     folder.unlink()
     os.mkfifo(pipe)
     folder.mkdir()
-    assert run(SWEEP, copy) == 2
+    assert run_sweep(SWEEP, copy) == 2
     assert _values(copy) == _values(whole)
     assert pipe.with_name(f"{pipe.name}.damaged").is_fifo()
     assert folder.with_name(f"{folder.name}.damaged").is_dir()
@@ -120,7 +120,7 @@ def test_a_pipe_or_a_directory_in_the_place_of_a_chunk_is_set_aside(whole, copy)
 def test_a_damaged_manifest_is_refused_in_a_line(copy, change):
     path = copy / MANIFEST
     path.write_text(change(json.loads(path.read_text())))
-    for job in (_values, files, summarise, lambda out: run(SWEEP, out)):
+    for job in (_values, files, summarise, lambda out: run_sweep(SWEEP, out)):
         with pytest.raises(InputError, match="not the manifest of a sweep, or damaged"):
             job(copy)
 
@@ -128,22 +128,22 @@ def test_a_damaged_manifest_is_refused_in_a_line(copy, change):
 def test_a_pipe_in_the_place_of_the_manifest_is_refused(copy):
     (copy / MANIFEST).unlink()
     os.mkfifo(copy / MANIFEST)
-    for job in (_values, lambda out: run(SWEEP, out)):
+    for job in (_values, lambda out: run_sweep(SWEEP, out)):
         with pytest.raises(InputError, match="there is no sweep in it"):
             job(copy)
 
 
 def test_a_chunk_too_many_is_named(copy):
-    shutil.copy(copy / chunks.name(SWEEP, 0), copy / "chunk-00000007.npz")
+    shutil.copy(copy / chunks.file_name(SWEEP, 0), copy / "chunk-00000007.npz")
     with pytest.raises(InputError, match=r"chunk-00000007.npz: this sweep has 3 chunks, .* move it away"):
         summarise(copy)
 
 
 def test_a_chunk_in_the_place_of_another_is_computed_again(whole, copy):
-    shutil.copy(copy / chunks.name(SWEEP, 0), copy / chunks.name(SWEEP, 1))
+    shutil.copy(copy / chunks.file_name(SWEEP, 0), copy / chunks.file_name(SWEEP, 1))
     with pytest.raises(InputError, match="not of this sweep"):
         _values(copy)
-    assert run(SWEEP, copy) == 1
+    assert run_sweep(SWEEP, copy) == 1
     assert _values(copy) == _values(whole)
 
 
@@ -153,7 +153,7 @@ def test_the_users_own_dot_files_stay(copy):
         path.write_text("mine")
     ours = copy / f".{MANIFEST}.123-0.part"
     ours.write_text("half")
-    run(SWEEP, copy)
+    run_sweep(SWEEP, copy)
     assert all(path.read_text() == "mine" for path in own)
     assert not ours.exists()
 

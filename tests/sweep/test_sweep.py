@@ -19,13 +19,13 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided, WorkersLost
 from asympk.path import MODES
-from asympk.sweep import chunks, files, results, run, summary
+from asympk.sweep import chunks, files, results, run_sweep, summary
 from asympk.sweep.executors import Processes
 from asympk.sweep.lock import locked
-from asympk.sweep.rods import Rod, first_phases
+from asympk.sweep.rods import RodFamily, first_phases
 from asympk.sweep.sweepfile import parse_sweep
 
-ROD = Rod()
+ROD = RodFamily()
 TEXT = """
 seed = 11
 count = {count}
@@ -50,7 +50,7 @@ def _bytes(out):
 def plain(tmp_path_factory):
     """The files of an uninterrupted sweep in one process."""
     out = tmp_path_factory.mktemp("plain")
-    assert run(_sweep(), out) == 12
+    assert run_sweep(_sweep(), out) == 12
     return _bytes(out)
 
 
@@ -58,7 +58,7 @@ def test_every_row_is_what_solve_says():
     sweep = _sweep(count=40, chunk=80)
     columns = sweep.columns(0, 80)
     story, _ = chunks.compute(sweep, 0)
-    found = chunks.follow(ROD, columns, 80)
+    found = chunks.chunk_columns(ROD, columns, 80)
     assert (story["start"], story["stop"]) == (0, 80)
     arrays = {field: np.broadcast_to(values, 80) for field, values in columns.items()}
     for row in range(80):
@@ -122,7 +122,7 @@ def test_random_numbers_fill_their_range_evenly():
 
 def test_results_do_not_depend_on_the_size_of_chunks(tmp_path):
     for chunk in (37, 1200):
-        run(_sweep(chunk=chunk), tmp_path / str(chunk))
+        run_sweep(_sweep(chunk=chunk), tmp_path / str(chunk))
     small, large = ([columns for _, _, columns in results(tmp_path / str(chunk))] for chunk in (37, 1200))
     assert len(small) == 33
     for name, values in large[0].items():
@@ -152,13 +152,13 @@ class LateFirst(Executor):
 
 def test_results_do_not_depend_on_the_order_or_the_executor(plain, tmp_path):
     executor = LateFirst()
-    assert run(_sweep(), tmp_path, executor) == 12
+    assert run_sweep(_sweep(), tmp_path, executor) == 12
     assert _bytes(tmp_path) == plain
 
 
 def test_no_more_than_a_few_chunks_are_held_at_once(tmp_path):
     executor = LateFirst()
-    run(_sweep(count=600, chunk=10), tmp_path, executor)
+    run_sweep(_sweep(count=600, chunk=10), tmp_path, executor)
     assert executor.most <= 32
 
 
@@ -171,7 +171,7 @@ def test_a_killed_worker_process_loses_nothing(plain, tmp_path):
             os.kill(killed[0], signal.SIGKILL)
 
     try:
-        assert run(_sweep(), tmp_path, pool, kill_one) == 12
+        assert run_sweep(_sweep(), tmp_path, pool, kill_one) == 12
     finally:
         pool.shutdown()
     assert killed
@@ -191,7 +191,7 @@ class Hopeless(Executor):
 
 def test_workers_that_keep_dying_are_given_up(tmp_path):
     with pytest.raises(WorkersLost, match="run again to resume"):
-        run(_sweep(), tmp_path, Hopeless())
+        run_sweep(_sweep(), tmp_path, Hopeless())
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -206,7 +206,7 @@ def test_a_dask_worker_killed_midway_loses_nothing(plain, tmp_path, capsys):
                 os.kill(cluster.workers[0].pid, signal.SIGKILL)
 
         with distributed.Client(cluster, set_as_default=False) as client:
-            assert run(_sweep(), tmp_path / "a", client.get_executor(pure=False), kill_one) == 12
+            assert run_sweep(_sweep(), tmp_path / "a", client.get_executor(pure=False), kill_one) == 12
         assert len(done) == 12
         assert _bytes(tmp_path / "a") == plain
         (tmp_path / "sweep.toml").write_text(TEXT.format(count=600, chunk=100))
@@ -261,21 +261,21 @@ def test_ctrl_c_is_one_line_and_leaves_a_resumable_directory(tmp_path):
 
 
 def test_nothing_that_is_there_is_computed_again(tmp_path, monkeypatch):
-    run(_sweep(), tmp_path)
+    run_sweep(_sweep(), tmp_path)
     monkeypatch.setattr(chunks, "compute", None)
     told = []
-    assert run(_sweep(), tmp_path, progress=lambda rows, fresh: told.append((rows, fresh))) == 0
+    assert run_sweep(_sweep(), tmp_path, progress=lambda rows, fresh: told.append((rows, fresh))) == 0
     assert told == [(100, False)] * 12
 
 
 @pytest.mark.parametrize("keep", [0, 1, 100, 2000, -1])
 def test_a_truncated_chunk_is_computed_again(plain, tmp_path, keep):
-    run(_sweep(), tmp_path)
+    run_sweep(_sweep(), tmp_path)
     damaged = tmp_path / "chunk-00000003.npz"
     damaged.write_bytes(damaged.read_bytes()[:keep])
     with pytest.raises(InputError, match="damaged"):
-        chunks.read(_sweep(), damaged)
-    assert run(_sweep(), tmp_path) == 1
+        chunks.read_chunk(_sweep(), damaged)
+    assert run_sweep(_sweep(), tmp_path) == 1
     assert _bytes(tmp_path) == plain
 
 
@@ -283,11 +283,11 @@ def test_a_flipped_bit_anywhere_is_found_or_harmless(plain, tmp_path):
     whole = plain["chunk-00000003.npz"]
     path = tmp_path / "chunk.npz"
     path.write_bytes(whole)
-    story, columns = chunks.read(_sweep(), path)
+    story, columns = chunks.read_chunk(_sweep(), path)
     for place in range(0, len(whole), 61):
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1:])
         try:
-            again, values = chunks.read(_sweep(), path)
+            again, values = chunks.read_chunk(_sweep(), path)
         except InputError:
             continue
         assert again == story
@@ -295,9 +295,9 @@ def test_a_flipped_bit_anywhere_is_found_or_harmless(plain, tmp_path):
 
 
 def test_a_chunk_in_the_place_of_another_is_computed_again(plain, tmp_path):
-    run(_sweep(), tmp_path)
+    run_sweep(_sweep(), tmp_path)
     (tmp_path / "chunk-00000003.npz").write_bytes(plain["chunk-00000004.npz"])
-    assert run(_sweep(), tmp_path) == 1
+    assert run_sweep(_sweep(), tmp_path) == 1
     assert _bytes(tmp_path) == plain
 
 
@@ -314,8 +314,8 @@ def test_chunks_are_read_by_numpy_alone_and_carry_their_story(plain, tmp_path):
 def test_parquet_chunks_hold_the_same_and_are_checked_too(plain, tmp_path):
     pytest.importorskip("pyarrow")
     sweep = _sweep(format='"parquet"')
-    assert run(sweep, tmp_path / "p") == 12
-    run(_sweep(), tmp_path / "n")
+    assert run_sweep(sweep, tmp_path / "p") == 12
+    run_sweep(_sweep(), tmp_path / "n")
     for (_, _, columns), (_, _, others) in zip(results(tmp_path / "p"), results(tmp_path / "n"), strict=True):
         assert all(np.array_equal(columns[name], others[name]) for name in others)
     first = _bytes(tmp_path / "p")
@@ -324,7 +324,7 @@ def test_parquet_chunks_hold_the_same_and_are_checked_too(plain, tmp_path):
     content[300] ^= 4
     damaged.write_bytes(content)
     (tmp_path / "p" / "chunk-00000004.parquet").write_bytes(first["chunk-00000004.parquet"][:-9])
-    assert run(sweep, tmp_path / "p") == 2
+    assert run_sweep(sweep, tmp_path / "p") == 2
     assert _bytes(tmp_path / "p") == first
     summary.summarise(tmp_path / "p")
     assert [*tmp_path.glob("p/summary.json")]
@@ -343,9 +343,9 @@ def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
 
     monkeypatch.setattr(exact, "in_doubles", refusing)
     x, y, z, bad = np.linspace(-1, 1, 64), np.zeros(64), -np.ones(64), [5, 40, 41]
-    fair = chunks.follow(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
+    fair = chunks.chunk_columns(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
     x[bad], y[bad], z[bad] = 1000, -1000, (7, 9, 11)  # on s = 0 without a rate: followed one by one
-    found = chunks.follow(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
+    found = chunks.chunk_columns(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
     assert found["outcome"][bad].tolist() == [1, 2, 3]
     rest = np.delete(np.arange(64), bad)
     assert all(np.array_equal(found[name][rest], fair[name][rest]) for name in fair)
@@ -354,7 +354,7 @@ def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
 
 
 def test_summaries_are_those_of_all_data_at_once(tmp_path):
-    run(_sweep(), tmp_path)
+    run_sweep(_sweep(), tmp_path)
     told = summary.summarise(tmp_path)
     whole = {name: np.concatenate([c[name] for _, _, c in results(tmp_path)]) for name in (*"xyz", "itinerary")}
     for axis in "xyz":
@@ -382,54 +382,54 @@ def test_streamed_quantiles_are_order_statistics(monkeypatch, gathered):
 def test_summaries_want_a_whole_sweep(tmp_path):
     with pytest.raises(InputError, match="there is no sweep in it"):
         summary.summarise(tmp_path)
-    run(_sweep(), tmp_path)
+    run_sweep(_sweep(), tmp_path)
     (tmp_path / "chunk-00000003.npz").unlink()
     with pytest.raises(InputError, match="11 of 12 chunks are there"):
         summary.summarise(tmp_path)
 
 
 def test_without_itineraries_the_rest_is_the_same(tmp_path):
-    run(_sweep(itineraries="false"), tmp_path / "a")
-    run(_sweep(), tmp_path / "b")
+    run_sweep(_sweep(itineraries="false"), tmp_path / "a")
+    run_sweep(_sweep(), tmp_path / "b")
     for (_, _, less), (_, _, more) in zip(results(tmp_path / "a"), results(tmp_path / "b"), strict=True):
         assert set(more) - set(less) == {"collisions", "itinerary"}
         assert all(np.array_equal(less[name], more[name]) for name in less)
     assert summary.summarise(tmp_path / "a")["itineraries"] == {}
-    assert "quantiles" in summary.as_text(summary.summarise(tmp_path / "a"))
+    assert "quantiles" in summary.summary_as_text(summary.summarise(tmp_path / "a"))
 
 
 def test_two_sweeps_into_one_directory_are_refused(tmp_path):
     with locked(tmp_path), pytest.raises(InputError, match=f"process {os.getpid()} on .* is sweeping into it"):
-        run(_sweep(), tmp_path)
-    assert run(_sweep(), tmp_path) == 12
+        run_sweep(_sweep(), tmp_path)
+    assert run_sweep(_sweep(), tmp_path) == 12
 
 
 def test_a_lock_left_by_a_dead_process_holds_nobody_up(tmp_path):
     for left in ('{"pid": 999999999, "host": "gone"}', "", "\x00garbage"):
         (tmp_path / ".lock").write_text(left)
-        run(_sweep(count=100), tmp_path)
+        run_sweep(_sweep(count=100), tmp_path)
         assert not (tmp_path / ".lock").exists()
 
 
 def test_a_directory_of_another_sweep_or_version_is_refused(tmp_path):
-    run(_sweep(), tmp_path)
+    run_sweep(_sweep(), tmp_path)
     with pytest.raises(InputError, match="another sweep"):
-        run(_sweep(count=601), tmp_path)
+        run_sweep(_sweep(count=601), tmp_path)
     manifest = tmp_path / "sweep.json"
     manifest.write_text(manifest.read_text().replace(f'"asympk": "{ap.__version__}"', '"asympk": "0.0.1"'))
     with pytest.raises(InputError, match=r"begun with asympk 0\.0\.1"):
-        run(_sweep(), tmp_path)
+        run_sweep(_sweep(), tmp_path)
     manifest.write_text("{}")
     with pytest.raises(InputError, match="not the manifest"):
-        run(_sweep(), tmp_path)
+        run_sweep(_sweep(), tmp_path)
     manifest.unlink()
     with pytest.raises(InputError, match="chunks but no"):
-        run(_sweep(), tmp_path)
+        run_sweep(_sweep(), tmp_path)
 
 
 def test_what_a_killed_run_left_half_written_is_swept_up(tmp_path):
     (tmp_path / ".chunk-00000000.npz.abc").write_text("half")
-    run(_sweep(), tmp_path)
+    run_sweep(_sweep(), tmp_path)
     assert not [*tmp_path.glob(".*")]
 
 
@@ -444,7 +444,7 @@ def test_a_worker_of_another_version_is_refused(tmp_path):
             return future
 
     with pytest.raises(InputError, match=r"a worker has asympk .*, numpy 1\.0"):
-        run(_sweep(), tmp_path, Elsewhere())
+        run_sweep(_sweep(), tmp_path, Elsewhere())
 
 
 GOOD = {"sigma": "1", "mu": "1e-3", "start": "[0, 0, -1]", "until": "5"}

@@ -5,7 +5,7 @@ import pytest
 
 import asympk as ap
 from asympk.errors import InputError
-from asympk.sweep import chunks, results, run, summary
+from asympk.sweep import chunks, results, run_sweep, summary
 from asympk.sweep.sweepfile import parse_sweep
 
 TEXT = """
@@ -36,7 +36,7 @@ def _scene(here):
 @pytest.mark.parametrize("more", ["", "f0 = 1.5\n"])
 def test_every_row_is_what_solve_says_in_physical_quantities(tmp_path, more):
     sweep = parse_sweep(more + TEXT)
-    assert run(sweep, tmp_path) == 1
+    assert run_sweep(sweep, tmp_path) == 1
     found = _whole(tmp_path)
     columns = {field: np.broadcast_to(values, 24) for field, values in sweep.columns(0, 24).items()}
     for row in range(24):
@@ -54,7 +54,7 @@ def test_other_consistent_units_change_nothing_but_the_units():
     text = TEXT.replace("m = 0.5", "m = 500", 1).replace("[10, 30]", "[1e4, 3e4]").replace("[1e5, 1e7]", "[1e8, 1e10]")
     one, other = (parse_sweep(t.replace("[0, 0.2,", start))
                   for t, start in ((TEXT, "[0, 0.2,"), (text, "[0, 200,")))  # fmt: skip
-    one, other = (chunks.follow(s.family, s.columns(0, 24), 24) for s in (one, other))
+    one, other = (chunks.chunk_columns(s.family, s.columns(0, 24), 24) for s in (one, other))
     assert other["u"] == pytest.approx(one["u"], rel=1e-9, abs=1e-10)
     assert other["R_1"] == pytest.approx(1000 * one["R_1"], rel=1e-9, abs=1e-7)
     assert np.array_equal(one["itinerary"], other["itinerary"])
@@ -65,10 +65,10 @@ def test_degrees_are_radians_and_the_sweep_is_told_by_its_manifest(tmp_path):
     assert parse_sweep(fixed).digest == parse_sweep(TEXT).digest
     values = parse_sweep(TEXT).axes["alpha"].values
     assert [float(v) for v in values] == pytest.approx(np.radians([60, 75]), rel=1e-15)
-    run(parse_sweep(TEXT), tmp_path)
-    assert run(parse_sweep(TEXT), tmp_path) == 0
+    run_sweep(parse_sweep(TEXT), tmp_path)
+    assert run_sweep(parse_sweep(TEXT), tmp_path) == 0
     with pytest.raises(InputError, match="another sweep"):
-        run(parse_sweep(TEXT.replace("l = 0.3", "l = 0.4")), tmp_path)
+        run_sweep(parse_sweep(TEXT.replace("l = 0.3", "l = 0.4")), tmp_path)
 
 
 @pytest.mark.parametrize(

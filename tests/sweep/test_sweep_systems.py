@@ -16,7 +16,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import AsympkError, InputError
 from asympk.many import OUTCOMES, PHASES
-from asympk.sweep import chunks, results, run, summary
+from asympk.sweep import chunks, results, run_sweep, summary
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.sweepfile import parse_sweep
 
@@ -153,7 +153,7 @@ def _agree(sweep, found, **tolerances):
 def plain(tmp_path_factory):
     """The files of an uninterrupted sweep over four states, a parameter and a start, in one process."""
     out = tmp_path_factory.mktemp("plain")
-    assert run(_chain(), out) == 9
+    assert run_sweep(_chain(), out) == 9
     return out
 
 
@@ -163,7 +163,7 @@ def test_every_row_over_an_affine_system_is_what_solve_says(plain):
 
 def test_every_row_over_a_nonlinear_system_is_what_solve_says(tmp_path):
     sweep = parse_sweep(BELT.format(until=4, k="[0.5, 0.8]", k0=1, x="[0, 0.7]"))
-    run(sweep, tmp_path)
+    run_sweep(sweep, tmp_path)
     _agree(sweep, _whole(tmp_path), rel=1e-15)
 
 
@@ -175,7 +175,7 @@ def test_the_rod_by_its_name_is_swept_over_by_its_kernel(tmp_path):
         "named": f'{settings}system = "painleve_klein"\n[values]\n{values}[start]\nx = {drawn}\ny = 0.2\nz = -1\n',
     }
     for name, text in texts.items():
-        run(parse_sweep(text), tmp_path / name)
+        run_sweep(parse_sweep(text), tmp_path / name)
     own, named = (_whole(tmp_path / name) for name in texts)
     assert len(own["x"]) == 80
     for field in own.keys() - {"provenance"}:
@@ -184,16 +184,16 @@ def test_the_rod_by_its_name_is_swept_over_by_its_kernel(tmp_path):
 
 def test_a_smooth_system_has_one_itinerary(tmp_path):
     sweep = parse_sweep('until = 1\n[system.slow]\nx = "v"\nv = "(1 - x^2)*v - x"\n[start]\nx = [0, 1]\nv = 1\n')
-    run(sweep, tmp_path)
+    run_sweep(sweep, tmp_path)
     _agree(sweep, _whole(tmp_path), rel=1e-15)
     assert summary.summarise(tmp_path)["itineraries"] == {"smooth": 2}
 
 
 def test_the_rod_written_by_a_user_ends_where_the_rod_does(tmp_path):
     settings = "seed = 2\ncount = 4\n"
-    run(parse_sweep(ROD.format(settings=settings)), tmp_path / "user")
+    run_sweep(parse_sweep(ROD.format(settings=settings)), tmp_path / "user")
     own = "sigma = [-1.5, 0.5, 2]\nmu = [1e-2, 1e-5]\nsigma0 = 2\nuntil = [1, 3]\n"
-    run(parse_sweep(f"{settings}{own}start = [{{ uniform = [-1, 1] }}, 0.2, -1]"), tmp_path / "rod")
+    run_sweep(parse_sweep(f"{settings}{own}start = [{{ uniform = [-1, 1] }}, 0.2, -1]"), tmp_path / "rod")
     user, rod = _whole(tmp_path / "user"), _whole(tmp_path / "rod")
     for state in "xyz":
         assert user[state] == pytest.approx(rod[state], rel=1e-9, abs=1e-11)
@@ -243,14 +243,14 @@ def test_the_order_of_sums_does_not_hang_on_the_seed_of_hashes(plain, tmp_path):
 
 
 def test_a_damaged_chunk_is_computed_again(plain, tmp_path):
-    run(_chain(), tmp_path)
+    run_sweep(_chain(), tmp_path)
     damaged = tmp_path / "chunk-00000003.npz"
     damaged.write_bytes(damaged.read_bytes()[:-100])
     (tmp_path / "chunk-00000004.npz").unlink()
     (tmp_path / "chunk-00000004.npz").mkdir()
     with pytest.raises(InputError, match="the chunk is damaged"):
-        chunks.read(_chain(), damaged)
-    assert run(_chain(), tmp_path) == 2
+        chunks.read_chunk(_chain(), damaged)
+    assert run_sweep(_chain(), tmp_path) == 2
     assert (tmp_path / "chunk-00000004.npz.damaged").is_dir()
     (tmp_path / "chunk-00000004.npz.damaged").rmdir()
     assert _bytes(tmp_path) == _bytes(plain)
@@ -266,7 +266,7 @@ def test_another_system_is_refused_in_a_line(plain, tmp_path, capsys, change):
 
 
 def test_a_manifest_with_another_system_is_refused(plain, tmp_path):
-    run(_chain(), tmp_path)
+    run_sweep(_chain(), tmp_path)
     told = json.loads((tmp_path / "sweep.json").read_text())
     told["sweep"]["system"]["fast"]["y"] = "w - 2*y"
     (tmp_path / "sweep.json").write_text(json.dumps(told))
@@ -283,7 +283,7 @@ def test_how_a_file_is_laid_out_does_not_matter():
 def test_the_summary_labels_its_axes_by_the_names_of_the_states(plain):
     told = summary.summarise(plain)
     assert [*told["quantiles"]] == ["x", "v", "w", "y"]
-    lines = summary.as_text(told).splitlines()
+    lines = summary.summary_as_text(told).splitlines()
     assert [line.split()[0] for line in lines[-4:]] == ["x", "v", "w", "y"]
     whole = _whole(plain)
     assert told["quantiles"]["w"] == np.quantile(whole["w"], told["probabilities"], method="lower").tolist()
@@ -312,12 +312,12 @@ OWN = f"[system.mechanism]\n{SLENDER_ROD}"
 
 
 def test_a_rigid_mechanism_ends_in_no_motion_beyond_the_critical_friction(tmp_path):
-    run(parse_sweep(RIGID.format(mechanism='"painleve_rod"', more="")), tmp_path / "a")
+    run_sweep(parse_sweep(RIGID.format(mechanism='"painleve_rod"', more="")), tmp_path / "a")
     found = _whole(tmp_path / "a")
     assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "no motion"]
     assert np.isnan(found["theta"]).tolist() == [False, True]
     own = RIGID.replace("mechanism = {mechanism}\n", "").format(more=OWN)
-    run(parse_sweep(own), tmp_path / "b")
+    run_sweep(parse_sweep(own), tmp_path / "b")
     other = _whole(tmp_path / "b")
     assert found["theta"][0] == pytest.approx(other["theta"][0], rel=1e-12)
     assert other["outcome"].tolist() == found["outcome"].tolist()
@@ -331,7 +331,7 @@ def test_an_elastic_mechanism_and_the_catalogue_are_swept_over(tmp_path):
     named = 'until = 0.1\nsystem = "painleve_rod"\n' + elastic.partition("damping = \"h\"\n")[2]
     for name, text in (("own", elastic), ("named", named)):
         sweep = parse_sweep(text)
-        run(sweep, tmp_path / name)
+        run_sweep(sweep, tmp_path / name)
         _agree(sweep, _whole(tmp_path / name), rel=1e-12)
     one, two = _whole(tmp_path / "own"), _whole(tmp_path / "named")
     assert one["theta"] == pytest.approx(two["theta"], rel=1e-9)
@@ -359,7 +359,7 @@ v = 0
 
 
 def test_events_that_accumulate_are_an_outcome(tmp_path):
-    run(parse_sweep(RELAY), tmp_path)
+    run_sweep(parse_sweep(RELAY), tmp_path)
     found = _whole(tmp_path)
     assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "events accumulate"]
 
@@ -370,7 +370,7 @@ def test_parameters_that_are_refused_cost_the_others_nothing(tmp_path):
         'kinetic = "k"': 'kinetic = "k^2"', "k + 1/4": "k^2 + 1/4",
         "k = [0.25, 0.5, 1]": "k = { grid = [-1, 1], points = 3 }", "{ uniform = [-2, 2] }": "1",
     })  # fmt: skip
-    run(sweep, tmp_path)
+    run_sweep(sweep, tmp_path)
     found = _whole(tmp_path)
     assert [OUTCOMES[k] for k in found["outcome"]] == ["followed", "refused", "followed"]
     assert np.isnan(found["x"]).tolist() == [False, True, False]
@@ -501,17 +501,17 @@ def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
     pytest.importorskip("matplotlib")
     from asympk.pictures.spread import plot
 
-    run(parse_sweep(RIGID.format(mechanism='"painleve_rod"', more="").replace("[0.5, 2]", "2")), tmp_path)
+    run_sweep(parse_sweep(RIGID.format(mechanism='"painleve_rod"', more="").replace("[0.5, 2]", "2")), tmp_path)
     told = summary.summarise(tmp_path)
     assert (told["outcomes"], told["quantiles"]["theta'"]) == ({"no motion": 1}, [])
-    assert "no motion" in summary.as_text(told)
+    assert "no motion" in summary.summary_as_text(told)
     assert len(plot(told).axes) == 6
 
 
 @pytest.mark.parametrize(("kinetic", "x"), [("k*sqrt(x)", -1), ("k/x", 0), ("k*log(x)", -1), ("k*x**0.5", 0)])
 def test_a_start_where_a_formula_has_no_value_is_an_outcome(tmp_path, kinetic, x):
     text = BELT.format(until=1, k=0.5, k0=50, x=[x, 1]).replace("k / (1 + abs(v - 1))", kinetic)
-    run(parse_sweep(text), tmp_path)
+    run_sweep(parse_sweep(text), tmp_path)
     found = _whole(tmp_path)
     assert [OUTCOMES[k] for k in found["outcome"]] == ["a rate is not finite", "followed"]
     assert np.isnan(found["v"]).tolist() == [True, False]
