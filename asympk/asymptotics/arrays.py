@@ -40,7 +40,10 @@ class Finals(ShownAsTable):
         return Card(f"Finals by {self.model!r}", (*rows, *(("refused", reason) for reason in self.reasons)))
 
 
-def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="jump", *, order=None):
+def solve_many(
+    sigma: Any, mu: Any, x: Any, y: Any, z: Any, until: Any, sigma0: Any = None, method: str = "jump", *,
+    order: int | None = None,
+) -> Finals:  # fmt: skip
     """Return the ``Finals`` of ``"jump"``, ``"slow"`` or ``"rigid"`` at ``until`` for arguments that broadcast.
 
     Raises ``InputError`` and ``OrderError``; what ``solve`` would raise for one scene is told by its ``reason``.
@@ -53,7 +56,8 @@ def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="jump", *, order=N
         require(name, job[name].values)
     size = int(np.prod(shape))
     final, error = np.full((3, size), np.inf), np.full(size, np.inf)
-    reason, reasons = np.full(size, -1), {}
+    reason = np.full(size, -1)
+    reasons: dict[str, int] = {}
     with np.errstate(all="ignore"):
         for start in range(0, size, CHUNK):
             flat = [job[name].array(slice(start, min(start + CHUNK, size))) for name in ORDER]

@@ -1,26 +1,27 @@
 r"""A composite expansion in numbers: states, and the error to expect.
 
-A ``Motion`` strings the segments of its layers together, in absolute time. All functions take one text for floats,
-mpmath numbers and arrays: ``m`` gives exp, expm1, log, where and eps.
+A ``CompositeMotion`` strings the segments of its layers together, in absolute time. All functions take one text for
+floats, mpmath numbers and arrays: ``m`` gives exp, expm1, log, where and eps.
 
 The predicted error is what the next order changes at the time asked for, and several times what the one after it does,
 so that a first omitted term that happens to vanish, or a series that converges slowly, does not hide the rest.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from asympk.asymptotics.itinerary import itinerary
-from asympk.asymptotics.replay import Piece, Turn, replay
+from asympk.asymptotics.itinerary import LoadLine, itinerary
+from asympk.asymptotics.replay import EventNumbers, Piece, replay
 
 STALLED = 0.9  # the ratio of omitted terms beyond which nothing is learnt from it
 
 
-class Motion(NamedTuple):
+class CompositeMotion(NamedTuple):
     """Segments and the events between them, to one order; ``left`` is what is left of a layer on the next arrival."""
 
     pieces: tuple[Piece, ...]
-    turns: tuple[Turn, ...]
+    turns: tuple[EventNumbers, ...]
     left: "Left | None" = None
 
 
@@ -33,22 +34,24 @@ class Left(NamedTuple):
     passing: Any
 
 
-class Course(NamedTuple):
+class Itineraries(NamedTuple):
     """The steps of the first layer, and those of a second one where the slow motion after it meets z = 0, if any."""
 
     steps: tuple
     then: tuple = ()
 
 
-def course_of(line, load, velocity, sign):
+def course_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> Itineraries:
     """Return the course from a start: the layer, and the one that follows if the slow motion meets z = 0."""
     steps = itinerary(line, load, velocity, sign)
     last = steps[-1].mode
     then = itinerary(line, line.rest(last), 0, sign) if line.returns(last, sign) else ()
-    return Course(steps, then)
+    return Itineraries(steps, then)
 
 
-def motions(course, order, extra, start, m):
+def motions(
+    course: Itineraries, order: int, extra: int, start: tuple, m: Any
+) -> list[tuple[CompositeMotion, CompositeMotion]]:
     """Return the motions to ``order``, ..., ``order + extra`` from ``start`` = (sigma, sigma0, mu, x, s, z).
 
     Each comes twice, with the layers and without them: the slow motion alone.
@@ -58,21 +61,23 @@ def motions(course, order, extra, start, m):
     begin = replay(course.steps, order, extra + bool(course.then))
     layers = begin(sigma, sigma0, mu, large, x, s, z, m.log)
     if not course.then:
-        return [(Motion(layer.pieces, layer.turns), Motion((layer.landing,), ())) for layer in layers]
+        return [(CompositeMotion(layer.pieces, layer.turns), CompositeMotion((layer.landing,), ())) for layer in layers]
     second = replay(course.then, order, extra, course.steps[-1].mode)
     found = []
     for k, (layer, finer) in enumerate(pairwise(layers)):
         # a time right to mu^n is right to mu^(n - 1) in the units of a layer, which takes the next order therefore
         (t, left), (slow_t, _) = _arrival(finer, m), _arrival(layer, m)
-        there, slowly = (Turn("velocity_zero", u, *state_of(layer.landing, u, m)[:2], 0 * u, left) for u in (t, slow_t))
+        places = [(u, *state_of(layer.landing, u, m)) for u in (t, slow_t)]
+        there, slowly = (EventNumbers("velocity_zero", u, x_there, y_there, 0 * u, left)
+                         for u, x_there, y_there, _ in places)  # fmt: skip
         later = second(sigma, sigma0, mu, large, there.x, 0, 0, m.log)[k]
         onward = second(sigma, sigma0, mu, large, slowly.x, 0, 0, m.log)[k].landing
         pieces = [p._replace(began=p.began + t) for p in later.pieces]
         turns = [turn._replace(t=turn.t + t) for turn in later.turns]
         trace = _left(layer.pieces[-1], t, left)
         found.append((
-            Motion((*layer.pieces, *pieces), (*layer.turns, there, *turns), trace),
-            Motion((layer.landing, onward._replace(began=slow_t)), (slowly,), trace),
+            CompositeMotion((*layer.pieces, *pieces), (*layer.turns, there, *turns), trace),
+            CompositeMotion((layer.landing, onward._replace(began=slow_t)), (slowly,), trace),
         ))
     return found
 
@@ -93,7 +98,7 @@ def _arrival(layer, m):
     return t, m.exp(m.where(t > last.began, last.fast * (t - last.began), 0))
 
 
-def state_of(piece, t, m):
+def state_of(piece: Piece, t: Any, m: Any) -> tuple:
     """Return (x, y, z) of a segment at the time ``t``."""
     local = t - piece.began
     p, q = piece.slow * local, piece.fast * local
@@ -105,7 +110,7 @@ def state_of(piece, t, m):
     )
 
 
-def state(motion, t, m):
+def state(motion: CompositeMotion, t: Any, m: Any) -> tuple:
     """Return (x, y, z) at the number ``t``."""
     for piece in reversed(motion.pieces[1:]):
         if t >= piece.began:
@@ -113,16 +118,16 @@ def state(motion, t, m):
     return state_of(motion.pieces[0], t, m)
 
 
-def states(motion, t, m):
+def states(motion: CompositeMotion, t: Any, m: Any) -> tuple:
     """Return (x, y, z) at the array ``t``: of every segment at a time within it, then of the right one."""
-    found = None
+    found: Any = None
     for piece, end in zip(motion.pieces, ends(motion, t, m), strict=True):
         here = state_of(piece, end, m)
         found = here if found is None else [m.where(t < piece.began, f, h) for f, h in zip(found, here, strict=True)]
     return tuple(found)
 
 
-def predicted_error(found, t, m):
+def predicted_error(found: list[CompositeMotion], t: Any, m: Any) -> Any:
     """Return the absolute error at ``t`` to expect of the first of three motions."""
     now, next_, last = (m.pick(motion, t, m) for motion in found)
     first, second = _distance(now, next_, m), _distance(next_, last, m)
@@ -160,7 +165,9 @@ def _at_event(pieces, when, window, t, m):
     return m.where(near, _distance(before, after, m), 0)
 
 
-def chosen(found, layers, t, m):
+def chosen(
+    found: list[tuple[CompositeMotion, CompositeMotion]], layers: bool, t: Any, m: Any
+) -> tuple[CompositeMotion, Any]:
     """Return the motion to the lowest order, with or without its layers, and the error to expect at ``t``."""
     error = predicted_error([motion for motion, _ in found], t, m)
     now, slowly = (m.pick(motion, t, m) for motion in found[0])
@@ -169,7 +176,7 @@ def chosen(found, layers, t, m):
     return found[0][1], _relative(error + _distance(now, slowly, m), slowly, m)
 
 
-def ends(motion, t, m):
+def ends(motion: CompositeMotion, t: Any, m: Any) -> list:
     """Return the end of each segment, none after ``t`` and none before the segment begins."""
     ends = [m.where(p.began < t, p.began, t) for p in motion.pieces[1:]] + [t]
     return [m.where(end > p.began, end, p.began) for p, end in zip(motion.pieces, ends, strict=True)]
@@ -179,7 +186,7 @@ def _distance(a, b, m):
     return largest(*(p - q for p, q in zip(a, b, strict=True)), m=m)
 
 
-def largest(first, *others, m):
+def largest(first: Any, *others: Any, m: Any) -> Any:
     """Return the largest modulus, entry by entry for arrays."""
     result = abs(first)
     for other in others:

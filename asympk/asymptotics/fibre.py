@@ -13,6 +13,7 @@ The slow motion is the Taylor series in mu and t that solves x' = f, mu y' = g, 
 the second of which gives y_kj, so that no derivative of h is needed. All is straight-line code, derived once.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -51,39 +52,39 @@ class Formulas:
     target: str = "math"
 
     @cached_property
-    def arrays(self):
+    def arrays(self) -> "Formulas":
         return formulas(self.mode, self.small, self.parameters, self.order, "numpy")
 
     @cached_property
-    def layer(self):
+    def layer(self) -> Callable[..., tuple]:
         return self.field.layer(self.order)
 
     @cached_property
-    def slow(self):
+    def slow(self) -> Callable[..., tuple]:
         return self.field.slow(self.order)
 
     @cached_property
-    def flow(self):
+    def flow(self) -> tuple[Callable[..., tuple], ...]:
         return tuple(map(self.field.flow, range(self.order + 1)))
 
     @cached_property
-    def height(self):
+    def height(self) -> tuple[Callable[..., tuple], ...]:
         return tuple(map(self.field.height, range(self.order + 1)))
 
     @cached_property
-    def force(self):
+    def force(self) -> Callable[..., tuple]:
         return self.field.at_point(self.field.force)
 
     @cached_property
-    def jacobian(self):
+    def jacobian(self) -> Callable[..., tuple]:
         return self.field.at_point(list(self.field.jacobian))
 
     @cached_property
-    def slow_rates(self):
+    def slow_rates(self) -> Callable[..., tuple]:
         return self.field.slow_rates()
 
     @cached_property
-    def field(self):
+    def field(self) -> "_Field":
         return _Field(self)
 
 

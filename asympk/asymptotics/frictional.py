@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from asympk.asymptotics import matched
-from asympk.asymptotics.impact import Layers
+from asympk.asymptotics.impact import LimitLayers
 from asympk.asymptotics.matched import Course, Stretch
 from asympk.asymptotics.smooth import checked_order, tolerance
 from asympk.automaton.automaton import Automaton
@@ -28,7 +28,7 @@ ROUNDING = 50  # what they lose, in units of their tolerance
 SAFETY = 2
 
 
-def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
+def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
     """Follow a ``scene`` with friction by its layers and slow motions to ``order``.
 
     ``"slow"`` refuses, with ``NoManifold``, what passes a jump or an edge. Raises ``OrderError``, ``NotDerivable``,
@@ -39,14 +39,14 @@ def run(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
         return _to_order(scene, method, order)
     _require_derivable(system)
     automaton, until, mu = Automaton(system, scene.values), float(scene.until), matched.small_number(scene)
-    layer = partial(_through_limit, Layers(automaton, system.states.index(next(iter(system.fast))), mu))
+    layer = partial(_through_limit, LimitLayers(automaton, system.states.index(next(iter(system.fast))), mu))
     landed = layer(matched.begun(automaton, scene.start))
     matched.require_landed(method, landed)
     course = matched.onward(automaton, landed, until, mu, 0, RTOL, layer)
-    return Path(scene, method, course.state, course.events, course.modes, Dense(course.stretches, until))
+    return Path(scene, method, course.state, course.events, course.modes, StretchedDense(course.stretches, until))
 
 
-def _through_limit(layers: Layers, course: Course) -> Course:
+def _through_limit(layers: LimitLayers, course: Course) -> Course:
     """Return the course after its layer in the limit, where that takes no time."""
     landed = layers.arrive(course.t, course.state, course.branch)
     return replace(course, state=landed.state, branch=landed.branch, events=course.events + landed.events,
@@ -67,8 +67,9 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
-    return Path(scene, method, course.state, course.events, course.modes, Dense(course.stretches, float(scene.until)),
-                error, {"omitted": tuple(omitted.tolist())})  # fmt: skip
+    dense = StretchedDense(course.stretches, float(scene.until))
+    return Path(scene, method, course.state, course.events, course.modes, dense, error,
+                {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
 def _require_derivable(system: System) -> None:
@@ -85,7 +86,7 @@ def _require_derivable(system: System) -> None:
 
 
 @dataclass(frozen=True)
-class Dense:
+class StretchedDense:
     """The slow motions one after the other, at any times in [0, until]: an array of shape ``(n,) + t.shape``."""
 
     stretches: tuple[Stretch, ...]

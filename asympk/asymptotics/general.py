@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from asympk.asymptotics import frictional, smooth
+from asympk.asymptotics.frictional import follow_friction
+from asympk.asymptotics.smooth import follow_smooth
 from asympk.errors import AsympkError, OutOfRange
 from asympk.path import Path
 
@@ -14,11 +15,11 @@ from asympk.path import Path
 def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     """Follow ``scene`` by ``"jump"`` or ``"slow"`` to ``order``: by default 1 for a smooth system, 0 with friction.
 
-    Raises what ``smooth.run`` and ``frictional.run`` raise; ``OutOfRange`` where a value is not finite.
+    Raises what ``follow_smooth`` and ``follow_friction`` raise; ``OutOfRange`` where a value is not finite.
     """
-    model, least = (frictional, 0) if scene.system.frictions else (smooth, 1)
+    follow, least = (follow_friction, 0) if scene.system.frictions else (follow_smooth, 1)
     with _refused(scene):
-        return model.run(scene, method, order=least if order is None else order)
+        return follow(scene, method, order=least if order is None else order)
 
 
 @contextmanager

@@ -36,7 +36,7 @@ class Arrival:
 
 
 @dataclass(frozen=True)
-class Layers:
+class LimitLayers:
     """The layers of an automaton with one friction and one fast state, at index ``fast``, for one ``mu``."""
 
     automaton: Automaton

@@ -6,10 +6,11 @@ once s is unbounded, or, in stick, an edge of the friction cone. Every decision 
 signs that were asked for are the domain of the itinerary.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from asympk.asymptotics.layers import Step
+from asympk.asymptotics.layers import ItineraryStep
 from asympk.errors import NotDerivable, OutOfRange
 
 LONGEST = 8
@@ -25,37 +26,37 @@ class LoadLine:
     drive: tuple
     static: Any
 
-    def rest(self, mode):
+    def rest(self, mode: str) -> Any:
         """Return the load at which the fast motion of a mode rests: its critical manifold."""
         p, q = self.fast[mode]
         return -p / q
 
-    def side(self, mode, sign):
+    def side(self, mode: str, sign: Callable[[Any], int]) -> int:
         """Return the sign of the velocity where the critical manifold of a mode lies; 0 where there is none."""
         if sign(self.fast[mode][1]) == 0:
             return 0
         return sign(self.rest(mode)) * {"slip_same": 1, "slip_opposite": -1, "stick": 0}[mode]
 
-    def acceleration(self, mode):
+    def acceleration(self, mode: str) -> Any:
         """Return z' on the critical manifold of a mode."""
         h0, h1 = self.rate[mode]
         return h0 + h1 * self.rest(mode)
 
-    def returns(self, mode, sign):
+    def returns(self, mode: str, sign: Callable[[Any], int]) -> bool:
         """Tell whether the slow motion on the critical manifold of a mode heads for the switching plane."""
         return self.side(mode, sign) * sign(self.acceleration(mode)) < 0
 
-    def margin(self, load):
+    def margin(self, load: Any) -> Any:
         """Return what static friction can hold less what it must."""
         return self.static * abs(load) - abs(self.drive[0] + self.drive[1] * load)
 
-    def edges(self, sign):
+    def edges(self, sign: Callable[[Any], int]) -> Iterator[tuple[str, Any]]:
         """Yield the levels ``drive = k static s``, k = 1 and -1, and the loads there."""
         for name in EDGES:
             if sign(self._slope(name)):
                 yield name, self.load_at(name)
 
-    def load_at(self, level):
+    def load_at(self, level: str) -> Any:
         """Return the load at a level: an edge of the cone, or ``"load"`` itself, where it vanishes."""
         return self.drive[0] / self._slope(level) if level in EDGES else 0
 
@@ -63,13 +64,14 @@ class LoadLine:
         return EDGES[edge] * self.static - self.drive[1]
 
 
-def itinerary(line, load, velocity, sign):
+def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> tuple[ItineraryStep, ...]:
     """Return the steps from a start (load, velocity) until the layer has landed on a critical manifold.
 
     ``sign`` returns that of an expression, and may record it. Raises ``OutOfRange`` for a start on the repelling
     manifold that divides two itineraries, ``NotDerivable`` when no critical manifold is reached.
     """
-    steps, side, far = [], sign(velocity), 0
+    steps: list[ItineraryStep] = []
+    side, far = sign(velocity), 0
     while not steps or steps[-1].event:
         if len(steps) == LONGEST:
             raise NotDerivable(f"the layer passes through more than {LONGEST} modes: {[s.mode for s in steps]}")
@@ -95,18 +97,18 @@ def _slip(line, load, side, sign):
         raise OutOfRange(f"{mode}: the load neither settles nor grows at a fast rate (mu s' = {p} + {q} s)")
     if attracts < 0:
         if sign(line.rest(mode)) == of_load:
-            return Step(mode, side), load, 0
-        return Step(mode, side, "force_zero", "load"), 0 * p, 0
+            return ItineraryStep(mode, side), load, 0
+        return ItineraryStep(mode, side, "force_zero", "load"), 0 * p, 0
     away = sign(p + q * load)
     if away == 0:
         raise OutOfRange(f"the start lies on the repelling manifold of {mode}, whose sides differ "
                          f"(s = {line.rest(mode)})")
     if away != of_load:
-        return Step(mode, side, "force_zero", "load"), 0 * p, 0
+        return ItineraryStep(mode, side, "force_zero", "load"), 0 * p, 0
     if sign(line.rate[mode][1]) * away != -side:
         raise NotDerivable(f"{mode}: the load grows without bound and the velocity with it")
     _require_hold_far(line, mode, sign)
-    return Step(mode, side, "velocity_zero", "velocity"), load, away
+    return ItineraryStep(mode, side, "velocity_zero", "velocity"), load, away
 
 
 def _stick(line, load, far, sign):
@@ -120,11 +122,11 @@ def _stick(line, load, far, sign):
         if sign(rest - edge) == way and (far or sign(edge - load) == way)
     ]
     if not ahead:
-        return (Step("stick", 0), rest) if _hold(line, rest, sign) >= 0 else (None, load)
+        return (ItineraryStep("stick", 0), rest) if _hold(line, rest, sign) >= 0 else (None, load)
     first = ahead[0]
     for other in ahead[1:]:
         first = other if sign(first[1] - other[1]) == way else first
-    return Step("stick", 0, "slip_onset", first[0]), first[1]
+    return ItineraryStep("stick", 0, "slip_onset", first[0]), first[1]
 
 
 def _hold(line, load, sign):

@@ -10,16 +10,17 @@ and fixes the limit (Lemma 3): over the layer the drift vanishes and mu y return
 x - z.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy as sp
 
 from asympk.asymptotics.base import base_point
 from asympk.asymptotics.itinerary import itinerary
-from asympk.asymptotics.layers import Turn, follow, on_slow_line
-from asympk.asymptotics.linear import linear
+from asympk.asymptotics.layers import LayerEvent, expand, on_slow_line
+from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
 from asympk.errors import InputError, NotDerivable, OrderError
@@ -27,6 +28,7 @@ from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import follows
+from asympk.symbolic.system import System
 from asympk.symbolic.truth import require_relations
 from asympk.symbolic.values import as_exact, by_symbol
 
@@ -47,7 +49,7 @@ class JumpMap(ShownAsFormulas):
 
     x: Series
     z: Series
-    events: tuple[Turn, ...] = field(repr=False)
+    events: tuple[LayerEvent, ...] = field(repr=False)
     itinerary: tuple[str, ...]
     domain: sp.Basic
     order: int
@@ -56,7 +58,7 @@ class JumpMap(ShownAsFormulas):
     chosen: tuple[str, ...] = ()
 
     @property
-    def region(self):
+    def region(self) -> str:
         """The region in words: the domain, and, where a part of the point was chosen, how to choose another."""
         if not self.chosen:
             return f"for {self.domain}"
@@ -72,12 +74,12 @@ class JumpMap(ShownAsFormulas):
         return f"JumpMap {self.region}\norder {self.order}: {limits} by {' -> '.join(self.itinerary)}"
 
     @property
-    def t_hit(self):
+    def t_hit(self) -> Series:
         """The time at which the layer meets the switching plane."""
         return self._event("velocity_zero").t
 
     @property
-    def t_leave(self):
+    def t_leave(self) -> Series:
         """The time at which stick ends."""
         return self._event("slip_onset").t
 
@@ -100,7 +102,7 @@ class Integral:
     rate: sp.Expr
 
 
-def first_integral(system):
+def first_integral(system: System) -> Integral:
     """Find ``z + mu beta y + gamma x`` whose rate is the same in all modes and free of y; or raise ``NotDerivable``."""
     model = linear(system)
     x, y, z = model.states
@@ -117,7 +119,9 @@ def first_integral(system):
     return Integral(z + system.small * solution[beta] * y + solution[gamma] * x, sp.cancel(rate))
 
 
-def jump_map(system, order=1, start=None, arrival=None, near=None):
+def jump_map(
+    system: System, order: int = 1, start: Mapping | None = None, arrival: str | None = None, near: str | None = None
+) -> Any:
     """Derive the jump map of the layer that contains ``start``, to ``order`` in mu with all powers of L.
 
     ``start`` gives numbers for some of the states and parameters, by symbol or name: a point inside the layer. What is
@@ -164,13 +168,13 @@ class Beginning(NamedTuple):
     near: str | None
     velocity: sp.Expr
 
-    def load(self, model):
+    def load(self, model: Linear) -> sp.Expr:
         """Return the load in the limit mu -> 0."""
         if self.near:
             return model.line.rest(self.near) + OFFSET
         return model.line.rest(self.arrival) if self.arrival else LOAD
 
-    def fast(self, numbers, x, exact, order):
+    def fast(self, numbers: Linear, x: Any, exact: Ratios, order: int) -> Any:
         """Return the fast state to ``order``."""
         on = self.near or self.arrival
         if not on:
@@ -187,12 +191,12 @@ def _expansion(system, steps, order, begins):
     exact = Ratios(names, len(steps), shown=[_load(model) if v == LOAD else v for v in names])
     numbers = model.map(exact)
     start = (exact(x), begins.fast(numbers, exact(x), exact, order), exact(begins.velocity))
-    layers = follow(numbers, steps, start, order, exact.log)
+    layers = expand(numbers, steps, start, order, exact.log)
 
     def out(series):
         return series.map(exact.expr, system.small)
 
-    events = tuple(Turn(t.kind, *map(out, t[1:])) for t in layers.turns)
+    events = tuple(LayerEvent(t.kind, *map(out, t[1:])) for t in layers.turns)
     return out(layers.x.truncated(order)), out(layers.z.truncated(order)), events
 
 

@@ -13,15 +13,16 @@ and the last term balances the others: E = -(c + ...)/kf, a contraction by mu, s
 The same text serves coefficients that are symbols, numbers, or arrays of numbers.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from asympk.asymptotics.series import Series, balance, series
 
 MU = series({(1, 0): 1})
 
 
-class Field(NamedTuple):
+class LinearField(NamedTuple):
     """A mode ``x' = f, mu y' = g, z' = h``; each is (constant, coefficient of x, of y)."""
 
     f: tuple
@@ -29,7 +30,7 @@ class Field(NamedTuple):
     h: tuple
 
 
-class Step(NamedTuple):
+class ItineraryStep(NamedTuple):
     """A mode, the sign of the velocity in it, the event that ends it, and the level reached there; or no event."""
 
     mode: str
@@ -38,7 +39,7 @@ class Step(NamedTuple):
     level: str | None = None
 
 
-class Turn(NamedTuple):
+class LayerEvent(NamedTuple):
     """An event of a layer: its time and state as series, and E there, the growth of the fast part since the last."""
 
     kind: str
@@ -50,7 +51,7 @@ class Turn(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Segment:
+class LayerSegment:
     """One mode from the time ``began`` on; each state is (start, rate, slow part, fast part, centre) in local time.
 
     It stands for ``centre + rate t + slow part e^(slow t) + fast part e^(fast t)``, or ``start`` and both parts less 1.
@@ -64,7 +65,7 @@ class Segment:
     y: tuple
     z: tuple
 
-    def along(self, level):
+    def along(self, level: tuple) -> tuple:
         """Return the rate, the slow part, the fast part and the centre of an affine function of the state."""
         constant, *weights = level
         parts = [sum(w * s[i] for w, s in zip(weights, (self.x, self.y, self.z), strict=True)) for i in range(1, 5)]
@@ -72,16 +73,16 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class Layers:
+class LayerSeries:
     """The segments and events of a jump, and the (x, z) at t = 0 of the slow motion that it lands on."""
 
-    segments: tuple[Segment, ...]
-    turns: tuple[Turn, ...]
+    segments: tuple[LayerSegment, ...]
+    turns: tuple[LayerEvent, ...]
     x: Series
     z: Series
 
 
-def follow(model, steps, start, order, log):
+def expand(model: Any, steps: tuple[ItineraryStep, ...], start: tuple, order: int, log: Callable) -> LayerSeries:
     """Follow ``steps`` from ``start`` = (x, y, z) to relative order ``order``; ``log`` is that of a coefficient.
 
     ``model`` gives the ``fields`` by mode and the ``levels`` by name.
@@ -92,17 +93,17 @@ def follow(model, steps, start, order, log):
         if event:
             turns.append(_turn(segments[-1], event, model.levels[level], order, log))
             began, state = turns[-1].t, turns[-1][2:5]
-    return Layers(tuple(segments), tuple(turns), *_landing(segments[-1], order))
+    return LayerSeries(tuple(segments), tuple(turns), *_landing(segments[-1], order))
 
 
-def on_slow_line(field, x, order):
+def on_slow_line(field: LinearField, x: Any, order: int) -> Series:
     """Return y on the slow line of a mode at ``x``."""
     slow, _ = rates(field, order)
     at_x, at_y = rest_of(field)
     return series(at_y + slope_of(field, slow) * (x - at_x)).cut(order)
 
 
-def slow_motion(field, layers, order):
+def slow_motion(field: LinearField, layers: LayerSeries, order: int) -> LayerSegment:
     """Return the slow motion that the layers land on as a segment that begins at t = 0."""
     mode, x = layers.segments[-1].mode, layers.x
     return _segment(mode, field, (x, on_slow_line(field, x, order), layers.z), series(0), order, series(0))
@@ -118,7 +119,7 @@ def _segment(mode, field, state, began, order, b=None):
     a = (x - at_x - b).cut(order)
     h0, hx, hy = field.h
     za, zb = (hx + hy * down) / slow * a, _relative((hx + hy * up) / fast * b, order)
-    return Segment(
+    return LayerSegment(
         mode, began, slow, fast,
         x=(x, series(0), a, b, series(at_x)),
         y=(y, series(0), (down * a).cut(order), _relative(up * b, order), series(at_y)),
@@ -143,7 +144,7 @@ def _turn(segment, event, level, order, log):
     fade = (segment.slow * t).exp()
     x, y, z = (c + r * t + a * fade + b * growth for _, r, a, b, c in (segment.x, segment.y, segment.z))
     x, y, z = _pinned(level, x.cut(order), y, z)
-    return Turn(event, segment.began + t, x, y.cut(order + min(0, y.size[0])), z, growth)
+    return LayerEvent(event, segment.began + t, x, y.cut(order + min(0, y.size[0])), z, growth)
 
 
 def _pinned(level, x, y, z):
@@ -159,7 +160,7 @@ def _landing(segment, order):
     return ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
 
 
-def rates(field, order):
+def rates(field: LinearField, order: int) -> tuple[Series, Series]:
     """Solve mu k^2 - (mu f_x + g_y) k + f_x g_y - f_y g_x = 0 for its slow and its fast root."""
     (_, fx, fy), (_, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx
@@ -168,14 +169,14 @@ def rates(field, order):
     return slow, fast / MU
 
 
-def rest_of(field):
+def rest_of(field: LinearField) -> tuple[Any, Any]:
     """Return the point (x, y) at which a mode rests."""
     (f0, fx, fy), (g0, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx
     return (fy * g0 - gy * f0) / det, (gx * f0 - fx * g0) / det
 
 
-def slope_of(field, rate):
+def slope_of(field: LinearField, rate: Any) -> Any:
     """Return dy/dx of the motion at one of the two rates."""
     return (rate - field.f[1]) / field.f[2]
 

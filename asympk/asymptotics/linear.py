@@ -5,6 +5,7 @@ in x and y, and g, h and the drive depend on them through the load s alone. Coef
 ratios, or numbers: ``Linear.map`` takes one into the other.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -12,8 +13,9 @@ from typing import Any
 import sympy as sp
 
 from asympk.asymptotics.itinerary import LoadLine
-from asympk.asymptotics.layers import Field
+from asympk.asymptotics.layers import LinearField
 from asympk.errors import NotDerivable
+from asympk.symbolic.system import System
 
 IN_NUMBERS = "solve(scene, method='jump', order=n), n >= 1, follows any slow-fast system in numbers"
 SLIP = ("slip_same", "slip_opposite")
@@ -25,22 +27,22 @@ class Linear:
 
     states: tuple[sp.Symbol, sp.Symbol, sp.Symbol]
     parameters: tuple[sp.Symbol, ...]
-    fields: dict[str, Field]
+    fields: dict[str, LinearField]
     load: tuple
     drive: tuple
     static: Any
 
-    def map(self, convert):
+    def map(self, convert: Callable[[Any], Any]) -> "Linear":
         """Apply ``convert`` to every coefficient."""
 
         def each(coefficients):
             return tuple(map(convert, coefficients))
 
-        fields = {name: Field(*map(each, field)) for name, field in self.fields.items()}
+        fields = {name: LinearField(*map(each, field)) for name, field in self.fields.items()}
         return replace(self, fields=fields, load=each(self.load), drive=each(self.drive), static=convert(self.static))
 
     @property
-    def levels(self):
+    def levels(self) -> dict[str, tuple]:
         """The affine functions (constant, x, y, z) that vanish at events, by name."""
         edges = {
             name: (*(d - k * self.static * l for d, l in zip(self.drive, self.load, strict=True)), 0)
@@ -49,7 +51,7 @@ class Linear:
         return {"load": (*self.load, 0), "velocity": (0, 0, 0, 1), **edges}
 
     @property
-    def line(self):
+    def line(self) -> LoadLine:
         """The motion of the load in the fast layers."""
         return LoadLine(
             fast={n: tuple(self.load[2] * c for c in self.by_load(m.g)) for n, m in self.fields.items()},
@@ -58,18 +60,18 @@ class Linear:
             static=self.static,
         )
 
-    def by_load(self, affine):
+    def by_load(self, affine: tuple) -> tuple[Any, Any]:
         """Return (c, k) such that ``affine`` is ``c + k load``."""
         slope = affine[2] / self.load[2]
         return affine[0] - slope * self.load[0], slope
 
-    def fast_state(self, x, load):
+    def fast_state(self, x: Any, load: Any) -> Any:
         """Return y at a slow state and a load."""
         return (load - self.load[0] - self.load[1] * x) / self.load[2]
 
 
 @lru_cache(maxsize=16)
-def linear(system):
+def linear(system: System) -> Linear:
     """Read a ``System``; raises ``NotDerivable`` where it is not linear, not planar, or not driven by the load."""
     if not system.frictions:
         raise NotDerivable("the system has no dry friction: its layers do not jump; use slow_manifold")
@@ -84,7 +86,7 @@ def linear(system):
                            f"of an elastic contact is jump_law() of its mechanism, {IN_NUMBERS}")  # fmt: skip
     states = (*slow, *fast, z)
     fields = {
-        m.name: Field(*(_affine(e, states) for e in (m.slow[states[0]], m.fast[states[1]], m.slow[z])))
+        m.name: LinearField(*(_affine(e, states) for e in (m.slow[states[0]], m.fast[states[1]], m.slow[z])))
         for m in system.modes
     }
     drive = sp.cancel(system.drive / system.coupling)  # what static friction must hold

@@ -186,7 +186,7 @@ def slowly(automaton: Automaton, course: Course, until: float, mu: float, order:
         return mode.guard_values(course.t + span, tuple(whole[k] for k in slow.places))
 
     left = until - course.t
-    found = reduced.follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
+    found = reduced.reduced_flow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
     places = list(slow.places)
     stretch = Stretch(course.t, mode.name, lambda u: found.states(u)[0][places])
     t, state = course.t + found.end, tuple(stretch.states(found.end).tolist())

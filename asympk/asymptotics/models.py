@@ -9,11 +9,13 @@ A path carries the error that the first omitted terms predict. Where an expansio
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 from asympk.asymptotics import composite
+from asympk.asymptotics.itinerary import LoadLine
 from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.ranges import checks
 from asympk.asymptotics.replay import coefficient, model
@@ -39,7 +41,7 @@ FLOATS = SimpleNamespace(
 )
 
 
-def run(scene, method, *, order=None, digits=None):
+def run(scene: Any, method: str, *, order: int | None = None, digits: int | None = None) -> Path:
     """Follow ``scene`` by ``"jump"`` or ``"slow"`` to ``order`` (1 when not given), or by ``"rigid"``.
 
     ``digits`` computes on mpmath numbers. Raises ``OrderError``, ``OutOfRange``; ``"slow"`` also ``NoManifold``,
@@ -76,7 +78,9 @@ def _largest_of(sigma, mu, x, y, z):
     return f"{name} = {float(numbers[name]):.3g}"
 
 
-def course_for(method, line, load, velocity, sign, here):
+def course_for(
+    method: str, line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int], here: str
+) -> composite.Itineraries:
     """Return the course of a start, or raise what keeps ``method`` from following it."""
     course = composite.course_of(line, load, velocity, sign)
     through = " -> ".join(step.mode for step in course.steps)
@@ -96,17 +100,17 @@ def course_for(method, line, load, velocity, sign, here):
     return course
 
 
-def line_of(sigma, sigma0):
+def line_of(sigma: Any, sigma0: Any) -> LoadLine:
     """Return the motion of the load in the layers, in numbers."""
     return model().map(lambda c: coefficient(c)(sigma, sigma0)[0]).line
 
 
-def sign(value):
+def sign(value: Any) -> int:
     """Return the sign of a number."""
     return (value > 0) - (value < 0)
 
 
-def checked_order(method, order):
+def checked_order(method: str, order: int | None) -> int:
     """Return the order to take; raises ``OrderError``."""
     highest = 0 if method == "rigid" else HIGHEST_ORDER
     order = min(1, highest) if order is None else order
@@ -115,7 +119,7 @@ def checked_order(method, order):
     return order
 
 
-def rigid_motions(line, velocity, sign):
+def rigid_motions(line: LoadLine, velocity: Any, sign: Callable[[Any], int]) -> list[str]:
     """Return the modes in which the rigid system moves on from ``velocity``: the constraint gives s = rest(mode)."""
     wanted = sign(velocity)
     sides = [(mode, line.side(mode, sign)) for mode in SLIP]
@@ -128,11 +132,11 @@ def _path(scene, method, motion, error, until, m, digits):
     events = tuple(Event(t.kind, m.out(t[1]), tuple(map(m.out, t[2:5]))) for t in turns)
     modes = tuple(piece.mode for piece in motion.pieces[: len(turns) + 1])
     error = float(error) if digits is None else carried(error, 3)
-    return Path(scene, method, tuple(map(m.out, final)), events, modes, Dense(motion, until, digits), error)
+    return Path(scene, method, tuple(map(m.out, final)), events, modes, CompositeDense(motion, until, digits), error)
 
 
 @dataclass(frozen=True)
-class Dense:
+class CompositeDense:
     """The motion at any times in [0, until], in doubles or on ``digits`` digits: an array ``(3,) + t.shape``."""
 
     motion: Any
@@ -156,7 +160,7 @@ class Dense:
         return np.array(flat, dtype=object).T.reshape((3, *times.shape))
 
 
-def arrays():
+def arrays() -> SimpleNamespace:
     """Return the functions of a composite expansion for arrays."""
     import numpy as np
 

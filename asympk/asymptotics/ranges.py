@@ -3,14 +3,20 @@ r"""The range in which a composite expansion may be trusted: what must hold up t
 Conditions are truth values for numbers and arrays of them for arrays; each comes with the words that refuse.
 """
 
-from asympk.asymptotics.composite import ends, largest, state_of
+from collections.abc import Iterator
+from typing import Any
+
+from asympk.asymptotics.composite import Itineraries, ends, largest, state_of
+from asympk.asymptotics.itinerary import LoadLine
 
 SPREAD = 0.5  # a correction that exceeds this part of what it corrects leaves no order to the terms
 TOO_LARGE = 0.5
 SLOWEST = 5  # |b|/mu; slow and fast rates meet at 4, and their series in mu/b converge up to there
 
 
-def checks(course, found, error, line, mu, t, m):
+def checks(
+    course: Itineraries, found: list, error: Any, line: LoadLine, mu: Any, t: Any, m: Any
+) -> Iterator[tuple[Any, str]]:
     """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
     now, coarse, fine = (motion for motion, _ in found)
     steps = course.steps + course.then

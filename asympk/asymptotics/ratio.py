@@ -23,7 +23,7 @@ class Ratio:
     units: dict = field(default_factory=dict)
 
     @property
-    def expr(self):
+    def expr(self) -> sp.Expr:
         """The SymPy expression, denominators factored."""
         return sp.Mul(self.numerator.as_expr(), *(u.as_expr() ** k for u, k in self.units.items()))
 
@@ -75,7 +75,7 @@ class Ratio:
             result = result * base
         return result
 
-    def inverse(self):
+    def inverse(self) -> "Ratio":
         """Return the reciprocal: the numerator's irreducible factors become units."""
         constant, factors = self.numerator.factor_list()
         units = {u: -k for u, k in self.units.items()}
@@ -118,7 +118,7 @@ class Ratios:
         above, below = map(self._ring.from_expr, sp.fraction(sp.together(expr)))
         return Ratio(above) / Ratio(below)
 
-    def log(self, ratio):
+    def log(self, ratio: Ratio) -> Ratio:
         """Return the generator that stands for the logarithm of ``ratio``."""
         for name, known in zip(self._names, self._known, strict=False):
             if known == ratio:
@@ -126,12 +126,12 @@ class Ratios:
         self._known.append(ratio)
         return self(self._names[len(self._known) - 1])
 
-    def expr(self, ratio):
+    def expr(self, ratio: Any) -> sp.Expr:
         """Return the SymPy expression of a ratio: one cancelled term for each product of logarithms."""
         if not isinstance(ratio, Ratio):
             return sp.sympify(ratio, strict=True)
         first = self._ring.ngens - len(self._names)
-        parts = {}
+        parts: dict[tuple, Any] = {}
         for monomial, c in ratio.numerator.terms():
             part = parts.setdefault(monomial[first:], self._ring.zero)
             part[monomial[:first] + (0,) * len(self._names)] = c

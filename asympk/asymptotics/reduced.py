@@ -54,7 +54,7 @@ class Reduced:
         return np.array(found).reshape(len(self.orders), len(found[0]), *t.shape)
 
 
-def follow(
+def reduced_flow(
     formulas: Formulas,
     orders: tuple[int, ...],
     starts: list[np.ndarray],

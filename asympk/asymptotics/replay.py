@@ -9,11 +9,14 @@ are the first omitted terms. In each segment, with t counted from where it begin
 holds uniformly, from the start of the segment to its end, where e^(fast t) may be O(1/mu).
 """
 
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from asympk.asymptotics.layers import follow, on_slow_line, slow_motion
-from asympk.asymptotics.linear import linear
+import sympy as sp
+
+from asympk.asymptotics.layers import expand, on_slow_line, slow_motion
+from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.tape import Tape
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
@@ -31,7 +34,7 @@ class Piece(NamedTuple):
     z: tuple
 
 
-class Turn(NamedTuple):
+class EventNumbers(NamedTuple):
     """An event in numbers; ``spread`` is the correction of relative order 1 to the growth of the fast part up to it."""
 
     kind: str
@@ -42,22 +45,22 @@ class Turn(NamedTuple):
     spread: Any
 
 
-class Layer(NamedTuple):
+class LayerNumbers(NamedTuple):
     """The composite expansion of a layer to one order, and the slow motion it lands on, as if begun at t = 0."""
 
     pieces: tuple[Piece, ...]
-    turns: tuple[Turn, ...]
+    turns: tuple[EventNumbers, ...]
     landing: Piece
 
 
 @lru_cache(maxsize=1)
-def model():
+def model() -> Linear:
     """Return the coefficients of the Painlevé-Klein system."""
     return linear(painleve_klein.system())
 
 
 @lru_cache(maxsize=256)
-def replay(steps, order, extra=2, arrival=None):
+def replay(steps: tuple, order: int, extra: int = 2, arrival: str | None = None) -> Callable[..., tuple]:
     """Return ``f(sigma, sigma0, mu, large, x, s, z, log)``: the layers to ``order``, ..., ``order + extra``.
 
     With ``arrival`` the layer begins on z = 0, on the slow line of the mode of that name; s and z are not used.
@@ -66,7 +69,7 @@ def replay(steps, order, extra=2, arrival=None):
     sigma, sigma0, mu, large, x, s, z = map(tape.node, tape.inputs[:-1])
     numbers = model().map(lambda c: coefficient(c)(sigma, sigma0)[0])
     y = on_slow_line(numbers.fields[arrival], x, order + extra) if arrival else numbers.fast_state(x, s)
-    layers = follow(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
+    layers = expand(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
     slowly = slow_motion(numbers.fields[steps[-1].mode], layers, order + extra)
     return tape.function(
         tuple(_numbers(layers, slowly, k, lambda w: _value(w, mu, large)) for k in range(order, order + extra + 1))
@@ -74,7 +77,7 @@ def replay(steps, order, extra=2, arrival=None):
 
 
 @lru_cache(maxsize=64)
-def coefficient(expr):
+def coefficient(expr: sp.Expr) -> Callable[..., tuple]:
     """Return a coefficient of the model as a bare function of (sigma, sigma0)."""
     return lower(model().parameters, expr, "math").compiled
 
@@ -90,8 +93,9 @@ def _numbers(layers, slowly, order, value):
         states = [(*map(absolute, s[:3]), relative(s[3]), absolute(s[4])) for s in (p.x, p.y, p.z)]
         return Piece(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
 
-    turns = [Turn(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value)) for t in layers.turns]
-    return Layer(tuple(map(piece, layers.segments)), tuple(turns), piece(slowly))
+    turns = [EventNumbers(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value))
+             for t in layers.turns]  # fmt: skip
+    return LayerNumbers(tuple(map(piece, layers.segments)), tuple(turns), piece(slowly))
 
 
 def _spread(growth, value):

@@ -9,7 +9,7 @@ of L. A remainder absorbs every monomial that is not larger. Coefficients are wh
 ``balance`` is the hard function: it solves an equation order by order from its dominant terms.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import factorial, log
@@ -56,41 +56,41 @@ class Series(ShownAsFormulas):
         return self.remainder is None or _rank(monomial) < _rank(self.remainder)
 
     @property
-    def size(self):
+    def size(self) -> Any:
         """The largest monomial (p, q); the remainder when there is no term, None for an exact zero."""
         return next(iter(self.terms), self.remainder)
 
     @property
-    def leading(self):
+    def leading(self) -> Any:
         """The dominant coefficient; raises ``OrderError`` when the remainder hides it."""
         if not self.terms:
             raise OrderError(f"the dominant term is not known: {self}; expand further")
         return self.terms[self.size]
 
-    def coefficient(self, p, q=0):
+    def coefficient(self, p: int, q: int = 0) -> Any:
         """Return the coefficient of ``mu^p L^q``; raises ``OrderError`` inside the remainder."""
         if not self._keeps((p, q)):
             raise OrderError(f"the coefficient of {_monomial(p, q)} is not known: {self._tail} is left out")
         return self.terms.get((p, q), 0)
 
-    def truncated(self, p, q=0):
+    def truncated(self, p: int, q: int = 0) -> "Series":
         """Drop what is smaller than ``mu^p L^q``; raises ``OrderError`` when that is not known."""
         if not self._keeps((p, q)):
             raise OrderError(f"known up to {self._tail}, asked for {_monomial(p, q)}; expand further")
         dropped = next((m for m in self.terms if _rank(m) > _rank((p, q))), None)
         return Series(self.terms, _largest(dropped, self.remainder), self.small)
 
-    def cut(self, p):
+    def cut(self, p: int) -> "Series":
         """Drop what is smaller than ``mu^p``, if that much is known."""
         dropped = next((m for m in self.terms if m[0] > p), None)
         return Series(self.terms, _largest(dropped, self.remainder), self.small)
 
-    def power(self, p):
+    def power(self, p: int) -> "Series":
         """Return the terms in ``mu^p`` alone, all powers of L, as an exact series."""
         self.coefficient(p)
         return Series({m: c for m, c in self.terms.items() if m[0] == p}, None, self.small)
 
-    def map(self, convert, small=None):
+    def map(self, convert: Callable[[Any], Any], small: Any = None) -> "Series":
         """Apply ``convert`` to every coefficient; ``small`` names the parameter for printing."""
         return Series({m: convert(c) for m, c in self.terms.items()}, self.remainder, small or self.small)
 
@@ -105,7 +105,7 @@ class Series(ShownAsFormulas):
         return sum(c * mu**p * large**q for (p, q), c in self.terms.items())
 
     @property
-    def expr(self):
+    def expr(self) -> Any:
         """The terms as a SymPy expression in ``small``."""
         import sympy as sp
 
@@ -191,12 +191,12 @@ class Series(ShownAsFormulas):
         u = self * scale
         return scale, Series({m: d for m, d in u.terms.items() if any(m)}, u.remainder)
 
-    def inverse(self):
+    def inverse(self) -> "Series":
         """Return ``1/self`` by the geometric series about the dominant term."""
         scale, u = self._split()
         return scale * _compose(u, lambda power, k: power * (-1) ** k)
 
-    def log(self, log):
+    def log(self, log: Callable[[Any], Any]) -> "Series":
         """Return the logarithm; ``log`` takes that of the dominant coefficient."""
         (p, q), c = self.size, self.leading
         if q:
@@ -204,31 +204,31 @@ class Series(ShownAsFormulas):
         tail = _compose(self._split()[1], lambda power, k: power / ((-1) ** (k + 1) * k))
         return series({(0, 1): -p, (0, 0): log(c)}) + tail - 1
 
-    def exp(self, exp=None):
+    def exp(self, exp: Callable[[Any], Any] | None = None) -> "Series":
         """Return the exponential; ``exp`` takes that of the constant term, and ``exp(kL) = mu^-k`` for integers k."""
         grown = [m for m in self.terms if _rank(m) < _rank((0, 1))]
         k = self.terms.get((0, 1), 0)
         if grown or int(k) != k:
             raise NotDerivable(f"exp({self}) is not a series in mu and L")
         constant = self.terms.get((0, 0), 0)
-        scale = series({(-int(k), 0): 1 if _vanishes(constant) else exp(constant)})
+        scale = series({(-int(k), 0): 1 if exp is None or _vanishes(constant) else exp(constant)})
         small = Series({m: c for m, c in self.terms.items() if m[0] > 0}, self.remainder, self.small)
         return scale * _compose(small, lambda power, k: power / factorial(k))
 
 
-def series(value):
+def series(value: Any) -> Series:
     """Return ``value`` as a Series: a Series itself, a dictionary of terms, or a constant."""
     if isinstance(value, Series):
         return value
     return Series(value if isinstance(value, dict) else {(0, 0): value})
 
 
-def O(p, q=0):  # noqa: E743
+def O(p: int, q: int = 0) -> Series:  # noqa: E743
     """Return the remainder ``O(mu^p L^q)``, to be added to an exact series."""
     return Series({}, (p, q))
 
 
-def balance(step, dominant, order):
+def balance(step: Callable[[Series], Series], dominant: Series, order: int) -> Series:
     """Solve ``w = step(w)`` from its dominant term to relative order ``order``.
 
     ``step`` must contract by a power of mu at least, so each pass makes one more order exact. Raises
@@ -247,7 +247,7 @@ def balance(step, dominant, order):
     return w
 
 
-def substitute(expr, values):
+def substitute(expr: Any, values: Mapping[Any, Series]) -> Any:
     """Evaluate a SymPy expression on series given by ``{symbol: Series}`` (sums, products, powers, exp, log)."""
     import sympy as sp
 
@@ -269,7 +269,7 @@ def substitute(expr, values):
     raise NotDerivable(f"{expr} is not built from sums, products, integer powers, exp and log")
 
 
-def solve(equation, unknown, dominant, values, order):
+def solve(equation: Any, unknown: Any, dominant: Series, values: Mapping[Any, Series], order: int) -> Series:
     """Solve ``equation = 0`` for ``unknown ~ dominant`` to relative order ``order`` by Newton's chord.
 
     ``values`` gives the other symbols as series. Raises ``NotDerivable`` when ``dominant`` does not balance.

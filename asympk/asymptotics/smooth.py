@@ -31,7 +31,7 @@ ROUNDING = 50  # what the integrations lose, in units of their tolerance
 
 
 @dataclass(frozen=True)
-class Motion:
+class LayeredMotion:
     """The slow motion and its layer to the orders n, n + 1, n + 2, of the states ``kept``."""
 
     landing: Landing
@@ -51,7 +51,7 @@ class Motion:
         return sums[list(self.reduced.orders)][:, self.kept]
 
 
-def run(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
+def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
     ``path.info["omitted"]`` is the composite's first omitted term at ``until``, state by state. Raises ``OrderError``;
@@ -69,7 +69,7 @@ def run(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
              *map(float, scene.start[len(system.slow) :]))  # fmt: skip
     known = formulas(mode, system.small, tuple(given), order + EXTRA)
     kept = tuple(i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time)
-    motion = follow(known, order, begin, mu, tuple(given.values()), until, kept)
+    motion = layered_motion(known, order, begin, mu, tuple(given.values()), until, kept)
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, last = slow + layer
     layered = method == "jump"
@@ -78,7 +78,7 @@ def run(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
     final = now if layered else slow[0]
-    return Path(scene, method, tuple(final.tolist()), (), (mode.name,), Dense(motion, layered, until), error,
+    return Path(scene, method, tuple(final.tolist()), (), (mode.name,), LayeredDense(motion, layered, until), error,
                 {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
 
 
@@ -88,17 +88,18 @@ def _autonomous(system):
     return mode if system.time is None else replace(mode, slow=sp.Dict({**mode.slow, system.time: 1}))
 
 
-def follow(
+def layered_motion(
     known: Formulas, order: int, begin: tuple, mu: float, values: tuple, until: float, kept: tuple[int, ...]
-) -> Motion:
-    """Return the ``Motion`` to ``order`` and the ``EXTRA`` orders beyond it."""
+) -> LayeredMotion:
+    """Return the ``LayeredMotion`` to ``order`` and the ``EXTRA`` orders beyond it."""
     slow = len(known.mode.slow)
     rtol = tolerance(mu, order)
     landing = land(known, order + EXTRA, begin[:slow], begin[slow:], values, rtol, mu)
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
     starts = [reduced.branch_at(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
-    return Motion(landing, reduced.follow(known, orders, starts, slow, mu, values, until, rtol), rtol, kept)
+    flow = reduced.reduced_flow(known, orders, starts, slow, mu, values, until, rtol)
+    return LayeredMotion(landing, flow, rtol, kept)
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
@@ -127,10 +128,10 @@ def checked_order(method: str, order: int) -> int:
 
 
 @dataclass(frozen=True)
-class Dense:
+class LayeredDense:
     """The motion to the order asked for at any times in [0, until]: an array of shape ``(states,) + t.shape``."""
 
-    motion: Motion
+    motion: LayeredMotion
     layered: bool
     until: float
 

@@ -4,7 +4,9 @@ A ``Node`` adds, multiplies and divides like any coefficient, but writes down wh
 compiles the lines that the outputs need. Whole numbers and fractions stay in the text, exactly.
 """
 
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from typing import Any
 
 
 class Node:
@@ -50,11 +52,11 @@ class Tape:
         self.inputs = inputs
         self.lines = {}
 
-    def node(self, name):
+    def node(self, name: str) -> Node:
         """Return the input called ``name``."""
         return Node(self, name)
 
-    def write(self, operation, a, b):
+    def write(self, operation: str, a: Any, b: Any) -> Any:
         """Return ``a operation b``: a node, or less where a constant makes it trivial."""
         if not all(isinstance(c, Node | int | Fraction) for c in (a, b)):
             return NotImplemented
@@ -74,23 +76,23 @@ class Tape:
             return self.write("/", self.write("*", a, q), self.write("*", b, p))
         return self.write("/", self.write(operation, self.write("*", a, q), self.write("*", b, p)), p * q)
 
-    def log(self, a):
+    def log(self, a: Any) -> Node:
         """Return the logarithm of a node."""
         return self.call("log", a)
 
-    def call(self, name, a):
+    def call(self, name: str, a: Any) -> Node:
         """Return the function called ``name``, an input, of a node."""
         return self._line(f"{name}({_text(a)})")
 
     def _line(self, text):
         return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"))
 
-    def function(self, result, known=()):
+    def function(self, result: tuple, known: Mapping[str, Any] | Iterable[tuple[str, Any]]=()) -> Callable[..., tuple]:
         """Compile ``f(*inputs)``, which returns ``result``, nested tuples of nodes and words, in numbers.
 
         Functions that were called are inputs, or in ``known``, {name: function or constant}.
         """
-        space, wanted, body = dict(known), set(), []
+        space, wanted, body = dict(known), set[str](), list[str]()
         text = _nest(result, wanted, space)
         for line, name in reversed(self.lines.items()):
             if name in wanted:

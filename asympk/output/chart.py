@@ -118,13 +118,13 @@ def _store(out, name, rows, story):
 
 def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return the rows of every method on every scene and mu of ``plan``."""
-    rows = []
+    rows: list[Row] = []
     for name in plan["scenes"]:
         for mu in plan["mus"]:
             scene = Scene(1, mu, SCENES[name], UNTIL, name=name)
             for method, options, tolerances in [*_models(), *_integrators(plan), *_crude(plan)]:
                 tell(f"scene ({name}), mu = {mu}: {method}")
-                rows += workprec(scene, label=method, repeats=plan["repeats"], **options)(tolerances)
+                rows += map(asdict, workprec(scene, label=method, repeats=plan["repeats"], **options)(tolerances))
     return rows
 
 
@@ -205,7 +205,7 @@ def _kept(kappa, scene):
     return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
 
 
-def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[modelwork.Row]:
+def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[modelwork.SavingRow]:
     """Return the rows of models beside integrators on a nonlinear mechanism and on a reaction."""
     return modelwork.rows(plan["model_mus"], [m for m in IMPLICIT if m in modelwork.METHODS and m not in absent()],
                           plan["model_tolerances"], plan["repeats"], tell)  # fmt: skip

@@ -35,7 +35,7 @@ LONG = 130  # letters of a formula beyond which a shorter form is sought
 
 
 @dataclass(frozen=True)
-class Formulas:
+class MechanismFormulas:
     """What the law says of a mechanism: formulas in LaTeX, and their values for its example; impulses over gamma."""
 
     mechanism: str
@@ -74,7 +74,7 @@ class Rebound:
     overdamped: float
 
 
-def formulas() -> list[Formulas]:
+def formulas() -> list[MechanismFormulas]:
     """Return a row for every mechanism of the catalogue, in its order."""
     return [_formulas(name) for name in MECHANISMS]
 
@@ -88,7 +88,7 @@ def _formulas(name):
     short = sp.Abs(shortened(tangential / normal, kinetics)) / kinetics.load
     shown = critical if len(sp.latex(critical)) < LONG else short
     latex = [sp.latex(part, fold_func_brackets=True) for part in (shown, normal, tangential)]
-    return Formulas(name, len(kinetics.coordinates), kinetics.unilateral, *latex, *map(_kept, values))
+    return MechanismFormulas(name, len(kinetics.coordinates), kinetics.unilateral, *latex, *map(_kept, values))
 
 
 def impulses(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:

@@ -6,9 +6,11 @@ A line of the table is a label and a function without arguments that returns its
 import random
 import subprocess
 import sys
-from functools import cache
+from collections.abc import Callable, Iterable
+from functools import cache, partial
 from statistics import median
 from time import perf_counter
+from typing import Any
 
 import asympk as ap
 
@@ -21,9 +23,10 @@ BOXES = {
 }
 
 
-def seconds(call, least=5, budget=0.25):
+def seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25) -> float:
     """Return the median time of a call, of at least ``least`` calls and as many as fit the budget."""
-    times, end = [], perf_counter() + budget
+    times: list[float] = []
+    end = perf_counter() + budget
     while len(times) < least or perf_counter() < end:
         begin = perf_counter()
         call()
@@ -31,7 +34,7 @@ def seconds(call, least=5, budget=0.25):
     return median(times)
 
 
-def scalar(name, mu):
+def scalar(name: str, mu: float) -> str:
     """Compare the exact flow in doubles and in 50 digits with a careful LSODA at 1e-6."""
     scene = ap.Scene(1, mu, SCENES[name], 5)
     ap.solve(scene)
@@ -44,7 +47,7 @@ def scalar(name, mu):
             f"LSODA {lsoda / exact:6.0f} times")
 
 
-def random_starts(mu):
+def random_starts(mu: float) -> str:
     """Time the scalar flow on starts that differ, so that no branch is foreseen."""
     draw = random.Random(1)
     scenes = [ap.Scene(1, mu, [draw.uniform(-2, 2) for _ in range(3)], 5) for _ in range(300)]
@@ -52,12 +55,12 @@ def random_starts(mu):
     return f"{each * 1e6:7.1f} us per trajectory"
 
 
-def many(box, mu):
+def many(box: str, mu: float) -> str:
     """Time the array flow on starts in a box against the scalar flow."""
     import numpy as np
 
     random = np.random.default_rng(1)
-    x, y, z = (random.uniform(*side, STARTS) for side in BOXES[box])
+    x, y, z = (random.uniform(low, high, STARTS) for low, high in BOXES[box])
     each = seconds(lambda: ap.solve_many(1, mu, x, y, z, 5)) / STARTS
     scenes = [ap.Scene(1, mu, start, 5) for start in zip(x[:200], y[:200], z[:200], strict=True)]
     alone = seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)
@@ -65,7 +68,7 @@ def many(box, mu):
 
 
 @cache
-def rod_in_general_clothes():
+def rod_in_general_clothes() -> ap.System:
     """Return the rod's system under other names, which no kernel knows."""
     import sympy as sp
 
@@ -77,7 +80,7 @@ def rod_in_general_clothes():
     )  # fmt: skip
 
 
-def general(name, mu):
+def general(name: str, mu: float) -> str:
     """Compare the affine flow with the rod's kernel, with LSODA on the same system, and with its own arrays."""
     import numpy as np
 
@@ -98,30 +101,24 @@ def general(name, mu):
             f"in arrays {each * 1e6:.0f} us, a {affine / each:.0f}th")
 
 
-def imports():
+def imports() -> str:
     """Time a bare interpreter, and one that imports asympk and solves a first scene."""
     first = "import asympk; asympk.solve(asympk.Scene(sigma=1, mu=1e-3, start=(0, 0.2, -1), until=5))"
-    bare, full = (seconds(lambda code=code: subprocess.run([sys.executable, "-c", code], check=True))
-                  for code in ("pass", first))  # fmt: skip
+    runs = (partial(subprocess.run, [sys.executable, "-c", code], check=True) for code in ("pass", first))
+    bare, full = map(seconds, runs)
     return f"{(full - bare) * 1e3:7.1f} ms over a bare interpreter"
 
 
-LINES = [
-    *(
-        (f"solve, scene ({name}), mu = {mu:g}", lambda name=name, mu=mu: scalar(name, mu))
-        for name in SCENES for mu in MUS
-    ),
-    *((f"solve, random starts, mu = {mu:g}", lambda mu=mu: random_starts(mu)) for mu in MUS),
-    *(
-        (f"solve_many, {box}, mu = {mu:g}", lambda box=box, mu=mu: many(box, mu))
-        for box in BOXES for mu in (1e-3, 1e-6)
-    ),
-    *((f"affine system, scene (ii), mu = {mu:g}", lambda mu=mu: general("ii", mu)) for mu in MUS),
+LINES: list[tuple[str, Callable[[], str]]] = [
+    *((f"solve, scene ({name}), mu = {mu:g}", partial(scalar, name, mu)) for name in SCENES for mu in MUS),
+    *((f"solve, random starts, mu = {mu:g}", partial(random_starts, mu)) for mu in MUS),
+    *((f"solve_many, {box}, mu = {mu:g}", partial(many, box, mu)) for box in BOXES for mu in (1e-3, 1e-6)),
+    *((f"affine system, scene (ii), mu = {mu:g}", partial(general, "ii", mu)) for mu in MUS),
     ("import and a first solve", imports),
 ]
 
 
-def main(lines=None):
+def main(lines: Iterable[tuple[str, Callable[[], str]]] | None = None) -> int:
     """Print the table, line by line as it is measured; return 0."""
     for label, line in lines or LINES:
         print(f"{label:36s} {line()}", flush=True)

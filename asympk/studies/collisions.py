@@ -1,6 +1,8 @@
 """How often the rough mass comes to rest: counts over mu x0 and z0, for an undisturbed start y0 = 0."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from asympk.storage.rows import provenance, write_rows
 
@@ -10,7 +12,7 @@ CELLS = (60, 36)
 
 
 @dataclass(frozen=True)
-class Row:
+class CollisionRow:
     """The number of times at which z becomes 0 from x0 = scaled_x / mu, y0 = 0 and z0 = z."""
 
     mu: float
@@ -19,7 +21,7 @@ class Row:
     count: int
 
 
-def rows(mus=MUS, cells=CELLS):
+def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[CollisionRow]:
     """Return the rows of a logarithmic grid for every mu, both signs of z0."""
     import numpy as np
 
@@ -31,10 +33,10 @@ def rows(mus=MUS, cells=CELLS):
     events = solve_many(SIGMA, mu, x / mu, 0, z, UNTIL, events=True).events()
     stops = events.trajectory[events.kind == "velocity_zero"]
     counts = np.bincount(stops, minlength=len(places))
-    return [Row(*place, int(count)) for place, count in zip(places, counts, strict=True)]
+    return [CollisionRow(*place, int(count)) for place, count in zip(places, counts, strict=True)]
 
 
-def write(out):
+def write(out: Path) -> Path:
     """Compute all rows and write them to ``out``/collisions.csv; return the file."""
     path = out / "collisions.csv"
     write_rows(path, rows(), provenance(sigma=SIGMA, until=UNTIL, start="(x0, 0, z0)", method="exact flow"))

@@ -9,13 +9,16 @@ y' is of the order 1/mu^2 there. Hence four separate measures against the exact 
     path_error    as final_error, over equidistant times outside windows of 4 mu log(1/mu) around start and events
 """
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import log
 from statistics import median
 from time import process_time
+from typing import Any
 
 from asympk.errors import AsympkError, Unfinished
 from asympk.methods import solve
+from asympk.path import Path
 
 GRID = 64
 WRONG = 0.1  # a final error above it is another motion, not an inaccurate one
@@ -24,7 +27,7 @@ ONE_FIELD = ("one_field",)
 
 
 @dataclass(frozen=True)
-class Row:
+class WorkRow:
     """One run of one method on one scene; None where a measure does not apply.
 
     ``ratio`` is the CPU time in units of that of the exact flow in doubles, measured in the same run. ``status`` is
@@ -54,7 +57,16 @@ class Row:
     status: str
 
 
-def workprec(scene, method, *, reference=None, repeats=5, label=None, follow=solve, **options):
+def workprec(
+    scene: Any,
+    method: str,
+    *,
+    reference: Path | None = None,
+    repeats: int = 5,
+    label: str | None = None,
+    follow: Callable[..., Path] = solve,
+    **options: Any,
+) -> Callable[[Iterable[float | None]], list[WorkRow]]:
     """Return ``measure(tolerances) -> rows``: work against precision of ``method`` on ``scene``.
 
     A tolerance is given to the method as ``rtol`` (and atol); None gives it none, as for models that have no
@@ -92,10 +104,10 @@ def _as_row(scene, label, options, rtol, errors, work, ratio, status):
     words = " ".join(f"{k}={v}" for k, v in options.items()) or None
     measures = [errors.get(k) for k in ("final_error", "time_error", "path_error", "same_modes")]
     costs = [work.get(k) for k in ("calls", "steps", "jacobians")]
-    return Row(scene.name, *place, label, words, rtol, *measures, *costs, ratio, status)
+    return WorkRow(scene.name, *place, label, words, rtol, *measures, *costs, ratio, status)
 
 
-def errors_of(path, truth, scene):
+def errors_of(path: Path, truth: Path, scene: Any) -> dict[str, Any]:
     """Return the four measures of ``path`` against the exact path ``truth``; none for a run that did not finish."""
     if path.info.get("status", "finished") != "finished":
         return {}
@@ -110,7 +122,7 @@ def errors_of(path, truth, scene):
     }
 
 
-def path_distance(path, truth, scene):
+def path_distance(path: Path, truth: Path, scene: Any) -> float | None:
     """Return the largest distance of two paths over equidistant times outside the windows around jumps, or None."""
     times = quiet_times(truth, float(scene.mu), float(scene.until))
     if not times or path.at is None or truth.at is None:
@@ -119,7 +131,7 @@ def path_distance(path, truth, scene):
     return max(_distance(state, truth(t)) for state, t in zip(states, times, strict=True))
 
 
-def quiet_times(truth, mu, until, count=GRID):
+def quiet_times(truth: Path, mu: float, until: float, count: int = GRID) -> list[float]:
     """Return the equidistant times in (0, until) outside windows of 4 mu log(1/mu) around the start and the events."""
     width = 4 * mu * max(1.0, log(1 / mu))
     centres = [0.0, *(float(e.t) for e in truth.events)]
@@ -133,7 +145,7 @@ def _distance(state, truth):
     return max(abs(float(a) - b) for a, b in zip(state, (x, y, z), strict=True)) / scale
 
 
-def status_of(path, errors):
+def status_of(path: Path, errors: Mapping[str, Any]) -> str:
     """Return the status sentence of a run, judged against the exact path when it finished."""
     status = path.info.get("status", "finished")
     if status != "finished" or errors["final_error"] < WRONG:
@@ -141,7 +153,7 @@ def status_of(path, errors):
     return "wrong branch"
 
 
-def timed(run, unit, repeats):
+def timed(run: Callable[[], Path], unit: Callable[[], Any], repeats: int) -> tuple[Path, float]:
     """Return (result of ``run``, its CPU time in units of that of ``unit``): medians of interleaved runs.
 
     The first run is not timed (it may compile) unless it is long.

@@ -10,8 +10,10 @@ and its denominator as functions of L; where a zero lies within the range of mu,
 peaks there, as ``expected`` does, and that is where the quotient is not monotone.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
+from pathlib import Path
 
 from asympk.methods import solve
 from asympk.scene import Scene
@@ -26,30 +28,30 @@ KEPT = 6  # digits of a row
 
 
 @dataclass(frozen=True)
-class Case:
+class Expansion:
     """An expansion: its model, a start within its domain, and the signs of sigma for which it exists."""
 
     method: str
     start: tuple
     signs: tuple = (1, -1)
 
-    def exists(self, sigma):
+    def exists(self, sigma: str) -> bool:
         """Tell whether the expansion exists for ``sigma``, a word."""
         return (-1 if sigma.startswith("-") else 1) in self.signs
 
 
 CASES = {
-    "z < 0, s > 0": Case("jump", (0, "1/5", -1)),
-    "z < 0, s < 0": Case("jump", ("1/3", -1, "-3/2")),
-    "z > 0, s < -1/sigma": Case("jump", (0, -3, 1), (1,)),
-    "z > 0, s < 0": Case("jump", ("-1/2", "3/10", "3/4")),
-    "slow, Pi1": Case("slow", ("-1/2", 1, "3/4")),
-    "slow, Pi2": Case("slow", (0, "1/5", -1), (-1,)),
+    "z < 0, s > 0": Expansion("jump", (0, "1/5", -1)),
+    "z < 0, s < 0": Expansion("jump", ("1/3", -1, "-3/2")),
+    "z > 0, s < -1/sigma": Expansion("jump", (0, -3, 1), (1,)),
+    "z > 0, s < 0": Expansion("jump", ("-1/2", "3/10", "3/4")),
+    "slow, Pi1": Expansion("slow", ("-1/2", 1, "3/4")),
+    "slow, Pi2": Expansion("slow", (0, "1/5", -1), (-1,)),
 }
 
 
 @dataclass(frozen=True)
-class Row:
+class ConvergenceRow:
     """How far one quantity is off at one order, beside the first term that the order omits.
 
     ``quantity`` is x, z, or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding,
@@ -67,7 +69,12 @@ class Row:
     expected: float
 
 
-def rows(cases=tuple(CASES), sigmas=SIGMAS, mus=MUS, orders=ORDERS):
+def rows(
+    cases: Iterable[str] = tuple(CASES),
+    sigmas: Iterable[str] = SIGMAS,
+    mus: Iterable[str] = MUS,
+    orders: Iterable[int] = ORDERS,
+) -> list[ConvergenceRow]:
     """Return the rows by expansion, sigma, order and quantity, mu decreasing within."""
     found = []
     for name in cases:
@@ -77,7 +84,7 @@ def rows(cases=tuple(CASES), sigmas=SIGMAS, mus=MUS, orders=ORDERS):
     return found
 
 
-def write(out):
+def write(out: Path) -> Path:
     """Compute all rows and write them to ``out``/convergence.csv; return the file."""
     path = out / "convergence.csv"
     starts = {name: list(map(str, case.start)) for name, case in CASES.items()}
@@ -85,14 +92,14 @@ def write(out):
     return path
 
 
-def monotone_from(group):
+def monotone_from(group: list[dict]) -> float:
     """Return the largest mu from which on ``excess`` shrinks in modulus to the end, for rows of one quantity."""
     sizes = [abs(row["excess"]) for row in group]
     broken = [k + 1 for k, (before, after) in enumerate(pairwise(sizes)) if not after < before]
     return group[broken[-1] if broken else 0]["mu"]
 
 
-def groups(rows):
+def groups(rows: Iterable[dict]) -> Iterator[list[dict]]:
     """Yield the rows, as dictionaries, of one expansion, sigma, order and quantity after the other."""
     names = ("expansion", "sigma", "order", "quantity")
     for _, group in groupby(rows, key=lambda row: [row[name] for name in names]):
@@ -110,7 +117,7 @@ def _rows(name, sigma, mu, orders):
             now, next_, last = (found[n + k][quantity] for k in range(3))
             error, omitted = truth[quantity] - now, next_ - now
             numbers = (error, omitted, error / omitted - 1, (last - next_) / omitted)
-            yield Row(name, sigma, n, quantity, float(mu), *(float(f"{float(v):.{KEPT}g}") for v in numbers))
+            yield ConvergenceRow(name, sigma, n, quantity, float(mu), *(float(f"{float(v):.{KEPT}g}") for v in numbers))
 
 
 def _quantities(path):

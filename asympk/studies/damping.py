@@ -26,8 +26,11 @@ stick is a slip too short to stop the ringing: in one period the energy epsilon^
 which is of the order of epsilon^-3. C is an integral over one slip down and one up (``loss_per_period``).
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import log, pi, sqrt
+from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
@@ -47,7 +50,7 @@ PIECE = 150  # in epsilon: an undamped run is cut there, as the number of events
 
 
 @dataclass(frozen=True)
-class Row:
+class DampingRow:
     """A start (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at sigma = SIGMA.
 
     ``part`` is "ratio" (zeta on a grid), "border" (d^3 near epsilon^2) or "undamped". ``stop`` is when the mass first
@@ -66,14 +69,19 @@ class Row:
     law: float
 
 
-def rows(epsilons=EPSILONS, ratios=RATIOS, border=BORDER, undamped=UNDAMPED):
+def rows(
+    epsilons: Iterable[float] = EPSILONS,
+    ratios: Iterable[float] = RATIOS,
+    border: Iterable[float] = BORDER,
+    undamped: Iterable[float] = UNDAMPED,
+) -> list[DampingRow]:
     """Return the rows: epsilon by epsilon over the damping ratio, at the border of the single jump, and undamped."""
     found = [_row("ratio", epsilon, 2 * zeta * epsilon) for epsilon in epsilons for zeta in ratios]
     found += [_row("border", epsilon, share * epsilon ** (2 / 3)) for epsilon in epsilons for share in border]
     return found + [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
 
 
-def write(out):
+def write(out: Path) -> Path:
     """Compute all rows and write them to ``out``/damping.csv; return the file."""
     path = out / "damping.csv"
     write_rows(path, rows(), provenance(sigma=SIGMA, start="(0, 0, -1)", tiny=TINY, method="exact flow"))
@@ -84,10 +92,12 @@ def _row(part, epsilon, damping):
     stop, jam, sticks, amplitude = jammed(epsilon, damping)
     zeta = damping / (2 * epsilon)
     law = undamped_time(epsilon, amplitude) if part == "undamped" else jam_law(epsilon, damping)
-    return Row(part, epsilon, damping, zeta, stop, jam, sticks, amplitude, law)
+    return DampingRow(part, epsilon, damping, zeta, stop, jam, sticks, amplitude, law)
 
 
-def jammed(epsilon, damping, sigma=SIGMA, digits=None):
+def jammed(
+    epsilon: float, damping: float, sigma: Any = SIGMA, digits: int | None = None
+) -> tuple[float, float, int, float]:
     """Return when the mass first stops and when it leaves for good, how often it stops, and the amplitude then.
 
     From (0, 0, -1) in physical units. Raises ``InputError`` for numbers that are not positive, and where the mass is
@@ -98,8 +108,10 @@ def jammed(epsilon, damping, sigma=SIGMA, digits=None):
         raise InputError(f"{given}: give 0 < epsilon < 1 and positive numbers for both others")
     mu, undamped = (epsilon / damping) ** 2, damping <= TINY * epsilon
     until = (PIECE * epsilon if undamped else UNTIL) / damping
-    options = {"digits": digits} if digits else {}
-    state, began, stops, leaves, amplitude = (0, 0, -1 / damping), 0, [], [], 0
+    options: dict[str, Any] = {"digits": digits} if digits else {}
+    state: tuple = (0, 0, -1 / damping)
+    began, amplitude = 0.0, 0.0
+    stops, leaves = list[Any](), list[Any]()
     while True:
         path = solve(Scene(sigma, mu, state, until), **options)
         here = [(event, began + event.t) for event in path.events]
@@ -119,12 +131,12 @@ def _amplitude(event, mu):
     return sqrt(float(event.x) ** 2 + mu * float(event.y) ** 2)
 
 
-def is_single(row):
+def is_single(row: Mapping) -> bool:
     """Tell whether a row's damping is beyond the border of the single jump, d^3 = epsilon^2."""
     return row["damping"] ** 3 > row["epsilon"] ** 2
 
 
-def jam_law(epsilon, damping, sigma=SIGMA):
+def jam_law(epsilon: float, damping: float, sigma: Any = SIGMA) -> float:
     """Return T for z0 = -1, on its side of critical damping and of d^3 = epsilon^2, with the constants."""
     mu = (epsilon / damping) ** 2
     growing, shrinking = _roots(mu, -sigma)
@@ -138,7 +150,7 @@ def jam_law(epsilon, damping, sigma=SIGMA):
     return damping * (first - log((sigma + 1) * size) / slow.real)
 
 
-def leading_law(epsilon, zeta, sigma=SIGMA):
+def leading_law(epsilon: float, zeta: float, sigma: Any = SIGMA) -> float:
     """Return T to leading order in log(1/epsilon) for a fixed damping ratio and z0 = -1."""
     first = 1 / (sigma * zeta + sqrt(sigma**2 * zeta**2 + sigma))
     slow = zeta if zeta < 1 else zeta - sqrt(zeta**2 - 1)
@@ -152,22 +164,22 @@ def _roots(mu, b):
     return half / mu, b / half
 
 
-def stick_law(epsilon, zeta):
+def stick_law(epsilon: float, zeta: float) -> float:
     """Return how often the mass comes to rest below critical damping, to leading order."""
     return sqrt(1 - zeta**2) * log(1 / epsilon) / (pi * zeta)
 
 
-def undamped_time(epsilon, amplitude, sigma=SIGMA):
+def undamped_time(epsilon: float, amplitude: float, sigma: Any = SIGMA) -> float:
     """Return how long the undamped rod rings from ``amplitude``: pi epsilon A^4 / (2 C)."""
     return pi * epsilon * amplitude**4 / (2 * float(loss_per_period(sigma)))
 
 
-def undamped_factor(sigma=SIGMA):
+def undamped_factor(sigma: Any = SIGMA) -> float:
     """Return the limit of epsilon^3 T without damping, from z0 = -1: pi sigma^2 / (2 (sigma + 1)^2 C)."""
     return pi * sigma**2 / (2 * (sigma + 1) ** 2 * float(loss_per_period(sigma)))
 
 
-def loss_per_period(sigma):
+def loss_per_period(sigma: Any) -> sp.Expr:
     r"""Return C, exactly: minus the work on the mass during one slip down and one up through the gap of stick.
 
     The load runs through the gap at the steady rate A/epsilon, downwards from 1/(sigma + 3), upwards from

@@ -33,7 +33,7 @@ kappa, lambda_ = sp.symbols("kappa lambda", positive=True)
 
 
 @dataclass(frozen=True)
-class Case:
+class SceneFamily:
     """A system, the numbers of its parameters but the small one, a start, and a horizon."""
 
     system: System
@@ -48,7 +48,7 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Row:
+class DecreasingRow:
     """The error of one state at one order, beside its ``measure``: the first omitted term, or mu log(1/mu)."""
 
     system: str
@@ -62,7 +62,7 @@ class Row:
 
 
 @cache
-def cases() -> dict[str, Case]:
+def cases() -> dict[str, SceneFamily]:
     """Return the five systems by name."""
     reaction = System.smooth({x: -x + (x + kappa - lambda_) * y}, {y: x - (x + kappa) * y}, mu)
     several = System.smooth({x: -x + u * v, w: x - w * u}, {u: -2 * u + v + x + u * v / 4, v: -u - 3 * v + w**2}, mu)
@@ -70,11 +70,11 @@ def cases() -> dict[str, Case]:
     rod = {"sigma": 1, "sigma0": 1, "kappa": 1, "c2": "1/2"}
     held = {"x1": 0, "x2": 0, "x": 0, "y": 0, "z": -1}
     return {
-        "enzyme reaction": Case(reaction, {kappa: 1, lambda_: "1/2"}, (1, 0), "1"),
-        "two slow, two fast states": Case(several, {}, (1, "1/2", -1, 1), "1"),
-        "nonlinear layer": Case(cubic, {}, (1, 2), "1"),
-        "held rod": Case(held_rod(), {"f": 2}, held, "1/2"),
-        "nonlinear rod": Case(nonlinear_rod.system(), rod, (0, "1/5", -1), "2"),
+        "enzyme reaction": SceneFamily(reaction, {kappa: 1, lambda_: "1/2"}, (1, 0), "1"),
+        "two slow, two fast states": SceneFamily(several, {}, (1, "1/2", -1, 1), "1"),
+        "nonlinear layer": SceneFamily(cubic, {}, (1, 2), "1"),
+        "held rod": SceneFamily(held_rod(), {"f": 2}, held, "1/2"),
+        "nonlinear rod": SceneFamily(nonlinear_rod.system(), rod, (0, "1/5", -1), "2"),
     }
 
 
@@ -89,7 +89,7 @@ def held_rod() -> System:
     return Mechanism.from_lagrangian(lagrangian, (x1, x2), contact=rod, forces={x1: 1}).elastic(mu, sp.Rational(1, 2))
 
 
-def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[Row]:
+def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[DecreasingRow]:
     """Return the rows by system, order and state, mu decreasing within."""
     found = []
     for name, case in cases().items():
@@ -129,4 +129,4 @@ def _friction_rows(name, case, mus):
 
 def _row(name, with_friction, order, state, small, error, measure):
     kept = (float(f"{v:.{KEPT}g}") for v in (error, measure, error / measure))
-    return Row(name, with_friction, order, state, float(sp.Rational(small)), *kept)
+    return DecreasingRow(name, with_friction, order, state, float(sp.Rational(small)), *kept)

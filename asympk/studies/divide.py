@@ -11,8 +11,11 @@ and follows Pi2, the second of the rigid motions, for a time that does not vanis
 exponentially: T is O(1) where mu log(1/delta) is. All of it is derived: ``jump_map(near=...)``, ``series.solve``.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
@@ -27,6 +30,7 @@ from asympk.numbers import number
 from asympk.scene import Scene
 from asympk.storage.rows import provenance, write_rows
 from asympk.symbolic.lowering import lower
+from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
 
 DEPTH = sp.Symbol("kappa", positive=True)
@@ -50,12 +54,12 @@ class Divide:
     delay: Series
 
     @property
-    def escape_above(self):
+    def escape_above(self) -> Series:
         """The time until the load vanishes, for an offset > 0."""
         return self.above.events[0].t
 
     @property
-    def escape_below(self):
+    def escape_below(self) -> Series:
         """The time until the velocity vanishes, for an offset < 0."""
         return self.below.t_hit
 
@@ -84,17 +88,17 @@ class Escape:
     delayed: float | None
 
 
-def escapes(sigma, mu, x, z, offsets, digits=40):
+def escapes(sigma: Any, mu: Any, x: Any, z: Any, offsets: Iterable[Any], digits: int = 40) -> list[Escape]:
     """Return an ``Escape`` for each offset (numbers or decimal strings) of a start ``(x, s_line(x) + offset, z)``."""
     return [_escape(sigma, mu, x, z, offset, digits) for offset in offsets]
 
 
-def rows(sigmas=SIGMAS, mus=MUS, offsets=OFFSETS):
+def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iterable[str] = OFFSETS) -> list[Escape]:
     """Return the escapes from (x, z) = START at ``offsets`` from the separatrix, for every sigma and mu."""
     return [row for sigma in sigmas for mu in mus for row in escapes(sigma, mu, *START, offsets, DIGITS)]
 
 
-def write(out):
+def write(out: Path) -> Path:
     """Compute all rows and write them to ``out``/escape.csv; return the file."""
     path = out / "escape.csv"
     write_rows(path, rows(), provenance(start=list(map(str, START)), digits=DIGITS, reference="exact flow"))
@@ -138,14 +142,14 @@ def _delayed():
     return lower((*_HERE[:3], DEPTH), divide(painleve_klein.system()).delay.expr, "mpmath")
 
 
-def divide(system, order=1, mode="slip_opposite"):
+def divide(system: System, order: int = 1, mode: str = "slip_opposite") -> Divide:
     """Derive the divide along the slow line of ``mode`` in z > 0; raises as ``jump_map`` does."""
-    z = system.friction.velocity
+    z = linear(system).states[2]
     above, below = (jump_map(system, order, {z: 1, OFFSET: sp.Rational(k, 10)}, near=mode) for k in (1, -1))
     return Divide(separatrix(system, order, mode), above, below, _delay(system, mode, order))
 
 
-def separatrix(system, order=1, mode="slip_opposite"):
+def separatrix(system: System, order: int = 1, mode: str = "slip_opposite") -> Series:
     """Return the load on the slow line of ``mode`` as a series whose coefficients depend on x."""
     exact, numbers, x = _exactly(system)
     y = on_slow_line(numbers.fields[mode], x, order)

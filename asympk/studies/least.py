@@ -4,7 +4,9 @@ Each rung predicts its own error at ``until``, from the first terms it omits; th
 prediction is below the tolerance. That the prediction bounds the true error is measured, against the exact flow.
 """
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from typing import Any, cast
 
 from asympk.errors import AsympkError, InputError
 from asympk.methods import solve, solve_many
@@ -16,7 +18,7 @@ from asympk.studies.general import Rung
 from asympk.systems.kernels import kernel_scene
 from asympk.systems.painleve_klein.arrays.inputs import scenes
 
-LADDER = {
+LADDER: dict[str, tuple[str, dict[str, Any]]] = {
     "rigid": ("rigid", {}),
     "slow": ("slow", {"order": 1}),
     "jump-0": ("jump", {"order": 0}),
@@ -40,12 +42,12 @@ class Ladder(ShownAsTable):
         return Card(f"Least model for an error below {self.rtol:g}: {self.model}",
                     tuple((rung.model, rung.told) for rung in self.rungs))  # fmt: skip
 
-    def as_dict(self):
+    def as_dict(self) -> dict[str, Any]:
         """Return the ladder as plain dictionaries, for JSON."""
         return asdict(self)
 
 
-def least_model(scene, rtol=1e-3):
+def least_model(scene: Any, rtol: float = 1e-3) -> Ladder:
     """Climb the ladder for ``scene``; return the ``Ladder`` with the lowest rung that predicts an error below ``rtol``.
 
     The scene of a system that is not the rod has the ladder of ``general.rungs``: rigid, slow, jump-0 .. jump-2, exact.
@@ -57,33 +59,49 @@ def least_model(scene, rtol=1e-3):
         inside = kernel_scene(scene)
         return least_model(inside, rtol) if inside else _general(scene, rtol)
     reference = solve(scene, digits=REFERENCE_DIGITS).final
-    rungs = [_measured(rung, scene, reference) for rung in predictions(scene)]
-    unit = rungs[-1].cost
-    rungs = tuple(replace(rung, cost=rung.cost and rung.cost / unit) for rung in rungs)
+    measured = [_measured(rung, scene, reference) for rung in predictions(scene)]
+    unit = measured[-1].cost
+    rungs = tuple(replace(rung, cost=rung.cost and rung.cost / unit) for rung in measured)
+    return _ladder(rungs, rtol)
+
+
+def _ladder(rungs: tuple[Rung, ...], rtol: float) -> Ladder:
     chosen = lowest(rungs, rtol)
-    return Ladder(chosen.model, chosen.predicted, rtol, rungs)
+    return Ladder(chosen.model, cast(float, chosen.predicted), rtol, rungs)
 
 
 def _general(scene, rtol):
     rungs = general.rungs(scene)
     if rungs[-1].predicted >= rtol and all(r.predicted is None or r.predicted >= rtol for r in rungs):
         raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
-    chosen = lowest(rungs, rtol)
-    return Ladder(chosen.model, chosen.predicted, rtol, rungs)
+    return _ladder(rungs, rtol)
 
 
-def predictions(scene):
+def predictions(scene: Any) -> tuple[Rung, ...]:
     """Return every rung with its predicted error, or the reason why it does not apply; nothing is measured."""
     return tuple(_predicted(name, scene) for name in LADDER)
 
 
-def lowest(rungs, rtol):
+def lowest(rungs: Iterable[Rung], rtol: float) -> Rung:
     """Return the lowest rung that predicts an error below ``rtol``."""
     return next(rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol)
 
 
-def atlas(sigma=None, mu=None, x=None, y=None, z=None, until=None, rtol=1e-3, sigma0=None, progress=None, *,
-          system=None, values=None, start=None):  # fmt: skip
+def atlas(
+    sigma: Any = None,
+    mu: Any = None,
+    x: Any = None,
+    y: Any = None,
+    z: Any = None,
+    until: Any = None,
+    rtol: float = 1e-3,
+    sigma0: Any = None,
+    progress: Callable[[float], None] | None = None,
+    *,
+    system: Any = None,
+    values: Mapping | None = None,
+    start: Mapping | None = None,
+) -> Any:
     """Map the least model over parameters and starts that broadcast: an array of rung numbers, 0 for ``"rigid"``.
 
     Plane by plane: give two of the arguments as ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the
@@ -103,7 +121,8 @@ def atlas(sigma=None, mu=None, x=None, y=None, z=None, until=None, rtol=1e-3, si
     for rung, (method, options) in enumerate(list(LADDER.values())[:-1]):
         if progress:
             progress(rung / len(LADDER))
-        enough = solve_many(*(v[left] for v in flat), method=method, **options).error < rtol
+        asked: dict[str, Any] = {"method": method, **options}
+        enough = solve_many(*(v[left] for v in flat), **asked).error < rtol
         found[left[enough]] = rung
         left = left[~enough]
     return found.reshape(shape)

@@ -1,6 +1,8 @@
 """The least model over mu and the velocity at the start, for a steep and a shallow rod: rows of the atlas."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from asympk.storage.rows import provenance, write_rows
 from asympk.studies.least import LADDER, atlas
@@ -11,7 +13,7 @@ CELLS = (31, 25)
 
 
 @dataclass(frozen=True)
-class Row:
+class LeastMapRow:
     """The least model from (x, y) = START and z; ``rung`` counts from 0, the rigid rod."""
 
     sigma: str
@@ -20,7 +22,7 @@ class Row:
     rung: int
 
 
-def rows(sigmas=SIGMAS, cells=CELLS):
+def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list[LeastMapRow]:
     """Return the rows of a logarithmic grid for every sigma, both signs of z0."""
     from fractions import Fraction
 
@@ -31,12 +33,12 @@ def rows(sigmas=SIGMAS, cells=CELLS):
     found = []
     for sigma in sigmas:
         rungs = atlas(float(Fraction(sigma)), mus[:, None], *START, speeds[None, :], UNTIL, rtol=RTOL)
-        found += [Row(sigma, float(mu), float(z), int(rungs[i, j]))
+        found += [LeastMapRow(sigma, float(mu), float(z), int(rungs[i, j]))
                   for i, mu in enumerate(mus) for j, z in enumerate(speeds)]  # fmt: skip
     return found
 
 
-def write(out):
+def write(out: Path) -> Path:
     """Compute all rows and write them to ``out``/least.csv; return the file."""
     path = out / "least.csv"
     write_rows(path, rows(), provenance(start=list(START), until=UNTIL, rtol=RTOL, rungs=list(LADDER)))

@@ -25,7 +25,7 @@ FINEST = {"rtol": 1e-13, "atol": 1e-13, "steps": 10**6}
 
 
 @dataclass(frozen=True)
-class Row:
+class SavingRow:
     """One run: its error at the end and its CPU time in units of that of the jump of order 1; or why there is none."""
 
     system: str
@@ -43,7 +43,7 @@ def rows(
     tolerances: Iterable[float] = TOLERANCES,
     repeats: int = 5,
     tell: Callable[[str], None] = lambda line: None,
-) -> list[Row]:
+) -> list[SavingRow]:
     """Return the rows of both systems by mu and method, of an integrator up to the tolerance that reaches the error."""
     found = []
     for system, mu in product(SYSTEMS, mus):
@@ -67,8 +67,8 @@ def _row(system, scene, truth, unit, repeats, name, method, options):
         error = distance(solve(scene, method, **options).final, truth)
         seconds = _seconds(scene, method, options, repeats)
     except AsympkError as reason:
-        return Row(*place, None, None, f"{type(reason).__name__}: {reason}")
-    return Row(*place, error, seconds / unit, "finished")
+        return SavingRow(*place, None, None, f"{type(reason).__name__}: {reason}")
+    return SavingRow(*place, error, seconds / unit, "finished")
 
 
 def _seconds(scene, method, options, repeats):

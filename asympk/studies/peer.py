@@ -15,7 +15,7 @@ WARMING = 6  # runs after which the tables of what follows are made
 
 
 @dataclass(frozen=True)
-class Row:
+class PeerRow:
     """What the affine flow costs on a scene in units of the kernel, and LSODA at 1e-6 in units of the affine flow."""
 
     scene: str
@@ -24,7 +24,7 @@ class Row:
     lsoda: float
 
 
-def rows() -> list[Row]:
+def rows() -> list[PeerRow]:
     """Return the rows of all scenes and values of mu that ``asympk bench`` has."""
     return [_row(name, mu) for name in SCENES for mu in MUS]
 
@@ -37,7 +37,7 @@ def _row(name, mu):
     kernel = seconds(lambda: ap.solve(ap.Scene(1, mu, SCENES[name], 5)))
     affine = seconds(lambda: ap.solve(scene))
     lsoda = seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
-    return Row(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine)))
+    return PeerRow(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine)))
 
 
 def write(out: Path) -> Path:

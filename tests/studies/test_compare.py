@@ -14,7 +14,7 @@ from asympk.path import Path
 from asympk.pictures import figures
 from asympk.storage import rows
 from asympk.studies import compare
-from asympk.studies.compare import Row, errors_of, path_distance, quiet_times, status_of, timed, workprec
+from asympk.studies.compare import WorkRow, errors_of, path_distance, quiet_times, status_of, timed, workprec
 
 KEPT = File(__file__).parents[2] / "paper" / "generated" / "rows"
 
@@ -245,7 +245,7 @@ def test_the_kept_rows_cover_ten_methods_three_scenes_and_eight_values_of_mu(kep
 def test_the_kept_rows_say_what_became_of_every_run(kept):
     assert all(row["status"] and (row["final_error"] is None) == (figures.outcome(row["status"]) in (
         "stalled", "limit", "other")) for row in kept)  # fmt: skip
-    assert list(kept[0]) == list(asdict(Row(*[None] * 20)))
+    assert list(kept[0]) == list(asdict(WorkRow(*[None] * 20)))
 
 
 def test_the_exact_flow_is_right_in_all_kept_rows_and_the_careful_stiff_peers_are_too(kept):

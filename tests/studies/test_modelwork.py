@@ -5,11 +5,11 @@ from dataclasses import asdict
 import pytest
 
 from asympk.studies import modelwork
-from asympk.studies.modelwork import Row, savings
+from asympk.studies.modelwork import SavingRow, savings
 
 
 def _row(method, error, ratio, mu=0.01):
-    return asdict(Row("s", mu, method, None, error, ratio, "finished" if ratio else "Unfinished: .."))
+    return asdict(SavingRow("s", mu, method, None, error, ratio, "finished" if ratio else "Unfinished: .."))
 
 
 def test_savings_are_the_cheapest_runs_at_the_error_of_the_jump():
