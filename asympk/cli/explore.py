@@ -16,17 +16,23 @@ def arguments(parser: ArgumentParser) -> None:
 
 
 def run(options: Namespace) -> None:
-    """Serve the page until the keyboard interrupts."""
+    """Serve the page until the keyboard interrupts; it opens while the equations are derived."""
     import webbrowser
     from contextlib import suppress
+    from functools import partial
+    from threading import Thread
 
-    from asympk.explore.choice import chosen_scenes
+    from asympk.explore.choice import chosen_scenes, require_known
     from asympk.explore.server import Server
     from asympk.numbers import whole as require_whole
 
     port = require_whole("--port", options.port, 0, 65535)
-    with Server(chosen_scenes(options.scene), port) as server, suppress(KeyboardInterrupt):
+    require_known(options.scene)
+    with Server(port) as server, suppress(KeyboardInterrupt):
+        serving = Thread(target=server.serve_forever, daemon=True)
+        serving.start()
         print(f"{server.address}\nCtrl-C ends it.", flush=True)
         if not options.no_browser:
             webbrowser.open(server.address)
-        server.serve_forever()
+        server.show(partial(chosen_scenes, options.scene))
+        serving.join()

@@ -11,6 +11,7 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1, |x|, |z| (1e-3)")
+    parser.add_argument("--seconds", help="try no further rung, and measure no error, after so long (no limit)")
     parser.add_argument("--json", action="store_true")
 
 
@@ -21,5 +22,5 @@ def run(options: Namespace) -> None:
 
     scene = scene_file(options).scene
     with meter("climbing the ladder of models"):
-        ladder = least_model(scene, options.rtol)
+        ladder = least_model(scene, options.rtol, options.seconds)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))

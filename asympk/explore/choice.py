@@ -14,20 +14,27 @@ FIRST = "backward"
 COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # of a mechanism whose file tells of none
 
 
+def require_known(word: str | None) -> None:
+    """Raise ``UnknownName`` for a word that names no scene, ``InputError`` for a file that cannot be read."""
+    if word is None or word in systems.__all__ or word in scene_names():
+        return
+    if not word.endswith(".toml"):
+        known = (*scene_names(), *systems.__all__)
+        raise UnknownName(f"scene {word!r:.60} is unknown; the nearest is {nearest(word, known)!r}; give a scene that "
+                          "ships, a system of the catalogue, or a .toml file")  # fmt: skip
+    read_table(word)
+
+
 def chosen_scenes(word: str | None) -> tuple[Scene, ...]:
     """Return the scenes that ``word`` names; without one all that ship. Raises ``UnknownName``, ``InputError``."""
+    require_known(word)
     if word is None:
         return tuple(read_scene(name) for name in (FIRST, *(name for name in scene_names() if name != FIRST)))
     if word in systems.__all__ and word not in scene_names():
         return _of_catalogue(word)
     if word.endswith(".toml") and "coordinates" in read_table(word):
         return _of_mechanism(word)
-    try:
-        return (read_scene(word),)
-    except UnknownName:
-        known = (*scene_names(), *systems.__all__)
-        raise UnknownName(f"scene {word!r:.60} is unknown; the nearest is {nearest(word, known)!r}; give a scene that "
-                          "ships, a system of the catalogue, or a .toml file") from None  # fmt: skip
+    return (read_scene(word),)
 
 
 def _of_catalogue(name: str) -> tuple[Scene, ...]:

@@ -14,15 +14,20 @@ from asympk.scene import Scene
 
 KEYS = ("scene", "parameters", "start", "until")
 MOST_PLACES = 1000  # of a grid
+SECONDS_OF_LADDER = 15  # after which no further rung is tried
 
 
 @dataclass(frozen=True)
 class Question:
-    """How a question is answered: the keys it has beside ``KEYS``, and how many seconds it may take."""
+    """How a question is answered: the keys it has beside ``KEYS``, and how many seconds it may take.
+
+    ``modules`` are those that the answer will import.
+    """
 
     answer: Callable[[tuple[Scene, ...], dict[str, Any]], Any]
     seconds: float
     keys: tuple[str, ...] = ()
+    modules: tuple[str, ...] = ()
 
     def __call__(self, scenes: tuple[Scene, ...], asked: Any) -> bytes:
         """Return the answer as JSON; raises ``InputError`` for what is not asked properly."""
@@ -35,7 +40,10 @@ def as_json(thing: Any) -> bytes:
 
 
 def _motion(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
-    return motion(_scene(scenes, asked), draft=asked.get("draft") is True)
+    draft = asked.get("draft", False)
+    if not isinstance(draft, bool):
+        raise InputError(f"draft = {short(draft)}: it must be true or false")
+    return motion(_scene(scenes, asked), draft)
 
 
 def _surroundings(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
@@ -49,13 +57,13 @@ def _surroundings(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
 def _least(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Any:
     from asympk.studies.least import least_model
 
-    return least_model(_scene(scenes, asked), asked.get("rtol", "1e-3")).as_dict()
+    return least_model(_scene(scenes, asked), asked.get("rtol", "1e-3"), SECONDS_OF_LADDER).as_dict()
 
 
 QUESTIONS = {
-    "motion": Question(_motion, 30, ("draft",)),
+    "motion": Question(_motion, 60, ("draft",), ("scipy.integrate", "scipy.optimize")),
     "surroundings": Question(_surroundings, 120, ("pair", "across", "up")),
-    "least": Question(_least, 300, ("rtol",)),
+    "least": Question(_least, 120, ("rtol",)),
 }
 
 

@@ -6,6 +6,8 @@ questions of ``asympk.explore.questions`` are posted as JSON. Whatever else is a
 
 import json
 from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from secrets import compare_digest, token_urlsafe
@@ -42,16 +44,35 @@ class BadRequest(Exception):
 
 
 class Server(ThreadingHTTPServer):
-    """The page of some scenes; ``address`` is where a browser finds it. Close it to end its processes."""
+    """The page of some scenes; ``address`` is where a browser finds it. Close it to end its processes.
+
+    The page may open before its scenes are there, which ``show`` derives.
+    """
 
     daemon_threads = True
 
-    def __init__(self, scenes: tuple[Scene, ...], port: int = 0, seconds: float | None = None):
+    def __init__(self, port: int = 0, seconds: float | None = None):
         self.token = token_urlsafe(24)
-        self.parts = {name: (_shipped(file), kind) for name, (file, kind) in PAGE.items()}
-        self.parts["scenes"] = (as_json([knobs_of(scene) for scene in scenes]), "application/json")
-        self.workers = {name: Worker(q, scenes, seconds or q.seconds) for name, q in QUESTIONS.items()}
+        self.scenes: Future[tuple[Scene, ...]] = Future()
+        self.parts: dict[str, Callable[[], tuple[bytes, str]]] = {
+            name: partial(_part, _shipped(file), kind) for name, (file, kind) in PAGE.items()
+        }  # fmt: skip
+        self.parts["scenes"] = self._scenes_part
+        self.workers = {name: Worker(q, self.scenes, seconds or q.seconds, q.modules)
+                        for name, q in QUESTIONS.items()}  # fmt: skip
         super().__init__((HOST, port), _Handler)
+
+    def show(self, scenes: Callable[[], tuple[Scene, ...]]) -> None:
+        """Derive the scenes of the page, while the process of the motion starts; raises what ``scenes`` raises."""
+        self.workers["motion"].start()
+        try:
+            self.scenes.set_result(scenes())
+        except AsympkError as error:
+            self.scenes.set_exception(error)
+            raise
+
+    def _scenes_part(self) -> tuple[bytes, str]:
+        return _part(as_json([knobs_of(scene) for scene in self.scenes.result()]), "application/json")
 
     @property
     def address(self) -> str:
@@ -86,7 +107,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Send a part of the page."""
-        self._answer(lambda name: self.server.parts[name], self.server.workers)
+        self._answer(lambda name: self.server.parts[name](), self.server.workers)
 
     def do_POST(self) -> None:
         """Answer a question."""
@@ -127,10 +148,17 @@ class _Handler(BaseHTTPRequestHandler):
             raise BadRequest(411, "a question needs a Content-Length")
         if len(length) > 9 or int(length) > LARGEST:
             raise BadRequest(413, f"a question has at most {LARGEST} bytes")
+        body = self.rfile.read(int(length))
+        if len(body) < int(length):
+            raise BadRequest(400, "the question is shorter than its Content-Length")
         try:
-            return json.loads(self.rfile.read(int(length)), parse_constant=_refuse_constant)
+            return json.loads(body, parse_constant=_refuse_constant)
         except (ValueError, RecursionError):
             raise BadRequest(400, "the question is not JSON of finite numbers") from None
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """Refuse a request that is no proper one; a method that is not known is not allowed."""
+        super().send_error(405 if code == 501 else code, message, explain)
 
     def _send(self, status: int, body: bytes, kind: str) -> None:
         self.send_response(status)
@@ -145,6 +173,10 @@ class _Handler(BaseHTTPRequestHandler):
 
 def _shipped(file: str) -> bytes:
     return files("asympk").joinpath("explore", "page", file).read_bytes()
+
+
+def _part(body: bytes, kind: str) -> tuple[bytes, str]:
+    return body, kind
 
 
 def _told(line: str) -> tuple[bytes, str]:

@@ -2,6 +2,9 @@
 
 import signal
 from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from importlib import import_module
 from multiprocessing import get_context
 from threading import Lock
 from typing import Any
@@ -20,18 +23,27 @@ class Broken(AsympkError, RuntimeError):
 
 
 class Worker:
-    """One process with one function, ``answer(given, question)``, started at the first question.
+    """One process with one function, ``answer(given, question)``, started at the first question or before.
 
-    Questions of several threads wait for each other. What a process has compiled is kept until it is ended.
+    ``given`` may come later than the process, which imports ``modules`` meanwhile. Questions of several threads wait
+    for each other. What a process has compiled is kept until it is ended.
     """
 
-    def __init__(self, answer: Answer, given: Any, seconds: float):
-        self._answer, self._given, self._seconds = answer, given, seconds
+    def __init__(self, answer: Answer, given: Future[Any], seconds: float, modules: tuple[str, ...] = ()):
+        self._answer, self._given, self._seconds, self._modules = answer, given, seconds, modules
         self._lock = Lock()
         self._process: Any = None
+        self._told = False
+
+    def start(self) -> None:
+        """Start the process before there is a question."""
+        with self._lock:
+            if self._process is None:
+                self._start()
 
     def ask(self, question: Any) -> Any:
         """Return the answer; raises the ``AsympkError`` that it raised, ``Late`` and ``Broken``."""
+        self._given.result()
         with self._lock:
             if self._process is None or not self._process.is_alive():
                 self._start()
@@ -45,6 +57,9 @@ class Worker:
         return answer
 
     def _reply(self, question: Any) -> Any:
+        if not self._told:
+            self._pipe.send(self._given.result())
+            self._told = True
         self._pipe.send(question)
         if self._pipe.poll(self._seconds):
             return self._pipe.recv()
@@ -63,20 +78,21 @@ class Worker:
         self.close()
         context = get_context("spawn")  # a copy of a process with threads may hang
         self._pipe, other = context.Pipe()
-        self._process = context.Process(target=_serve, args=(other, self._answer, self._given), daemon=True)
-        self._process.start()
+        process = context.Process(target=_serve, args=(other, self._answer, self._modules), daemon=True)
+        process.start()
+        self._process, self._told = process, False
         other.close()
 
 
-def _serve(pipe: Any, answer: Answer, given: Any) -> None:
+def _serve(pipe: Any, answer: Answer, modules: tuple[str, ...]) -> None:
     """Answer questions until there are no more; the keyboard interrupts the parent alone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    while True:
-        try:
-            question = pipe.recv()
-        except (EOFError, OSError):
-            return
-        pipe.send(_answered(answer, given, question))
+    for module in modules:
+        import_module(module)
+    with suppress(EOFError, OSError):
+        given = pipe.recv()
+        while True:
+            pipe.send(_answered(answer, given, pipe.recv()))
 
 
 def _answered(answer: Answer, given: Any, question: Any) -> Any:

@@ -11,14 +11,16 @@ Two runs of different order must agree to the digits asked for (Hairer and Wanne
 from bisect import bisect_left
 from dataclasses import dataclass
 from functools import lru_cache
+from math import inf
 from numbers import Integral
+from time import monotonic
 from typing import Any
 
 from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.digits import carried
-from asympk.errors import InputError, OutOfRange, TooManyEvents
+from asympk.errors import InputError, OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
 from asympk.path import Event, Path
@@ -34,12 +36,13 @@ ORDERS = ((20, 1), (26, 3))  # stages, and digits beyond those asked for, of the
 
 @dataclass(frozen=True)
 class Scheme:
-    """A mode in many digits and in doubles, the tableau of the collocation, and the tolerance of a step."""
+    """A mode in many digits and in doubles, the tableau, the tolerance of a step, and when to give up."""
 
     mode: NumericMode
     doubles: NumericMode
     tableau: Any
     tolerance: Any
+    deadline: float
 
 
 @dataclass(frozen=True)
@@ -52,11 +55,13 @@ class CollocationStep:
     slopes: list
 
 
-def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: int = 1000) -> Path:
+def run(
+    scene: Any, method: str = "collocation", *, digits: int = 30, events: int = 1000, seconds: float = inf
+) -> Path:
     """Follow ``scene``, right to ``digits`` digits (1 to 200), by two runs of different order.
 
     ``path.error`` is their difference, relative to the largest of 1 and the states. Raises ``OutOfRange`` when they do
-    not agree, or need too many steps, and ``TooManyEvents``.
+    not agree, or need too many steps, ``TooManyEvents``, and ``Unfinished`` after so many ``seconds``.
     """
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS} here")
@@ -64,7 +69,9 @@ def run(scene: Any, method: str = "collocation", *, digits: int = 30, events: in
     automaton, ctx = automaton_of(scene), decide.context(digits + SPARE)
     start, until = tuple(decide.converted(ctx, v) for v in scene.start), decide.converted(ctx, scene.until)
     first = automaton.first(scene.start)
-    rough, fine = (_follow(automaton, first, start, until, stages, digits + extra, events) for stages, extra in ORDERS)
+    deadline = monotonic() + seconds
+    rough, fine = (_follow(automaton, first, start, until, stages, digits + extra, events, deadline)
+                   for stages, extra in ORDERS)  # fmt: skip
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events=")
     scale = max(1, *map(abs, fine.last.state))
@@ -84,7 +91,7 @@ def _rounded(state: tuple, digits: int) -> tuple:
 
 
 def _follow(
-    automaton: Automaton, first: tuple, start: tuple, until: Any, stages: int, digits: int, events: int
+    automaton: Automaton, first: tuple, start: tuple, until: Any, stages: int, digits: int, events: int, deadline: float
 ) -> Run:
     ctx = until.context
     tolerance = ctx.mpf(10) ** -digits
@@ -92,7 +99,7 @@ def _follow(
 
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
         doubles = automaton.mode(mode.branch)
-        scheme = Scheme(mode, doubles, tableau, tolerance)
+        scheme = Scheme(mode, doubles, tableau, tolerance, deadline)
         return followed(doubles, t, state, until, lambda end: _segment(scheme, t, state, end))
 
     return follow(automaton, first, start, until, advance, events, ctx.dps, tolerance * 100)
@@ -107,6 +114,8 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     while len(steps) < STEPS:
         last = h >= until - t
         h = min(h, until - t)
+        if monotonic() > scheme.deadline:
+            raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds=")
         slopes = _step(scheme, t, state, h)
         if slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
             h *= SHRINK
@@ -200,7 +209,8 @@ def _minus(left: Any, right: Any) -> tuple:
 
 
 def _moved(state: tuple, weights: Any, slopes: list, h: Any) -> tuple:
-    return tuple(w + h * sum(b * k[i] for b, k in zip(weights, slopes, strict=True)) for i, w in enumerate(state))
+    dot = h.context.fdot
+    return tuple(w + h * dot(weights, column) for w, column in zip(state, zip(*slopes, strict=True), strict=True))
 
 
 def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
@@ -210,8 +220,8 @@ def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
 
 def _tail(slopes: list, tableau: "_Tableau", h: Any) -> Any:
     """Return what the last two Legendre coefficients of the derivatives amount to over the step."""
-    width = range(len(slopes[0]))
-    return h * max(abs(sum(w * k[i] for w, k in zip(row, slopes, strict=True))) for row in tableau.last for i in width)
+    columns = [*zip(*slopes, strict=True)]
+    return h * max(abs(h.context.fdot(row, column)) for row in tableau.last for column in columns)
 
 
 @dataclass(frozen=True)
@@ -250,10 +260,10 @@ class _Tableau:
         self.ctx = decide.context(digits)
         self.nodes = _nodes(self.ctx, stages)
         basis = self.ctx.matrix([[self._legendre(k, t) for k in range(stages)] for t in self.nodes])
-        self.inverse = basis**-1
+        self.inverse = (basis**-1).T.tolist()
         self.a = [self.weights(t) for t in self.nodes]
         self.floats = np.array([[float(v) for v in row] for row in self.a])
-        self.last = [[self.inverse[k, j] for j in range(stages)] for k in (stages - 2, stages - 1)]
+        self.last = [[column[k] for column in self.inverse] for k in (stages - 2, stages - 1)]
 
     def weights(self, t: Any) -> list:
         """Return the integrals from 0 to t of the Lagrange polynomials of the nodes."""
@@ -263,7 +273,7 @@ class _Tableau:
             values.append(((2 * k + 1) * (2 * t - 1) * values[k] - k * values[k - 1]) / (k + 1))
         primitive = [t, *((after - before) / (2 * (2 * k + 1)) for k, (before, after) in
                           enumerate(zip(values, values[2:], strict=False), start=1))]  # fmt: skip
-        return [sum(primitive[k] * self.inverse[k, j] for k in range(stages)) for j in range(stages)]
+        return [self.ctx.fdot(primitive, column) for column in self.inverse]
 
     def _legendre(self, k: int, t: Any) -> Any:
         return self.ctx.legendre(k, 2 * t - 1)

@@ -8,12 +8,13 @@ that is integrated is bounded by what a tolerance a hundred times as large chang
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from time import perf_counter
+from math import inf
+from time import monotonic, perf_counter
 from typing import Any
 
 import numpy as np
 
-from asympk.errors import AsympkError
+from asympk.errors import AsympkError, Unfinished
 from asympk.methods import solve
 from asympk.scene import Scene
 
@@ -29,8 +30,8 @@ _REPEATS = 5
 class Rung:
     """One model on the ladder; errors at ``until`` are relative to the largest of 1 and the states (the rod's x and z).
 
-    ``cost`` is its time as a multiple of the exact flow's in the same run. Where the model does not apply,
-    ``reason`` says why and the numbers are None.
+    ``cost`` is its time as a multiple of the exact flow's in the same run. Where the model does not apply, was not
+    tried or not measured, ``reason`` says why and the numbers are None.
     """
 
     model: str
@@ -46,7 +47,8 @@ class Rung:
             return self.reason
         numbers = {"predicted": self.predicted, "measured": self.measured}
         words = [f"{name} {value:.1e}" for name, value in numbers.items() if value is not None]
-        return ", ".join([*words, f"cost {self.cost:.2g}"] if self.cost else words)
+        words += [f"cost {self.cost:.2g}"] if self.cost else []
+        return ", ".join([*words, self.reason] if self.reason else words)
 
 
 def ladder(system: Any) -> dict[str, tuple[str, dict]]:
@@ -56,17 +58,33 @@ def ladder(system: Any) -> dict[str, tuple[str, dict]]:
     return FRICTION if system.frictions else SMOOTH
 
 
-def rungs(scene: Scene) -> tuple[Rung, ...]:
+def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     """Return the rungs of a scene's ladder, lowest first, with predictions, measured errors and costs.
 
-    Raises what ``solve`` raises where the exact motion itself cannot be followed.
+    After ``allowed`` seconds no further rung is tried, and errors are measured only where the reference, collocation to
+    ``REFERENCE_DIGITS`` digits, is there by then. Raises what ``solve`` raises where the exact motion itself cannot be
+    followed.
     """
+    end = monotonic() + allowed
     exact = solve(scene)
-    reference = solve(scene, digits=REFERENCE_DIGITS).final
-    found = [_rung(scene, name, *of, reference) for name, of in ladder(scene.system).items()]
-    unit = seconds(scene, "exact", {})
-    last = Rung("exact", _exact_error(scene, exact), distance(exact.final, reference), 1.0)
-    return (*(replace(r, cost=r.cost and r.cost / unit) for r in found), last)
+    found = [_rung(scene, name, *of, monotonic() > end) for name, of in ladder(scene.system).items()]
+    found.append((Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
+    try:
+        left: dict[str, Any] = {"seconds": end - monotonic()} if "why" in exact.info else {}
+        reference = solve(scene, digits=REFERENCE_DIGITS, **left).final
+    except Unfinished:
+        reference = None
+    unit = found[-1][0].cost
+    return tuple(_measured(rung, final, reference, unit) for rung, final in found)
+
+
+def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: float) -> Rung:
+    if final is None:
+        return rung
+    cost = rung.cost and rung.cost / unit
+    if reference is None:
+        return replace(rung, cost=cost, reason="not measured: no reference within the time")
+    return replace(rung, cost=cost, measured=distance(final, reference))
 
 
 def atlas(
@@ -99,13 +117,16 @@ def _least(scene, rtol):
     return len(models)
 
 
-def _rung(scene, name, method, options, reference):
+def _rung(scene, name, method, options, late):
+    """Return a rung and the final state that its model gives, or None."""
+    if late:
+        return Rung(name, None, reason="not tried: the time was over"), None
     try:
         path = solve(scene, method, **options)
         error = predicted(scene, path)
     except AsympkError as reason:
-        return Rung(name, None, reason=f"{type(reason).__name__}: {reason}")
-    return Rung(name, float(error), distance(path.final, reference), seconds(scene, method, options))
+        return Rung(name, None, reason=f"{type(reason).__name__}: {reason}"), None
+    return Rung(name, float(error), cost=seconds(scene, method, options)), path.final
 
 
 def predicted(scene: Scene, path: Any) -> float:

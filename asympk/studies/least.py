@@ -6,6 +6,7 @@ prediction is below the tolerance. That the prediction bounds the true error is 
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from math import inf
 from typing import Any, cast
 
 from asympk.errors import AsympkError, InputError
@@ -47,17 +48,19 @@ class Ladder(ShownAsTable):
         return asdict(self)
 
 
-def least_model(scene: Any, rtol: float = 1e-3) -> Ladder:
+def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) -> Ladder:
     """Climb the ladder for ``scene``; return the ``Ladder`` with the lowest rung that predicts an error below ``rtol``.
 
     The scene of a system that is not the rod has the ladder of ``general.rungs``: rigid, slow, jump-0 .. jump-2, exact.
-    Raises ``InputError`` for an rtol that is not a positive number, or below what doubles hold.
+    After so many ``seconds`` its further rungs are not tried, and its errors not measured; each rung says so. Raises
+    ``InputError`` for an rtol or seconds that are no positive number, and for an rtol below what doubles hold.
     """
     require_scene(scene, "least_model")
     rtol = _tolerance(rtol)
+    allowed = inf if seconds is None else float(number("seconds", seconds, lambda v: v > 0, "positive"))
     if scene.system is not None:
         inside = kernel_scene(scene)
-        return least_model(inside, rtol) if inside else _general(scene, rtol)
+        return least_model(inside, rtol) if inside else _general(scene, rtol, allowed)
     reference = solve(scene, digits=REFERENCE_DIGITS).final
     measured = [_measured(rung, scene, reference) for rung in predictions(scene)]
     unit = measured[-1].cost
@@ -70,8 +73,8 @@ def _ladder(rungs: tuple[Rung, ...], rtol: float) -> Ladder:
     return Ladder(chosen.model, cast(float, chosen.predicted), rtol, rungs)
 
 
-def _general(scene, rtol):
-    rungs = general.rungs(scene)
+def _general(scene, rtol, allowed):
+    rungs = general.rungs(scene, allowed)
     if rungs[-1].predicted >= rtol and all(r.predicted is None or r.predicted >= rtol for r in rungs):
         raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
     return _ladder(rungs, rtol)

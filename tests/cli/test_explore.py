@@ -5,7 +5,9 @@ import os
 import signal
 import subprocess
 import time
+from concurrent.futures import Future
 from http.client import HTTPConnection
+from socket import SHUT_WR, create_connection
 from threading import Thread
 
 import pytest
@@ -157,8 +159,14 @@ def _wrong_answer(given, question):
     raise question
 
 
+def _known(given):
+    future = Future()
+    future.set_result(given)
+    return future
+
+
 def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answered():
-    worker = Worker(_slow_answer, "given", seconds=20)
+    worker = Worker(_slow_answer, _known("given"), seconds=20)
     try:
         assert worker.ask(0) == "given"
         worker._seconds = 0.2
@@ -171,7 +179,7 @@ def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answere
 
 
 def test_an_error_of_the_process_comes_back_as_one_line():
-    worker = Worker(_wrong_answer, None, seconds=20)
+    worker = Worker(_wrong_answer, _known(None), seconds=20)
     try:
         with pytest.raises(InputError, match="x = 1"):
             worker.ask(InputError("x = 1"))
@@ -188,8 +196,9 @@ def test_an_error_of_the_process_comes_back_as_one_line():
 def server(tmp_path_factory):
     file = tmp_path_factory.mktemp("own") / "block.toml"
     file.write_text(BLOCK)
-    with Server((ROD, *chosen_scenes(str(file)))) as running:
+    with Server() as running:
         Thread(target=running.serve_forever, daemon=True).start()
+        running.show(lambda: (ROD, *chosen_scenes(str(file))))
         yield running
         running.shutdown()
 
@@ -241,7 +250,8 @@ def test_nothing_but_the_page_and_its_questions_is_there(server, name):
 def test_an_address_is_asked_in_its_own_way(server):
     _refused(server, 405, "GET", "motion")
     _refused(server, 405, "POST", "explore.js", b"{}")
-    assert _reply(server, "DELETE", "")[0] == 501
+    for method in ("DELETE", "PUT", "OPTIONS", "TRACE"):
+        assert _reply(server, method, "motion")[0] == 405
 
 
 def test_a_question_too_long_or_of_no_length_is_refused_unread(server):
@@ -266,6 +276,38 @@ def test_what_is_not_json_is_refused(server, body):
 ])  # fmt: skip
 def test_hostile_and_mistaken_questions_are_refused_in_one_line(server, question):
     _refused(server, 400, "POST", "motion", json.dumps(question))
+
+
+def _raw(server, data):
+    with create_connection(("127.0.0.1", server.server_port), timeout=60) as connection:
+        connection.sendall(data)
+        connection.shutdown(SHUT_WR)
+        return b"".join(iter(lambda: connection.recv(65536), b""))
+
+
+@pytest.mark.parametrize(("status", "request_line", "headers", "body"), [
+    (400, "{post}", "Host: {host}\r\nContent-Length: 100\r\n", "{}"),  # shorter than it says
+    (411, "{post}", "Host: {host}\r\nContent-Length: +2\r\n", "{}"),
+    (421, "GET /{token}/ HTTP/1.1", "", ""),
+    (403, "GET http://{host}/{token}/ HTTP/1.1", "Host: {host}\r\n", ""),
+    (403, "GET /%2e%2e/{token}/ HTTP/1.1", "Host: {host}\r\n", ""),
+    (404, "GET /{token}/scenes?x=1 HTTP/1.1", "Host: {host}\r\n", ""),
+    (414, "GET /" + "a" * 70000 + " HTTP/1.1", "Host: {host}\r\n", ""),
+    (431, "GET /{token}/ HTTP/1.1", "".join(f"X{k}: 1\r\n" for k in range(300)), ""),
+    (400, "\x16\x03\x01\x02 \x01 \x01 \x03", "", ""),  # a browser that speaks TLS
+    (400, "{post}", "Host: {host}\r\nContent-Length: 11\r\n", '{"draft":1}'),
+    (400, "{post}", "Host: {host}\r\nContent-Length: 15\r\n", '{"until":1e400}'),
+    (400, "{post}", "Host: {host}\r\nContent-Length: 24\r\n", '{"start":{"x":"\\ud800"}}'),
+])  # fmt: skip
+def test_requests_that_no_page_would_make_are_refused(server, status, request_line, headers, body):
+    known = {"{token}": server.token, "{host}": f"127.0.0.1:{server.server_port}",
+             "{post}": f"POST /{server.token}/motion HTTP/1.1"}  # fmt: skip
+    text = f"{request_line}\r\n{headers}Connection: close\r\n\r\n"
+    for name, value in known.items():
+        text = text.replace(name, value)
+    reply = _raw(server, (text + body).encode("latin-1")).decode()
+    assert str(status) in reply.partition("\r\n")[0]
+    assert "Traceback" not in reply
 
 
 @pytest.mark.parametrize("question", [{}, {"pair": ["s", "s", "z"]}, {"pair": "sz"}, {"pair": ["s", "w"]},
@@ -314,6 +356,36 @@ def test_the_motion_of_the_rod_feels_instant(server):
         times.append(time.perf_counter() - begin)
     connection.close()
     assert min(times) < 0.05  # some 7 ms where nothing else runs
+
+
+def test_the_page_opens_before_its_scenes_are_derived_and_tells_why_there_are_none(tmp_path):
+    def derived():
+        assert _reply(running, "GET", "")[0] == 200
+        raise InputError("no such mechanism")
+
+    with Server() as running:
+        Thread(target=running.serve_forever, daemon=True).start()
+        with pytest.raises(InputError):
+            running.show(derived)
+        assert _refused(running, 400, "GET", "scenes") == "no such mechanism"
+        assert _refused(running, 400, "POST", "motion", "{}") == "no such mechanism"
+        running.shutdown()
+
+
+def test_a_mechanism_of_ones_own_is_explored_with_an_elastic_and_with_a_rigid_contact(tmp_path):
+    file = tmp_path / "own.toml"
+    file.write_text(MECHANISM)
+    with Server() as running:
+        Thread(target=running.serve_forever, daemon=True).start()
+        running.show(lambda: chosen_scenes(str(file)))
+        told = json.loads(_reply(running, "GET", "scenes")[1])
+        assert [scene["name"] for scene in told] == ["elastic contact", "rigid"]
+        for number, scene in enumerate(told):
+            assert {"m", "l", "g", "f"} <= {knob["name"] for knob in scene["parameters"]}
+            status, text = _reply(running, "POST", "motion", json.dumps({"scene": number, "until": "1/20"}))
+            assert (status, json.loads(text)["t"][-1]) == (200, 0.05)
+            _refused(running, 400, "POST", "motion", json.dumps({"scene": number, "parameters": {"mass": 1}}))
+        running.shutdown()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise there")

@@ -1,12 +1,14 @@
 """The ladder of any scene: the choice changes with the tolerance, and predictions bound what is measured."""
 
 import random
+from itertools import count
 
 import pytest
 import sympy as sp
 
 import asympk as ap
 from asympk.errors import AsympkError, InputError
+from asympk.integrators import collocation
 from asympk.studies.general import predicted
 
 x, y, z, F, t = sp.symbols("x y z F t", real=True)
@@ -40,6 +42,19 @@ def test_the_least_model_of_a_reaction_changes_with_the_tolerance():
 def test_a_tolerance_below_every_prediction_is_refused():
     with pytest.raises(InputError, match="predicts"):
         ap.least_model(_enzyme("1/10"), 1e-12)
+
+
+def test_a_ladder_whose_time_is_over_says_which_rungs_were_not_tried_and_which_not_measured(monkeypatch):
+    ladder = ap.least_model(_enzyme(), 1e-2, seconds=1e-9)
+    assert [r.reason for r in ladder.rungs] == 4 * ["not tried: the time was over"] + \
+        ["not measured: no reference within the time"]  # fmt: skip
+    assert (ladder.model, ladder.rungs[-1].measured) == ("exact", None)
+    monkeypatch.setattr(collocation, "monotonic", count(step=10).__next__)
+    ladder = ap.least_model(_enzyme(), 1e-2, seconds=5)
+    assert ladder.model == "slow"
+    assert all(r.measured is None and r.cost > 0 and "not measured" in r.told for r in ladder.rungs)
+    with pytest.raises(InputError, match="seconds"):
+        ap.least_model(_enzyme(), 1e-2, seconds=0)
 
 
 @pytest.mark.parametrize("start", [(0, "1/5", -1), ("3/10", -2, "-1/2"), (0, 0, 1)])

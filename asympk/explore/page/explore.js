@@ -14,6 +14,7 @@ async function ask(name, question, show) {
   const lane = lanes[name] ??= { busy: false, next: null };
   if (lane.busy) { lane.next = [question, show]; return; }
   lane.busy = true;
+  lane.since = performance.now();
   const asked = scene;
   try {
     const reply = await fetch(name, { method: "POST", body: JSON.stringify({ ...turned(), ...question }) });
@@ -27,6 +28,14 @@ async function ask(name, question, show) {
   lane.next = null;
   if (next) ask(name, ...next);
 }
+
+// What has been computed for more than half a second, and for how long.
+const WORDS = { scenes: "equations of motion", motion: "motion", surroundings: "slow manifolds and stick regions", least: "ladder of models" };
+setInterval(() => {
+  const busy = Object.entries(lanes).filter(([, lane]) => lane.busy && performance.now() - lane.since > 500);
+  const told = busy.map(([name, lane]) => `${WORDS[name]} ${((performance.now() - lane.since) / 1000).toFixed(0)} s`);
+  $("busy").textContent = told.length ? `computing: ${told.join(", ")}` : "";
+}, 250);
 
 const turned = () => ({ scene: scenes.indexOf(scene), ...given });
 function refuse(name, words) {
@@ -52,7 +61,6 @@ function refresh() {
 
 function surround() {
   if (!axes) return;
-  if (!curves.length) $("legend").textContent = "looking for slow manifolds and stick regions …";
   const places = axis => Array.from({ length: GRID }, (_, k) => axis.back(axis.from + (axis.to - axis.from) * k / (GRID - 1)));
   const pair = [$("across").value, $("up").value];
   const question = { pair, across: places(axes.x), up: places(axes.y) };
@@ -285,7 +293,7 @@ function choose(k) {
   curves = [];
   $("phase").replaceChildren();
   $("series").replaceChildren();
-  $("model").textContent = "computing …";
+  $("model").textContent = "";
   given = { parameters: {}, start: {}, until: null };
   $("scene").value = k;
   for (const [menu, chosen] of [["across", scene.pair[0]], ["up", scene.pair[1]]]) {
@@ -363,7 +371,7 @@ function verdict(ladder) {
 }
 
 $("least").onclick = () => {
-  $("verdict").replaceChildren(cell("p", "climbing the ladder of models …"));
+  $("verdict").replaceChildren(cell("p", "climbing the ladder of models, for some 15 s at the most …"));
   ask("least", { rtol: $("rtol").value.trim() }, verdict);
 };
 
@@ -375,6 +383,15 @@ $("across").onchange = $("up").onchange = () => { curves = []; axes = null; draw
 $("logarithmic").onchange = drawSeries;
 window.addEventListener("resize", () => { axes = null; draw(); surround(); });
 
-scenes = await (await fetch("scenes")).json();
-$("scene").replaceChildren(...scenes.map((told, k) => new Option(told.name || "scene", k)));
-choose(0);
+async function begin() {
+  lanes.scenes = { busy: true, since: performance.now() };
+  const reply = await fetch("scenes");
+  const found = await reply.json();
+  lanes.scenes.busy = false;
+  if (!reply.ok) return tell(found.error);
+  scenes = found;
+  $("scene").replaceChildren(...scenes.map((told, k) => new Option(told.name || "scene", k)));
+  choose(0);
+}
+
+begin().catch(() => tell("The server does not answer any more: the terminal says why."));
