@@ -31,8 +31,9 @@ def run(options: Namespace) -> None:
     with Server(port) as server, suppress(KeyboardInterrupt):
         serving = Thread(target=server.serve_forever, daemon=True)
         serving.start()
-        print(f"{server.address}\nCtrl-C ends it.", flush=True)
+        print(server.address, flush=True)
         if not options.no_browser:
             webbrowser.open(server.address)
         server.show(partial(chosen_scenes, options.scene))
+        print("Ctrl-C ends it.", flush=True)
         serving.join()

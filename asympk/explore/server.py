@@ -11,6 +11,7 @@ from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from secrets import compare_digest, token_urlsafe
+from threading import Thread
 from typing import Any, NoReturn
 
 from asympk.errors import AsympkError
@@ -64,7 +65,7 @@ class Server(ThreadingHTTPServer):
 
     def show(self, scenes: Callable[[], tuple[Scene, ...]]) -> None:
         """Derive the scenes of the page, while the process of the motion starts; raises what ``scenes`` raises."""
-        self.workers["motion"].start()
+        Thread(target=self.workers["motion"].start).start()  # which the keyboard does not interrupt
         try:
             self.scenes.set_result(scenes())
         except AsympkError as error:

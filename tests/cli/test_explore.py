@@ -393,6 +393,7 @@ def test_ctrl_c_ends_the_command_cleanly():
     command = hearing("explore", "backward", "--no-browser")
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         assert running.stdout.readline().startswith("http://127.0.0.1:")
+        assert running.stdout.readline() == "Ctrl-C ends it.\n"
         running.send_signal(signal.SIGINT)
         try:
             _, complaint = running.communicate(timeout=60)
