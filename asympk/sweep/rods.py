@@ -59,7 +59,7 @@ class RodFamily:
 
         from asympk.systems.painleve_klein.arrays.ensemble import solve_many
 
-        arrays = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}
+        arrays: dict[str, Any] = {field: np.broadcast_to(values, (size,)) for field, values in columns.items()}
         many = solve_many(**arrays, events=itineraries)
         if not itineraries:
             return Followed(many.final, many.n_events, many.outcome)

@@ -1,12 +1,16 @@
 """Roots known to be alone in their brackets, for arrays: Newton's method inside each, for as long as it needs."""
 
+from collections.abc import Callable
+
 import numpy as np
+
+from asympk.numbers import Number
 
 MOST_STEPS = 400
 AT_REST = 1e-5
 
 
-def roots(step, lo, hi, rising, t, first=np.inf):
+def roots(step: Callable, lo: Number, hi: Number, rising: np.ndarray, t: Number, first: Number = np.inf) -> np.ndarray:
     """Return the root in each (lo, hi) of functions that are positive at ``hi`` where ``rising``, negative elsewhere.
 
     ``step(rows, t)`` tells of some of the functions whether they are positive at ``t``, and where Newton's method
@@ -41,7 +45,7 @@ def _cut(lo, hi, first):
     return np.where(far, np.sqrt(lo) * np.sqrt(hi), np.where(lo > 0, (lo + hi) / 2, np.minimum(hi / 2, first)))
 
 
-def newton(value_and_slope):
+def newton(value_and_slope: Callable) -> Callable:
     """Return the ``step`` of Newton's method on the function itself."""
 
     def step(rows, t):
@@ -51,7 +55,9 @@ def newton(value_and_slope):
     return step
 
 
-def balance(value, u, k, fast, rate, slow, slow_rate):
+def balance(
+    value: Number, u: Number, k: Number, fast: Number, rate: Number, slow: Number, slow_rate: Number
+) -> Callable:
     r"""Return the ``step`` for ``value + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``; u is its constant.
 
     Where the fast part can balance the rest r(t) = -(u + k t + slow e^{slow_rate t}), it is Newton's step for

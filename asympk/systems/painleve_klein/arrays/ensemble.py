@@ -9,6 +9,7 @@ happens to a trajectory depends on its own numbers alone: results are the same b
 A trajectory that no flow can follow to its end is left out, and its outcome says why.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ import numpy as np
 
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.many import Many, axes_of, outcome_of
+from asympk.numbers import Number
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
 from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
@@ -53,8 +55,9 @@ class Ensemble(Many):
     _left: dict = field(repr=False)
     _job: Any = field(repr=False)
     _events: Events | None = field(repr=False)
+    names: tuple[str, ...] = ("x", "y", "z")
 
-    def events(self):
+    def events(self) -> Events:
         """Return the ``Events``; where they were not kept, the trajectories are followed once more for them.
 
         Raises ``InputError`` when the arrays given to ``solve_many`` have been changed since.
@@ -69,7 +72,7 @@ class Ensemble(Many):
             done += part.t.size
         return found
 
-    def events_in_chunks(self, rows=CHUNK):
+    def events_in_chunks(self, rows: int = CHUNK) -> Iterator[Events]:
         """Yield the ``Events`` of ``rows`` trajectories at a time, in memory that does not grow with their number.
 
         Raises ``InputError`` as ``events`` does, and for ``rows`` that are not a positive number.
@@ -89,11 +92,6 @@ class Ensemble(Many):
             raise InputError("the arrays given to solve_many have changed since: ask for events=True there")
         return _in_order(again.notes)
 
-    @property
-    def names(self):
-        """The names of the states."""
-        return ("x", "y", "z")
-
     def _at_rest(self):
         return self.final[2] == 0
 
@@ -102,7 +100,20 @@ class Ensemble(Many):
         return axes_of(shape, {name: arguments[name].values for name in ORDER})
 
 
-def solve_many(sigma, mu, x, y, z, until, sigma0=None, method="exact", *, events=False, progress=None, strict=False):
+def solve_many(
+    sigma: Number,
+    mu: Number,
+    x: Number,
+    y: Number,
+    z: Number,
+    until: Number,
+    sigma0: Number | None = None,
+    method: str = "exact",
+    *,
+    events: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+    strict: bool = False,
+) -> Ensemble:
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not

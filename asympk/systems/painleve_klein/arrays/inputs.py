@@ -1,11 +1,13 @@
 """Arguments that broadcast: read, checked, and handed out a few rows at a time, without a copy of the whole."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from asympk.errors import InputError
-from asympk.numbers import entry_name, numbers
+from asympk.numbers import Number, entry_name, numbers
 
 LARGEST = 2.0**1023
 ORDER = ("sigma", "sigma0", "mu", "x", "y", "z", "until")
@@ -24,7 +26,7 @@ class Column:
     values: np.ndarray
     shape: tuple
 
-    def rows(self, which):
+    def rows(self, which: np.ndarray | slice) -> Number:
         """Return the rows of a slice or of an array of indices as contiguous doubles, or the one value of all."""
         if self.values.size == 1:
             return np.float64(self.values.reshape(-1)[0])
@@ -34,7 +36,7 @@ class Column:
             found = np.broadcast_to(self.values, self.shape).flat[which]
         return np.ascontiguousarray(found, dtype=float)
 
-    def array(self, which):
+    def array(self, which: np.ndarray | slice) -> np.ndarray:
         """Return the rows as an array, also of one value."""
         found = self.rows(which)
         if isinstance(found, float):
@@ -43,7 +45,9 @@ class Column:
         return found
 
 
-def scenes(sigma, mu, x, y, z, until, sigma0=None):
+def scenes(
+    sigma: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, sigma0: Number | None = None
+) -> tuple[tuple[int, ...], dict[str, Column]]:
     """Return (shape, {name: Column}) of many scenes; the states are not looked at. Raises ``InputError``."""
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
     shape, found = columns(LIMITS, **given, **({} if sigma0 is None else {"sigma0": sigma0}))
@@ -54,7 +58,7 @@ def scenes(sigma, mu, x, y, z, until, sigma0=None):
     return shape, found
 
 
-def columns(limits, **arguments):
+def columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tuple[int, ...], dict[str, Column]]:
     """Return (shape, {name: Column}) of arguments that broadcast.
 
     ``limits[name]`` is (allowed, words) for the values of an argument beyond being finite; values of arguments without
@@ -74,14 +78,14 @@ def columns(limits, **arguments):
     return shape, {name: Column(values, shape) for name, values in read.items()}
 
 
-def require(name, values, allowed=None, words=""):
+def require(name: str, values: Number, allowed: Callable | None = None, words: str = "") -> None:
     """Require that values are finite and allowed; the message has the place and the value of the first that is not."""
     _require(name, values, lambda v: np.abs(v) <= LARGEST, "a finite number")
     if allowed:
         _require(name, values, allowed, words)
 
 
-def require_order(name, column, least_name, least):
+def require_order(name: str, column: Column, least_name: str, least: Column) -> None:
     """Require ``column >= least``, row by row of what these two alone broadcast to."""
     above, below = np.broadcast_arrays(column.values, least.values)
     bad = above < below

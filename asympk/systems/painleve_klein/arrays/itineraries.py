@@ -14,12 +14,14 @@ These are the claims C23-C26 and C30. What makes them certain is that the slow p
 A course returns the final state and where it applies; nothing is promised elsewhere.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.kernels import (
     deviation,
     force_zero,
@@ -33,6 +35,9 @@ from asympk.systems.painleve_klein.arrays.kernels import (
 )
 from asympk.systems.painleve_klein.arrays.safeguarded import EXTENDED
 from asympk.systems.painleve_klein.modes import coefficients, other_edge, positive_edge
+
+if TYPE_CHECKING:
+    from asympk.systems.painleve_klein.arrays.kernels import Mode
 
 SAFE = 1e-10
 NEAR = 1e-6
@@ -51,21 +56,21 @@ class Setting:
     sigma0: Any
     mu: Any
 
-    def rows(self, rows):
+    def rows(self, rows: np.ndarray | slice) -> "Setting":
         """Return the parameters of some of the trajectories."""
         values = self.sigma, self.sigma0, self.mu
         return Setting(*pick(rows, *values)) if any(isinstance(v, np.ndarray) for v in values) else self
 
     @cached_property
-    def same(self):
+    def same(self) -> "Mode":
         return self._mode("slip_same")
 
     @cached_property
-    def opposite(self):
+    def opposite(self) -> "Mode":
         return self._mode("slip_opposite")
 
     @cached_property
-    def stick(self):
+    def stick(self) -> "Mode":
         return self._mode("stick")
 
     def _mode(self, name):
@@ -73,29 +78,29 @@ class Setting:
         return mode(1.0 * a, 1.0 * b, self.mu)
 
     @cached_property
-    def upper_edge(self):
+    def upper_edge(self) -> Number:
         return positive_edge(self.sigma0)
 
     @cached_property
-    def lower_edge(self):
+    def lower_edge(self) -> Number:
         return other_edge(self.sigma0)
 
     @cached_property
-    def steep(self):
+    def steep(self) -> Number:
         return np.greater(self.sigma, 0)
 
     @cached_property
-    def holds(self):
+    def holds(self) -> Number:
         """Whether z = 0 is met within the static cone by what comes along Pi2, where s = -1/sigma."""
         return np.greater(self.sigma0 + 3, -self.sigma)
 
     @cached_property
-    def seldom_misfits(self):
+    def seldom_misfits(self) -> Number:
         """Whether so few starts of size one do not fit their course that each may be followed alone."""
         return self.mu <= SELDOM * np.minimum(self.sigma * self.sigma, 1.0)
 
     @cached_property
-    def reach(self):
+    def reach(self) -> Number:
         r"""Bound on |x|, |z| and mu |y| below which the courses hold, or 0.
 
         It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2, 2 (sigma+1) and 2/edge: then s
@@ -109,7 +114,9 @@ class Setting:
         return np.where(apart, np.minimum(most, 1e3), 0.0)
 
 
-def direct(p, x, y, z, until, log):
+def direct(
+    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable
+) -> tuple[tuple[Number, ...], np.ndarray]:
     """Slip on with s > 0 unless the first fall of z is too deep."""
     m = p.same
     fast_x = m.to_x * deviation(m, x, y)
@@ -117,7 +124,9 @@ def direct(p, x, y, z, until, log):
     return (end_x, end_y, z + gone), z > (m.bend * m.fast) * fast_x
 
 
-def lifted(p, x, y, z, until, log, t=None):
+def lifted(
+    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable, t: Number | None = None
+) -> tuple[tuple[Number, ...], np.ndarray]:
     """The load grows until z = 0, sticks, and slips."""
     dt, x, y = velocity_zero(p.opposite, x, y, z)
     t = dt if t is None else t + dt
@@ -125,7 +134,9 @@ def lifted(p, x, y, z, until, log, t=None):
     return _stuck(p, t, x, y, until, log)
 
 
-def drifted(p, x, y, z, until, log, t=0.0):
+def drifted(
+    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable, t: Number = 0.0
+) -> tuple[tuple[Number, ...], np.ndarray]:
     """The load falls upon Pi2 and stays there until z = 0, sticks, and slips."""
     dt, x, y = velocity_zero_slowly(p.opposite, x, y, z)
     t = t + dt
@@ -133,7 +144,9 @@ def drifted(p, x, y, z, until, log, t=0.0):
     return _stuck(p, t, x, y, until, log)
 
 
-def passed(p, x, y, z, until, log, t=0.0):
+def passed(
+    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable, t: Number = 0.0
+) -> tuple[tuple[Number, ...], np.ndarray]:
     """The load falls upon Pi2, and stays there until z = 0 is crossed."""
     dt, x, y = velocity_zero_slowly(p.opposite, x, y, z)
     t = t + dt
@@ -163,7 +176,9 @@ def _turned(then):
 turned, turned_drifted, turned_passed = map(_turned, (lifted, drifted, passed))
 
 
-def raised(p, x, y, z, until, log):
+def raised(
+    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable
+) -> tuple[tuple[Number, ...], np.ndarray]:
     """The load grows through zero, in a time in which z cannot fall as far as to 0."""
     s = x + y
     w, clear = _deviation(p, x, y)
@@ -174,7 +189,9 @@ def raised(p, x, y, z, until, log):
     return end, fits & high & (clear | ~p.steep)
 
 
-def thrown(p, x, y, z, until, log):
+def thrown(
+    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable
+) -> tuple[tuple[Number, ...], np.ndarray]:
     """The load grows downwards until z = 0, sticks, and slips."""
     edge = p.lower_edge
     w, clear = _deviation(p, x, y)
@@ -234,7 +251,16 @@ EVENTS = {direct: 0, raised: 1, thrown: 3, lifted: 2, turned: 3, drifted: 2, tur
           turned_passed: 2}
 
 
-def follow(p, x, y, z, until, final, count, note=None):
+def follow(
+    p: Setting,
+    x: Number,
+    y: Number,
+    z: Number,
+    until: Number,
+    final: np.ndarray,
+    count: np.ndarray,
+    note: Callable | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """Put final states and numbers of events of the trajectories on common courses in place.
 
     Return the rows of no course, and those that do not fit the course that they seemed to take. ``note(kind, rows, t,

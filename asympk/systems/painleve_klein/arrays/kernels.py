@@ -19,6 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from asympk.numbers import Number
+
 MOST_STEPS = 8
 DRIFT_STEPS = 3
 TIME_ERROR = 8e-17
@@ -43,7 +45,7 @@ class Mode(NamedTuple):
     longest: Any
 
 
-def mode(a, b, mu):
+def mode(a: Number, b: Number, mu: Number) -> Mode:
     r"""Return the mode ``mu y' = a - b s``, for mu/b < 1/4.
 
     ``lag`` is 1 + slow = 1/(1 + fast); ``to_x``, ``to_s``, ``to_z`` take w to the fast parts of x, s, z; ``bend`` is
@@ -61,12 +63,12 @@ def mode(a, b, mu):
     return Mode(*(v if isinstance(v, np.ndarray) else float(v) for v in constants))
 
 
-def deviation(m, x, y):
+def deviation(m: Mode, x: Number, y: Number) -> Number:
     """Return w, by which y is off the slow line."""
     return y - m.slow * (x - m.rest)
 
 
-def velocity_zero(m, x, y, z, w=None):
+def velocity_zero(m: Mode, x: Number, y: Number, z: Number, w: Number | None = None) -> tuple[Number, Number, Number]:
     """Return (t, x, y) where z = 0 is reached by the fast part; ``w`` is the deviation where it is known better."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_zero(m, m.to_z * w, z, slow_x)
@@ -80,7 +82,7 @@ def velocity_zero(m, x, y, z, w=None):
     return t, slow_x, y - gained
 
 
-def velocity_zero_slowly(m, x, y, z):
+def velocity_zero_slowly(m: Mode, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
     """Return (t, x, y) where z = 0 is reached in a stable mode, along its slow line: Newton's method on z itself."""
     w, slow_x = _parts(m, x, y)
     fast_x = m.to_x * w
@@ -96,7 +98,7 @@ def velocity_zero_slowly(m, x, y, z):
     return t, m.rest + kept + fading, m.slow * kept + m.fast * fading
 
 
-def force_zero(m, x, y, s, w=None):
+def force_zero(m: Mode, x: Number, y: Number, s: Number, w: Number | None = None) -> tuple[Number, Number]:
     """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x. ``w`` is as in velocity_zero."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_load(m, m.to_s * w, -m.rest, m.lag * slow_x)
@@ -104,7 +106,7 @@ def force_zero(m, x, y, s, w=None):
     return t, x + slow_x * (1 - m.lag * m.lag) - s * m.lag
 
 
-def release(m, x, y, edge):
+def release(m: Mode, x: Number, y: Number, edge: Number) -> tuple[Number, Number]:
     """Return (t, x) where sticking ends, at s = ``edge``; t is negative where it cannot begin."""
     w = m.slow * x
     np.subtract(y, w, out=w)
@@ -127,7 +129,7 @@ def _parts(m, x, y, w=None):
     return w, off
 
 
-def slide(m, x, y, slow_x, left):
+def slide(m: Mode, x: Number, y: Number, slow_x: Number, left: Number) -> tuple[Number, Number, Number]:
     """Return (x, y) at the end of the time ``left`` in a stable mode, and the way that z has come."""
     end_y = np.exp(m.slow * left)
     end_y *= slow_x
@@ -143,7 +145,7 @@ def slide(m, x, y, slow_x, left):
     return end_x, end_y, gone
 
 
-def slow_part(m, x, s):
+def slow_part(m: Mode, x: Number, s: Number) -> Number:
     """Return the slow part of x - a/b where x + y is the number ``s``."""
     return x * (1 + m.to_x * m.lag) - (m.rest + m.to_x * (s + m.slow * m.rest))
 
@@ -224,7 +226,7 @@ def _newton(fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps=MOST_
     return t
 
 
-def pick(rows, *values):
+def pick(rows: np.ndarray | slice, *values: Number) -> list[Number]:
     """Return the rows, a slice or indices, of those of the values that are arrays, the others as they are."""
     if isinstance(rows, slice):
         return [value[rows] if isinstance(value, np.ndarray) else value for value in values]

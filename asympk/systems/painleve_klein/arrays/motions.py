@@ -4,8 +4,11 @@ A motion holds arrays of one length in the precision of its numbers; ``state(t)`
 length. Rows are told apart by masks, never by what the other rows are.
 """
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
+from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.brackets import balance, newton, roots
 
 MOST_TERMS = 64
@@ -15,7 +18,14 @@ REFINED = 1e-9
 class Motion:
     """The motion from (x0, y0, s0, z0) in the mode ``mu y' = a - b s``; ``a`` is one number, all else is arrays."""
 
-    def __init__(self, a, b, mu, x, y, s, z):
+    pace: np.ndarray
+    horizon: Callable[[np.ndarray], np.ndarray]
+    turning: Callable[[], np.ndarray]
+    s_size: Callable[[np.ndarray], np.ndarray]
+    z_size: Callable[[np.ndarray], np.ndarray]
+    _state: Callable[[np.ndarray], Sequence[np.ndarray]]
+
+    def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
         self.a, self.b, self.mu = a, b, mu
         self.x0, self.y0, self.s0, self.z0 = x, y, s, z
         self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
@@ -23,7 +33,7 @@ class Motion:
         self.short = np.where(b == 0, np.inf, short)
         self.most_exponent = np.log(np.finfo(x.dtype).max) - 10
 
-    def rows(self, which):
+    def rows(self, which: np.ndarray) -> "Motion":
         """Return the motions of some rows, in order and each once."""
         if which.dtype == bool:
             which = np.flatnonzero(which)
@@ -34,31 +44,31 @@ class Motion:
             setattr(part, name, value[which] if isinstance(value, np.ndarray) else value)
         return part
 
-    def state(self, t):
+    def state(self, t: Number) -> Sequence[np.ndarray]:
         """Return (x, y, s, z) at t."""
         state = self._soon(t, self._state(t))
         begin, start = (self.x0, self.y0, self.s0, self.z0), t == 0
         return tuple(np.where(start, *pair) for pair in zip(begin, state, strict=True)) if start.any() else state
 
-    def on_level(self, level, t):
+    def on_level(self, level: Number, t: Number) -> Sequence[np.ndarray]:
         """Return the state at the times t at which s is ``level``."""
         x, _, _, z = self.state(t)
         return x, level - x, level, z
 
-    def on_plane(self, t):
+    def on_plane(self, t: Number) -> Sequence[np.ndarray]:
         """Return the state at the times t at which z = 0."""
         x, y, s, _ = self.state(t)
         return x, y, s, np.zeros_like(x)
 
-    def refined(self, t, axis, level, again=True):
+    def refined(self, t: Number, axis: int, level: Number, again: bool = True) -> np.ndarray:
         """Return better times, from nearly right ones, at which s (axis 2) or z (axis 3) is ``level``."""
         state = self.state(t)
         _, y, s, _ = state
         slope = self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
         step = (state[axis] - level) / slope
         t = t - step
-        far = np.flatnonzero(np.abs(step) * self.pace > REFINED) if again else ()
-        if len(far):
+        far = np.flatnonzero(again & (np.abs(step) * self.pace > REFINED))
+        if far.size:
             t[far] = self.rows(far).refined(t[far], axis, level[far], again=False)
         return t
 
@@ -72,7 +82,7 @@ class Motion:
                 axis[soon] = values
         return state
 
-    def superposed(self, t, responses):
+    def superposed(self, t: Number, responses: tuple[np.ndarray, ...]) -> list[np.ndarray]:
         """Return the state at t from the responses (g', g, h, h + H) there, as in ``smooth``."""
         rate, g, h, k = responses
         return [
@@ -82,7 +92,7 @@ class Motion:
             self.z0 + self.a * t + self.fall * (self.s0 * g + self.y0 * h + self.load * k),
         ]
 
-    def s_root(self, level, lo, hi, rising):
+    def s_root(self, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
 
         def value_and_slope(rows, t):
@@ -92,7 +102,7 @@ class Motion:
 
         return roots(newton(value_and_slope), lo, hi, rising, (lo + hi) / 2)
 
-    def z_root(self, lo, hi, rising):
+    def z_root(self, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which z = 0."""
 
         def value_and_slope(rows, t):
@@ -108,7 +118,7 @@ class Separate(Motion):
 
     half_period = np.inf
 
-    def __init__(self, a, b, mu, x, y, s, z):
+    def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
         super().__init__(a, b, mu, x, y, s, z)
         k = mu / b
         root = np.sqrt(1 - 4 * k)
@@ -123,13 +133,13 @@ class Separate(Motion):
         delicate = (np.abs(b) < 0.5) | (np.abs(self.lift * self.slow) >= 1)
         self.short = np.where(delicate, self.short, 0)
 
-    def horizon(self, until):
+    def horizon(self, until: Number) -> np.ndarray:
         """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
         grows = (self.fast_rate * until > self.most_exponent) & (self.fast != 0)
         room = self.most_exponent - np.maximum(0, np.log(np.abs(self.fast)))
         return np.where(grows, np.minimum(until, room / self.fast_rate), until)
 
-    def turning(self):
+    def turning(self) -> np.ndarray:
         """Return the times after 0 at which s has its extremum, or inf."""
         ratio = -(self.lift * self.slow_rate * self.slow) / (self.fast_s * self.fast_rate * self.fast)
         t = np.log(ratio) / self.gap
@@ -151,15 +161,15 @@ class Separate(Motion):
             self.z0 + self.rest * t + self.fast_z * gained + self.slow_z * lost,
         ]
 
-    def s_size(self, t):
+    def s_size(self, t: Number) -> np.ndarray:
         """Bound the terms that make up s where s is small."""
         return np.abs(self.rest) + np.abs(self.lift * self.slow)
 
-    def z_size(self, t):
+    def z_size(self, t: Number) -> np.ndarray:
         """Bound the terms that make up z where z is small."""
         return np.abs(self.z0) + np.abs(self.rest * t) + np.abs(self.slow_z * self.slow)
 
-    def s_root(self, level, lo, hi, rising):
+    def s_root(self, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
         fast, slow = self.fast_s * self.fast, self.lift * self.slow
         terms = self.s0 - level, self.rest - level, np.zeros_like(lo), fast, slow
@@ -170,7 +180,7 @@ class Separate(Motion):
 
         return self._root(soon, soon_root, terms, lo, hi, rising)
 
-    def z_root(self, lo, hi, rising):
+    def z_root(self, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which z = 0."""
         fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
         terms = self.z0, self.z0 - fast - slow, self.rest + np.zeros_like(lo), fast, slow
@@ -193,7 +203,7 @@ class Separate(Motion):
             found[soon] = soon_root(part, lo[soon], np.minimum(hi[soon], part.short), rising[soon])
         return found
 
-    def on_level(self, level, t):
+    def on_level(self, level: Number, t: Number) -> Sequence[np.ndarray]:
         """Return the state at the times t at which s = level.
 
         A fast part that has changed by orders of magnitude is read off the equation, not off its exponent.
@@ -207,7 +217,7 @@ class Separate(Motion):
         x, _, _, z = self._soon(t, self._joined(t, np.where(steep, read, fast), gained))
         return x, level - x, level, z
 
-    def on_plane(self, t):
+    def on_plane(self, t: Number) -> Sequence[np.ndarray]:
         """Return the state at the times t at which z = 0, the fast part likewise."""
         p = self.fast_rate * t
         fast, gained = self.fast * np.exp(p), self.fast * np.expm1(p)
@@ -222,7 +232,7 @@ class Separate(Motion):
 class Smooth(Motion):
     """Superposed responses, as in ``smooth``: where exponentials are complex, coalesce or degenerate."""
 
-    def __init__(self, a, b, mu, x, y, s, z):
+    def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
         super().__init__(a, b, mu, x, y, s, z)
         self.gamma = self.beta / 2
         square = self.gamma * self.gamma - self.beta
@@ -233,12 +243,12 @@ class Smooth(Motion):
         self.tail = np.where((b > 0) & self.real, falling, self.omega - self.gamma)
         self.half_period = np.where(self.real, np.inf, np.pi / self.omega)
 
-    def horizon(self, until):
+    def horizon(self, until: Number) -> np.ndarray:
         """Return ``until``, or the time at which growth would end the range of the numbers."""
         grows = self.real & (self.tail * until > self.most_exponent - 300)
         return np.where(grows, (self.most_exponent - 300) / self.tail, until)
 
-    def turning(self):
+    def turning(self) -> np.ndarray:
         """Return the times after 0 at which s has its first extremum, or inf."""
         push = self.load - self.beta * self.s0
         slope = self.y0 + push
@@ -252,7 +262,7 @@ class Smooth(Motion):
     def _state(self, t):
         return self.superposed(t, self.responses(t))
 
-    def responses(self, t):
+    def responses(self, t: Number) -> tuple[np.ndarray, ...]:
         """Return (g', g, h, h + H) at t."""
         real, p = self.real, self.omega * t
         e = np.exp(np.where(real, self.tail, -self.gamma) * t)
@@ -260,12 +270,12 @@ class Smooth(Motion):
         rate = e * np.where(real, (1 + np.exp(-2 * p)) / 2, np.cos(p)) - self.gamma * g
         return rate, g, (1 - rate) / self.beta - g, (t - g) / self.beta
 
-    def s_size(self, t):
+    def s_size(self, t: Number) -> np.ndarray:
         """Bound the terms that make up s."""
         rate, g, h, _ = self._sizes(t)
         return np.abs(self.s0 * rate) + np.abs(self.y0 * g) + np.abs(self.load * (g + h))
 
-    def z_size(self, t):
+    def z_size(self, t: Number) -> np.ndarray:
         """Bound the terms that make up z."""
         _, g, h, k = self._sizes(t)
         sizes = np.abs(self.s0 * g) + np.abs(self.y0 * h) + np.abs(self.load * k)
@@ -277,7 +287,7 @@ class Smooth(Motion):
         return [np.where(soon, *pair) for pair in pairs]
 
 
-def short_responses(beta, t):
+def short_responses(beta: Number, t: Number) -> tuple[np.ndarray, ...]:
     """Return (g', g, h, h + H) at short times from the Taylor series of g, whose terms obey a recurrence of two."""
     rate, g, h, k = np.ones_like(t), t.copy(), t * t / 2, t * t / 2 + t * t * t / 6
     older, term = np.zeros_like(t), np.ones_like(t)

@@ -5,10 +5,11 @@ which is 2048 times finer, from event times that are nearly right: where the sta
 to all digits of a double. A trajectory where they do, or which hangs on a sign that is hard to tell, is in doubt.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from asympk.numbers import Number
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays.motions import Separate, Smooth
 from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
@@ -21,6 +22,9 @@ from asympk.systems.painleve_klein.modes import (
     positive_edge,
     signs_after,
 )
+
+if TYPE_CHECKING:
+    from asympk.systems.painleve_klein.arrays.motions import Motion
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 AGREED = 2e-14
@@ -45,7 +49,7 @@ class Story(NamedTuple):
     rounds: list
 
 
-def certain(*given):
+def certain(*given: np.ndarray) -> Story:
     """Follow trajectories from (sigma, sigma0, mu, x, y, z, until), arrays of doubles of one length, in two precisions.
 
     Return the ``Story`` in the finer one.
@@ -76,12 +80,15 @@ def _distance(coarse, fine, largest):
     return (apart / largest).astype(float)
 
 
-def follow(sigma, sigma0, mu, x, y, z, until, told=None):
+def follow(
+    sigma: Number, sigma0: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, *,
+    told: Story | None = None,
+) -> Story:  # fmt: skip
     """Follow trajectories, given as arrays of one length; ``told`` is their ``Story`` in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = _first_signs(sigma0, mu, x, y, s, z)
     flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
-    rounds = []
+    rounds: list[tuple] = []
     live = np.flatnonzero(~(doubtful if told is None else told.doubtful))
     while live.size:
         known = told and told.rounds[len(rounds)]
@@ -180,7 +187,7 @@ class _Flight:
         return tuple(v[order] for v in joined)
 
 
-def edges(sigma0, s):
+def edges(sigma0: Number, s: Number) -> tuple[np.ndarray, np.ndarray]:
     """Return the edges (near zero, far from zero) of the static cone's part on the side of s, or inf."""
     other = np.where(sigma0 == -1, np.inf, other_edge(sigma0))
     near = np.where(s < 0, np.where(other < 0, other, -np.inf), positive_edge(sigma0))
@@ -195,7 +202,9 @@ def _sticks(sigma0, s):
     return (above >= 0) & (below >= 0), doubtful
 
 
-def slip(motion, s_sign, z_sign, left):
+def slip(
+    motion: "Motion", s_sign: np.ndarray, z_sign: np.ndarray, left: Number
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of the event that ends a slip within the time left, or of the end."""
     end = motion.horizon(left)
     search = _Search(motion, left)
@@ -256,7 +265,9 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
     return start
 
 
-def stick(motion, sigma0, s_sign, left):
+def stick(
+    motion: "Motion", sigma0: Number, s_sign: np.ndarray, left: Number
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of the slip onset within the time left, or of the end."""
     search = _Search(motion, left)
     near, far = edges(sigma0, motion.s0)
@@ -277,7 +288,9 @@ def stick(motion, sigma0, s_sign, left):
     return search.kind, search.time, search.state, search.doubtful
 
 
-def settle(motion, sigma0, left, kind, span):
+def settle(
+    motion: "Motion", sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of events, or ends, whose kinds and nearly right times are known."""
     near, far = edges(sigma0, motion.s0)
     time, state = np.where(kind == NOTHING, left, span), [np.zeros_like(left) for _ in range(4)]

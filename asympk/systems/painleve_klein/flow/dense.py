@@ -1,9 +1,10 @@
 """Dense output: the closed form of a path at any time."""
 
 from bisect import bisect_right
+from typing import Any
 
 from asympk.errors import InputError
-from asympk.numbers import number, objects
+from asympk.numbers import Number, number, objects
 from asympk.path import ClosedForm
 
 
@@ -12,7 +13,7 @@ class Dense(ClosedForm):
 
     __slots__ = ()
 
-    def __call__(self, t):
+    def __call__(self, t: Number) -> Any:
         """Return an array of shape ``(3,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
         starts = [leg.start for leg in self.legs]
         if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):

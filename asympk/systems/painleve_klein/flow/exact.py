@@ -5,18 +5,23 @@ mpmath numbers, and the result is rounded from there; where they may show in the
 be told, or where the range of doubles ends, the flow is followed on mpmath numbers from the start.
 """
 
+from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.arithmetic import Doubles, context, set_digits
 from asympk.errors import InputError, Undecided
-from asympk.numbers import whole
+from asympk.numbers import Arithmetic, whole
 from asympk.path import Event, Path
 from asympk.systems.painleve_klein.flow.dense import Dense
 from asympk.systems.painleve_klein.flow.legs import Flow, follow
 from asympk.systems.painleve_klein.flow.rounding import calm, estimate, largest
 from asympk.systems.painleve_klein.flow.starts import beginning
+
+if TYPE_CHECKING:
+    from asympk.scene import Scene
+    from asympk.systems.painleve_klein.flow.legs import Leg
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
@@ -43,7 +48,13 @@ class Case(NamedTuple):
     near: tuple | None
 
 
-def run(scene, method="exact", *, digits=None, progress=None):
+def run(
+    scene: "Scene",
+    method: str = "exact",
+    *,
+    digits: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Path:
     """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
     ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
@@ -64,7 +75,7 @@ def _case(scene):
     return Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
 
 
-def in_doubles(case):
+def in_doubles(case: Case) -> "tuple[list[Leg], list[Leg], float, Callable]":
     """Return (legs rounded to doubles, legs as they were followed, error, conversion to doubles) of a ``Case``."""
     try:
         legs = legs_of(Doubles, case)
@@ -98,7 +109,7 @@ def _refining():
     return m
 
 
-def legs_of(m, case, known=None, told=None):
+def legs_of(m: Arithmetic, case: Case, known: "Sequence[Leg] | None" = None, told: Any = None) -> "list[Leg]":
     """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known``, ``told`` are as in ``follow``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)

@@ -8,6 +8,7 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the st
     z = z0 + (a/b) t + k (b-1)(y - y0).
 """
 
+from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import fast_slow_root
 from asympk.systems.painleve_klein.flow.smooth import s_root, short_responses, short_time, slope, superposed, z_root
 
@@ -20,7 +21,7 @@ class FastSlow:
     __slots__ = ("a", "b", "beta", "delicate", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap",
                  "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slight", "slow_rate", "slow_z", "turn")
 
-    def __init__(self, m, a, b, mu):
+    def __init__(self, m: Arithmetic, a: Number, b: Number, mu: Number):
         self.m, self.a, self.b, self.mu = m, a, b, mu
         self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
         self.short, self.delicate = short_time(m, b, mu), -0.5 < b < 0.5
@@ -41,7 +42,7 @@ class FastSlow:
         self.sizes = tuple(map(abs, (*shares, self.lift, self.line, self.rest, self.fast_rate)))
         self.turn = m.log(abs(self.lift * self.slow_rate)) - m.log(abs(self.fast_s * self.fast_rate))
 
-    def start(self, x, y, s, z, deviation=None):
+    def start(self, x: Number, y: Number, s: Number, z: Number, deviation: Number | None = None) -> "FastSlowSegment":
         """Return the motion from a state; its ``deviation`` from the slow line may be known better than the state."""
         return FastSlowSegment(self, x, y, s, z, deviation)
 
@@ -53,7 +54,7 @@ class FastSlowSegment:
 
     half_period = None
 
-    def __init__(self, mode, x, y, s, z, deviation=None):
+    def __init__(self, mode: FastSlow, x: Number, y: Number, s: Number, z: Number, deviation: Number | None = None):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
         self.known = deviation is not None
         self.fast = fast = deviation if self.known else s - mode.line - mode.lift * x
@@ -63,20 +64,20 @@ class FastSlowSegment:
         delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest) or 0 < abs(s) < mode.slight
         self.short = mode.short if delicate and not self.known else 0
 
-    def rounded(self, m):
+    def rounded(self, m: Arithmetic) -> "FastSlowSegment":
         """Return the same motion in the numbers of ``m``."""
         mode, number = self.mode, m.number
         state = self.x0, self.y0, self.s0, self.z0, self.fast
         return FastSlow(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
-    def horizon(self, until):
+    def horizon(self, until: Number) -> Number:
         """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
         m, rate = self.mode.m, self.mode.fast_rate
         if rate * until < m.most_exponent or not self.fast:
             return until
         return min(until, (m.most_exponent - max(0, m.log(abs(self.fast)))) / rate)
 
-    def turning(self):
+    def turning(self) -> Number | None:
         """Return the time after 0 at which s has its extremum, or None where both parts of s' have one sign."""
         mode, fast, slow = self.mode, self.fast, self.slow
         if not fast or not slow or (fast > 0) != (slow > 0):
@@ -87,7 +88,7 @@ class FastSlowSegment:
         t = p / mode.gap
         return t if t > 0 else None
 
-    def state(self, t):
+    def state(self, t: Number) -> tuple[Number, ...]:
         """Return (x, y, s, z, mu y') at t."""
         if t < self.short or not t:
             return superposed(self, t, self.responses(t))
@@ -104,7 +105,7 @@ class FastSlowSegment:
             -mode.b * off,
         )
 
-    def probe(self, t):
+    def probe(self, t: Number) -> tuple[Number, Number]:
         """Return (s, z) at t."""
         if t < self.short or not t:
             return self.state(t)[2:4]
@@ -115,20 +116,20 @@ class FastSlowSegment:
             self.z0 + mode.rest * t + mode.fast_z * (fast * m.expm1(p)) + mode.slow_z * (self.slow * m.expm1(q)),
         )
 
-    def responses(self, t):
+    def responses(self, t: Number) -> tuple[Number, ...]:
         """Return (g', g, h, h + H) at a short time t."""
         return short_responses(self.mode.m, self.mode.beta, t)
 
-    def s_size(self, t):
+    def s_size(self, t: Number) -> Number:
         """Bound the terms that make up s where s is small."""
         return abs(self.mode.rest) + abs(self.slow_s)
 
-    def z_size(self, t):
+    def z_size(self, t: Number) -> Number:
         """Bound the terms that make up z where z is small."""
         mode = self.mode
         return abs(self.z0) + abs(mode.rest * t) + abs(mode.slow_z * self.slow)
 
-    def s_root(self, level, lo, hi, sign_hi):
+    def s_root(self, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
         """Return the time in (lo, hi) at which s = level."""
         mode = self.mode
         if lo < self.short:
@@ -139,7 +140,7 @@ class FastSlowSegment:
         return fast_slow_root(mode.m, self.s0 - level, mode.rest - level + self.slow_s, 0, mode.fast_s * self.fast,
                               mode.fast_rate, self.slow_s, mode.slow_rate, lo, hi, sign_hi, guess)
 
-    def z_root(self, lo, hi, sign_hi):
+    def z_root(self, lo: Number, hi: Number, sign_hi: Number) -> Number:
         """Return the time in (lo, hi) at which z = 0."""
         mode = self.mode
         if lo < self.short:

@@ -8,15 +8,19 @@ At an event the quantity that vanishes is set, not computed; what follows is dec
 numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
 """
 
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, TooManyEvents, Undecided
+from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow import shortcut
-from asympk.systems.painleve_klein.flow.fastslow import FastSlow
-from asympk.systems.painleve_klein.flow.smooth import Smooth, slope
+from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
+from asympk.systems.painleve_klein.flow.smooth import Smooth, SmoothSegment, slope
 from asympk.systems.painleve_klein.modes import MODES, coefficients, other_edge, positive_edge, signs_after
 
+RodMode: TypeAlias = FastSlow | Smooth
+RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
 MOST_EVENTS = 1000
 WIDEST = 1e100
 MOST_STEPS = 60
@@ -25,20 +29,20 @@ MOST_STEPS = 60
 class Flow:
     """The modes and the static cone at given parameters, in the numbers of ``m``."""
 
-    def __init__(self, m, sigma, sigma0, mu):
+    def __init__(self, m: Arithmetic, sigma: Number, sigma0: Number, mu: Number):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
-        self._modes = {}
+        self._modes: dict[str, RodMode] = {}
         other = other_edge(sigma0) if sigma0 != -1 else None
         self._edges = {
             1: (positive_edge(sigma0), other if other and other > 0 else None),
             -1: (other if other and other < 0 else None, None),
         }
 
-    def load(self, name):
+    def load(self, name: str) -> tuple[int, Number]:
         """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
         return coefficients(name, self.sigma)
 
-    def mode(self, name):
+    def mode(self, name: str) -> RodMode:
         """Return the closed form of the mode that suits its parameters."""
         if name not in self._modes:
             a, b = self.load(name)
@@ -46,7 +50,7 @@ class Flow:
             self._modes[name] = form(self.m, a, b, self.mu)
         return self._modes[name]
 
-    def split(self, name):
+    def split(self, name: str) -> FastSlow:
         """Return the closed form by two real exponentials, for starts given relative to the slow line.
 
         Raises ``Undecided`` where doubles cannot hold the squares of its constants, or the gap between its roots.
@@ -59,15 +63,15 @@ class Flow:
             raise Undecided
         return FastSlow(self.m, a, b, self.mu)
 
-    def edges(self, s_sign):
+    def edges(self, s_sign: int) -> tuple[Number | None, Number | None]:
         """Return the edges (near zero, far from zero) of the static cone on one side of s = 0; None for no edge."""
         return self._edges[s_sign]
 
-    def nearest_edge(self, s_sign, s):
+    def nearest_edge(self, s_sign: int, s: Number) -> Number:
         """Return the edge of the static cone on one side of s = 0 that is nearest to s."""
         return min((edge for edge in self.edges(s_sign) if edge is not None), key=lambda edge: abs(edge - s))
 
-    def sticks(self, s, size):
+    def sticks(self, s: Number, size: Number) -> bool:
         """Tell whether s, a sum of terms up to ``size``, lies in the static cone |1 - s| <= (sigma0 + 2)|s|."""
         near, far = self.edges(1 if s > 0 else -1)
         if near is None or decided(self.m, abs(s) - abs(near), abs(near) + size) < 0:
@@ -75,12 +79,12 @@ class Flow:
         return far is None or decided(self.m, far - s, far + size) >= 0
 
 
-def sign_of(value):
+def sign_of(value: Number) -> int:
     """Return 1, 0 or -1."""
     return 1 if value > 0 else -1 if value < 0 else 0
 
 
-def decided(m, value, size):
+def decided(m: Arithmetic, value: Number, size: Number) -> int:
     """Return the sign of ``value``; raise ``Undecided`` when it is small against ``size``."""
     if abs(value) <= m.margin * size and m.margin:
         raise Undecided
@@ -98,14 +102,22 @@ class Leg(NamedTuple):
     end: tuple
 
 
-def follow(flow, start, until, deviation=None, known=None, told=None):
+def follow(
+    flow: Flow,
+    start: Number,
+    until: Number,
+    deviation: Number | None = None,
+    known: Sequence[Leg] | None = None,
+    told: Any = None,
+) -> list[Leg]:
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
     Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
     numbers, to be refined; ``told`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
-    m, t, legs = flow.m, 0 * until, []
+    m, t = flow.m, 0 * until
+    legs: list[Leg] = []
     while True:
         name = MODES[s_sign * z_sign]
         if deviation is None:
@@ -149,7 +161,7 @@ def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
         raise Undecided
 
 
-def slip(segment, s_sign, z_sign, left):
+def slip(segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> tuple[str, Number, tuple[Number, ...]]:
     """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
     mode = segment.mode
     a, fall = mode.a, mode.fall
@@ -224,7 +236,7 @@ def _dip(segment, z_sign, lo, hi):
     return None
 
 
-def stick(flow, segment, s_sign, left):
+def stick(flow: Flow, segment: RodSegment, s_sign: int, left: Number) -> tuple[str, Number, tuple[Number, ...]]:
     """Return (kind, time, state) of the slip onset, or ("", left, state) when the time ends first."""
     near, far = flow.edges(s_sign)
     lo = 0
@@ -238,7 +250,9 @@ def stick(flow, segment, s_sign, left):
     return "", left, segment.state(left)
 
 
-def settle(flow, segment, known, s_sign, left):
+def settle(
+    flow: Flow, segment: RodSegment, known: Leg, s_sign: int, left: Number
+) -> tuple[str, Number, tuple[Number, ...]]:
     """Return (kind, time, state) of the event, or of the end, of a leg that is ``known`` in coarser numbers."""
     if not known.kind:
         return "", left, segment.state(left)
@@ -256,7 +270,7 @@ def _counterpart(known, legs, name):
     return known[len(legs)]
 
 
-def on_plane(segment, t):
+def on_plane(segment: RodSegment, t: Number) -> tuple[Number, tuple[Number, ...]]:
     """Return the time and the state where z = 0: those at the root t, moved by the step that t is too coarse for."""
     mode = segment.mode
     for _ in range(MOST_STEPS):
@@ -274,7 +288,7 @@ def on_plane(segment, t):
     raise Undecided
 
 
-def on_level(segment, level, t):
+def on_level(segment: RodSegment, level: Number, t: Number) -> tuple[Number, tuple[Number, ...]]:
     """Return the time and the state where s = level, likewise."""
     mode = segment.mode
     for _ in range(MOST_STEPS):
@@ -292,7 +306,7 @@ def on_level(segment, level, t):
     raise Undecided
 
 
-def stretches(segment, end):
+def stretches(segment: RodSegment, end: Number) -> tuple[Number, ...]:
     """Return the ends of the stretches of (0, end) on which s is monotone, as far as they matter."""
     turn = segment.turning()
     if turn is None or turn >= end:

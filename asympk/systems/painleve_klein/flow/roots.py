@@ -4,13 +4,23 @@ The equation of a fast and a slow exponential is solved for the exponent, ``rate
 linear in t, however small mu is, so the first steps are quadratic already.
 """
 
+from collections.abc import Callable
+
 from asympk.errors import Undecided
+from asympk.numbers import Arithmetic, Number
 
 MOST_STEPS = 400
 PATIENCE = 24
 
 
-def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
+def smooth_root(
+    m: Arithmetic,
+    value_and_slope: Callable[[Number], tuple[Number, Number]],
+    lo: Number,
+    hi: Number,
+    sign_hi: Number,
+    guess: Number | None = None,
+) -> Number:
     """Return the root in (lo, hi) of a function that has the sign ``sign_hi`` at ``hi``."""
     if guess is None:
         value, slope = value_and_slope(lo)
@@ -38,7 +48,20 @@ def smooth_root(m, value_and_slope, lo, hi, sign_hi, guess=None):
     raise Undecided
 
 
-def fast_slow_root(m, start, base, k, fast, rate, slow, slow_rate, lo, hi, sign_hi, guess=None):
+def fast_slow_root(
+    m: Arithmetic,
+    start: Number,
+    base: Number,
+    k: Number,
+    fast: Number,
+    rate: Number,
+    slow: Number,
+    slow_rate: Number,
+    lo: Number,
+    hi: Number,
+    sign_hi: Number,
+    guess: Number | None = None,
+) -> Number:
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
     ``base`` is ``start - fast``, known better than both. Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)) be what

@@ -7,19 +7,26 @@ and tight for a few events. Over many events such bounds grow without reason, an
 of the final state instead, from the end to the start, so that each error is weighed by what becomes of it.
 """
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from asympk.numbers import Number
 from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
+
+if TYPE_CHECKING:
+    from asympk.systems.painleve_klein.flow.legs import Leg, RodMode
 
 UNIT = 2.0**-53
 CALM_LEGS = 6
 
 
-def estimate(legs, enough):
+def estimate(legs: "Sequence[Leg]", enough: Number) -> float:
     """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
     error = forward(legs)
     return error if not error > enough else min(error, backward(legs))
 
 
-def calm(legs, until):
+def calm(legs: "Sequence[Leg]", until: Number) -> bool:
     """Tell whether nothing in a run can amplify rounding: a quick look that spares the ordinary run its account.
 
     Few legs, all of two exponentials well apart; a growing part that does not come from a cancellation; events met at
@@ -44,7 +51,7 @@ def calm(legs, until):
     return (abs(y) + abs(mode.a + mode.fall * s)) * until < 4.0 * size
 
 
-def largest(legs):
+def largest(legs: "Sequence[Leg]") -> Number:
     """Return the largest of 1, |x|, |z| at the start, the events and the end."""
     first = legs[0].segment
     size = max(1, abs(first.x0), abs(first.z0))
@@ -54,13 +61,13 @@ def largest(legs):
     return size
 
 
-def rates(mode, state):
+def rates(mode: "RodMode", state: tuple[Number, ...]) -> tuple[Number, Number, Number]:
     """Return (x', s', z') at a state."""
     _, y, s, _, thrust = state
     return y, y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
 
 
-def forward(legs):
+def forward(legs: "Sequence[Leg]") -> float:
     """Bound the error at the end by carrying bounds of the errors of x, s, z and of the time."""
     ex = es = ez = late = 0.0
     for _, _, segment, kind, span, end in legs:
@@ -141,7 +148,7 @@ def _rounded(segment, t, state):
     return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
 
 
-def backward(legs):
+def backward(legs: "Sequence[Leg]") -> float:
     """Bound the error at the end by the derivatives of the final (x, z) with respect to every state before."""
     dx, _, dz = rates(legs[-1].segment.mode, legs[-1].end)
     rows = (1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)

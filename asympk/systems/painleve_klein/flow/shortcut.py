@@ -8,6 +8,12 @@ not vanish has kept its sign.
 """
 
 from math import expm1, log
+from typing import TYPE_CHECKING
+
+from asympk.numbers import Number
+
+if TYPE_CHECKING:
+    from asympk.systems.painleve_klein.flow.legs import RodSegment
 
 MARGIN = 1e-13
 SMALL = 1e-8
@@ -15,7 +21,9 @@ STEPS = 5
 LEAST = 0.05  # change of the fast exponent
 
 
-def slip_end(segment, s_sign, z_sign, left):
+def slip_end(
+    segment: "RodSegment", s_sign: int, z_sign: int, left: Number
+) -> tuple[str, Number, tuple[Number, ...]] | None:
     """Return (kind, time, state) as ``legs.slip`` does, or None."""
     if segment.short or not segment.fast:
         return None
@@ -38,7 +46,9 @@ def slip_end(segment, s_sign, z_sign, left):
     return _nothing(segment, s_sign, z_sign, turn if end is turn else None, left, opening)
 
 
-def stick_end(segment, edge, far, s_sign, left):
+def stick_end(
+    segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, left: Number
+) -> tuple[str, Number, tuple[Number, ...]] | None:
     """Return (kind, time, state) as ``legs.stick`` does where the cone has one edge on this side, or None."""
     if far is not None or segment.short or not segment.fast or not s_sign * (segment.s0 - edge) > 0:
         return None

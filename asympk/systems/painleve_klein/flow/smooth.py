@@ -10,7 +10,13 @@ whatever the roots: real, complex, coalescing at 4 mu = b, or all zero at b = 0.
 g, h and H without cancellation, otherwise exponentials or sines do.
 """
 
+from typing import TYPE_CHECKING
+
+from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import smooth_root
+
+if TYPE_CHECKING:
+    from asympk.systems.painleve_klein.flow.legs import RodSegment
 
 
 class Smooth:
@@ -18,7 +24,7 @@ class Smooth:
 
     __slots__ = ("a", "b", "beta", "fall", "gamma", "half_period", "load", "m", "mu", "omega", "real", "short", "tail")
 
-    def __init__(self, m, a, b, mu):
+    def __init__(self, m: Arithmetic, a: Number, b: Number, mu: Number):
         self.m, self.a, self.b, self.mu = m, a, b, mu
         self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
         self.short = short_time(m, b, mu)
@@ -29,11 +35,11 @@ class Smooth:
         self.tail = -self.beta / (self.gamma + self.omega) if b > 0 and self.real else self.omega - self.gamma
         self.half_period = None if self.real else m.pi / self.omega
 
-    def start(self, x, y, s, z):
+    def start(self, x: Number, y: Number, s: Number, z: Number) -> "SmoothSegment":
         """Return the motion from a state."""
         return SmoothSegment(self, x, y, s, z)
 
-    def responses(self, t):
+    def responses(self, t: Number) -> tuple[Number, ...]:
         """Return (g', g, h, h + H) at t, for times that are not short."""
         m, beta = self.m, self.beta
         if self.real:
@@ -47,12 +53,12 @@ class Smooth:
         return rate, g, (1 - rate) / beta - g, (t - g) / beta
 
 
-def short_time(m, b, mu):
+def short_time(m: Arithmetic, b: Number, mu: Number) -> Number:
     """Return the time up to which ``|beta| (t + t^2)`` is small enough for the series."""
     return min(mu / abs(b), m.sqrt(mu / abs(b))) * m.soon if b else m.eps**-2
 
 
-def short_responses(m, beta, t):
+def short_responses(m: Arithmetic, beta: Number, t: Number) -> tuple[Number, ...]:
     """Return (g', g, h, h + H) at t from the Taylor series of g, whose terms obey a recurrence of two."""
     if not t:
         return 1, t, t, t
@@ -69,7 +75,7 @@ def short_responses(m, beta, t):
             return rate, g, h, k
 
 
-def slope(segment):
+def slope(segment: "RodSegment") -> Number:
     """Return the rate of s at the start of a segment; zero where it is no more than what its terms are rounded by."""
     mode, y = segment.mode, segment.y0
     pull = mode.beta * segment.s0
@@ -77,7 +83,7 @@ def slope(segment):
     return rate if abs(rate) > 4 * mode.m.eps * (abs(y) + abs(pull)) else 0 * rate
 
 
-def superposed(segment, t, responses):
+def superposed(segment: "RodSegment", t: Number, responses: tuple[Number, ...]) -> tuple[Number, ...]:
     """Return the state (x, y, s, z, mu y') at t from the responses there."""
     mode, x, y, s = segment.mode, segment.x0, segment.y0, segment.s0
     rate, g, h, k = responses
@@ -92,7 +98,7 @@ def superposed(segment, t, responses):
     )
 
 
-def s_root(segment, level, lo, hi, sign_hi):
+def s_root(segment: "RodSegment", level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
     """Return the time in (lo, hi) at which s = level, by Newton's method on the state."""
     mode = segment.mode
 
@@ -104,7 +110,7 @@ def s_root(segment, level, lo, hi, sign_hi):
     return smooth_root(mode.m, value_and_slope, lo, hi, sign_hi, guess)
 
 
-def z_root(segment, lo, hi, sign_hi):
+def z_root(segment: "RodSegment", lo: Number, hi: Number, sign_hi: Number) -> Number:
     """Return the time in (lo, hi) at which z = 0, by Newton's method on the state."""
     mode = segment.mode
 
@@ -120,25 +126,26 @@ class SmoothSegment:
     """The motion in one smooth mode from ``(x0, y0, s0, z0)`` at t = 0."""
 
     __slots__ = ("mode", "s0", "short", "x0", "y0", "z0")
+    fast: Number = 0  # no part of it is
 
-    def __init__(self, mode, x, y, s, z):
+    def __init__(self, mode: Smooth, x: Number, y: Number, s: Number, z: Number):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
         self.short = mode.short
 
-    def rounded(self, m):
+    def rounded(self, m: Arithmetic) -> "SmoothSegment":
         """Return the same motion in the numbers of ``m``."""
         mode, number = self.mode, m.number
         state = self.x0, self.y0, self.s0, self.z0
         return Smooth(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
     @property
-    def half_period(self):
+    def half_period(self) -> Number | None:
         return self.mode.half_period
 
-    def horizon(self, until):
+    def horizon(self, until: Number) -> Number:
         return until
 
-    def turning(self):
+    def turning(self) -> Number | None:
         r"""Return the time after 0 at which s has its first extremum, or None.
 
         s' = s'(0) g' + ((a - b s0)/mu) g vanishes where tan(omega t)/omega, or tanh, equals ``-s'(0)/w``.
@@ -155,32 +162,32 @@ class SmoothSegment:
         p = -omega * rate / w
         return m.log1p(2 * p / (1 - p)) / (2 * omega) if p else -rate / w
 
-    def state(self, t):
+    def state(self, t: Number) -> tuple[Number, ...]:
         """Return (x, y, s, z, mu y') at t."""
         return superposed(self, t, self.responses(t))
 
-    def probe(self, t):
+    def probe(self, t: Number) -> tuple[Number, Number]:
         """Return (s, z) at t."""
         return self.state(t)[2:4]
 
-    def responses(self, t):
+    def responses(self, t: Number) -> tuple[Number, ...]:
         """Return (g', g, h, h + H) at t."""
         mode = self.mode
         return short_responses(mode.m, mode.beta, t) if t < self.short else mode.responses(t)
 
-    def s_size(self, t):
+    def s_size(self, t: Number) -> Number:
         """Bound the terms that make up s."""
         mode, (rate, g, h, _) = self.mode, self.responses(t)
         return abs(self.s0 * rate) + abs(self.y0 * g) + abs(mode.load * (g + h))
 
-    def z_size(self, t):
+    def z_size(self, t: Number) -> Number:
         """Bound the terms that make up z."""
         mode, (_, g, h, k) = self.mode, self.responses(t)
         sizes = abs(self.s0 * g) + abs(self.y0 * h) + abs(mode.load * k)
         return abs(self.z0) + abs(mode.a * t) + abs(mode.fall) * sizes
 
-    def s_root(self, level, lo, hi, sign_hi):
+    def s_root(self, level: Number, lo: Number, hi: Number, sign_hi: Number) -> Number:
         return s_root(self, level, lo, hi, sign_hi)
 
-    def z_root(self, lo, hi, sign_hi):
+    def z_root(self, lo: Number, hi: Number, sign_hi: Number) -> Number:
         return z_root(self, lo, hi, sign_hi)

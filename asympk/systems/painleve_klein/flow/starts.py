@@ -4,19 +4,26 @@ What holds just after a start on a boundary is decided by derivatives; what a su
 fractions.
 """
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache, partial
 from math import isqrt
+from typing import TYPE_CHECKING
 
 from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
+from asympk.numbers import Number
 from asympk.scene import MANIFOLDS
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
 from asympk.systems.painleve_klein.flow.legs import decided, sign_of
 from asympk.systems.painleve_klein.modes import MODES, grip, leaving
 
+if TYPE_CHECKING:
+    from asympk.systems.painleve_klein.flow.exact import Case
+    from asympk.systems.painleve_klein.flow.legs import Flow
 
-def beginning(flow, case):
+
+def beginning(flow: "Flow", case: "Case") -> tuple[tuple[Number, ...], Number | None]:
     """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
 
     The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
@@ -35,7 +42,9 @@ def beginning(flow, case):
     return (x, y, s, z, s_sign, z_sign), deviation
 
 
-def beside_line(flow, manifold, x, z, offset):
+def beside_line(
+    flow: "Flow", manifold: str, x: Number, z: Number, offset: Number
+) -> tuple[tuple[Number, ...], Number | None]:
     """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation.
 
     There is no deviation where s turns out to have the other sign, which is that of another mode.
@@ -50,7 +59,9 @@ def beside_line(flow, manifold, x, z, offset):
     return (x, y, s, z, s_sign, z_sign), offset if MODES[s_sign * z_sign] == name else None
 
 
-def first_signs(sign, sigma0, mu, s, y, z):
+def first_signs(
+    sign: Callable[[Number, Number], int], sigma0: Number, mu: Number, s: Number, y: Number, z: Number
+) -> tuple[int, int, bool]:
     r"""Return the signs of s and z just after a start, and whether it sticks on an edge; ``sign(value, size)``.
 
     At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
