@@ -118,14 +118,14 @@ def atlas(
         return general.atlas(system, values or {}, start or {}, until, rtol, progress)
     shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
     size = int(np.prod(shape))
-    flat = [job[name].array(slice(0, size)) for name in ("sigma", "mu", "x", "y", "z", "until", "sigma0")]
+    flat: dict[str, Any] = {name: column.array(slice(0, size)) for name, column in job.items()}
     found = np.full(size, len(LADDER) - 1, dtype=np.int8)
     left = np.arange(found.size)
     for rung, (method, options) in enumerate(list(LADDER.values())[:-1]):
         if progress:
             progress(rung / len(LADDER))
         asked: dict[str, Any] = {"method": method, **options}
-        enough = solve_many(*(v[left] for v in flat), **asked).error < rtol
+        enough = solve_many(**{name: v[left] for name, v in flat.items()}, **asked).error < rtol
         found[left[enough]] = rung
         left = left[~enough]
     return found.reshape(shape)
