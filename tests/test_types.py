@@ -1,5 +1,6 @@
 """What a type checker and an editor see of the package."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 import asympk as ap
 
 ROOT = Path(ap.__file__).parent.parent
+FILES = sorted((ROOT / "asympk").rglob("*.py"))
 WRONG = {
     "ap.solve(42)": 'incompatible type "int"; expected "Scene"',
     "ap.jmp_map()": 'has no attribute "jmp_map"',
@@ -39,3 +41,37 @@ def test_a_type_checker_sees_every_public_name():
     text = Path(ap.__file__).read_text(encoding="utf-8")
     for name in ap.__all__:
         assert f"{name} as {name}" in text
+
+
+def bare(function, method):
+    """Return the arguments of a function, "return" for what it returns, that have no annotation."""
+    given = function.args
+    found = [*given.posonlyargs, *given.args, *given.kwonlyargs, *filter(None, (given.vararg, given.kwarg))]
+    static = any(getattr(mark, "id", "") == "staticmethod" for mark in function.decorator_list)
+    missing = [one.arg for one in found[method and not static :] if one.annotation is None]
+    return missing + ["return"] * (function.returns is None and function.name != "__init__")
+
+
+def public(body, method=False):
+    """Yield (function, whether it is a method) for what others may call: no name with an underscore, but for __call__."""
+    for node in body:
+        if isinstance(node, ast.FunctionDef) and (not node.name.startswith("_") or node.name.endswith("__")):
+            yield node, method
+        elif isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+            yield from public(node.body, method=True)
+
+
+def without_types(source):
+    """Return the public functions and methods of a module that lack an annotation."""
+    found = ((function.name, bare(function, method)) for function, method in public(ast.parse(source).body))
+    return {name: missing for name, missing in found if missing}
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_every_public_function_says_what_it_takes_and_returns(file):
+    assert not without_types(file.read_text(encoding="utf-8"))
+
+
+def test_a_function_that_does_not_say_so_is_found():
+    source = "def f(x: int, *, y) -> int: ...\nclass C:\n    def g(self, a: int): ...\n    def _h(self, b): ...\n"
+    assert without_types(source) == {"f": ["y"], "g": ["return"]}

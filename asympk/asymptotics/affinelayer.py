@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -118,14 +119,14 @@ class Fading:
 
     terms: dict
 
-    def __add__(self, other):
+    def __add__(self, other: Any) -> "Fading":
         found = dict(self.terms)
         for index, c in _powers(other).items():
             found[index] = found[index] + c if index in found else c
         return Fading(found)
 
-    def __mul__(self, other):
-        found = {}
+    def __mul__(self, other: Any) -> "Fading":
+        found: dict[tuple[int, int], Any] = {}
         for (p, j), a in self.terms.items():
             for (q, i), b in _powers(other).items():
                 index, product = (p + q, j + i), a * b

@@ -66,10 +66,10 @@ class JumpMap(ShownAsFormulas):
         shown = ", ".join(f"{name} = {values[name]}" for name in self.chosen)
         return f"for {self.domain}\n(chosen: {shown}; another region by start={{name: value}})"
 
-    def __str__(self):
+    def __str__(self) -> str:
         return "\n".join([self.region, f"x -> {self.x}", f"z -> {self.z}", f"by {' -> '.join(self.itinerary)}"])
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         limits = f"x -> {self.x.truncated(0)}, z -> {self.z.truncated(0)}"
         return f"JumpMap {self.region}\norder {self.order}: {limits} by {' -> '.join(self.itinerary)}"
 

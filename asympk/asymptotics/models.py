@@ -143,7 +143,7 @@ class CompositeDense:
     until: Any
     digits: int | None = None
 
-    def __call__(self, t):
+    def __call__(self, t: Any) -> Any:
         import numpy as np
 
         if self.digits is None:

@@ -5,11 +5,14 @@ derivations of this package divide by few things (sigma, sigma + 1, z ...), so k
 multivariate gcd of a fraction field by trial division, and zero stays decidable.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import sympy as sp
+
+from asympk.numbers import Number
 
 PRIME = 2**31 - 1
 HIGHEST_POWER = 64
@@ -27,18 +30,18 @@ class Ratio:
         """The SymPy expression, denominators factored."""
         return sp.Mul(self.numerator.as_expr(), *(u.as_expr() ** k for u, k in self.units.items()))
 
-    def __str__(self):
+    def __str__(self) -> str:
         return str(self.expr)
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         return not (self.numerator if isinstance(other, int) and other == 0 else (self - other).numerator)
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __neg__(self):
+    def __neg__(self) -> "Ratio":
         return Ratio(-self.numerator, self.units)
 
-    def __add__(self, other):
+    def __add__(self, other: "Ratio | Number") -> "Ratio":
         other = self._like(other)
         if other is NotImplemented or not other.numerator:
             return NotImplemented if other is NotImplemented else self
@@ -47,7 +50,7 @@ class Ratio:
         }
         return _cancel(self._over(common) + other._over(common), common)
 
-    def __mul__(self, other):
+    def __mul__(self, other: "Ratio | Number") -> "Ratio":
         other = self._like(other)
         if other is NotImplemented:
             return NotImplemented
@@ -56,20 +59,20 @@ class Ratio:
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __sub__(self, other):
+    def __sub__(self, other: "Ratio | Number") -> "Ratio":
         return self + -other
 
-    def __rsub__(self, other):
+    def __rsub__(self, other: "Ratio | Number") -> "Ratio":
         return -self + other
 
-    def __truediv__(self, other):
+    def __truediv__(self, other: "Ratio | Number") -> "Ratio":
         other = self._like(other)
         return NotImplemented if other is NotImplemented else self * other.inverse()
 
-    def __rtruediv__(self, other):
+    def __rtruediv__(self, other: "Ratio | Number") -> "Ratio":
         return self.inverse() * other
 
-    def __pow__(self, k):
+    def __pow__(self, k: int) -> "Ratio":
         result, base = self._like(1), self if k >= 0 else self.inverse()
         for _ in range(abs(k)):
             result = result * base
@@ -107,13 +110,13 @@ class Ratios:
     ``shown`` replaces the symbols in expressions.
     """
 
-    def __init__(self, symbols, logarithms=0, shown=None):
+    def __init__(self, symbols: Sequence[sp.Symbol], logarithms: int = 0, shown: Any = None):
         self._names = sp.symbols(f"Lambda1:{logarithms + 1}")
         self._ring = sp.polys.rings.PolyRing((*symbols, *self._names), sp.QQ)
         self._shown = (*(shown or symbols), *self._names)
-        self._known = []
+        self._known: list = []
 
-    def __call__(self, expr):
+    def __call__(self, expr: sp.Expr) -> Ratio:
         """Return a rational expression as a Ratio."""
         above, below = map(self._ring.from_expr, sp.fraction(sp.together(expr)))
         return Ratio(above) / Ratio(below)

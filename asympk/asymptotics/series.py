@@ -48,7 +48,7 @@ class Series(ShownAsFormulas):
 
     __array_ufunc__ = None  # an array times a series is a series
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         kept = [m for m in self.terms if not _vanishes(self.terms[m]) and self._keeps(m)]
         object.__setattr__(self, "terms", {m: self.terms[m] for m in sorted(kept, key=_rank)})
 
@@ -94,7 +94,7 @@ class Series(ShownAsFormulas):
         """Apply ``convert`` to every coefficient; ``small`` names the parameter for printing."""
         return Series({m: convert(c) for m, c in self.terms.items()}, self.remainder, small or self.small)
 
-    def __call__(self, mu, log=None):
+    def __call__(self, mu: Any, log: Callable | None = None) -> Any:
         """Evaluate the terms at a number ``mu`` > 0, or at anything of which ``log`` takes the logarithm.
 
         The remainder is left out. Raises ``InputError`` where no ``log`` is given and ``mu`` is not a positive number.
@@ -116,11 +116,11 @@ class Series(ShownAsFormulas):
     def _sympy_(self):
         return self.expr
 
-    def __str__(self):
+    def __str__(self) -> str:
         shown = [" ".join(filter(None, (f"({c})", _monomial(*m) if any(m) else ""))) for m, c in self.terms.items()]
         return " + ".join(shown if self.remainder is None else [*shown, self._tail]) or "0"
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return cut(str(self), 400)
 
     def _card(self):
@@ -142,23 +142,24 @@ class Series(ShownAsFormulas):
     def _tail(self):
         return f"O({_monomial(*self.remainder)})"
 
-    def __add__(self, other):
+    def __add__(self, other: Any) -> "Series":
         other, terms = series(other), dict(self.terms)
         for m, c in other.terms.items():
             terms[m] = terms[m] + c if m in terms else c
         return Series(terms, _largest(self.remainder, other.remainder), self.small or other.small)
 
-    def __neg__(self):
+    def __neg__(self) -> "Series":
         return self.map(lambda c: -c)
 
-    def __sub__(self, other):
+    def __sub__(self, other: Any) -> "Series":
         return self + -series(other)
 
-    def __rsub__(self, other):
+    def __rsub__(self, other: Any) -> "Series":
         return -self + other
 
-    def __mul__(self, other):
-        other, terms = series(other), {}
+    def __mul__(self, other: Any) -> "Series":
+        other = series(other)
+        terms: dict[tuple, Any] = {}
         remainder = _largest(_times(self.size, other.remainder), _times(self.remainder, other.size))
         for m, c in self.terms.items():
             for n, d in other.terms.items():
@@ -169,15 +170,15 @@ class Series(ShownAsFormulas):
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __truediv__(self, other):
+    def __truediv__(self, other: Any) -> "Series":
         if not isinstance(other, Series):
             return self.map(lambda c: _over(c, other))
         return self * other.inverse()
 
-    def __rtruediv__(self, other):
+    def __rtruediv__(self, other: Any) -> "Series":
         return self.inverse() * other
 
-    def __pow__(self, k):
+    def __pow__(self, k: int) -> "Series":
         base = self if k >= 0 else self.inverse()
         result = series(1)
         for _ in range(abs(k)):

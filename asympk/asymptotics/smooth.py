@@ -135,7 +135,7 @@ class LayeredDense:
     layered: bool
     until: float
 
-    def __call__(self, t):
+    def __call__(self, t: Any) -> Any:
         times = np.asarray(t, dtype=float)
         if not ((times >= 0) & (times <= self.until)).all():
             raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")

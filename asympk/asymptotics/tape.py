@@ -8,49 +8,51 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any
 
+from asympk.numbers import Number
+
 
 class Node:
     """A number that is not known yet: the name of a line on a tape."""
 
     __slots__ = ("name", "tape")
 
-    def __init__(self, tape, name):
+    def __init__(self, tape: "Tape", name: str):
         self.tape, self.name = tape, name
 
-    def __add__(self, other):
+    def __add__(self, other: "Node | Number") -> "Node":
         return self.tape.write("+", self, other)
 
-    def __radd__(self, other):
+    def __radd__(self, other: "Node | Number") -> "Node":
         return self.tape.write("+", other, self)
 
-    def __sub__(self, other):
+    def __sub__(self, other: "Node | Number") -> "Node":
         return self.tape.write("-", self, other)
 
-    def __rsub__(self, other):
+    def __rsub__(self, other: "Node | Number") -> "Node":
         return self.tape.write("-", other, self)
 
-    def __mul__(self, other):
+    def __mul__(self, other: "Node | Number") -> "Node":
         return self.tape.write("*", self, other)
 
-    def __rmul__(self, other):
+    def __rmul__(self, other: "Node | Number") -> "Node":
         return self.tape.write("*", other, self)
 
-    def __truediv__(self, other):
+    def __truediv__(self, other: "Node | Number") -> "Node":
         return self.tape.write("/", self, other)
 
-    def __rtruediv__(self, other):
+    def __rtruediv__(self, other: "Node | Number") -> "Node":
         return self.tape.write("/", other, self)
 
-    def __neg__(self):
+    def __neg__(self) -> "Node":
         return self.tape.write("-", 0, self)
 
 
 class Tape:
     """Lines ``t1 = a * b``, each distinct one once, in the order in which they are needed."""
 
-    def __init__(self, *inputs):
+    def __init__(self, *inputs: str):
         self.inputs = inputs
-        self.lines = {}
+        self.lines: dict = {}
 
     def node(self, name: str) -> Node:
         """Return the input called ``name``."""

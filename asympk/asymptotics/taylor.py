@@ -26,17 +26,17 @@ class Taylor:
     terms: dict[tuple[int, int], Any]
     degree: int
 
-    def __getitem__(self, index):
+    def __getitem__(self, index: Any) -> Any:
         return self.terms.get(index, 0)
 
-    def __add__(self, other):
+    def __add__(self, other: Any) -> "Taylor":
         found = dict(self.terms)
         for index, c in as_taylor(other, self.degree).terms.items():
             found[index] = found[index] + c if index in found else c
         return Taylor(found, self.degree)
 
-    def __mul__(self, other):
-        found = {}
+    def __mul__(self, other: Any) -> "Taylor":
+        found: dict[tuple[int, int], Any] = {}
         for (k, j), a in self.terms.items():
             for (m, i), b in as_taylor(other, self.degree).terms.items():
                 if k + j + m + i <= self.degree:

@@ -45,7 +45,7 @@ class Contact:
     load: Any = 1
     unilateral: bool = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         static = self.friction if self.static is None else self.static
         for name, value in (("gap", self.gap), ("slip", self.slip), ("friction", self.friction), ("static", static),
                             ("load", self.load)):
@@ -87,7 +87,7 @@ class Mechanism(ShownAsFormulas):
         side = "one that only pushes" if self.contact.unilateral else "one that holds both ways"
         return Card(f"Mechanism of {len(self.coordinates)} coordinates and a contact, {side}", tuple(rows))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         put = object.__setattr__
         for name in ("coordinates", "velocities", "forces"):
             put(self, name, tuple(_finite(name, value) for value in _listed(getattr(self, name), name)))
