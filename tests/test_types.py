@@ -53,7 +53,7 @@ def bare(function, method):
 
 
 def public(body, method=False):
-    """Yield (function, whether it is a method) for what others may call: no name with an underscore, but for __call__."""
+    """Yield (function, whether it is a method) for all that others may call: dunder methods too."""
     for node in body:
         if isinstance(node, ast.FunctionDef) and (not node.name.startswith("_") or node.name.endswith("__")):
             yield node, method

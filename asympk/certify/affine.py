@@ -188,7 +188,7 @@ class _Modes:
         pairs = [*start, *((ball(w), w) for w in (*waves, Fraction(1)))]
         return EnclosedState(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs), self.field)
 
-    def _form(self, branch) -> Form:
+    def _form(self, branch: Branch) -> Form:
         form = form_of(mode_of(self.system, branch))
         if form is None:
             raise Refused("not affine: a mode is not linear in the states")
