@@ -10,6 +10,7 @@ import pytest
 
 from asympk.errors import InputError, MissingPackage
 from asympk.output import article, site
+from asympk.output.publish import LIST, publish
 from asympk.output.systempages import write_page
 from asympk.pictures.sketches import SKETCHES
 from asympk.systems import __all__ as SYSTEMS
@@ -49,6 +50,51 @@ def built(tmp_path_factory):
 @pytest.fixture(scope="module")
 def pages(built):
     return {file: Page(file) for file in built.rglob("*.html")}
+
+
+def _pages(folder, **texts):
+    shutil.rmtree(folder, ignore_errors=True)
+    for name, text in texts.items():
+        file = folder / "systems" / f"{name}.html"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    return folder
+
+
+def test_a_later_report_removes_what_an_earlier_one_wrote_and_nothing_else(tmp_path):
+    out, pages = tmp_path / "out", tmp_path / "pages"
+    publish(_pages(pages, old="old", edited="edited", kept="kept"), out)
+    (out / "systems" / "own.html").write_text("a file of someone else")
+    (out / "systems" / "edited.html").write_text("edited since")
+    publish(_pages(pages, kept="kept anew"), out)
+    assert {file.stem: file.read_text() for file in out.rglob("*.html")} == \
+        {"own": "a file of someone else", "edited": "edited since", "kept": "kept anew"}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"../other": ""}', '{"/etc/passwd": ""}'])
+def test_a_list_of_files_that_is_none_removes_nothing(tmp_path, text):
+    out = tmp_path / "out"
+    publish(_pages(tmp_path / "pages", a="a"), out)
+    (tmp_path / "other").write_text("")
+    (out / LIST).write_text(text)
+    with pytest.raises(InputError, match="is no list"):
+        publish(_pages(tmp_path / "pages", b="b"), out)
+    assert (tmp_path / "other").exists()
+    assert (out / "systems" / "a.html").exists()
+
+
+def test_a_site_is_not_written_over_a_file(tmp_path):
+    pytest.importorskip("pypandoc", reason="the extra site is not installed")
+    (tmp_path / "out").write_text("")
+    with pytest.raises(InputError, match="is a file"):
+        site.build_site(ROOT, tmp_path / "out")
+
+
+def test_folders_that_a_later_report_leaves_empty_are_removed(tmp_path):
+    publish(_pages(tmp_path / "pages", a="a"), tmp_path / "out")
+    (tmp_path / "none").mkdir()
+    publish(tmp_path / "none", tmp_path / "out")
+    assert [file.name for file in (tmp_path / "out").iterdir()] == [LIST]
 
 
 def test_every_kind_of_page_is_there(built):

@@ -1,0 +1,54 @@
+"""Pages copied to where they are read, with a list of them, by which a later report removes those that are gone."""
+
+import json
+import shutil
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path, PurePosixPath
+
+from asympk.errors import InputError
+from asympk.storage.files import write_text
+
+LIST = ".asympk-report.json"  # {file: SHA-256 of what was written}
+
+
+def publish(pages: Path, out: Path) -> None:
+    """Copy the files under ``pages`` to ``out``, and remove what an earlier report wrote there and this one does not.
+
+    A file that is not on the earlier report's list, or that has changed since, is left alone. Raises ``InputError`` for
+    a list that is none.
+    """
+    before = _listed(out / LIST)
+    written = {file.relative_to(pages).as_posix(): _digest(file) for file in sorted(pages.rglob("*")) if file.is_file()}
+    shutil.copytree(pages, out, dirs_exist_ok=True)
+    write_text(out / LIST, json.dumps(written, indent=0) + "\n")
+    for name in before.keys() - written.keys():
+        file = out / name
+        if file.is_file() and _digest(file) == before[name]:
+            file.unlink()
+            _remove_empty(file.parent, out)
+
+
+def _listed(file: Path) -> dict[str, str]:
+    if not file.is_file():
+        return {}
+    with suppress(ValueError):
+        found = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(found, dict) and all(map(_within, found)):
+            return found
+    raise InputError(f"{file} is no list of what a report wrote; remove it, and what it was to list")
+
+
+def _within(name: str) -> bool:
+    path = PurePosixPath(name)
+    return not path.is_absolute() and ".." not in path.parts
+
+
+def _digest(file: Path) -> str:
+    return sha256(file.read_bytes()).hexdigest()
+
+
+def _remove_empty(folder: Path, top: Path) -> None:
+    while folder != top and not any(folder.iterdir()):
+        folder.rmdir()
+        folder = folder.parent
