@@ -28,8 +28,8 @@ from asympk.symbolic.reading import expression
 from asympk.symbolic.system import System
 
 
-@dataclass(frozen=True)
-class Contact:
+@dataclass(frozen=True, repr=False)
+class Contact(ShownAsFormulas):
     r"""One contact with dry friction: where it is, which way it slides, how rough it is.
 
     ``gap`` g(q, t) is a position expression, positive where the contact is open. ``slip`` is a position expression
@@ -53,6 +53,15 @@ class Contact:
         if not isinstance(self.unilateral, bool):
             raise InputError(f"contact: unilateral = {self.unilateral!r:.60}: it must be True or False")
         check_bounds(self)
+
+    @property
+    def side(self) -> str:
+        """What the contact does, in words."""
+        return "one that only pushes" if self.unilateral else "one that holds both ways"
+
+    def _card(self) -> Card:
+        names = ("gap", "slip", "friction", "static", "load")
+        return Card(f"Contact, {self.side}", tuple((name, getattr(self, name)) for name in names))
 
 
 @dataclass(frozen=True, repr=False)
@@ -83,9 +92,8 @@ class Mechanism(ShownAsFormulas):
     def _card(self) -> Card:
         rows: list[tuple[str, Any]] = [("coordinates", sp.Tuple(*self.coordinates)), ("mass", self.mass)]
         rows += [("forces", sp.Tuple(*self.forces))]
-        rows += [(name, getattr(self.contact, name)) for name in ("gap", "slip", "friction", "static", "load")]
-        side = "one that only pushes" if self.contact.unilateral else "one that holds both ways"
-        return Card(f"Mechanism of {len(self.coordinates)} coordinates and a contact, {side}", tuple(rows))
+        rows += self.contact._card().rows
+        return Card(f"Mechanism of {len(self.coordinates)} coordinates and a contact, {self.contact.side}", tuple(rows))
 
     def __post_init__(self) -> None:
         put = object.__setattr__

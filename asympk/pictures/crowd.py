@@ -27,7 +27,7 @@ def _map(many: Many, sheet: Any) -> Any:
 
     found = many.itineraries()
     shown = np.minimum(found.index, len(INKS) - 1)
-    drawing = sheet.sheet(style.COLUMN, HEIGHT + LINE * min(len(found.sequences), len(INKS)))
+    drawing = sheet.blank_sheet(style.COLUMN, HEIGHT + LINE * min(len(found.sequences), len(INKS)))
     axis = drawing.subplots()
     (rows, down), (columns, across) = many._axes()
     axis.pcolormesh(across, down, shown, cmap=ListedColormap(INKS), vmin=-0.5, vmax=len(INKS) - 0.5, rasterized=True)
@@ -52,7 +52,7 @@ def _panels(many: Many, sheet: Any) -> Any:
 
     axes = many._axes()
     name, values = axes[0] if len(axes) == 1 else ("trajectory", np.arange(many.n_events.size))
-    drawing = sheet.sheet(style.COLUMN, 0.4 + PANEL * (len(many.names) + 1))
+    drawing = sheet.blank_sheet(style.COLUMN, 0.4 + PANEL * (len(many.names) + 1))
     panels = drawing.subplots(len(many.names) + 1, 1, sharex=True)
     rows = [*many.final.reshape(len(many.names), -1), many.n_events.ravel()]
     for axis, row, label in zip(panels, rows, (*many.names, "events"), strict=True):

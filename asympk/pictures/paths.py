@@ -46,7 +46,7 @@ def figure(path: Path) -> Any:
     sheet = sheets()
     names, data = columns(path)[1:-1], list(zip(*trace(path), strict=True))
     with sheet.in_style():
-        drawing = sheet.sheet(style.COLUMN, LEGEND + AXIS + PANEL * len(names))
+        drawing = sheet.blank_sheet(style.COLUMN, LEGEND + AXIS + PANEL * len(names))
         panels = drawing.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
         for axis, values, name in zip(panels, data[1:-1], names, strict=True):
             _shade(axis, path)

@@ -44,7 +44,7 @@ def phase(
     if not isinstance(what, Scene | Path | System):
         raise InputError(f"phase takes a Scene, a Path or a System, not {type(what).__name__}")
     with sheet.in_style():
-        drawing = sheet.sheet(style.COLUMN, HEIGHT)
+        drawing = sheet.blank_sheet(style.COLUMN, HEIGHT)
         axis = drawing.subplots()
         if isinstance(what, System):
             _field(axis, *_placed(what, values), _window(window, WINDOW), _pair(_names(what), x, y))

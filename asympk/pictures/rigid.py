@@ -74,7 +74,7 @@ def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     if file is not None:
         sheet.suffix_of(file)
     with sheet.in_style():
-        figure = sheet.sheet(style.COLUMN, 2.6 if len(found.over) == 2 else 1.2)
+        figure = sheet.blank_sheet(style.COLUMN, 2.6 if len(found.over) == 2 else 1.2)
         ax = figure.subplots()
         height = (found.ranges[1][1] - found.ranges[1][0]) / (ROWS - 1) if len(found.over) == 2 else 1.0
         for interval in found.intervals:

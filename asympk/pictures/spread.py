@@ -20,7 +20,7 @@ def plot(told: dict[str, Any], file: str | File | None = None) -> Any:
     found, words = told["quantiles"], [*told["itineraries"].items()][:SHOWN]
     rows = [1.5] * len(found) + ([1 + len(words)] if words else [])
     with sheet.in_style():
-        drawing = sheet.sheet(style.COLUMN, MARGIN + ROW * sum(rows))
+        drawing = sheet.blank_sheet(style.COLUMN, MARGIN + ROW * sum(rows))
         panels = drawing.subplots(len(rows), 1, height_ratios=rows, squeeze=False)[:, 0]
         for panel, (state, quantiles) in zip(panels, found.items(), strict=False):
             _spread(panel, state, dict(zip(told["probabilities"], quantiles, strict=False)))
