@@ -54,34 +54,38 @@ def follow(
     modes are those of doubles, or of mpmath numbers of ``digits`` digits; ``slack`` is the relative error of a state
     at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction`` and ``Accumulation``.
     """
-    branch, t, state = first, 0 * until, start
-    marks: list[Event] = []
-    segments: list[Segment] = []
-    mode = automaton.mode(branch, digits)
-    names = [mode.name]
+    mode, t, state = automaton.mode(first, digits), 0 * until, start
+    names, marks, segments = [mode.name], list[Event](), list[Segment]()
     while t < until or not segments:
         segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
         segments.append(segment)
-        t, state = segment.t, segment.state
         if segment.short or segment.hit is None:
             break
-        if mode.kinds[segment.hit][0] in _ENDS:
-            raise _ended(mode, segment.hit, t, state)
-        state = mode.snapped(segment.hit, t, state)
-        after = automaton.next(branch, (segment.hit,), t, state, slack)
-        if after == branch:
+        branch, event = _passed(automaton, mode, segment.hit, segment.t, segment.state, slack)
+        t, state = event.t, event.state
+        if branch == mode.branch:
             _require_progress(segments, mode)
             continue
-        kind, friction = _kind(mode, segment.hit, after)
-        marks.append(Event(kind, t, state, friction))
-        _require_apart(marks, state, automaton)
-        branch, mode = after, automaton.mode(after, digits)
+        marks.append(event)
+        _require_apart(marks, automaton)
+        mode = automaton.mode(branch, digits)
         names.append(mode.name)
         if len(marks) > events:
             segments[-1] = segment._replace(short=f"limit of {events} events reached", state=state)
             break
-    last = segments[-1]
-    return Run(last, tuple(marks), tuple(names), tuple(segments))
+    return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
+
+
+def _passed(
+    automaton: Automaton, mode: NumericMode, hit: int, t: Any, state: tuple, slack: Any
+) -> tuple[Branch, Event]:
+    """Return what follows a guard that is lost, and the event; raises where the motion of a rigid contact ends."""
+    if mode.kinds[hit][0] in _ENDS:
+        raise _ended(mode, hit, t, state)
+    state = mode.snapped(hit, t, state)
+    after = automaton.next(mode.branch, (hit,), t, state, slack)
+    kind, friction = _kind(mode, hit, after)
+    return after, Event(kind, t, state, friction)
 
 
 _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
@@ -120,7 +124,7 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
                         "ask for digits=, or move the start")  # fmt: skip
 
 
-def _require_apart(marks: list[Event], state: tuple, automaton: Automaton) -> None:
+def _require_apart(marks: list[Event], automaton: Automaton) -> None:
     """Raise ``Accumulation`` where the intervals between events shrink geometrically to nothing beside the time."""
     if len(marks) <= WATCHED:
         return
@@ -130,7 +134,8 @@ def _require_apart(marks: list[Event], state: tuple, automaton: Automaton) -> No
     if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
         ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
         limit = marks[-1].t + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
+        at = _told(automaton.system, marks[-1].state)
         raise Accumulation(
-            f"events accumulate at t = {float(limit):.12g}, {_told(automaton.system, state)}: {len(marks)} events, "
-            f"the last {float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"
+            f"events accumulate at t = {float(limit):.12g}, {at}: {len(marks)} events, the last "
+            f"{float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"
         )

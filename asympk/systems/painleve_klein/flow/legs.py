@@ -103,13 +103,9 @@ class Leg(NamedTuple):
 
 
 def follow(
-    flow: Flow,
-    start: Number,
-    until: Number,
-    deviation: Number | None = None,
-    known: Sequence[Leg] | None = None,
+    flow: Flow, start: Number, until: Number, deviation: Number | None = None, known: Sequence[Leg] | None = None,
     told: Any = None,
-) -> list[Leg]:
+) -> list[Leg]:  # fmt: skip
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
     Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser

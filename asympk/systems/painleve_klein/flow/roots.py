@@ -49,19 +49,9 @@ def smooth_root(
 
 
 def fast_slow_root(
-    m: Arithmetic,
-    start: Number,
-    base: Number,
-    k: Number,
-    fast: Number,
-    rate: Number,
-    slow: Number,
-    slow_rate: Number,
-    lo: Number,
-    hi: Number,
-    sign_hi: Number,
-    guess: Number | None = None,
-) -> Number:
+    m: Arithmetic, start: Number, base: Number, k: Number, fast: Number, rate: Number, slow: Number,
+    slow_rate: Number, lo: Number, hi: Number, sign_hi: Number, guess: Number | None = None,
+) -> Number:  # fmt: skip
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
     ``base`` is ``start - fast``, known better than both. Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)) be what
