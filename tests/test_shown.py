@@ -39,6 +39,8 @@ WAYS = [
     (ROD, {"method": "moreau"}),
     (SPRING, {}),
     (SPRING, {"digits": 20}),
+    (ap.systems.bead_rod.scenes()[0], {}),
+    (ap.Scene(np.float64(1), np.float32(0.25), (np.int64(0), np.float64(0.2), np.float32(-1)), np.int32(2)), {}),
 ]
 
 
@@ -208,6 +210,13 @@ ROD_SYSTEM = ap.systems.painleve_klein.system()
 VAN_DER_POL = ap.System.smooth(slow={x: v}, fast={v: (1 - x**2) * v - x}, small=sp.Symbol("mu", positive=True))
 
 
+def _two_frictions():
+    u, w, G, k = *sp.symbols("u w G", real=True), sp.Symbol("k", positive=True)
+    belt, pair = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=k), ap.Friction(w - v, G, load=1, kinetic=k)
+    rates = {x: v, u: w, v: -x + F - G, w: -u + G}
+    return ap.System.with_frictions(slow=rates, fast={}, frictions=(belt, pair))
+
+
 def _nouns():
     yield from (ROD_SYSTEM, BLOCK, VAN_DER_POL, ROD_SYSTEM.mode("stick"), ROD_SYSTEM.friction)
     yield from ap.slow_manifolds(ROD_SYSTEM, order=2)
@@ -216,6 +225,10 @@ def _nouns():
     yield from (ap.eigenvalues(ROD_SYSTEM)[0], ap.eigenvalues(VAN_DER_POL, on={v: x / (1 - x**2)})[0])
     yield ap.systems.painleve_klein.mechanism().jump_law()
     yield from (ap.slow_manifolds(ROD_SYSTEM), ap.eigenvalues(ROD_SYSTEM))
+    shoe = ap.systems.brake_shoe
+    yield from (shoe.mechanism(), shoe.mechanism().contact, shoe.system(), shoe.mechanism().jump_law())
+    yield from (ap.lower([x, v], x + v), ap.lower([x, v], {"a": x, "b": v}), _two_frictions())
+    yield ap.lower(sp.symbols("w:5"), [sp.sympify(f"sin(w{k % 5})**{k}") for k in range(400)])
     yield from (ap.jump_map(ROD_SYSTEM, order=1), ap.jump_map(ROD_SYSTEM, order=1).x)
 
 

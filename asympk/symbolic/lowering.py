@@ -25,6 +25,7 @@ from asympk.errors import InputError, OutOfRange
 from asympk.multiprecision import as_mpf, context, in_context
 from asympk.naming import named
 from asympk.numbers import Number, number, numbers, short
+from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import along
 from asympk.symbolic.reading import expression
 
@@ -32,8 +33,8 @@ BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.c
 STRICT = {"allow_unknown_functions": False, "strict": True}
 
 
-@dataclass(frozen=True)
-class Lowered:
+@dataclass(frozen=True, repr=False)
+class Lowered(ShownAsFormulas):
     """A function of numbers, ``outputs`` in terms of ``args``, compiled for ``target`` at the first call.
 
     Returns one value, a tuple when lowered from a sequence, a dict by ``keys`` when lowered from a ``Dict``. With
@@ -48,6 +49,11 @@ class Lowered:
     single: bool = False
     name: str = "f"
     directions: tuple[tuple[sp.Expr, ...], ...] = ()
+
+    def _card(self) -> Card:
+        names = self.keys or [f"{self.name}[{k}]" if not self.single else self.name for k in range(len(self.outputs))]
+        title = f"Function of {', '.join(map(str, self.args)):.60} on the numbers of {self.target}"
+        return Card(title, tuple(zip(names, self.outputs, strict=True)))
 
     def __call__(self, *values: Any) -> Any:
         if len(values) != len(self.args):
