@@ -45,7 +45,7 @@ class Events(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Ensemble(Many):
+class AffineEnsemble(Many):
     """What became of many trajectories of an affine system: ``Many``, ``final`` (n, ...) in the order of ``names``.
 
     ``first`` (frictions, ...) tells what every friction does at the start, an index of ``asympk.many.PHASES``;
@@ -67,7 +67,7 @@ class Ensemble(Many):
 
 def solve_many(
     *, system: Any, values: Any, start: Any, until: Any, progress: Any = None, strict: bool = False
-) -> Ensemble:
+) -> AffineEnsemble:
     """Follow trajectories of an affine system; ``values``, ``start`` and ``until`` hold arrays that broadcast.
 
     Keys are symbols or names. ``progress(done, total)`` is called after each chunk. A trajectory that cannot be
@@ -97,7 +97,7 @@ def solve_many(
                 progress(done, total)
     final, count = result.final.reshape(-1, *shape), result.n_events.reshape(shape)
     events = _in_order(result.notes, len(names))
-    return Ensemble(names, final, count, first.reshape(-1, *shape), len(result.alone), result.left, events)
+    return AffineEnsemble(names, final, count, first.reshape(-1, *shape), len(result.alone), result.left, events)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
 from asympk.asymptotics.ranges import checks
 from asympk.errors import AsympkError, OutOfRange
 from asympk.shown import Card, ShownAsTable
-from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, require_finite, scene_columns
 
 CHUNK = 1 << 15
 
@@ -51,9 +51,9 @@ def solve_many(
     import numpy as np
 
     order = checked_order(method, order)
-    shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
+    shape, job = scene_columns(sigma, mu, x, y, z, until, sigma0)
     for name in "xyz":
-        require(name, job[name].values)
+        require_finite(name, job[name].values)
     size = int(np.prod(shape))
     final, error = np.full((3, size), np.inf), np.full(size, np.inf)
     reason = np.full(size, -1)

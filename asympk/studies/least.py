@@ -17,7 +17,7 @@ from asympk.shown import Card, ShownAsTable
 from asympk.studies import general
 from asympk.studies.general import Rung
 from asympk.systems.kernels import kernel_scene
-from asympk.systems.painleve_klein.arrays.inputs import scenes
+from asympk.systems.painleve_klein.arrays.inputs import scene_columns
 
 LADDER: dict[str, tuple[str, dict[str, Any]]] = {
     "rigid": ("rigid", {}),
@@ -116,7 +116,7 @@ def atlas(
     rtol = _tolerance(rtol)
     if system is not None:
         return general.atlas(system, values or {}, start or {}, until, rtol, progress)
-    shape, job = scenes(sigma, mu, x, y, z, until, sigma0)
+    shape, job = scene_columns(sigma, mu, x, y, z, until, sigma0)
     size = int(np.prod(shape))
     flat: dict[str, Any] = {name: column.array(slice(0, size)) for name, column in job.items()}
     found = np.full(size, len(LADDER) - 1, dtype=np.int8)

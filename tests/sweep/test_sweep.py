@@ -333,7 +333,7 @@ def test_parquet_chunks_hold_the_same_and_are_checked_too(plain, tmp_path):
 def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
     from asympk.systems.painleve_klein.flow import exact
 
-    real = exact.in_doubles
+    real = exact.followed_in_doubles
 
     def refusing(case):
         for reason, bad in ((TooManyEvents, 7.0), (TooLarge, 9.0), (Undecided, 11.0)):

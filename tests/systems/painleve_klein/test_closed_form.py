@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from asympk.arithmetic import Doubles, context, set_digits
 from asympk.systems.painleve_klein.flow import fastslow, legs, shortcut, smooth, starts
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
-from asympk.systems.painleve_klein.flow.legs import Flow, follow, on_level, on_plane
+from asympk.systems.painleve_klein.flow.legs import RodFlow, follow_rod, on_level, on_plane
 from asympk.systems.painleve_klein.flow.roots import smooth_root
-from asympk.systems.painleve_klein.flow.rounding import largest
-from asympk.systems.painleve_klein.flow.smooth import Smooth, short_responses, superposed
+from asympk.systems.painleve_klein.flow.rounding import largest_state
+from asympk.systems.painleve_klein.flow.smooth import SmoothMode, short_responses, superposed
 from asympk.systems.painleve_klein.flow.starts import beginning
 
 BOUND = 2e-15
@@ -60,7 +60,7 @@ def test_a_closed_form_solves_its_mode(a, b, mu):
     m = digits(40)
     b, mu = m.mpf(Fraction(b).numerator) / Fraction(b).denominator, m.mpf(mu)
     x, y, z = m.mpf("0.3"), m.mpf("-1.1"), m.mpf("-0.7")
-    forms = [Smooth] if not b or not -2 <= mu / b <= 0.125 else [Smooth, FastSlow]
+    forms = [SmoothMode] if not b or not -2 <= mu / b <= 0.125 else [SmoothMode, FastSlow]
     with mpmath.workdps(40):
         expected = state_by_integration(a, mpmath.mpf(b), mpmath.mpf(mu), x, y, z, 1.5)
     for form in forms:
@@ -73,7 +73,7 @@ def test_a_closed_form_solves_its_mode(a, b, mu):
 @pytest.mark.parametrize(("a", "b", "mu"), MODES)
 def test_short_times_agree_with_long_ones(a, b, mu):
     m = digits(60)
-    mode = Smooth(m, a, m.mpf(Fraction(b).numerator) / Fraction(b).denominator, m.mpf(mu))
+    mode = SmoothMode(m, a, m.mpf(Fraction(b).numerator) / Fraction(b).denominator, m.mpf(mu))
     t = m.mpf("0.4")
     if b:
         for short, long in zip(short_responses(m, mode.beta, t), mode.responses(t), strict=True):
@@ -91,7 +91,7 @@ def test_a_state_in_doubles_is_right_to_the_rounding_of_its_terms(a, b, mu, star
     x, y, z = start
     states = []
     for m in (Doubles, digits(60)):
-        usual = Flow(m, 0, 0, m.number(mu))
+        usual = RodFlow(m, 0, 0, m.number(mu))
         usual.load = lambda name: (a, b)
         segment = usual.mode("any").start(*map(m.number, (x, y)), m.number(x) + m.number(y), m.number(z))
         t = share * 2 * min(1, 20 / abs(float(getattr(segment.mode, "fast_rate", 1)))) if b < 0 else share * 5
@@ -102,11 +102,11 @@ def test_a_state_in_doubles_is_right_to_the_rounding_of_its_terms(a, b, mu, star
 
 def solved(m, sigma, mu, start, until, sigma0=None):
     """Return the legs of a scene in the numbers of ``m``, with no account of rounding and no second run."""
-    from asympk.systems.painleve_klein.flow.exact import Case
+    from asympk.systems.painleve_klein.flow.exact import RodNumbers
 
-    case = Case(sigma, sigma if sigma0 is None else sigma0, mu, *start, until, None)
-    of_scene = Flow(m, m.number(case.sigma), m.number(case.sigma0), m.number(mu))
-    return follow(of_scene, *_swapped(beginning(of_scene, case), m.number(until)))
+    case = RodNumbers(sigma, sigma if sigma0 is None else sigma0, mu, *start, until, None)
+    of_scene = RodFlow(m, m.number(case.sigma), m.number(case.sigma0), m.number(mu))
+    return follow_rod(of_scene, *_swapped(beginning(of_scene, case), m.number(until)))
 
 
 def _swapped(begun, until):
@@ -119,7 +119,7 @@ def error_of(sigma, mu, start, until, sigma0=None):
     rough, true = (solved(m, sigma, mu, start, until, sigma0) for m in (Doubles, digits(60)))
     if [leg.mode for leg in rough] != [leg.mode for leg in true]:
         return math.inf
-    return float(max(abs(rough[-1].end[i] - true[-1].end[i]) for i in (0, 3)) / largest(true))
+    return float(max(abs(rough[-1].end[i] - true[-1].end[i]) for i in (0, 3)) / largest_state(true))
 
 
 def test_the_constants_of_a_mode_are_right_to_a_few_ulps():
@@ -245,7 +245,7 @@ def test_partial_fractions_would_fail_at_the_coalescence():
     with pytest.raises(ZeroDivisionError):
         FastSlow(Doubles, 0, 1.0, 0.25)
     beside = FastSlow(Doubles, 0, 1.0, 0.25 * (1 - 1e-14)).start(1.0, 2.0, 3.0, 0.0).state(2.0)
-    true = Smooth(digits(40), 0, 1, 0.25 * (1 - 1e-14)).start(1, 2, 3, 0).state(2)
+    true = SmoothMode(digits(40), 0, 1, 0.25 * (1 - 1e-14)).start(1, 2, 3, 0).state(2)
     assert abs(beside[0] - true[0]) > 100 * BOUND
 
 

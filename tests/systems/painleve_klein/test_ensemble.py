@@ -152,7 +152,7 @@ def both_ways(sigma, sigma0, mu, x, y, z, until):
     """Follow by courses and by the safeguarded flow; return (common rows, final, count, events) and the story."""
     final, count, notes = np.empty((3, x.size)), np.zeros(x.size, dtype=int), []
     with np.errstate(all="ignore"):
-        others = itineraries.follow(itineraries.Setting(sigma, sigma0, mu), x, y, z, until, final, count,
+        others = itineraries.follow_itineraries(itineraries.Setting(sigma, sigma0, mu), x, y, z, until, final, count,
                                 lambda kind, rows, *state: notes.append((rows, KINDS.index(kind), *state)))
         full = [np.broadcast_to(v, x.shape).astype(float) for v in (sigma, sigma0, mu, x, y, z, until)]
         story = safeguarded.certain(*full)
@@ -446,7 +446,7 @@ def test_extended_precision_is_not_needed_for_being_right(monkeypatch):
 def test_the_textbook_slow_root_would_lose_digits(monkeypatch):
     x, y, z = starts(13, 100)
     right = ap.solve_many(1, 1e-8, x, y, z, 5)
-    exact = kernels.mode
+    exact = kernels.mode_constants
 
     def textbook(a, b, mu):
         slow = (-b + np.sign(b) * np.sqrt(b * b - 4 * mu * b)) / (2 * mu)
@@ -458,7 +458,7 @@ def test_the_textbook_slow_root_would_lose_digits(monkeypatch):
 
 
 def test_rows_of_a_column_are_those_of_the_broadcast_array():
-    shape, found = inputs.columns({}, a=np.arange(3.0)[:, None], b=np.arange(4), c=2)
+    shape, found = inputs.broadcast_columns({}, a=np.arange(3.0)[:, None], b=np.arange(4), c=2)
     assert shape == (3, 4)
     assert found["a"].rows(slice(2, 7)).tolist() == [0, 0, 1, 1, 1]
     assert found["b"].rows(np.array([0, 5, 11])).tolist() == [0, 1, 3]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import asympk as ap
 from asympk.arithmetic import Doubles
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
-from asympk.systems.painleve_klein.flow.exact import Case, legs_of
+from asympk.systems.painleve_klein.flow.exact import RodNumbers, segments_of
 
 BOUND = 2e-15
 theorem = settings(derandomize=True, deadline=None, max_examples=60, phases=[Phase.explicit, Phase.generate])
@@ -554,15 +554,15 @@ def test_where_rounding_may_show_the_result_is_that_of_more_digits_rounded():
 
 
 def test_a_course_that_more_digits_do_not_share_is_not_refined():
-    case = Case(1.0, 1.0, 3.0, 0.3, 0.2, -1.0, 5.0, None)
-    other = legs_of(Doubles, case._replace(z=1.0))
+    case = RodNumbers(1.0, 1.0, 3.0, 0.3, 0.2, -1.0, 5.0, None)
+    other = segments_of(Doubles, case._replace(z=1.0))
     with pytest.raises(Undecided):
-        legs_of(Doubles, case, other)
+        segments_of(Doubles, case, other)
 
 
 def test_doubles_alone_follow_an_ordinary_scene():
-    case = Case(1.0, 1.0, 1e-3, 0.0, 0.2, -1.0, 5.0, None)
-    assert [leg.mode for leg in legs_of(Doubles, case)] == ["slip_opposite", "stick", "slip_same"]
+    case = RodNumbers(1.0, 1.0, 1e-3, 0.0, 0.2, -1.0, 5.0, None)
+    assert [leg.mode for leg in segments_of(Doubles, case)] == ["slip_opposite", "stick", "slip_same"]
 
 
 @pytest.mark.parametrize("until", [0, 1e-310, 1, 5])

@@ -7,8 +7,8 @@ import pytest
 
 from asympk.arithmetic import Doubles, context, set_digits
 from asympk.errors import Undecided
-from asympk.systems.painleve_klein.flow.exact import TRUSTED, Case, legs_of
-from asympk.systems.painleve_klein.flow.rounding import backward, estimate, forward, largest
+from asympk.systems.painleve_klein.flow.exact import TRUSTED, RodNumbers, segments_of
+from asympk.systems.painleve_klein.flow.rounding import backward, estimated_error, forward, largest_state
 
 
 def digits(n):
@@ -17,17 +17,17 @@ def digits(n):
     return m
 
 
-def account(case, estimator=lambda legs: estimate(legs, TRUSTED)):
+def account(case, estimator=lambda legs: estimated_error(legs, TRUSTED)):
     """Return (estimated error, true error) of a run in doubles; None when it gives up by itself."""
     try:
-        rough = legs_of(Doubles, case)
+        rough = segments_of(Doubles, case)
         estimated = estimator(rough)
     except (Undecided, OverflowError, ZeroDivisionError):
         return None
-    true = legs_of(digits(60), case)
+    true = segments_of(digits(60), case)
     if [leg.mode for leg in rough] != [leg.mode for leg in true]:
         return estimated, float("inf")
-    return estimated, float(max(abs(rough[-1].end[i] - true[-1].end[i]) for i in (0, 3)) / largest(true))
+    return estimated, float(max(abs(rough[-1].end[i] - true[-1].end[i]) for i in (0, 3)) / largest_state(true))
 
 
 def cases(n, seed, widest=12):
@@ -35,7 +35,7 @@ def cases(n, seed, widest=12):
     for _ in range(n):
         sigma = random.choice([random.uniform(-1.99, 3), 10 ** random.uniform(-9, 6), -(10 ** random.uniform(-9, 0.2))])
         sizes = 10 ** random.uniform(-widest, widest, 3) * random.choice([-1, 1], 3)
-        yield Case(sigma, sigma, 10 ** random.uniform(-12, 3), *sizes, 10 ** random.uniform(-6, 4), None)
+        yield RodNumbers(sigma, sigma, 10 ** random.uniform(-12, 3), *sizes, 10 ** random.uniform(-6, 4), None)
 
 
 def test_what_is_trusted_is_right():
@@ -52,8 +52,8 @@ def test_an_estimate_is_seldom_below_the_error_and_never_far(estimator):
 
 
 def test_bounds_carried_forward_grow_over_many_events_where_derivatives_carried_backward_do_not():
-    case = Case(2.44, 2.44, 1.25, 67778551.48489238, 3.1267737337909384e-09, -17375861.02658052, 1000.0, None)
-    legs = legs_of(Doubles, case)
+    case = RodNumbers(2.44, 2.44, 1.25, 67778551.48489238, 3.1267737337909384e-09, -17375861.02658052, 1000.0, None)
+    legs = segments_of(Doubles, case)
     assert len(legs) > 30
     assert forward(legs) > 1
     _, true = account(case)
@@ -63,20 +63,20 @@ def test_bounds_carried_forward_grow_over_many_events_where_derivatives_carried_
 
 def test_a_start_that_amplifies_the_rounding_of_its_deviation_is_not_trusted_without_it(monkeypatch):
     monkeypatch.setattr("asympk.systems.painleve_klein.flow.starts._from_unstable_line", lambda *_: None)
-    estimated, true = account(Case(1.0, 1.0, 1e-3, 0.3, -1.2987025935171457 + 1e-12, 1.0, 5.0, None))
+    estimated, true = account(RodNumbers(1.0, 1.0, 1e-3, 0.3, -1.2987025935171457 + 1e-12, 1.0, 5.0, None))
     assert true > 1e-9
     assert estimated > 1e-9
 
 
 def test_an_end_inside_a_fast_layer_is_not_trusted():
-    case = Case(1.0, 1.0, 1e-9, 1.0, 0.2, -1.0, 1.0, None)
-    event = legs_of(digits(60), case)[1].start
+    case = RodNumbers(1.0, 1.0, 1e-9, 1.0, 0.2, -1.0, 1.0, None)
+    event = segments_of(digits(60), case)[1].start
     late = case._replace(x=1.0, until=float(event) * (1 + 1e-12))
     found = account(late)
     assert found is None or found[0] >= found[1] / 3
 
 
 def test_a_run_out_of_range_is_not_trusted():
-    case = Case(1.0, 1.0, 1e-300, 0.0, 0.0, -1e12, 1.0, None)
+    case = RodNumbers(1.0, 1.0, 1e-300, 0.0, 0.0, -1e12, 1.0, None)
     with suppress(Undecided, OverflowError, ZeroDivisionError):
-        assert not estimate(legs_of(Doubles, case), TRUSTED) <= TRUSTED
+        assert not estimated_error(segments_of(Doubles, case), TRUSTED) <= TRUSTED

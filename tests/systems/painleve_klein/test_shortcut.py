@@ -6,8 +6,8 @@ import pytest
 from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
 from asympk.systems.painleve_klein.flow import shortcut
-from asympk.systems.painleve_klein.flow.exact import Case, legs_of
-from asympk.systems.painleve_klein.flow.rounding import largest
+from asympk.systems.painleve_klein.flow.exact import RodNumbers, segments_of
+from asympk.systems.painleve_klein.flow.rounding import largest_state
 
 
 def cases(n, seed):
@@ -15,12 +15,12 @@ def cases(n, seed):
     for _ in range(n):
         sigma = random.choice([1.0, random.uniform(-1.99, 4), 10 ** random.uniform(-3, 4)])
         start = random.uniform(-2, 2, 3) * 10 ** random.uniform(-4, 3, 3)
-        yield Case(float(sigma), float(sigma), float(10 ** random.uniform(-12, 0)), *map(float, start), 5.0, None)
+        yield RodNumbers(float(sigma), float(sigma), float(10 ** random.uniform(-12, 0)), *map(float, start), 5.0, None)
 
 
 def followed(case):
     try:
-        return legs_of(Doubles, case)
+        return segments_of(Doubles, case)
     except (Undecided, OverflowError, ZeroDivisionError):
         return None
 
@@ -35,7 +35,7 @@ def test_the_short_cut_and_the_general_text_agree(monkeypatch):
     assert len(pairs) > 580
     for p, q in pairs:
         assert [leg.mode for leg in p] == [leg.mode for leg in q]
-        assert max(abs(p[-1].end[i] - q[-1].end[i]) for i in (0, 3)) <= 1e-14 * largest(q) or len(p) > 8
+        assert max(abs(p[-1].end[i] - q[-1].end[i]) for i in (0, 3)) <= 1e-14 * largest_state(q) or len(p) > 8
 
 
 @pytest.mark.parametrize("mu", [1e-2, 1e-4, 1e-6])
@@ -53,7 +53,7 @@ def test_the_general_text_is_seldom_needed_for_small_mu(mu, monkeypatch):
         monkeypatch.setattr(shortcut, name, counting)
     random = np.random.default_rng(2)
     for _ in range(100):
-        followed(Case(1.0, 1.0, mu, *map(float, random.uniform(-2, 2, 3)), 5.0, None))
+        followed(RodNumbers(1.0, 1.0, mu, *map(float, random.uniform(-2, 2, 3)), 5.0, None))
     assert sum(answered) > 0.9 * len(asked)
 
 

@@ -7,7 +7,7 @@ from tangent import FAMILIES, differences, draws, scene_of
 import asympk as ap
 from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
-from asympk.systems.painleve_klein.flow.exact import Case, legs_of
+from asympk.systems.painleve_klein.flow.exact import RodNumbers, segments_of
 
 SCENES = list(draws(20 * len(FAMILIES), seed=1))
 
@@ -27,7 +27,7 @@ def test_a_start_on_s_zero_without_a_rate_but_for_rounding_returns_through_it(k)
 
 def test_a_rate_that_doubles_cannot_tell_is_not_told_by_them():
     with pytest.raises(Undecided):
-        legs_of(Doubles, Case(1.0, 1.0, 1e-3, 1000.0, -1000.0, -1.0, 2.0, None))
+        segments_of(Doubles, RodNumbers(1.0, 1.0, 1e-3, 1000.0, -1000.0, -1.0, 2.0, None))
 
 
 def test_a_rate_that_is_zero_in_fractions_is_zero_whatever_its_double():

@@ -10,7 +10,9 @@ MOST_STEPS = 400
 AT_REST = 1e-5
 
 
-def roots(step: Callable, lo: Number, hi: Number, rising: np.ndarray, t: Number, first: Number = np.inf) -> np.ndarray:
+def bracketed_roots(
+    step: Callable, lo: Number, hi: Number, rising: np.ndarray, t: Number, first: Number = np.inf
+) -> np.ndarray:
     """Return the root in each (lo, hi) of functions that are positive at ``hi`` where ``rising``, negative elsewhere.
 
     ``step(rows, t)`` tells of some of the functions whether they are positive at ``t``, and where Newton's method
@@ -45,7 +47,7 @@ def _cut(lo, hi, first):
     return np.where(far, np.sqrt(lo) * np.sqrt(hi), np.where(lo > 0, (lo + hi) / 2, np.minimum(hi / 2, first)))
 
 
-def newton(value_and_slope: Callable) -> Callable:
+def newton_step(value_and_slope: Callable) -> Callable:
     """Return the ``step`` of Newton's method on the function itself."""
 
     def step(rows, t):
@@ -55,7 +57,7 @@ def newton(value_and_slope: Callable) -> Callable:
     return step
 
 
-def balance(
+def balance_step(
     value: Number, u: Number, k: Number, fast: Number, rate: Number, slow: Number, slow_rate: Number
 ) -> Callable:
     r"""Return the ``step`` for ``value + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``; u is its constant.

@@ -21,7 +21,7 @@ from asympk.many import Many, axes_of, outcome_of
 from asympk.numbers import Number
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
-from asympk.systems.painleve_klein.arrays.inputs import ORDER, require, scenes
+from asympk.systems.painleve_klein.arrays.inputs import ORDER, require_finite, scene_columns
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
 from asympk.systems.painleve_klein.flow import exact
 from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
@@ -47,7 +47,7 @@ class Events(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Ensemble(Many):
+class RodEnsemble(Many):
     """What became of many trajectories of the rod, as ``Many`` tells."""
 
     final: np.ndarray
@@ -113,7 +113,7 @@ def solve_many(
     events: bool = False,
     progress: Callable[[int, int], None] | None = None,
     strict: bool = False,
-) -> Ensemble:
+) -> RodEnsemble:
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
     ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not
@@ -121,11 +121,12 @@ def solve_many(
     as ``TooManyEvents``, ``TooLarge`` or ``Undecided``. ``progress(done, total)`` is called after each chunk. Raises
     ``InputError``.
     """
-    shape, arguments = scenes(sigma, mu, x, y, z, until, sigma0)
+    shape, arguments = scene_columns(sigma, mu, x, y, z, until, sigma0)
     size = int(np.prod(shape))
     found = _follow(arguments, 0, size, [] if events else None, strict, progress)
     kept = _in_order(found.notes) if events else None
-    return Ensemble(found.final.reshape(3, *shape), found.n_events.reshape(shape), found.left, (shape, arguments), kept)
+    final, n_events = found.final.reshape(3, *shape), found.n_events.reshape(shape)
+    return RodEnsemble(final, n_events, found.left, (shape, arguments), kept)
 
 
 def _follow(arguments, first, last, notes, strict=False, progress=None):
@@ -185,8 +186,8 @@ def _common(arguments, start, stop, result):
     sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))
     x, y, z = (arguments[name].array(rows) for name in "xyz")
     setting = Setting(sigma, sigma0, mu)
-    others, misfits = itineraries.follow(setting, x, y, z, until, result.final[:, own], result.n_events[own],
-                                     result.note(start))
+    others, misfits = itineraries.follow_itineraries(
+        setting, x, y, z, until, result.final[:, own], result.n_events[own], result.note(start))
     few = misfits[np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]]
     _one_by_one(arguments, few + start, result)
     return np.concatenate([others, np.setdiff1d(misfits, few, assume_unique=True)]) + start
@@ -197,7 +198,7 @@ def _uncommon(arguments, rows, result):
     given = {name: arguments[name].array(rows) for name in ORDER}
     for name in "xyz":
         if not np.isfinite(given[name]).all():
-            require(name, arguments[name].values)
+            require_finite(name, arguments[name].values)
     story = safeguarded.certain(*given.values())
     final = np.array([v.astype(float) for v in story.final])
     doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
@@ -223,7 +224,7 @@ def _one_by_one(arguments, rows, result):
     given = (arguments[name].array(rows).tolist() for name in ORDER)
     for row, *numbers in zip(rows.tolist(), *given, strict=True):
         try:
-            legs, *_ = exact.in_doubles(exact.Case(*numbers, None))
+            legs, *_ = exact.followed_in_doubles(exact.RodNumbers(*numbers, None))
         except _REFUSALS as reason:
             result.leave(row, reason)
         else:

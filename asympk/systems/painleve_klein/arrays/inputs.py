@@ -45,12 +45,12 @@ class Column:
         return found
 
 
-def scenes(
+def scene_columns(
     sigma: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, sigma0: Number | None = None
 ) -> tuple[tuple[int, ...], dict[str, Column]]:
     """Return (shape, {name: Column}) of many scenes; the states are not looked at. Raises ``InputError``."""
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
-    shape, found = columns(LIMITS, **given, **({} if sigma0 is None else {"sigma0": sigma0}))
+    shape, found = broadcast_columns(LIMITS, **given, **({} if sigma0 is None else {"sigma0": sigma0}))
     if sigma0 is None:
         found["sigma0"] = found["sigma"]
     else:
@@ -58,7 +58,7 @@ def scenes(
     return shape, found
 
 
-def columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tuple[int, ...], dict[str, Column]]:
+def broadcast_columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tuple[int, ...], dict[str, Column]]:
     """Return (shape, {name: Column}) of arguments that broadcast.
 
     ``limits[name]`` is (allowed, words) for the values of an argument beyond being finite; values of arguments without
@@ -67,7 +67,7 @@ def columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tuple[int, .
     read = {name: numbers(name, value) for name, value in arguments.items()}
     for name, limit in limits.items():
         if name in read:
-            require(name, read[name], *limit)
+            require_finite(name, read[name], *limit)
     shape = ()
     for name, values in read.items():
         try:
@@ -78,7 +78,7 @@ def columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tuple[int, .
     return shape, {name: Column(values, shape) for name, values in read.items()}
 
 
-def require(name: str, values: Number, allowed: Callable | None = None, words: str = "") -> None:
+def require_finite(name: str, values: Number, allowed: Callable | None = None, words: str = "") -> None:
     """Require that values are finite and allowed; the message has the place and the value of the first that is not."""
     _require(name, values, lambda v: np.abs(v) <= LARGEST, "a finite number")
     if allowed:

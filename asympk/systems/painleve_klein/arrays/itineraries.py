@@ -25,7 +25,7 @@ from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.kernels import (
     deviation,
     force_zero,
-    mode,
+    mode_constants,
     pick,
     release,
     slide,
@@ -37,7 +37,7 @@ from asympk.systems.painleve_klein.arrays.safeguarded import EXTENDED
 from asympk.systems.painleve_klein.modes import coefficients, other_edge, positive_edge
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.arrays.kernels import Mode
+    from asympk.systems.painleve_klein.arrays.kernels import ModeConstants
 
 SAFE = 1e-10
 NEAR = 1e-6
@@ -62,20 +62,20 @@ class Setting:
         return Setting(*pick(rows, *values)) if any(isinstance(v, np.ndarray) for v in values) else self
 
     @cached_property
-    def same(self) -> "Mode":
+    def same(self) -> "ModeConstants":
         return self._mode("slip_same")
 
     @cached_property
-    def opposite(self) -> "Mode":
+    def opposite(self) -> "ModeConstants":
         return self._mode("slip_opposite")
 
     @cached_property
-    def stick(self) -> "Mode":
+    def stick(self) -> "ModeConstants":
         return self._mode("stick")
 
     def _mode(self, name):
         a, b = coefficients(name, self.sigma)
-        return mode(1.0 * a, 1.0 * b, self.mu)
+        return mode_constants(1.0 * a, 1.0 * b, self.mu)
 
     @cached_property
     def upper_edge(self) -> Number:
@@ -242,7 +242,7 @@ def _deviation(p, x, y):
     near = np.flatnonzero(~clear & p.steep) if EXTENDED else NONE
     if near.size:
         sigma, mu, near_x, near_y = (np.broadcast_to(v, x.shape)[near].astype(EXTENDED) for v in (p.sigma, p.mu, x, y))
-        w[near] = deviation(mode(1.0, -sigma, mu), near_x, near_y).astype(float)
+        w[near] = deviation(mode_constants(1.0, -sigma, mu), near_x, near_y).astype(float)
         clear[near] = np.abs(w[near]) > doubt[near] / FINER
     return w, clear
 
@@ -251,7 +251,7 @@ EVENTS = {direct: 0, raised: 1, thrown: 3, lifted: 2, turned: 3, drifted: 2, tur
           turned_passed: 2}
 
 
-def follow(
+def follow_itineraries(
     p: Setting,
     x: Number,
     y: Number,

@@ -29,7 +29,7 @@ LONGEST = 40.0
 VANISHED = -746.0
 
 
-class Mode(NamedTuple):
+class ModeConstants(NamedTuple):
     """Constants of one mode: floats, or arrays of one length."""
 
     rest: Any
@@ -45,7 +45,7 @@ class Mode(NamedTuple):
     longest: Any
 
 
-def mode(a: Number, b: Number, mu: Number) -> Mode:
+def mode_constants(a: Number, b: Number, mu: Number) -> ModeConstants:
     r"""Return the mode ``mu y' = a - b s``, for mu/b < 1/4.
 
     ``lag`` is 1 + slow = 1/(1 + fast); ``to_x``, ``to_s``, ``to_z`` take w to the fast parts of x, s, z; ``bend`` is
@@ -60,15 +60,17 @@ def mode(a: Number, b: Number, mu: Number) -> Mode:
     doubt = np.minimum(TIME_ERROR * np.abs(fast), LOG_ERROR)
     longest = (LONGEST - np.log(mu)) / np.abs(fast)
     constants = rest, fast, -1 / rho, lag, to_x, to_x / lag, to_z, k * (b - 1), doubt, np.sqrt(doubt), longest
-    return Mode(*(v if isinstance(v, np.ndarray) else float(v) for v in constants))
+    return ModeConstants(*(v if isinstance(v, np.ndarray) else float(v) for v in constants))
 
 
-def deviation(m: Mode, x: Number, y: Number) -> Number:
+def deviation(m: ModeConstants, x: Number, y: Number) -> Number:
     """Return w, by which y is off the slow line."""
     return y - m.slow * (x - m.rest)
 
 
-def velocity_zero(m: Mode, x: Number, y: Number, z: Number, w: Number | None = None) -> tuple[Number, Number, Number]:
+def velocity_zero(
+    m: ModeConstants, x: Number, y: Number, z: Number, w: Number | None = None
+) -> tuple[Number, Number, Number]:
     """Return (t, x, y) where z = 0 is reached by the fast part; ``w`` is the deviation where it is known better."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_zero(m, m.to_z * w, z, slow_x)
@@ -82,7 +84,7 @@ def velocity_zero(m: Mode, x: Number, y: Number, z: Number, w: Number | None = N
     return t, slow_x, y - gained
 
 
-def velocity_zero_slowly(m: Mode, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
+def velocity_zero_slowly(m: ModeConstants, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
     """Return (t, x, y) where z = 0 is reached in a stable mode, along its slow line: Newton's method on z itself."""
     w, slow_x = _parts(m, x, y)
     fast_x = m.to_x * w
@@ -98,7 +100,7 @@ def velocity_zero_slowly(m: Mode, x: Number, y: Number, z: Number) -> tuple[Numb
     return t, m.rest + kept + fading, m.slow * kept + m.fast * fading
 
 
-def force_zero(m: Mode, x: Number, y: Number, s: Number, w: Number | None = None) -> tuple[Number, Number]:
+def force_zero(m: ModeConstants, x: Number, y: Number, s: Number, w: Number | None = None) -> tuple[Number, Number]:
     """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x. ``w`` is as in velocity_zero."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_load(m, m.to_s * w, -m.rest, m.lag * slow_x)
@@ -106,7 +108,7 @@ def force_zero(m: Mode, x: Number, y: Number, s: Number, w: Number | None = None
     return t, x + slow_x * (1 - m.lag * m.lag) - s * m.lag
 
 
-def release(m: Mode, x: Number, y: Number, edge: Number) -> tuple[Number, Number]:
+def release(m: ModeConstants, x: Number, y: Number, edge: Number) -> tuple[Number, Number]:
     """Return (t, x) where sticking ends, at s = ``edge``; t is negative where it cannot begin."""
     w = m.slow * x
     np.subtract(y, w, out=w)
@@ -129,7 +131,7 @@ def _parts(m, x, y, w=None):
     return w, off
 
 
-def slide(m: Mode, x: Number, y: Number, slow_x: Number, left: Number) -> tuple[Number, Number, Number]:
+def slide(m: ModeConstants, x: Number, y: Number, slow_x: Number, left: Number) -> tuple[Number, Number, Number]:
     """Return (x, y) at the end of the time ``left`` in a stable mode, and the way that z has come."""
     end_y = np.exp(m.slow * left)
     end_y *= slow_x
@@ -145,7 +147,7 @@ def slide(m: Mode, x: Number, y: Number, slow_x: Number, left: Number) -> tuple[
     return end_x, end_y, gone
 
 
-def slow_part(m: Mode, x: Number, s: Number) -> Number:
+def slow_part(m: ModeConstants, x: Number, s: Number) -> Number:
     """Return the slow part of x - a/b where x + y is the number ``s``."""
     return x * (1 + m.to_x * m.lag) - (m.rest + m.to_x * (s + m.slow * m.rest))
 

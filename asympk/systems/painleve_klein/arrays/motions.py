@@ -9,13 +9,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from asympk.numbers import Number
-from asympk.systems.painleve_klein.arrays.brackets import balance, newton, roots
+from asympk.systems.painleve_klein.arrays.brackets import balance_step, bracketed_roots, newton_step
 
 MOST_TERMS = 64
 REFINED = 1e-9
 
 
-class Motion:
+class Segments:
     """The motion from (x0, y0, s0, z0) in the mode ``mu y' = a - b s``; ``a`` is one number, all else is arrays."""
 
     pace: np.ndarray
@@ -33,7 +33,7 @@ class Motion:
         self.short = np.where(b == 0, np.inf, short)
         self.most_exponent = np.log(np.finfo(x.dtype).max) - 10
 
-    def rows(self, which: np.ndarray) -> "Motion":
+    def rows(self, which: np.ndarray) -> "Segments":
         """Return the motions of some rows, in order and each once."""
         if which.dtype == bool:
             which = np.flatnonzero(which)
@@ -77,7 +77,7 @@ class Motion:
         soon = np.flatnonzero(t < self.short)
         if soon.size:
             part = self.rows(soon)
-            series = part.superposed(t[soon], short_responses(part.beta, t[soon]))
+            series = part.superposed(t[soon], short_response_arrays(part.beta, t[soon]))
             for axis, values in zip(state, series, strict=True):
                 axis[soon] = values
         return state
@@ -100,7 +100,7 @@ class Motion:
             _, y, s, _ = part.state(t)
             return s - level[rows], y + (part.a - part.b * s) / part.mu
 
-        return roots(newton(value_and_slope), lo, hi, rising, (lo + hi) / 2)
+        return bracketed_roots(newton_step(value_and_slope), lo, hi, rising, (lo + hi) / 2)
 
     def z_root(self, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which z = 0."""
@@ -110,10 +110,10 @@ class Motion:
             _, _, s, z = part.state(t)
             return z, part.a + part.fall * s
 
-        return roots(newton(value_and_slope), lo, hi, rising, (lo + hi) / 2)
+        return bracketed_roots(newton_step(value_and_slope), lo, hi, rising, (lo + hi) / 2)
 
 
-class Separate(Motion):
+class SeparateSegments(Segments):
     """Two real exponentials well apart, as in ``fastslow``."""
 
     half_period = np.inf
@@ -176,7 +176,7 @@ class Separate(Motion):
         soon = self._early(lambda state: state[2] - level, lo, hi, rising)
 
         def soon_root(part, *bracket):
-            return Motion.s_root(part, level[soon], *bracket)
+            return Segments.s_root(part, level[soon], *bracket)
 
         return self._root(soon, soon_root, terms, lo, hi, rising)
 
@@ -185,7 +185,7 @@ class Separate(Motion):
         fast, slow = self.fast_z * self.fast, self.slow_z * self.slow
         terms = self.z0, self.z0 - fast - slow, self.rest + np.zeros_like(lo), fast, slow
         soon = self._early(lambda state: state[3], lo, hi, rising)
-        return self._root(soon, Motion.z_root, terms, lo, hi, rising)
+        return self._root(soon, Segments.z_root, terms, lo, hi, rising)
 
     def _early(self, value, lo, hi, rising):
         """Tell where the root is at a short time, at which the exponentials would cancel."""
@@ -195,9 +195,9 @@ class Separate(Motion):
 
     def _root(self, soon, soon_root, terms, lo, hi, rising):
         value, u, k, fast, slow = terms
-        step = balance(value, u, k, fast, self.fast_rate, slow, self.slow_rate)
+        step = balance_step(value, u, k, fast, self.fast_rate, slow, self.slow_rate)
         start = np.maximum(lo, self.short)
-        found = roots(step, start, hi, rising, start, 4 / np.abs(self.fast_rate))
+        found = bracketed_roots(step, start, hi, rising, start, 4 / np.abs(self.fast_rate))
         if soon.any():
             part = self.rows(soon)
             found[soon] = soon_root(part, lo[soon], np.minimum(hi[soon], part.short), rising[soon])
@@ -229,7 +229,7 @@ class Separate(Motion):
         return x, y, s, np.zeros_like(x)
 
 
-class Smooth(Motion):
+class SmoothSegments(Segments):
     """Superposed responses, as in ``smooth``: where exponentials are complex, coalesce or degenerate."""
 
     def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
@@ -283,11 +283,11 @@ class Smooth(Motion):
 
     def _sizes(self, t):
         soon = t < self.short
-        pairs = zip(short_responses(self.beta, np.where(soon, t, 0)), self.responses(t), strict=True)
+        pairs = zip(short_response_arrays(self.beta, np.where(soon, t, 0)), self.responses(t), strict=True)
         return [np.where(soon, *pair) for pair in pairs]
 
 
-def short_responses(beta: Number, t: Number) -> tuple[np.ndarray, ...]:
+def short_response_arrays(beta: Number, t: Number) -> tuple[np.ndarray, ...]:
     """Return (g', g, h, h + H) at short times from the Taylor series of g, whose terms obey a recurrence of two."""
     rate, g, h, k = np.ones_like(t), t.copy(), t * t / 2, t * t / 2 + t * t * t / 6
     older, term = np.zeros_like(t), np.ones_like(t)

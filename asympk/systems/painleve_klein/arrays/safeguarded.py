@@ -1,8 +1,9 @@
 r"""The mode logic of ``flow`` for arrays: every event bracketed (Lemmas 1 and 2), every sign watched.
 
-``follow`` searches the events in doubles. ``certain`` then lets the same course of events run in extended precision,
-which is 2048 times finer, from event times that are nearly right: where the states hardly change, they are now right
-to all digits of a double. A trajectory where they do, or which hangs on a sign that is hard to tell, is in doubt.
+``follow_arrays`` searches the events in doubles. ``certain`` then follows the same sequence of events in extended
+precision, which is 2048 times finer, from event times that are nearly right: where the states hardly change, they are
+now right to all digits of a double. A trajectory where they do, or which hangs on a sign that is hard to tell, is in
+doubt.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 
 from asympk.numbers import Number
 from asympk.path import KINDS
-from asympk.systems.painleve_klein.arrays.motions import Separate, Smooth
+from asympk.systems.painleve_klein.arrays.motions import SeparateSegments, SmoothSegments
 from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
 from asympk.systems.painleve_klein.modes import (
     MODES,
@@ -24,7 +25,7 @@ from asympk.systems.painleve_klein.modes import (
 )
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.arrays.motions import Motion
+    from asympk.systems.painleve_klein.arrays.motions import Segments
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
 AGREED = 2e-14
@@ -32,7 +33,7 @@ MARGIN = 1e-12
 EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None
 
 
-class Story(NamedTuple):
+class FollowedArrays(NamedTuple):
     """What became of trajectories: ``final`` (x, y, z) at the time ``reached``, number of events, and doubts.
 
     A trajectory with more than ``MOST_EVENTS`` events is left there.
@@ -49,15 +50,15 @@ class Story(NamedTuple):
     rounds: list
 
 
-def certain(*given: np.ndarray) -> Story:
+def certain(*given: np.ndarray) -> FollowedArrays:
     """Follow trajectories from (sigma, sigma0, mu, x, y, z, until), arrays of doubles of one length, in two precisions.
 
-    Return the ``Story`` in the finer one.
+    Return the ``FollowedArrays`` in the finer one.
     """
-    coarse = follow(*given)
+    coarse = follow_arrays(*given)
     if EXTENDED is None:
         return coarse._replace(doubtful=np.ones_like(coarse.doubtful))
-    fine = follow(*(v.astype(EXTENDED) for v in given), told=coarse)
+    fine = follow_arrays(*(v.astype(EXTENDED) for v in given), told=coarse)
     _, _, _, x, _, z, _ = given
     apart = _distance(coarse, fine, np.maximum(np.abs(x), np.abs(z)))
     return fine._replace(doubtful=coarse.doubtful | ~(apart <= AGREED))
@@ -80,11 +81,11 @@ def _distance(coarse, fine, largest):
     return (apart / largest).astype(float)
 
 
-def follow(
+def follow_arrays(
     sigma: Number, sigma0: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, *,
-    told: Story | None = None,
-) -> Story:  # fmt: skip
-    """Follow trajectories, given as arrays of one length; ``told`` is their ``Story`` in coarser numbers."""
+    told: FollowedArrays | None = None,
+) -> FollowedArrays:  # fmt: skip
+    """Follow trajectories, given as arrays of one length; ``told`` is their ``FollowedArrays`` in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = _first_signs(sigma0, mu, x, y, s, z)
     flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
@@ -100,7 +101,7 @@ def follow(
         rounds.append((live, kind, span))
         live = live[(kind != NOTHING) & ~flight.doubtful[live] & (flight.n_events[live] <= MOST_EVENTS)]
     x, y, _, z = flight.state
-    return Story((x, y, z), flight.t, flight.n_events, flight.doubtful, flight.events(), rounds)
+    return FollowedArrays((x, y, z), flight.t, flight.n_events, flight.doubtful, flight.events(), rounds)
 
 
 def _first_signs(sigma0, mu, x, y, s, z):
@@ -132,7 +133,7 @@ class _Flight:
         k = self.mu[live] / b
         apart = (k >= -2) & (k <= 0.125)
         for inside, a in ((side == 0, 0), (side != 0, 1)):
-            for form, mask in ((Separate, inside & apart), (Smooth, inside & ~apart)):
+            for form, mask in ((SeparateSegments, inside & apart), (SmoothSegments, inside & ~apart)):
                 if mask.any():
                     yield np.flatnonzero(mask), form, a, b[mask]
 
@@ -140,11 +141,11 @@ class _Flight:
         """Go on to the next event of the rows, or to their end; return its kind and the time until then."""
         left = self.until[rows] - self.t[rows]
         if known:
-            found = settle(motion, self.sigma0[rows], left, *_of_rows(rows, *known))
+            found = settled_ends(motion, self.sigma0[rows], left, *_of_rows(rows, *known))
         elif motion.a:
-            found = slip(motion, self.s_sign[rows], self.z_sign[rows], left)
+            found = slip_ends(motion, self.s_sign[rows], self.z_sign[rows], left)
         else:
-            found = stick(motion, self.sigma0[rows], self.s_sign[rows], left)
+            found = stick_ends(motion, self.sigma0[rows], self.s_sign[rows], left)
         kind, span, state, doubtful = found
         self.t[rows] += span
         for axis, values in zip(self.state, state, strict=True):
@@ -202,8 +203,8 @@ def _sticks(sigma0, s):
     return (above >= 0) & (below >= 0), doubtful
 
 
-def slip(
-    motion: "Motion", s_sign: np.ndarray, z_sign: np.ndarray, left: Number
+def slip_ends(
+    motion: "Segments", s_sign: np.ndarray, z_sign: np.ndarray, left: Number
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of the event that ends a slip within the time left, or of the end."""
     end = motion.horizon(left)
@@ -265,8 +266,8 @@ def _leaving(search, rows, part, side, lo, hi, s, leaves):
     return start
 
 
-def stick(
-    motion: "Motion", sigma0: Number, s_sign: np.ndarray, left: Number
+def stick_ends(
+    motion: "Segments", sigma0: Number, s_sign: np.ndarray, left: Number
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of the slip onset within the time left, or of the end."""
     search = _Search(motion, left)
@@ -288,8 +289,8 @@ def stick(
     return search.kind, search.time, search.state, search.doubtful
 
 
-def settle(
-    motion: "Motion", sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray
+def settled_ends(
+    motion: "Segments", sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
     """Return (kind, time, state, doubt) of events, or ends, whose kinds and nearly right times are known."""
     near, far = edges(sigma0, motion.s0)

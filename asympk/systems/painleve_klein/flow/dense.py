@@ -8,7 +8,7 @@ from asympk.numbers import Number, number, objects
 from asympk.path import ClosedForm
 
 
-class Dense(ClosedForm):
+class RodDense(ClosedForm):
     """The state (x, y, z) of a solved scene of the rod as a function of time."""
 
     __slots__ = ()

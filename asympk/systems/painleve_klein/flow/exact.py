@@ -14,14 +14,14 @@ from asympk.arithmetic import Doubles, context, set_digits
 from asympk.errors import InputError, Undecided
 from asympk.numbers import Arithmetic, whole
 from asympk.path import Event, Path
-from asympk.systems.painleve_klein.flow.dense import Dense
-from asympk.systems.painleve_klein.flow.legs import Flow, follow
-from asympk.systems.painleve_klein.flow.rounding import calm, estimate, largest
+from asympk.systems.painleve_klein.flow.dense import RodDense
+from asympk.systems.painleve_klein.flow.legs import RodFlow, follow_rod
+from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
 from asympk.systems.painleve_klein.flow.starts import beginning
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
-    from asympk.systems.painleve_klein.flow.legs import Leg
+    from asympk.systems.painleve_klein.flow.legs import SolvedSegment
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30
@@ -35,7 +35,7 @@ REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
 REFINED_DIGITS = 34
 
 
-class Case(NamedTuple):
+class RodNumbers(NamedTuple):
     """The numbers of a scene, each exact in itself."""
 
     sigma: Any
@@ -62,7 +62,7 @@ def run(
     at work, of which there are two runs or more; what it raises ends the run.
     """
     if digits is None:
-        return _path(scene, None, *in_doubles(_case(scene)))
+        return _path(scene, None, *followed_in_doubles(_case(scene)))
     from asympk.digits import carried
 
     digits = whole("digits", digits, 1, MOST_DIGITS)
@@ -72,18 +72,18 @@ def run(
 
 
 def _case(scene):
-    return Case(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
+    return RodNumbers(scene.sigma, scene.sigma0, scene.mu, *scene.start, scene.until, scene.near_to)
 
 
-def in_doubles(case: Case) -> "tuple[list[Leg], list[Leg], float, Callable]":
-    """Return (legs rounded to doubles, legs as they were followed, error, conversion to doubles) of a ``Case``."""
+def followed_in_doubles(case: RodNumbers) -> "tuple[list[SolvedSegment], list[SolvedSegment], float, Callable]":
+    """Return (segments rounded to doubles, as they were followed, error, conversion to doubles) of a ``RodNumbers``."""
     try:
-        legs = legs_of(Doubles, case)
-        error = TRUSTED / SAFETY if calm(legs, float(case.until)) else estimate(legs, TRUSTED)
+        legs = segments_of(Doubles, case)
+        error = TRUSTED / SAFETY if calm(legs, float(case.until)) else estimated_error(legs, TRUSTED)
         if error <= TRUSTED:
             return legs, legs, SAFETY * error, float
         if error <= REFINABLE:
-            return _to_doubles(legs_of(_refining(), case, legs))
+            return _to_doubles(segments_of(_refining(), case, legs))
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
     return _to_doubles(_certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)[0])
@@ -99,7 +99,7 @@ def _to_doubles(legs):
 def _flow_in_doubles(sigma, sigma0, mu):
     if sigma == -2 or mu == 0:
         raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
-    return Flow(Doubles, sigma, sigma0, mu)
+    return RodFlow(Doubles, sigma, sigma0, mu)
 
 
 @lru_cache(maxsize=1)
@@ -109,12 +109,14 @@ def _refining():
     return m
 
 
-def legs_of(m: Arithmetic, case: Case, known: "Sequence[Leg] | None" = None, told: Any = None) -> "list[Leg]":
-    """Return the legs of the solution of ``case`` in the numbers of ``m``; ``known``, ``told`` are as in ``follow``."""
+def segments_of(
+    m: Arithmetic, case: RodNumbers, known: "Sequence[SolvedSegment] | None" = None, told: Any = None
+) -> "list[SolvedSegment]":
+    """Return the segments of the solution of ``case`` in the numbers of ``m``; the rest is as in ``follow_rod``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
-    flow = _flow_in_doubles(*parameters) if m is Doubles else Flow(m, *parameters)
+    flow = _flow_in_doubles(*parameters) if m is Doubles else RodFlow(m, *parameters)
     start, deviation = beginning(flow, case)
-    return follow(flow, start, m.number(case.until), deviation, known, told)
+    return follow_rod(flow, start, m.number(case.until), deviation, known, told)
 
 
 def _certified(case, digits, largest=None, progress=None):
@@ -142,7 +144,7 @@ def _tried(m, digits, tie, case, progress):
     set_digits(m, digits, tie)
     until = float(case.until)
     try:
-        return legs_of(m, case, told=progress and (lambda t: progress(float(t), until, digits)))
+        return segments_of(m, case, told=progress and (lambda t: progress(float(t), until, digits)))
     except Undecided:
         return None
 
@@ -152,7 +154,7 @@ def _distance(coarse, fine):
     if [leg.mode for leg in coarse] != [leg.mode for leg in fine]:
         return None
     there, here = coarse[-1].end, fine[-1].end
-    return max(abs(there[0] - here[0]), abs(there[3] - here[3])) / largest(fine)
+    return max(abs(there[0] - here[0]), abs(there[3] - here[3])) / largest_state(fine)
 
 
 def _rounded(legs, convert):
@@ -166,4 +168,4 @@ def _path(scene, digits, rounded, legs, error, convert):
         events.append(Event(leg.kind, after.start, (x, y, z)))
     x, y, _, z, _ = rounded[-1].end
     modes = tuple([leg.mode for leg in rounded])
-    return Path(scene, "exact", (x, y, z), tuple(events), modes, Dense(run, scene, digits, legs, convert), error)
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, RodDense(run, scene, digits, legs, convert), error)

@@ -8,7 +8,7 @@ At an event the quantity that vanishes is set, not computed; what follows is dec
 numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from asympk.arithmetic import Doubles
@@ -16,17 +16,17 @@ from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
-from asympk.systems.painleve_klein.flow.smooth import Smooth, SmoothSegment, slope
+from asympk.systems.painleve_klein.flow.smooth import SmoothMode, SmoothSegment, slope
 from asympk.systems.painleve_klein.modes import MODES, coefficients, other_edge, positive_edge, signs_after
 
-RodMode: TypeAlias = FastSlow | Smooth
+RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
 MOST_EVENTS = 1000
 WIDEST = 1e100
 MOST_STEPS = 60
 
 
-class Flow:
+class RodFlow:
     """The modes and the static cone at given parameters, in the numbers of ``m``."""
 
     def __init__(self, m: Arithmetic, sigma: Number, sigma0: Number, mu: Number):
@@ -46,7 +46,7 @@ class Flow:
         """Return the closed form of the mode that suits its parameters."""
         if name not in self._modes:
             a, b = self.load(name)
-            form = FastSlow if b and -2 <= self.mu / b <= 0.125 else Smooth
+            form = FastSlow if b and -2 <= self.mu / b <= 0.125 else SmoothMode
             self._modes[name] = form(self.m, a, b, self.mu)
         return self._modes[name]
 
@@ -91,7 +91,7 @@ def decided(m: Arithmetic, value: Number, size: Number) -> int:
     return sign_of(value)
 
 
-class Leg(NamedTuple):
+class SolvedSegment(NamedTuple):
     """One segment of a solution: mode, start time, closed form, the event that ends it or "", duration, last state."""
 
     mode: str
@@ -102,18 +102,17 @@ class Leg(NamedTuple):
     end: tuple
 
 
-def follow(
-    flow: Flow, start: Number, until: Number, deviation: Number | None = None, known: Sequence[Leg] | None = None,
-    told: Any = None,
-) -> list[Leg]:  # fmt: skip
+def follow_rod(
+    flow: RodFlow, start: tuple[Number, ...], until: Number, deviation: Number | None = None,
+    known: Sequence[SolvedSegment] | None = None, told: Callable[[Number], None] | None = None,
+) -> list[SolvedSegment]:  # fmt: skip
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
     Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
     numbers, to be refined; ``told`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
-    m, t = flow.m, 0 * until
-    legs: list[Leg] = []
+    m, t, legs = flow.m, 0 * until, list[SolvedSegment]()
     while True:
         name = MODES[s_sign * z_sign]
         if deviation is None:
@@ -121,15 +120,15 @@ def follow(
         else:
             segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
         if known:
-            found = settle(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
+            found = refined_event(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
         elif z_sign:
-            found = (m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, until - t)) or slip(
-                segment, s_sign, z_sign, until - t)
+            quick = m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, until - t)
+            found = quick or slip_event(segment, s_sign, z_sign, until - t)
         else:
-            found = (m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)) or stick(
-                flow, segment, s_sign, until - t)
+            quick = m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)
+            found = quick or stick_event(flow, segment, s_sign, until - t)
         kind, span, state = found
-        legs.append(Leg(name, t, segment, kind, span, state))
+        legs.append(SolvedSegment(name, t, segment, kind, span, state))
         if not kind:
             _require_clear_end(flow, segment, state, s_sign, z_sign, m.margin * until, span if t else None)
             return legs
@@ -157,7 +156,7 @@ def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
         raise Undecided
 
 
-def slip(segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> tuple[str, Number, tuple[Number, ...]]:
+def slip_event(segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> tuple[str, Number, tuple[Number, ...]]:
     """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
     mode = segment.mode
     a, fall = mode.a, mode.fall
@@ -232,7 +231,9 @@ def _dip(segment, z_sign, lo, hi):
     return None
 
 
-def stick(flow: Flow, segment: RodSegment, s_sign: int, left: Number) -> tuple[str, Number, tuple[Number, ...]]:
+def stick_event(
+    flow: RodFlow, segment: RodSegment, s_sign: int, left: Number
+) -> tuple[str, Number, tuple[Number, ...]]:
     """Return (kind, time, state) of the slip onset, or ("", left, state) when the time ends first."""
     near, far = flow.edges(s_sign)
     lo = 0
@@ -246,8 +247,8 @@ def stick(flow: Flow, segment: RodSegment, s_sign: int, left: Number) -> tuple[s
     return "", left, segment.state(left)
 
 
-def settle(
-    flow: Flow, segment: RodSegment, known: Leg, s_sign: int, left: Number
+def refined_event(
+    flow: RodFlow, segment: RodSegment, known: SolvedSegment, s_sign: int, left: Number
 ) -> tuple[str, Number, tuple[Number, ...]]:
     """Return (kind, time, state) of the event, or of the end, of a leg that is ``known`` in coarser numbers."""
     if not known.kind:

@@ -67,10 +67,7 @@ def fast_slow_root(
         f = fast * m.exp(p if p < m.most_exponent else m.most_exponent)
         value = f - r if not -1 < p < 1 else start + k * t + fast * m.expm1(p) + lost
         if t > 0:
-            if (value > 0) == rising:
-                hi = t
-            else:
-                lo = t
+            lo, hi = (lo, t) if (value > 0) == rising else (t, hi)
         new = -1
         log_r = m.log(abs(r)) - size if r and fast and (r > 0) == positive else 0
         if (not -1 < log_r < 1 or not -1 < p < 1) and log_r and abs(f * rate) > abs(dr):

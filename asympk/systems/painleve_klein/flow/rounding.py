@@ -14,19 +14,19 @@ from asympk.numbers import Number
 from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.legs import Leg, RodMode
+    from asympk.systems.painleve_klein.flow.legs import RodMode, SolvedSegment
 
 UNIT = 2.0**-53
 CALM_LEGS = 6
 
 
-def estimate(legs: "Sequence[Leg]", enough: Number) -> float:
+def estimated_error(legs: "Sequence[SolvedSegment]", enough: Number) -> float:
     """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
     error = forward(legs)
     return error if not error > enough else min(error, backward(legs))
 
 
-def calm(legs: "Sequence[Leg]", until: Number) -> bool:
+def calm(legs: "Sequence[SolvedSegment]", until: Number) -> bool:
     """Tell whether nothing in a run can amplify rounding: a quick look that spares the ordinary run its account.
 
     Few legs, all of two exponentials well apart; a growing part that does not come from a cancellation; events met at
@@ -51,7 +51,7 @@ def calm(legs: "Sequence[Leg]", until: Number) -> bool:
     return (abs(y) + abs(mode.a + mode.fall * s)) * until < 4.0 * size
 
 
-def largest(legs: "Sequence[Leg]") -> Number:
+def largest_state(legs: "Sequence[SolvedSegment]") -> Number:
     """Return the largest of 1, |x|, |z| at the start, the events and the end."""
     first = legs[0].segment
     size = max(1, abs(first.x0), abs(first.z0))
@@ -61,23 +61,23 @@ def largest(legs: "Sequence[Leg]") -> Number:
     return size
 
 
-def rates(mode: "RodMode", state: tuple[Number, ...]) -> tuple[Number, Number, Number]:
+def rates_at(mode: "RodMode", state: tuple[Number, ...]) -> tuple[Number, Number, Number]:
     """Return (x', s', z') at a state."""
     _, y, s, _, thrust = state
     return y, y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
 
 
-def forward(legs: "Sequence[Leg]") -> float:
+def forward(legs: "Sequence[SolvedSegment]") -> float:
     """Bound the error at the end by carrying bounds of the errors of x, s, z and of the time."""
     ex = es = ez = late = 0.0
     for _, _, segment, kind, span, end in legs:
         spread = _fast_slow if type(segment) is FastSlowSegment else _smooth
         ex, es, ez, lag = spread(segment, span, kind, end, ex, es, ez)
         late += lag + UNIT * span
-    dx, _, dz = rates(segment.mode, end)
+    dx, _, dz = rates_at(segment.mode, end)
     ex, ez = ex + abs(dx) * late, ez + abs(dz) * late
     nothing = 0 * (ex + ez)  # but NaN when the run has left the range of doubles
-    return max(ex, ez) / largest(legs) + nothing
+    return max(ex, ez) / largest_state(legs) + nothing
 
 
 def _fast_slow(segment, t, kind, end, ex, es, ez):
@@ -109,7 +109,7 @@ def _smooth(segment, t, kind, state, ex, es, ez):
     mode = segment.mode
     rate, g, h, _ = map(abs, segment.responses(t))
     lx, ls, lz, clock = _rounded(segment, t, state)
-    dx, ds, dz = map(abs, rates(mode, state))
+    dx, ds, dz = map(abs, rates_at(mode, state))
     x = ex * (1 + abs(mode.beta) * h + g) + es * g + lx + clock * dx
     s = es * (rate + g) + ex * g + ls + clock * ds
     z = ez + abs(mode.fall) * (es * (g + h) + ex * h) + lz + clock * dz
@@ -120,7 +120,7 @@ def _projected(mode, kind, state, ex, es, ez):
     """Return the errors of x, s, z after the event, and that of its time."""
     if not kind:
         return ex, es, ez, 0.0
-    dx, ds, dz = map(abs, rates(mode, state))
+    dx, ds, dz = map(abs, rates_at(mode, state))
     if kind == "velocity_zero":
         lag = ez / dz
         return ex + dx * lag, es + ds * lag, 0.0, lag
@@ -148,11 +148,11 @@ def _rounded(segment, t, state):
     return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
 
 
-def backward(legs: "Sequence[Leg]") -> float:
+def backward(legs: "Sequence[SolvedSegment]") -> float:
     """Bound the error at the end by the derivatives of the final (x, z) with respect to every state before."""
-    dx, _, dz = rates(legs[-1].segment.mode, legs[-1].end)
+    dx, _, dz = rates_at(legs[-1].segment.mode, legs[-1].end)
     rows = (1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)
-    return max(_weighed(legs, row) for row in rows) / largest(legs)
+    return max(_weighed(legs, row) for row in rows) / largest_state(legs)
 
 
 def _weighed(legs, row):
@@ -160,7 +160,7 @@ def _weighed(legs, row):
     error = 0.0
     for _, start, segment, kind, span, end in reversed(legs):
         mode = segment.mode
-        dx, ds, dz = rates(mode, end)
+        dx, ds, dz = rates_at(mode, end)
         if kind == "velocity_zero":
             pz = -(px * dx + ps * ds + pt) / dz
         elif kind:

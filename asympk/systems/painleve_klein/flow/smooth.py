@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.legs import RodSegment
 
 
-class Smooth:
+class SmoothMode:
     """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``short`` is the time for which the series converge fast."""
 
     __slots__ = ("a", "b", "beta", "fall", "gamma", "half_period", "load", "m", "mu", "omega", "real", "short", "tail")
@@ -128,7 +128,7 @@ class SmoothSegment:
     __slots__ = ("mode", "s0", "short", "x0", "y0", "z0")
     fast: Number = 0  # no part of it is
 
-    def __init__(self, mode: Smooth, x: Number, y: Number, s: Number, z: Number):
+    def __init__(self, mode: SmoothMode, x: Number, y: Number, s: Number, z: Number):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
         self.short = mode.short
 
@@ -136,7 +136,7 @@ class SmoothSegment:
         """Return the same motion in the numbers of ``m``."""
         mode, number = self.mode, m.number
         state = self.x0, self.y0, self.s0, self.z0
-        return Smooth(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
+        return SmoothMode(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
     @property
     def half_period(self) -> Number | None:

@@ -19,11 +19,11 @@ from asympk.systems.painleve_klein.flow.legs import decided, sign_of
 from asympk.systems.painleve_klein.modes import MODES, grip, leaving
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.exact import Case
-    from asympk.systems.painleve_klein.flow.legs import Flow
+    from asympk.systems.painleve_klein.flow.exact import RodNumbers
+    from asympk.systems.painleve_klein.flow.legs import RodFlow
 
 
-def beginning(flow: "Flow", case: "Case") -> tuple[tuple[Number, ...], Number | None]:
+def beginning(flow: "RodFlow", case: "RodNumbers") -> tuple[tuple[Number, ...], Number | None]:
     """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
 
     The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
@@ -43,7 +43,7 @@ def beginning(flow: "Flow", case: "Case") -> tuple[tuple[Number, ...], Number | 
 
 
 def beside_line(
-    flow: "Flow", manifold: str, x: Number, z: Number, offset: Number
+    flow: "RodFlow", manifold: str, x: Number, z: Number, offset: Number
 ) -> tuple[tuple[Number, ...], Number | None]:
     """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation.
 
