@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from asympk.asymptotics import composite
-from asympk.asymptotics.models import arrays, checked_order, course_for, line_of
+from asympk.asymptotics.models import arrays, checked_order, itineraries_for, line_of
 from asympk.asymptotics.ranges import checks
 from asympk.errors import AsympkError, OutOfRange
 from asympk.shown import Card, ShownAsTable
@@ -84,7 +84,7 @@ def _groups(method, sigma, sigma0, mu, x, y, z, until):
 
         try:
             line = line_of(sigma[left], sigma0[left])
-            course = course_for(method, line, (x + y)[left], z[left], sign, "")
+            course = itineraries_for(method, line, (x + y)[left], z[left], sign, "")
         except AsympkError as refused:
             course = f"{type(refused).__name__}: {str(refused).partition(' (')[0]}"
         yield left[agree], course

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from asympk.asymptotics.itinerary import LoadLine, itinerary
-from asympk.asymptotics.replay import EventNumbers, Piece, replay
+from asympk.asymptotics.replay import EventNumbers, ReplayedMode, replay
 
 STALLED = 0.9  # the ratio of omitted terms beyond which nothing is learnt from it
 
@@ -20,7 +20,7 @@ STALLED = 0.9  # the ratio of omitted terms beyond which nothing is learnt from 
 class CompositeMotion(NamedTuple):
     """Segments and the events between them, to one order; ``left`` is what is left of a layer on the next arrival."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[ReplayedMode, ...]
     turns: tuple[EventNumbers, ...]
     left: "Left | None" = None
 
@@ -41,7 +41,7 @@ class Itineraries(NamedTuple):
     then: tuple = ()
 
 
-def course_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> Itineraries:
+def itineraries_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> Itineraries:
     """Return the course from a start: the layer, and the one that follows if the slow motion meets z = 0."""
     steps = itinerary(line, load, velocity, sign)
     last = steps[-1].mode
@@ -98,7 +98,7 @@ def _arrival(layer, m):
     return t, m.exp(m.where(t > last.began, last.fast * (t - last.began), 0))
 
 
-def state_of(piece: Piece, t: Any, m: Any) -> tuple:
+def state_of(piece: ReplayedMode, t: Any, m: Any) -> tuple:
     """Return (x, y, z) of a segment at the time ``t``."""
     local = t - piece.began
     p, q = piece.slow * local, piece.fast * local

@@ -15,7 +15,7 @@ import sympy as sp
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers
-from asympk.asymptotics.matched import Course, Stretch
+from asympk.asymptotics.matched import MatchedPath, Stretch
 from asympk.asymptotics.smooth import checked_order, tolerance
 from asympk.automaton.automaton import Automaton
 from asympk.errors import InputError, NotDerivable, OutOfRange
@@ -46,7 +46,7 @@ def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path
     return Path(scene, method, course.state, course.events, course.modes, StretchedDense(course.stretches, until))
 
 
-def _through_limit(layers: LimitLayers, course: Course) -> Course:
+def _through_limit(layers: LimitLayers, course: MatchedPath) -> MatchedPath:
     """Return the course after its layer in the limit, where that takes no time."""
     landed = layers.arrive(course.t, course.state, course.branch)
     return replace(course, state=landed.state, branch=landed.branch, events=course.events + landed.events,
@@ -59,7 +59,7 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
-    course, next_ = matched.courses(scene, method, (order, order + 1), rtol)
+    course, next_ = matched.matched_paths(scene, method, (order, order + 1), rtol)
     final = np.array(course.state)
     omitted = np.array(next_.state) - final
     size = SAFETY * np.abs(omitted).max()

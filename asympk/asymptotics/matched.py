@@ -42,7 +42,7 @@ class Stretch(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Course:
+class MatchedPath:
     """A motion so far: its time, its state, the branch that it is in, and what led there."""
 
     t: float
@@ -52,7 +52,7 @@ class Course:
     modes: tuple[str, ...] = ()
     stretches: tuple[Stretch, ...] = ()
 
-    def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "Course":
+    def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "MatchedPath":
         """Return the course beyond a guard that vanishes at (t, state)."""
         mode = automaton.mode(self.branch)
         state = mode.snapped(guard, t, state)
@@ -61,8 +61,8 @@ class Course:
         event = Event(kind, t, state, friction)
         if len(self.events) == EVENTS:
             raise TooManyEvents(f"more than {EVENTS} events by t = {t:.6g}, at {automaton.system.states} = {state}")
-        return Course(t, state, branch, (*self.events, event), (*self.modes, branches.mode_name(branch)),
-                      (*self.stretches, stretch))  # fmt: skip
+        return MatchedPath(t, state, branch, (*self.events, event), (*self.modes, branches.mode_name(branch)),
+                           (*self.stretches, stretch))  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,9 @@ def _mode(system: System, branch: Branch) -> Mode:
     return mode if system.time is None else replace(mode, slow=sp.Dict({**slow, system.time: 1}))
 
 
-def through_layer(automaton: Automaton, course: Course, until: float, mu: float, order: int, rtol: float) -> Course:
+def through_layer(
+    automaton: Automaton, course: MatchedPath, until: float, mu: float, order: int, rtol: float
+) -> MatchedPath:
     """Follow a course through its layer, to where only slow motion is left, or to ``until``.
 
     Raises ``OutOfRange`` where the fast motion does not settle, and what the next mode of the automaton raises.
@@ -117,7 +119,7 @@ def through_layer(automaton: Automaton, course: Course, until: float, mu: float,
 
 
 def _in_mode(
-    mode: NumericMode, slow: Slow, course: Course, until: float, mu: float, order: int, rtol: float
+    mode: NumericMode, slow: Slow, course: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
     """Return the steps in one mode, and the time and the guard lost in the last, or None where the layer is over."""
     system = mode.mode.system
@@ -171,7 +173,7 @@ def _timed(mode):
     return lambda *arguments: (*mode.field(arguments[size], *arguments[:size], *arguments[size + 1 :]), 1.0)
 
 
-def slowly(automaton: Automaton, course: Course, until: float, mu: float, order: int, rtol: float) -> Course:
+def slowly(automaton: Automaton, course: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
     """Follow a course by slow motion to ``order`` from where its layer ends, to ``until`` or through the next edge.
 
     Raises ``NotNormallyHyperbolic`` and ``OutOfRange``.
@@ -195,15 +197,15 @@ def slowly(automaton: Automaton, course: Course, until: float, mu: float, order:
     return course.met(automaton, found.guard, t, state, stretch)
 
 
-def begun(automaton: Automaton, start: tuple) -> Course:
+def begun(automaton: Automaton, start: tuple) -> MatchedPath:
     """Return the course that begins at ``start``, exact numbers, at t = 0."""
     branch = automaton.first(start)
-    return Course(0.0, tuple(map(float, start)), branch, modes=(branches.mode_name(branch),))
+    return MatchedPath(0.0, tuple(map(float, start)), branch, modes=(branches.mode_name(branch),))
 
 
 def onward(
-    automaton: Automaton, course: Course, until: float, mu: float, order: int, rtol: float, layer: Callable
-) -> Course:
+    automaton: Automaton, course: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable
+) -> MatchedPath:
     """Follow a course from where a layer has landed to ``until``; ``layer(course)`` follows it through a later one."""
     while course.t < until:
         course = slowly(automaton, course, until, mu, order, rtol)
@@ -212,7 +214,7 @@ def onward(
     return course
 
 
-def courses(scene: Any, method: str, orders: tuple[int, ...], rtol: float) -> list[Course]:
+def matched_paths(scene: Any, method: str, orders: tuple[int, ...], rtol: float) -> list[MatchedPath]:
     """Return the course of a scene to every order: the first layer once, then slow motions and later layers.
 
     ``"slow"`` raises ``NoManifold`` where the first layer meets an event.
@@ -232,7 +234,7 @@ def small_number(scene: Any) -> float:
     return float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])
 
 
-def require_landed(method: str, landed: Course) -> None:
+def require_landed(method: str, landed: MatchedPath) -> None:
     """Raise ``NoManifold`` for ``"slow"`` where the first layer meets an event."""
     if method == "slow" and landed.events:
         raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} at t = 0; use method='jump'")

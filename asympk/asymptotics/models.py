@@ -53,7 +53,7 @@ def run(scene: Any, method: str, *, order: int | None = None, digits: int | None
     sigma, sigma0, mu, x, y, z, until = map(m.number, (*parameters, *scene.start, scene.until))
     here = f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
     line = line_of(sigma, sigma0)
-    course = course_for(method, line, x + y, z, sign, here)
+    course = itineraries_for(method, line, x + y, z, sign, here)
     try:
         found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
         motion, error = composite.chosen(found, method == "jump", until, m)
@@ -78,11 +78,11 @@ def _largest_of(sigma, mu, x, y, z):
     return f"{name} = {float(numbers[name]):.3g}"
 
 
-def course_for(
+def itineraries_for(
     method: str, line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int], here: str
 ) -> composite.Itineraries:
     """Return the course of a start, or raise what keeps ``method`` from following it."""
-    course = composite.course_of(line, load, velocity, sign)
+    course = composite.itineraries_of(line, load, velocity, sign)
     through = " -> ".join(step.mode for step in course.steps)
     stops = any(step.event == "velocity_zero" for step in course.steps)
     if method == "slow" and stops:

@@ -22,7 +22,7 @@ from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
 
 
-class Piece(NamedTuple):
+class ReplayedMode(NamedTuple):
     """One mode in numbers; each state is (start, rate, slow part, fast part, centre)."""
 
     mode: str
@@ -48,9 +48,9 @@ class EventNumbers(NamedTuple):
 class LayerNumbers(NamedTuple):
     """The composite expansion of a layer to one order, and the slow motion it lands on, as if begun at t = 0."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[ReplayedMode, ...]
     turns: tuple[EventNumbers, ...]
-    landing: Piece
+    landing: ReplayedMode
 
 
 @lru_cache(maxsize=1)
@@ -89,13 +89,13 @@ def _numbers(layers, slowly, order, value):
     def absolute(w):
         return value(w.cut(order + min(0, w.size[0]))) if w.terms else 0
 
-    def piece(p):
+    def replayed(p):
         states = [(*map(absolute, s[:3]), relative(s[3]), absolute(s[4])) for s in (p.x, p.y, p.z)]
-        return Piece(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
+        return ReplayedMode(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
 
     turns = [EventNumbers(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value))
              for t in layers.turns]  # fmt: skip
-    return LayerNumbers(tuple(map(piece, layers.segments)), tuple(turns), piece(slowly))
+    return LayerNumbers(tuple(map(replayed, layers.segments)), tuple(turns), replayed(slowly))
 
 
 def _spread(growth, value):

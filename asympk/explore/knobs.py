@@ -75,9 +75,9 @@ def _told(scene: Scene) -> Any:
     """Return what has the names, the start and the horizon that a person sees: a physical rod in its own units."""
     if scene.rod is None:
         return scene
-    from asympk.systems.painleve_klein.units import told_physically
+    from asympk.systems.painleve_klein.units import scene_in_units
 
-    return told_physically(scene)
+    return scene_in_units(scene)
 
 
 def _given(scene: Scene) -> tuple[tuple, Any]:

@@ -78,9 +78,9 @@ def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
     weights |= {name: np.array(w, dtype=float) for name, w in scene.combinations}
     if scene.rod is None:
         return weights, dict.fromkeys(weights, 1.0)
-    from asympk.systems.painleve_klein.units import told_physically
+    from asympk.systems.painleve_klein.units import scene_in_units
 
-    told, units = told_physically(scene), scene.rod.units
+    told, units = scene_in_units(scene), scene.rod.units
     named = [*told.names, *(name for name, _ in told.combinations)]
     sizes = [*map(float, units.state(1, 1, 1)), float(units.reaction)]
     return dict(zip(named, weights.values(), strict=True)), dict(zip(named, sizes, strict=True))

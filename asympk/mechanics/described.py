@@ -85,7 +85,7 @@ def read_mechanism(path: Any) -> Described:
     return _told(read_table(path), path)
 
 
-def told_by(table: Any, parameters: Any) -> Described:
+def described_by(table: Any, parameters: Any) -> Described:
     """Return the ``Described`` mechanism of a table without numbers, with ``parameters`` the names that it may use.
 
     Raises ``InputError``.

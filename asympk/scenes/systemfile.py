@@ -26,7 +26,7 @@ import sympy as sp
 from asympk import systems
 from asympk.errors import InputError
 from asympk.formulas import read_formula, read_relation
-from asympk.mechanics.described import told_by
+from asympk.mechanics.described import described_by
 from asympk.scene import Scene
 from asympk.storage.tomlfile import nearest, refuse_unknown, spelled
 from asympk.symbolic.system import Friction, System
@@ -112,7 +112,7 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
 def _of_mechanism(table: dict, parameters: Any) -> System:
     refuse_unknown(table, MECHANISM, "system")
     told, contact = table["mechanism"], table.get("contact")
-    mechanism = (described_mechanism(told) if isinstance(told, str) else told_by(told, parameters)).mechanism
+    mechanism = (described_mechanism(told) if isinstance(told, str) else described_by(told, parameters)).mechanism
     if contact == "rigid":
         return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():

@@ -62,7 +62,7 @@ class DecreasingRow:
 
 
 @cache
-def cases() -> dict[str, SceneFamily]:
+def five_systems() -> dict[str, SceneFamily]:
     """Return the five systems by name."""
     reaction = System.smooth({x: -x + (x + kappa - lambda_) * y}, {y: x - (x + kappa) * y}, mu)
     several = System.smooth({x: -x + u * v, w: x - w * u}, {u: -2 * u + v + x + u * v / 4, v: -u - 3 * v + w**2}, mu)
@@ -92,7 +92,7 @@ def held_rod() -> System:
 def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[DecreasingRow]:
     """Return the rows by system, order and state, mu decreasing within."""
     found = []
-    for name, case in cases().items():
+    for name, case in five_systems().items():
         if names is None or name in names:
             of = _friction_rows if case.system.frictions else _smooth_rows
             found += sorted(of(name, case, mus), key=lambda row: (row.order, row.state, -row.mu))
@@ -102,7 +102,7 @@ def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list
 def write(out: Path) -> Path:
     """Compute all rows and write them to ``out``/decreasing.csv; return the file."""
     path = out / "decreasing.csv"
-    about = {name: {"start": str(case.start), "until": case.until} for name, case in cases().items()}
+    about = {name: {"start": str(case.start), "until": case.until} for name, case in five_systems().items()}
     write_rows(path, rows(), provenance(cases=about, digits=DIGITS, kept=KEPT, reference="collocation, LSODA 1e-10"))
     return path
 

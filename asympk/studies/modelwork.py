@@ -13,7 +13,7 @@ from time import process_time
 
 from asympk.errors import AsympkError
 from asympk.methods import solve
-from asympk.studies.decreasing import cases
+from asympk.studies.decreasing import five_systems
 from asympk.studies.general import distance
 
 SYSTEMS = ("nonlinear rod", "enzyme reaction")
@@ -48,7 +48,7 @@ def rows(
     found = []
     for system, mu in product(SYSTEMS, mus):
         tell(f"{system}, mu = {mu}: models beside integrators")
-        scene = cases()[system].scene(mu)
+        scene = five_systems()[system].scene(mu)
         truth, unit = solve(scene, "radau", **FINEST).final, _seconds(scene, "jump", {"order": 1}, repeats)
         measured = partial(_row, system, scene, truth, unit, repeats)
         found += [measured(f"jump {n}", "jump", {"order": n}) for n in JUMPS]

@@ -8,7 +8,7 @@ import pytest
 from asympk.output.rowtables import decreasing_table
 from asympk.output.tabular import plain_rows
 from asympk.storage.rows import read_rows
-from asympk.studies.decreasing import ORDERS, cases, rows
+from asympk.studies.decreasing import ORDERS, five_systems, rows
 
 KEPT = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 
@@ -25,7 +25,7 @@ def _groups(kept):
 
 def test_every_system_and_order_is_there(kept):
     found = {(name, order) for (name, _, order), _ in _groups(kept)}
-    assert found == {(n, k) for n, c in cases().items() for k in ((0,) if c.system.frictions else ORDERS)}
+    assert found == {(n, k) for n, c in five_systems().items() for k in ((0,) if c.system.frictions else ORDERS)}
 
 
 def test_the_error_of_a_composite_over_its_first_omitted_term_tends_to_one(kept):

@@ -208,7 +208,7 @@ def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scen
     return Scene(sigma, mu, (x, y, z), horizon, sigma0, name, rod=RodInUnits(tuple(quantities.items()), scale, numbers))
 
 
-def told_physically(scene: Scene) -> PhysicalScene:
+def scene_in_units(scene: Scene) -> PhysicalScene:
     """Return the names, the start and the horizon of a scene of a physical rod in its units."""
     units = scene.rod.units
     return PhysicalScene(scene.name, units.state(*scene.start), units.moment(scene.until), float(units.time))
@@ -219,7 +219,7 @@ def physical(path: Path) -> Path:
     scene = path.scene
     if getattr(scene, "rod", None) is None:
         raise InputError("the path has no physical quantities; give its scene as ap.Scene.physical(m=, P=, f=, ...)")
-    units, told = scene.rod.units, told_physically(scene)
+    units, told = scene.rod.units, scene_in_units(scene)
     events = tuple(e._replace(t=units.moment(e.t), state=units.state(*e.state)) for e in path.events)
     reached = {"reached": units.moment(path.info["reached"])} if "reached" in path.info else {}
     return replace(path, scene=told, final=units.state(*path.final), events=events, at=PhysicalDense(path, units),

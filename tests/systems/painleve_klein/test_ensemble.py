@@ -10,7 +10,7 @@ import asympk as ap
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays import ensemble, inputs, itineraries, kernels, safeguarded
-from asympk.systems.painleve_klein.flow import legs
+from asympk.systems.painleve_klein.flow import segments
 
 PARAMETERS = [
     (1, 1, 1e-3), (1, 1, 1e-6), (1, 1.5, 1e-2), (0.3, 0.3, 1e-3), (20, 25, 1e-4), (1, 1, 0.2), (1, 1, 1.5),
@@ -380,7 +380,7 @@ def test_states_beyond_the_range_of_doubles_are_refused_by_name():
 
 
 def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its_own(monkeypatch):
-    for module in (safeguarded, ensemble, legs):
+    for module in (safeguarded, ensemble, segments):
         monkeypatch.setattr(module, "MOST_EVENTS", 20)
     sigma, mu = np.array([5, 5, 5, 1, 1]), np.array([10, 10, 10, 10, 1e-3])
     x, y, until = np.array([0, 0.1, 1e3, 0, 0]), np.array([0, 0, 0, 8e307, 0.2]), np.array([1e3, 1e3, 1e3, 5, 5])

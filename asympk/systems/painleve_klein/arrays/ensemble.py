@@ -24,7 +24,7 @@ from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
 from asympk.systems.painleve_klein.arrays.inputs import ORDER, require_finite, scene_columns
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
 from asympk.systems.painleve_klein.flow import exact
-from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
+from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
 
 CHUNK = 131072
 BATCH = 16384

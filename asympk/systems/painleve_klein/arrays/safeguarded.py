@@ -13,7 +13,7 @@ import numpy as np
 from asympk.numbers import Number
 from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays.motions import SeparateSegments, SmoothSegments
-from asympk.systems.painleve_klein.flow.legs import MOST_EVENTS
+from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
 from asympk.systems.painleve_klein.modes import (
     MODES,
     coefficients,

@@ -15,13 +15,13 @@ from asympk.errors import InputError, Undecided
 from asympk.numbers import Arithmetic, whole
 from asympk.path import Event, Path
 from asympk.systems.painleve_klein.flow.dense import RodDense
-from asympk.systems.painleve_klein.flow.legs import RodFlow, follow_rod
 from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
+from asympk.systems.painleve_klein.flow.segments import RodFlow, follow_rod
 from asympk.systems.painleve_klein.flow.starts import beginning
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
-    from asympk.systems.painleve_klein.flow.legs import SolvedSegment
+    from asympk.systems.painleve_klein.flow.segments import SolvedSegment
 
 MOST_DIGITS = 1000
 SPARE_DIGITS = 30

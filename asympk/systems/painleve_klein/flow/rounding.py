@@ -14,7 +14,7 @@ from asympk.numbers import Number
 from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.legs import RodMode, SolvedSegment
+    from asympk.systems.painleve_klein.flow.segments import RodMode, SolvedSegment
 
 UNIT = 2.0**-53
 CALM_LEGS = 6

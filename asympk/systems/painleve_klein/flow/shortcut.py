@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from asympk.numbers import Number
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.legs import RodSegment
+    from asympk.systems.painleve_klein.flow.segments import RodSegment
 
 MARGIN = 1e-13
 SMALL = 1e-8
@@ -24,7 +24,7 @@ LEAST = 0.05  # change of the fast exponent
 def slip_end(
     segment: "RodSegment", s_sign: int, z_sign: int, left: Number
 ) -> tuple[str, Number, tuple[Number, ...]] | None:
-    """Return (kind, time, state) as ``legs.slip`` does, or None."""
+    """Return (kind, time, state) as ``segments.slip`` does, or None."""
     if segment.short or not segment.fast:
         return None
     mode, turn = segment.mode, segment.turning()
@@ -49,7 +49,7 @@ def slip_end(
 def stick_end(
     segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, left: Number
 ) -> tuple[str, Number, tuple[Number, ...]] | None:
-    """Return (kind, time, state) as ``legs.stick`` does where the cone has one edge on this side, or None."""
+    """Return (kind, time, state) as ``segments.stick`` does where the cone has one edge on this side, or None."""
     if far is not None or segment.short or not segment.fast or not s_sign * (segment.s0 - edge) > 0:
         return None
     turn = segment.turning()

@@ -16,7 +16,7 @@ from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import smooth_root
 
 if TYPE_CHECKING:
-    from asympk.systems.painleve_klein.flow.legs import RodSegment
+    from asympk.systems.painleve_klein.flow.segments import RodSegment
 
 
 class SmoothMode:

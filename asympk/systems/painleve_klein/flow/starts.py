@@ -15,12 +15,12 @@ from asympk.errors import Undecided
 from asympk.numbers import Number
 from asympk.scene import MANIFOLDS
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
-from asympk.systems.painleve_klein.flow.legs import decided, sign_of
+from asympk.systems.painleve_klein.flow.segments import decided, sign_of
 from asympk.systems.painleve_klein.modes import MODES, grip, leaving
 
 if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.exact import RodNumbers
-    from asympk.systems.painleve_klein.flow.legs import RodFlow
+    from asympk.systems.painleve_klein.flow.segments import RodFlow
 
 
 def beginning(flow: "RodFlow", case: "RodNumbers") -> tuple[tuple[Number, ...], Number | None]:

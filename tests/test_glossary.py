@@ -1,0 +1,43 @@
+"""One word for one thing, in the code as in ``docs/glossary.md``."""
+
+import ast
+import re
+from pathlib import Path
+
+import asympk
+
+ROOT = Path(asympk.__file__).parent
+OLD = {  # word that once stood for a noun -> the noun
+    "leg": "segment", "legs": "segments", "piece": "mode", "story": "path",
+    "course": "itinerary", "courses": "itineraries", "job": "scene", "problem": "automaton", "case": "scene",
+    "cases": "scenes", "careful": "the methods by name", "nouns": "the nouns by name",
+}  # fmt: skip
+
+
+def names_in(source):
+    """Return the names of the public classes, functions and methods of a module."""
+    nodes = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ClassDef | ast.FunctionDef))
+    return {node.name for node in nodes if not node.name.startswith("_")}
+
+
+def old_words(names):
+    """Return the names, each with the old words in it."""
+    words = {name: {w.lower() for w in re.findall(r"[A-Z]?[a-z]+", name)} & OLD.keys() for name in names}
+    return {name: found for name, found in words.items() if found}
+
+
+def test_no_module_class_or_function_has_an_old_word_for_a_noun():
+    found = {}
+    for file in ROOT.rglob("*.py"):
+        found |= old_words({file.stem, *names_in(file.read_text(encoding="utf-8"))})
+    assert not found
+
+
+def test_an_old_word_in_a_name_is_found():
+    assert old_words({"Leg", "follow_legs", "legible", "Segment"}) == {"Leg": {"leg"}, "follow_legs": {"legs"}}
+
+
+def test_the_nouns_that_replace_old_words_stand_in_the_glossary():
+    told = (ROOT.parent / "docs" / "glossary.md").read_text(encoding="utf-8")
+    terms = set(re.findall(r"^([a-z][a-z ]+)$", told, re.MULTILINE))
+    assert {"automaton", "itinerary", "mode", "path", "scene", "segment"} <= terms
