@@ -13,6 +13,7 @@ from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described_mechanism
 
 _DAMPINGS = (0, 1)  # damping ratios for which the rebound is told
+ROUNDING = 1e-13  # of the largest velocity before a jump: what is left below it has cancelled
 
 
 def load_mechanism(name: str) -> Described:
@@ -105,8 +106,10 @@ def jump_lines(told: Described) -> list[str]:
     if not rod.evaluate(law.condition, told.numbers):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
     normal, tangential = (rod.evaluate(part, told.numbers) for part in law.impulses)
-    after = ", ".join(f"{rate} = {_short(rod.evaluate(law.velocities[own], told.numbers))}"
-                      for own, rate in zip(rod.velocities, rod.plain.velocities, strict=True))  # fmt: skip
+    rates = [float(rod.evaluate(law.velocities[own], told.numbers)) for own in rod.velocities]
+    least = ROUNDING * max(abs(float(told.numbers[str(rate)])) for rate in rod.plain.velocities)
+    after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
+                      for name, rate in zip(rod.plain.velocities, rates, strict=True))  # fmt: skip
     beyond = "from beyond the divide of the two motions, " if rod.motions(told.numbers) else ""
     lines = [
         f"jump            {beyond}P_N = {_short(normal)}, P_T = {_short(tangential)}: the contact stops in c log(1/c)",

@@ -10,6 +10,7 @@ from typing import Any
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump import jump_law
 from asympk.mechanics.paradox import condition, critical_friction
+from asympk.mechanics.tidy import tidy
 from asympk.output.mechanisms import contact_lines, jump_lines, motion_lines
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
@@ -100,7 +101,7 @@ def _contact(told: Described) -> list[str]:
     side = "only pushes" if rod.contact.unilateral else "holds both ways"
     words = f"The contact {side}. In the plain symbols, where a prime marks a rate:"
     return [*_heading("What is written down", "-"), words, "",
-            *displayed_formula("Mass matrix", plain.mass, "mechanism().mass"),
+            *displayed_formula("Mass matrix", plain.mass.applyfunc(tidy), "mechanism().mass"),
             *displayed_formula("Forces", plain.forces.T, "mechanism().forces"),
             *displayed_formula("Gap", plain.gap, "mechanism().contact.gap"),
             *displayed_formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]  # fmt: skip

@@ -110,6 +110,8 @@ def atlas(
     Plane by plane: give two of the arguments as ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the
     share of the work that is done. The names of the rungs are the keys of ``LADDER``, in order; those of a ``system``
     with ``values`` and ``start``, mappings to numbers or arrays, are the keys of ``general.ladder``, and ``"exact"``.
+    The array is of whole numbers, of the shape to which the arguments broadcast. Raises ``InputError`` for an rtol as
+    ``least_model`` does, and for arguments that are no numbers or do not broadcast.
     """
     import numpy as np
 

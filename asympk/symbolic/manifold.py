@@ -127,7 +127,10 @@ def slow_manifold(
 
 
 def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
-    """Continue to ``order`` every critical manifold that can be normally hyperbolic and lies in its mode."""
+    """Continue to ``order`` every critical manifold that can be normally hyperbolic and lies in its mode.
+
+    Raises what ``critical_manifolds`` and ``slow_manifold`` raise: ``NotDerivable``, ``OrderError``.
+    """
     order = _whole(order)
     return Several(
         SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order)
