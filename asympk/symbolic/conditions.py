@@ -26,7 +26,7 @@ def with_implied_bounds(assumptions: sp.Basic) -> sp.Basic:
     """Return ``assumptions`` with the bounds on single parameters that follow from a >= b between two.
 
     >>> a, b = sp.symbols("a b", real=True)
-    >>> closed(sp.And(b > -2, a >= b))
+    >>> with_implied_bounds(sp.And(b > -2, a >= b))
     (a >= b) & (a > -2) & (b > -2)
     """
     found = []
