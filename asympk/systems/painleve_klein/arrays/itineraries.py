@@ -44,7 +44,7 @@ NEAR = 1e-6
 SMALLEST = 1e-3
 SELDOM = 1e-3
 FINER = 1024.0
-BLOCK = 8192
+BLOCK = 16384
 NONE = np.array([], dtype=np.intp)
 
 
