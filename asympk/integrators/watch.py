@@ -36,7 +36,8 @@ def first_lost(
     a function changes its sign. A guard that starts at zero is lost only where it falls again: it may grow from there
     by its rounding.
     """
-    found, looks = [], list[Look]()
+    found: list[tuple[Any, int]] = []
+    looks: list[Look] = []
     for k in range(len(after.values)):
         crosses = _crosses(before, after, k)
         if crosses or (before.values[k] > 0 and near(before, after, k)):

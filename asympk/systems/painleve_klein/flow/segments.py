@@ -112,7 +112,8 @@ def follow_rod(
     numbers, to be refined; ``told`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
-    m, t, legs = flow.m, 0 * until, list[SolvedSegment]()
+    m, t = flow.m, 0 * until
+    legs: list[SolvedSegment] = []
     while True:
         name = MODES[s_sign * z_sign]
         if deviation is None:
