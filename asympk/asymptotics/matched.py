@@ -17,7 +17,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, abscissa, root, text
+from asympk.asymptotics.landing import NEAR, abscissa, newton, root, text
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import Automaton, NumericMode
@@ -29,6 +29,7 @@ from asympk.symbolic.system import Mode, System
 
 STEPS = 3000
 FAR = 1e12
+FAR_OFF = 0.5  # a Newton step to the manifold, relative to the state, beyond which a layer is not nearly over
 IN_FAST = 0.1  # a fast state changes the slow ones through mu alone, but decides when a layer ends
 EVENTS = 1000
 
@@ -157,7 +158,9 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     x, y = point[: slow.slow], point[slow.slow :]
     if len(y) == 1 and abscissa(slow.formulas, x, y, slow.values) >= 0:
         return math.inf
-    scale = max(1.0, *map(abs, y))
+    scale, step = max(1.0, *map(abs, y)), newton(slow.formulas, x, y, slow.values)
+    if step is None or max(map(abs, step)) > FAR_OFF * scale:
+        return math.inf
     branch = root(slow.formulas, x, y, slow.values)
     if branch is None or not (rate := -abscissa(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
