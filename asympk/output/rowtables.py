@@ -12,6 +12,7 @@ from asympk.output.tabular import Cell, Table, words
 from asympk.storage.rows import Row, read_rows
 from asympk.studies.convergence import groups, monotone_from
 from asympk.studies.damping import BORDER
+from asympk.studies.decreasing import is_limit
 from asympk.studies.divide import MUS, OFFSETS
 
 SHOWN = (1e-4, 1e-8, 1e-12)
@@ -68,7 +69,7 @@ def decreasing_table(rows: Sequence[Row]) -> Table:
     body, last = [], None
     for (name, order), several in groupby(rows, key=lambda row: (row["system"], row["order"])):
         by_mu = {row["mu"]: row for row in several}
-        measure = Cell(r"$\mu\log(1/\mu)$", "mu log(1/mu)") if by_mu[mus[0]]["with_friction"] else "omitted term"
+        measure = Cell(r"$\mu\log(1/\mu)$", "mu log(1/mu)") if is_limit(by_mu[mus[0]]) else "omitted term"
         cells = [f"{by_mu[mu]['ratio']:.5f}" if mu in by_mu else "--" for mu in mus]
         body.append((name if name != last else Cell("", name), Cell(f"${order}$", str(order)), measure, *cells))
         last = name

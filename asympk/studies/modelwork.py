@@ -21,7 +21,7 @@ MUS = ("1e-2", "1e-3", "1e-4", "1e-5")
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 METHODS = ("lsoda", "cvode", "radau", "bdf")
 JUMPS = (0, 1, 2)
-FINEST = {"rtol": 1e-13, "atol": 1e-13, "steps": 10**6}
+FINEST = {"rtol": 1e-13, "atol": 1e-13, "steps": 10**6, "seconds": 600.0}
 
 
 @dataclass(frozen=True)
