@@ -1,18 +1,18 @@
 """What a model saves: integrators that reach the error of the jump of order 1, on a nonlinear mechanism and a reaction.
 
-The unit of cost is the jump of order 1 on the same scene, a scene of its system having been solved before, so that what
-is derived and compiled once is not counted. Integrators follow one mode at a time, their tolerances from loose to fine
-until the error is reached. The reference is Radau at its finest.
+The unit of cost is the jump of order 1 on the same scene, timed in turns with each run, a scene of its system having
+been solved before, so that what is derived and compiled once is not counted. Integrators follow one mode at a time,
+their tolerances from loose to fine until the error is reached. The reference is Radau at its finest.
 """
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from time import process_time
 
 from asympk.errors import AsympkError
 from asympk.methods import solve
+from asympk.studies.compare import timed
 from asympk.studies.decreasing import five_systems
 from asympk.studies.general import distance
 
@@ -49,8 +49,7 @@ def rows(
     for system, mu in product(SYSTEMS, mus):
         tell(f"{system}, mu = {mu}: models beside integrators")
         scene = five_systems()[system].scene(mu)
-        truth, unit = solve(scene, "radau", **FINEST).final, _seconds(scene, "jump", {"order": 1}, repeats)
-        measured = partial(_row, system, scene, truth, unit, repeats)
+        measured = partial(_row, system, scene, solve(scene, "radau", **FINEST).final, repeats)
         found += [measured(f"jump {n}", "jump", {"order": n}) for n in JUMPS]
         (enough,) = (row.final_error for row in found[-len(JUMPS) :] if row.method == "jump 1")
         for method in methods:
@@ -61,25 +60,15 @@ def rows(
     return found
 
 
-def _row(system, scene, truth, unit, repeats, name, method, options):
+def _row(system, scene, truth, repeats, name, method, options):
     place = system, float(scene.values[scene.system.parameters.index(scene.system.small)]), name, options.get("rtol")
+    run, unit = partial(solve, scene, method, **options), partial(solve, scene, "jump", order=1)
     try:
-        error = distance(solve(scene, method, **options).final, truth)
-        seconds = _seconds(scene, method, options, repeats)
+        run()  # derives and compiles
+        path, ratio = timed(run, unit, repeats)
     except AsympkError as reason:
         return SavingRow(*place, None, None, f"{type(reason).__name__}: {reason}")
-    return SavingRow(*place, error, seconds / unit, "finished")
-
-
-def _seconds(scene, method, options, repeats):
-    """Return the least CPU time of a few runs, after one that derives and compiles."""
-    solve(scene, method, **options)
-    times = []
-    for _ in range(repeats):
-        began = process_time()
-        solve(scene, method, **options)
-        times.append(process_time() - began)
-    return min(times)
+    return SavingRow(*place, distance(path.final, truth), ratio, "finished")
 
 
 def savings(rows: list[dict]) -> dict[tuple[str, float], dict[str, float | None]]:
