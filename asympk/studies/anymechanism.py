@@ -85,7 +85,8 @@ def _formulas(name):
     normal, tangential = impulses(kinetics)
     critical = paradox.critical_friction(kinetics)
     values = [rod.evaluate(part, told.numbers) for part in (critical, rod.contact.friction, normal, tangential)]
-    short = sp.Abs(shortened(tangential / normal, kinetics)) / kinetics.load
+    top, bottom = sp.fraction(shortened(tangential / normal, kinetics))
+    short = sp.factor_terms(sp.Abs(top)) / sp.Abs(bottom) / kinetics.load
     shown = critical if len(sp.latex(critical)) < LONG else short
     latex = [sp.latex(part, fold_func_brackets=True) for part in (shown, normal, tangential)]
     return MechanismFormulas(name, len(kinetics.coordinates), kinetics.unilateral, *latex, *map(_kept, values))
