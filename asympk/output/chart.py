@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 from asympk.errors import MissingPackage
 from asympk.integrators import collocation
 from asympk.integrators.integrate import absent, run
-from asympk.methods import METHODS
+from asympk.integrators.stepped import UNBOUNDED
+from asympk.methods import METHODS, solve
 from asympk.output.tabular import Cell, Table, write_table
 from asympk.path import Event
 from asympk.path import Path as Trajectory
@@ -51,9 +52,10 @@ FULL = {
 QUICK = {
     "scenes": ("ii", "iii"), "mus": ("1e-2", "1e-5"), "kappas": {"1": ("1e-2", "1e-5")}, "tolerances": (1e-3, 1e-7),
     "step_sizes": (1e-2, 1e-3), "offsets": ("-1e-10", "-1e-4", "1e-4", "1e-10"),
-    "model_mus": ("1e-2", "1e-4"), "model_tolerances": (1e-5, 1e-8, 1e-11), "contact_mus": ("1e-2",),
+    "model_mus": ("1e-2", "1e-4"), "model_tolerances": (1e-5, 1e-8, 1e-11), "contact_mus": (),
     "repeats": 1, "steps": 2_000, "seconds": 10.0,
 }  # fmt: skip
+JUST_IN_TIME = ("heyoka", "kvaerno5")  # compiled for a system when it is first followed
 COMPILED = 100  # a compiled step of heyoka is so much cheaper that it may make this many times more of them
 SLOPE = 3  # tan(alpha) of the nonlinear rod; f = 1 makes sigma = 1
 CAREFUL = (
@@ -101,7 +103,7 @@ def main(
         files += _store(out, "nonlinear", nonlinear_rows(plan, found, tell), story)
     if "models" in parts:
         files += _store(out, "models", model_rows(plan, tell), story | {"reference": "Radau 1e-13"})
-    if "contacts" in parts:
+    if "contacts" in parts and plan["contact_mus"]:
         files += _store(out, "contacts", contact_rows(plan, tell), story | {"reference": "exact flow"})
     return files + draw_chart(out, tell)
 
@@ -157,7 +159,7 @@ def _one_field(plan):
 def _warm(plan, tell):
     """Compile what is compiled, so that no run is charged with it."""
     for method, options, tolerances in _integrators(plan):
-        if method in ("heyoka", "kvaerno5"):
+        if method in JUST_IN_TIME:
             tell(f"compiling {method}")
             workprec(Scene(1, "0.1", SCENES["ii"], UNTIL), repeats=1, **options)(tolerances)
 
@@ -214,6 +216,9 @@ def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[mod
 def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Any]:
     """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
     rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # as many steps a unit of time
+    for method in [m for m, *_ in _integrators(share) if m in JUST_IN_TIME]:
+        tell(f"compiling {method} for two contacts")
+        solve(contacts.scene(plan["contact_mus"][0]), method, seconds=UNBOUNDED)
     for mu in plan["contact_mus"]:
         for method, options, tolerances in (*_integrators(share), *_one_field(share)):
             tell(f"two contacts, mu = {mu}: {method}")
@@ -332,7 +337,7 @@ def _failure_parts(folder):
         rows = [row for row in read_rows(folder / "work.csv") if row["scene"] == FAILING]
         parts.insert(0, (r"scene (iii), $\mu$", rows, "mu"))
     if (folder / "contacts.csv").exists():
-        parts.append((r"two contacts, $\mu$", read_rows(folder / "contacts.csv"), "mu"))
+        parts.append(("two\ncontacts, $\\mu$", read_rows(folder / "contacts.csv"), "mu"))
     found = [(words, [row for row in rows if row["method"] != "exact"], along) for words, rows, along in parts]
     return [part for part in found if part[1]]
 

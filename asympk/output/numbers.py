@@ -25,7 +25,7 @@ from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
 from asympk.storage.rows import Row, read_rows
-from asympk.studies import anymechanism, collisions, convergence, damping, leastmap, modelwork
+from asympk.studies import anymechanism, collisions, contacts, convergence, damping, leastmap, modelwork
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
 from asympk.studies.least import LADDER
@@ -44,7 +44,8 @@ def macros(root: Path) -> dict[str, str]:
     found = {**claim_macros(), **formula_macros(), **example_macros(), **accuracy_macros(), **parameter_macros()}
     told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
             "plane": of_plane, "nonlinear": of_nonlinear, "damping": of_damping,
-            "jumplaw": of_jump_law, "rebound": of_rebound, "peer": of_peer, "models": of_models}
+            "jumplaw": of_jump_law, "rebound": of_rebound, "peer": of_peer, "models": of_models,
+            "contacts": of_contacts}
     for name, tell in told.items():
         if (kept / f"{name}.csv").is_file():
             found |= tell(read_rows(kept / f"{name}.csv"))
@@ -215,6 +216,17 @@ def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
     """Return how stiff the contact was that was followed, and how far its rebound is from the formula at most."""
     away = max(abs(row["followed"] / row["law"] - 1) for row in rows if row["followed"] is not None)
     return {"reboundStiff": power(anymechanism.STIFF), "reboundWorst": power(away, 1)}
+
+
+def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
+    """Return what became of the runs with two contacts, and which methods spend their budget there from which mu on."""
+    careful = [row for row in rows if row["method"] not in chart.CRUDE]
+    short = [row for row in careful if row["status"] != "finished"]
+    return {
+        "contactRuns": str(len(careful)), "contactRight": str(_count(careful, "finished")),
+        "contactShortNames": _names(short), "contactKappa": rf"\ensuremath{{{contacts.KAPPA}}}",
+        "contactUntil": str(contacts.UNTIL),
+    }  # fmt: skip
 
 
 def of_models(rows: Sequence[Row]) -> dict[str, str]:

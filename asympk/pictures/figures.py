@@ -326,9 +326,11 @@ def _failure_block(ax, rows, along, methods):
     for j, method in enumerate(methods):
         for i, place in enumerate(places):
             runs = [outcome(row["status"]) for row in rows if row["method"] == method and row[along] == place]
+            if not runs:
+                continue
             lost = [key for key in runs if key in FAILURES]
             kind = max(FAILURES, key=lost.count) if lost else None
-            colour = FAILURES[kind][0] if kind else "white" if runs else "none"
+            colour = FAILURES[kind][0] if kind else "white"
             ax.add_patch(Rectangle((i - 0.5, j - 0.5), 1, 1, facecolor=colour, edgecolor="0.85", linewidth=0.4))
             if lost:
                 ax.text(i, j, str(len(lost)), ha="center", va="center", fontsize=6, color=FAILURES[kind][1])
