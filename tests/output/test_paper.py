@@ -139,7 +139,7 @@ def test_the_first_complaint_of_tex_is_told_with_its_line():
 
 
 def test_without_latexmk_one_line_says_what_to_install(monkeypatch, tmp_path):
-    for name in ("write_rows", "write_figures", "write_tables"):
+    for name in ("write_paper_rows", "write_figures", "write_tables"):
         monkeypatch.setattr(paper, name, lambda *_: [])
     monkeypatch.setattr(paper.numbers, "macros", lambda _: {"one": "1"})
     monkeypatch.setattr(paper.shutil, "which", lambda _: None)
