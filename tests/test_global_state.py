@@ -175,7 +175,7 @@ WALK = CALLS | {
     "cover": lambda _: cover(ap.read_scene("backward"), {"mu": ("1e-3", "2e-3")}, 4),
     "picture": lambda path: ap.solve(ap.read_scene("backward")).plot(path / "a.svg"),
     "table": lambda path: ap.solve(ap.read_scene("backward")).to_csv(path / "a.csv"),
-    "sweep": lambda path: sweep.run(sweepfile.parse_sweep(SWEEP), path / "out"),
+    "sweep": lambda path: sweep.run_sweep(sweepfile.parse_sweep(SWEEP), path / "out"),
     "mechanism": lambda _: ap.systems.painleve_rod.mechanism().paradox,
 }
 

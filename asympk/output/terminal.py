@@ -260,6 +260,6 @@ def _regime_lines():
     from asympk.output.tables import regimes_table
     from asympk.output.tabular import plain_rows
 
-    rows = plain_rows(regimes_table())
+    rows = [row[:-1] for row in plain_rows(regimes_table())]  # the last column would not fit on a screen
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]

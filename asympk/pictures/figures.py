@@ -234,10 +234,10 @@ def nonlinear(rows: Sequence[Row]) -> "Figure":
                         textcoords="offset points", fontsize=6, va="center")  # fmt: skip
         here = [row for row in rows if row["kappa"] == 1]
         for method, raised in ALONGSIDE_METHODS.items():
-            points = _errors(here, method)
-            ax.plot(*zip(*points, strict=True), **style.curve(method))
-            ax.annotate(style.curve(method)["label"], points[0], (5, raised), textcoords="offset points",
-                        color=style.curve(method)["color"], va="center")  # fmt: skip
+            if points := _errors(here, method):
+                ax.plot(*zip(*points, strict=True), **style.curve(method))
+                ax.annotate(style.curve(method)["label"], points[0], (5, raised), textcoords="offset points",
+                            color=style.curve(method)["color"], va="center")  # fmt: skip
         for method in [m for m in style.MODELS if m != "exact"]:
             glyphs += _drawn_or_glyphs(ax, method, _errors(here, method), style.curve(method))
         low, high = ax.get_xlim()

@@ -158,7 +158,7 @@ def few():
         patch.setattr(chart, "EXPLICIT", ("rk45",))
         patch.setattr(chart, "IMPLICIT", ("radau", "lsoda"))
         told = []
-        work = [asdict(row) for row in chart.work_rows(PLAN, told.append)]
+        work = chart.work_rows(PLAN, told.append)
         plane = chart.plane_rows(PLAN, told.append)
     assert any("rk45" in line for line in told)
     return work, plane

@@ -341,7 +341,7 @@ def test_a_trajectory_without_a_result_costs_no_other_its_own(monkeypatch):
                 raise reason("no")
         return real(case)
 
-    monkeypatch.setattr(exact, "in_doubles", refusing)
+    monkeypatch.setattr(exact, "followed_in_doubles", refusing)
     x, y, z, bad = np.linspace(-1, 1, 64), np.zeros(64), -np.ones(64), [5, 40, 41]
     fair = chunks.chunk_columns(ROD, {"sigma": 1.0, "mu": 1e-3, "x": x, "y": y, "z": z, "until": 5.0}, 64)
     x[bad], y[bad], z[bad] = 1000, -1000, (7, 9, 11)  # on s = 0 without a rate: followed one by one

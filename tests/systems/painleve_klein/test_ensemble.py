@@ -396,14 +396,14 @@ def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its
 
 
 def test_an_undecided_trajectory_is_told_by_its_outcome(monkeypatch):
-    real = ensemble.exact.in_doubles
+    real = ensemble.exact.followed_in_doubles
 
     def undecided(case):
         if case.z == 1:
             raise Undecided("no")
         return real(case)
 
-    monkeypatch.setattr(ensemble.exact, "in_doubles", undecided)
+    monkeypatch.setattr(ensemble.exact, "followed_in_doubles", undecided)
     given = 1, 1e-3, 1000.0, -1000.0, np.array([-1.0, 1.0, -0.5]), 2
     many = ap.solve_many(*given)
     assert [many.outcomes[k] for k in many.outcome] == ["followed", "undecided", "followed"]
@@ -452,7 +452,7 @@ def test_the_textbook_slow_root_would_lose_digits(monkeypatch):
         slow = (-b + np.sign(b) * np.sqrt(b * b - 4 * mu * b)) / (2 * mu)
         return exact(a, b, mu)._replace(slow=slow, lag=1 + slow)
 
-    monkeypatch.setattr(itineraries, "mode", textbook)
+    monkeypatch.setattr(itineraries, "mode_constants", textbook)
     wrong = ap.solve_many(1, 1e-8, x, y, z, 5)
     assert np.abs(wrong.final - right.final).max() > 1e-10
 
