@@ -12,7 +12,8 @@ MARKS = ("o", "s", "^", "D", "v")
 def decreasing(rows: list[dict]) -> Any:
     """Draw errors and their measures against mu: a panel for each order, one for limits with friction.
 
-    Marks are errors; lines are the first omitted terms, in the limit the constant at the least mu times mu log(1/mu).
+    Marks are errors; lines are the first omitted terms, for the limit with friction the constant at the least mu times
+    mu log(1/mu). Its panel is called "friction, 0".
     """
     panels = {_panel(row): None for row in sorted(rows, key=_panel)}
     names = list(dict.fromkeys(row["system"] for row in rows))
@@ -22,7 +23,7 @@ def decreasing(rows: list[dict]) -> Any:
                 here = [row for row in rows if row["system"] == name and _panel(row) == panel]
                 _draw(ax, sorted(here, key=lambda row: row["mu"]), MARKS[names.index(name)], name)
             limit, order = panel
-            title = "limit with friction" if limit else f"order {order}"
+            title = "friction, 0" if limit else f"order {order}"
             ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", title=title)
             ax.minorticks_off()
         axes.flat[0].set_ylabel("error")
