@@ -424,7 +424,9 @@ def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, w
     assert window.run("return document.documentElement.scrollWidth") <= width
     before = window.run(f"return {PATH}")
     window.set("[data-slider=sigma]", 900, "input")
-    turned = window.wait(f"{PATH} !== {json.dumps(before)} && {PATH}")
+    window.wait(f"{PATH} !== {json.dumps(before)}")
+    window.wait("document.body.getAttribute('aria-busy') === 'false'")  # a later answer draws the ring anew
+    turned = window.run(f"return {PATH}")
     assert window.run("return document.querySelector('[data-box=sigma0]').value") \
         == window.run("return document.querySelector('[data-box=sigma]').value")  # fmt: skip
     x, y = window.run(f"return {RING}")

@@ -15,6 +15,7 @@ async function ask(name, question, show) {
   if (lane.busy) { lane.next = [question, show]; return; }
   lane.busy = true;
   lane.since = performance.now();
+  attend();
   const asked = scene;
   try {
     const reply = await fetch(name, { method: "POST", body: JSON.stringify({ ...turned(), ...question }) });
@@ -27,7 +28,10 @@ async function ask(name, question, show) {
   const next = lane.next;
   lane.next = null;
   if (next) ask(name, ...next);
+  attend();
 }
+
+const attend = () => document.body.setAttribute("aria-busy", Object.values(lanes).some(lane => lane.busy));
 
 // What has been computed for more than half a second, and for how long.
 const WORDS = { scenes: "equations of motion", motion: "motion", surroundings: "slow manifolds and stick regions", least: "ladder of models" };
