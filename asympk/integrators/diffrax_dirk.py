@@ -4,7 +4,7 @@ A compiled run makes steps until one is of interest: a guard is lost or may be w
 is reached; the limit on time is looked at between runs.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ import sympy as sp
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, mode_of, namespace
-from asympk.integrators.integrate import Limits, missing
+from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import follow_steps
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import Phase
@@ -26,25 +26,14 @@ AT_ONCE = 1000  # steps of a run
 MOST_TOGETHER = 6  # modes compiled into one function: those of one friction without a gap
 
 
-def advance(
-    method: str,
-    mode: NumericMode,
-    t: float,
-    state: tuple[float, ...],
-    until: float,
-    rtol: float,
-    atol: float,
-    limits: Limits,
-    times: Sequence[float],
-) -> Segment:
-    """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
+def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
+    """Follow ``mode`` from (t, state) until a guard is lost or ``until``."""
     try:
         import diffrax  # noqa: F401
         import jax  # noqa: F401
     except ImportError as error:
-        raise missing(method) from error
-    solver = KvaernoSteps(mode, t, state, until, (rtol, atol), times, limits.steps)
-    return follow_steps(solver, mode, t, state, limits, times)
+        raise missing(settings.method) from error
+    return follow_steps(KvaernoSteps(mode, t, state, until, settings), mode, t, state, settings)
 
 
 class KvaernoSteps:
@@ -53,26 +42,17 @@ class KvaernoSteps:
     nfev = njev = made = 0
     status = "running"
 
-    def __init__(
-        self,
-        mode: NumericMode,
-        t: float,
-        state: tuple[float, ...],
-        until: float,
-        tolerances: tuple[float, float],
-        times: Sequence[float],
-        limit: int,
-    ):
+    def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings):
         import jax
         import numpy as np
 
         together = _together(mode.mode)
         template, self.run = _compiled(together)
-        self.mode, self.limit, self.looks, self.until = mode, limit, [*times, until], until
+        self.mode, self.limit, self.looks, self.until = mode, settings.steps, [*settings.times, until], until
         p, w = (np.array(v, dtype=float) for v in (mode.p, state))
         with jax.enable_x64(True):
             self.carry = t, t, w, *template(len(w), len(p))
-        self.fixed = until, p, together.index(mode.mode), *tolerances
+        self.fixed = until, p, together.index(mode.mode), settings.rtol, settings.atol
         self.t_old, self.t, self.y_old, self.y = t, t, w, w
 
     def step(self) -> str | None:

@@ -58,26 +58,32 @@ class Work(NamedTuple):
         return Work(*(a + b for a, b in zip(self, other, strict=True)))
 
 
-class Limits(NamedTuple):
-    """What is left to a run: steps, and the value of ``time.monotonic`` at which it ends."""
+class Settings(NamedTuple):
+    """How to follow one mode: a method of the family, bounds on the error of a step, and what is left to the run.
 
+    That is a number of steps, and the value of ``time.monotonic`` at which it ends. ``times`` are those to look in at.
+    """
+
+    method: str
+    rtol: float
+    atol: float
     steps: int
     deadline: float
+    times: Sequence[float] = ()
 
 
 class Advance(Protocol):
     """How a family of integrators follows one smooth mode.
 
     1. It starts from ``state`` at ``t`` and ends at ``until``, or before at the first guard of ``mode`` that is lost.
-    2. ``rtol`` and ``atol`` bound the error of every step; ``limits`` bounds steps and the time on the clock.
-    3. The ``Segment`` holds in ``samples`` the states at the ``times``, in order, and in ``work`` a ``Work``.
+    2. It keeps to the bounds of ``settings`` on the error of a step, the number of steps and the time on the clock.
+    3. The ``Segment`` holds in ``samples`` the states at ``settings.times``, in order, and in ``work`` a ``Work``.
     4. What stops it early stands in the segment's ``short``; raises ``MissingPackage`` where its package is missing.
     """
 
     def __call__(
-        self, method: str, mode: NumericMode, t: float, state: tuple[float, ...], until: float,
-        rtol: float, atol: float, limits: Limits, times: Sequence[float],
-    ) -> Segment: ...  # fmt: skip
+        self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings
+    ) -> Segment: ...
 
 
 def run(
@@ -117,11 +123,10 @@ def _trace(scene, method, options, times=()):
     deadline = float("inf") if times else monotonic() + options["seconds"]
 
     def on(mode, t, state, segments):
-        left = Limits(options["steps"] - sum(s.work.steps for s in segments), deadline)
-        later = [v for v in times if v > t]
+        left, later = options["steps"] - sum(s.work.steps for s in segments), [v for v in times if v > t]
+        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later)
         try:
-            return followed(mode, t, state, until, lambda end: advance(
-                method, mode, t, state, end, options["rtol"], options["atol"], left, later))  # fmt: skip
+            return followed(mode, t, state, until, lambda end: advance(mode, t, state, end, settings))
         except AsympkError:
             raise
         except (ArithmeticError, ValueError):

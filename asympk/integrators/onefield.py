@@ -11,7 +11,7 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Limits, SteppedDense, bounds, endpoints, finished, report, tolerances
+from asympk.integrators.integrate import Settings, SteppedDense, bounds, endpoints, finished, report, tolerances
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
@@ -82,22 +82,23 @@ def _follow(scene, method, direction, solver, rtol, atol, steps, seconds, **opti
     start, _ = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
     steps, seconds = bounds(steps, seconds)
-    last = _trace(scene, direction, solver, rtol, atol, Limits(steps, monotonic() + seconds))
+    settings = Settings(solver, rtol, atol, steps, monotonic() + seconds)
+    last = _trace(scene, direction, settings)
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
-    at = SteppedDense(start, last.t, partial(_samples, scene, direction, solver, rtol, atol, steps))
+    at = SteppedDense(start, last.t, partial(_samples, scene, direction, settings))
     path = Path(scene, method, last.state, (), ("one_field",), at, None, report(last, last.work, options))
     return finished(path)
 
 
-def _trace(scene, direction, solver, rtol, atol, limits, times=()):
+def _trace(scene, direction, settings):
     start, until = endpoints(scene)
     automaton = automaton_of(scene)
     field = OneField(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
-    return scipy_ivp.advance(solver, field, 0.0, start, until, rtol, atol, limits, times)
+    return scipy_ivp.advance(field, 0.0, start, until, settings)
 
 
-def _samples(scene, direction, solver, rtol, atol, steps, times):
-    return _trace(scene, direction, solver, rtol, atol, Limits(steps, float("inf")), times).samples
+def _samples(scene, direction, settings, times):
+    return _trace(scene, direction, settings._replace(deadline=float("inf"), times=times)).samples
 
 
 @lru_cache(maxsize=64)

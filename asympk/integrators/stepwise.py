@@ -1,13 +1,13 @@
 """The loop over the steps of an integrator, whatever it is: guards are looked at after every step."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
-from asympk.integrators.integrate import Limits, Work
+from asympk.integrators.integrate import Settings, Work
 from asympk.integrators.watch import Look, first_lost
 
 if TYPE_CHECKING:
@@ -44,17 +44,17 @@ class Solver(Protocol):
 
 
 def follow_steps(
-    solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], limits: Limits, times: Sequence[float]
+    solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings
 ) -> Segment:
-    """Follow ``mode`` by the steps of ``solver`` until a guard is lost or its end, looking in at ``times``."""
-    watch, n = Watch(mode, t, state), len(state)
+    """Follow ``mode`` by the steps of ``solver`` until a guard is lost or its end."""
+    watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit = 0, 0, "", None
     samples: list[tuple[float, ...]] = []
     start = halfway = t
     while solver.status == "running" and hit is None and not short:
-        short = _step(solver, steps, limits)
+        short = _step(solver, steps, settings)
         steps += solver.made * (not short)
-        halfway = solver.t if 2 * steps <= limits.steps else halfway
+        halfway = solver.t if 2 * steps <= settings.steps else halfway
         t, state = solver.t, tuple(solver.y[:n].tolist())
         idle = idle + 1 if not short and t - solver.t_old <= 4e-16 * abs(t) else 0
         if idle > IDLE:
@@ -128,11 +128,11 @@ def field_and_start(
     return extended, (*state, *mode.guard_values(t, state)), None
 
 
-def _step(solver, steps, limits):
+def _step(solver, steps, settings):
     """Make one step; return what stops the run, or ""."""
-    if steps >= limits.steps:
+    if steps >= settings.steps:
         return STEP_LIMIT
-    if monotonic() > limits.deadline:
+    if monotonic() > settings.deadline:
         return "time limit reached"
     from numpy import errstate
 

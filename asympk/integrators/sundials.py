@@ -1,11 +1,11 @@
 """CVODE (BDF) of SUNDIALS through scikit-sundae, stepped one by one; its own interpolation is the dense output."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
-from asympk.integrators.integrate import Limits, missing
+from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import field_and_start, follow_steps
 
 if TYPE_CHECKING:
@@ -14,19 +14,9 @@ if TYPE_CHECKING:
 MOST_TRIES = 100_000  # of CVODE for one step
 
 
-def advance(
-    method: str,
-    mode: NumericMode,
-    t: float,
-    state: tuple[float, ...],
-    until: float,
-    rtol: float,
-    atol: float,
-    limits: Limits,
-    times: Sequence[float],
-) -> Segment:
-    """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
-    return follow_steps(CvodeSteps(method, mode, t, state, until, rtol, atol), mode, t, state, limits, times)
+def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
+    """Follow ``mode`` from (t, state) until a guard is lost or ``until``."""
+    return follow_steps(CvodeSteps(mode, t, state, until, settings), mode, t, state, settings)
 
 
 class CvodeSteps:
@@ -34,15 +24,13 @@ class CvodeSteps:
 
     made = 1
 
-    def __init__(
-        self, method: str, mode: NumericMode, t: float, state: tuple[float, ...], until: float, rtol: float, atol: float
-    ):
+    def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings):
         import numpy as np
 
         try:
             from sksundae.cvode import CVODE
         except ImportError as error:
-            raise missing(method) from error
+            raise missing(settings.method) from error
         field, start, jacobian = field_and_start(mode, t, state)
         p, jac = mode.p, {}
 
@@ -52,7 +40,7 @@ class CvodeSteps:
         if jacobian:
             n = len(start)
             jac = {"jacfn": lambda t, w, dw, rows: np.copyto(rows, np.reshape(jacobian(t, *w.tolist(), *p), (n, n)))}
-        self.solver = CVODE(rhs, rtol=rtol, atol=atol, max_num_steps=MOST_TRIES, **jac)
+        self.solver = CVODE(rhs, rtol=settings.rtol, atol=settings.atol, max_num_steps=MOST_TRIES, **jac)
         self.solver.init_step(t, np.array(start, dtype=float))
         self.t_old = self.t = t
         self.until, self.y, self.status, self.nfev, self.njev = until, np.array(start), "running", 0, 0

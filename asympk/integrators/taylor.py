@@ -1,6 +1,5 @@
 """Heyoka: Taylor series, compiled once per mode and tolerance; guards are roots of its polynomials."""
 
-from collections.abc import Sequence
 from functools import cache, lru_cache
 from time import monotonic
 
@@ -8,35 +7,25 @@ from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, namespace
 from asympk.errors import InputError
-from asympk.integrators.integrate import Limits, Work, missing
+from asympk.integrators.integrate import Settings, Work, missing
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16
 MARGIN = 8 * 2.0**-52  # a guard that starts on its surface is lost this far below it: rounding is no event
 
 
-def advance(
-    method: str,
-    mode: NumericMode,
-    t: float,
-    state: tuple[float, ...],
-    until: float,
-    rtol: float,
-    atol: float,
-    limits: Limits,
-    times: Sequence[float],
-) -> Segment:
-    """Follow ``mode`` from (t, state) until a guard is lost or ``until``, looking in at ``times``."""
-    solver = _compiled(method, mode.mode, max(min(rtol, atol), FINEST))
+def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
+    """Follow ``mode`` from (t, state) until a guard is lost or ``until``."""
+    solver = _compiled(settings.method, mode.mode, max(min(settings.rtol, settings.atol), FINEST))
     if solver.with_events:
         solver.reset_cooldowns()
     solver.time, solver.state[:] = t, state
     solver.pars[:] = [*mode.p, *(MARGIN * (abs(v) < MARGIN) for v in mode.guard_values(t, state))]
-    steps, short, hit = 0, "", None
+    steps, short, hit, times = 0, "", None, settings.times
     samples: list[tuple[float, ...]] = []
     while hit is None and not short and solver.time < until:
-        chunk = min(CHUNK, limits.steps - steps)
-        if chunk <= 0 or monotonic() > limits.deadline:
+        chunk = min(CHUNK, settings.steps - steps)
+        if chunk <= 0 or monotonic() > settings.deadline:
             short = f"{'step' if chunk <= 0 else 'time'} limit reached"
             break
         outcome, *_, made, output, _ = solver.propagate_until(until, max_steps=chunk, c_output=bool(times))

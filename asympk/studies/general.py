@@ -87,7 +87,7 @@ def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: fl
     return replace(rung, cost=cost, measured=distance(final, reference))
 
 
-def atlas(
+def least_places(
     system: Any, values: Mapping, start: Mapping, until: Any, rtol: float, progress: Callable[[float], None] | None
 ) -> np.ndarray:
     """Return the place on the ladder of the least model, over values, starts and horizons that broadcast."""

@@ -113,16 +113,19 @@ def atlas(
     The array is of whole numbers, of the shape to which the arguments broadcast. Raises ``InputError`` for an rtol as
     ``least_model`` does, and for arguments that are no numbers or do not broadcast.
     """
-    import numpy as np
-
     rtol = _tolerance(rtol)
     if system is not None:
-        return general.atlas(system, values or {}, start or {}, until, rtol, progress)
-    shape, job = scene_columns(sigma, mu, x, y, z, until, sigma0)
-    size = int(np.prod(shape))
-    flat: dict[str, Any] = {name: column.array(slice(0, size)) for name, column in job.items()}
-    found = np.full(size, len(LADDER) - 1, dtype=np.int8)
-    left = np.arange(found.size)
+        return general.least_places(system, values or {}, start or {}, until, rtol, progress)
+    return _least_places(*scene_columns(sigma, mu, x, y, z, until, sigma0), rtol, progress)
+
+
+def _least_places(shape, columns, rtol, progress):
+    """Return the place on ``LADDER`` of the least model of every rod, in the given shape."""
+    import numpy as np
+
+    left = np.arange(int(np.prod(shape)))
+    flat: dict[str, Any] = {name: column.array(slice(0, left.size)) for name, column in columns.items()}
+    found = np.full(left.size, len(LADDER) - 1, dtype=np.int8)
     for rung, (method, options) in enumerate(list(LADDER.values())[:-1]):
         if progress:
             progress(rung / len(LADDER))

@@ -108,12 +108,12 @@ def follow_rod(
 ) -> list[SolvedSegment]:  # fmt: skip
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
-    Return the legs of the solution; a state is (x, y, s, z, mu y'). ``known`` are legs of the same course in coarser
-    numbers, to be refined; ``told`` is called with the time of every event.
+    Return the segments of the solution; a state is (x, y, s, z, mu y'). ``known`` are those of the same motion in
+    coarser numbers, to be refined; ``told`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
     m, t = flow.m, 0 * until
-    legs: list[SolvedSegment] = []
+    done: list[SolvedSegment] = []
     while True:
         name = MODES[s_sign * z_sign]
         if deviation is None:
@@ -121,18 +121,13 @@ def follow_rod(
         else:
             segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
         if known:
-            found = refined_event(flow, segment, _counterpart(known, legs, name), s_sign, until - t)
-        elif z_sign:
-            quick = m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, until - t)
-            found = quick or slip_event(segment, s_sign, z_sign, until - t)
+            kind, span, state = refined_event(flow, segment, _counterpart(known, done, name), s_sign, until - t)
         else:
-            quick = m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, until - t)
-            found = quick or stick_event(flow, segment, s_sign, until - t)
-        kind, span, state = found
-        legs.append(SolvedSegment(name, t, segment, kind, span, state))
+            kind, span, state = _next_event(flow, segment, s_sign, z_sign, until - t)
+        done.append(SolvedSegment(name, t, segment, kind, span, state))
         if not kind:
             _require_clear_end(flow, segment, state, s_sign, z_sign, m.margin * until, span if t else None)
-            return legs
+            return done
         x, y, s, z, _ = state
         if abs(y) > m.largest:
             raise TooLarge(_too_large(m, t, y))
@@ -141,8 +136,17 @@ def follow_rod(
             told(t)
         sticks = kind == "velocity_zero" and flow.sticks(s, segment.s_size(span))
         s_sign, z_sign = signs_after(kind, s_sign, z_sign, s, sticks)
-        if len(legs) > MOST_EVENTS:
+        if len(done) > MOST_EVENTS:
             raise TooManyEvents(_too_many(until, t, state))
+
+
+def _next_event(flow, segment, s_sign, z_sign, left):
+    """Return (kind, time, state) of the event that ends a segment, in doubles by its shortcut where that is sure."""
+    if z_sign:
+        quick = flow.m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, left)
+        return quick or slip_event(segment, s_sign, z_sign, left)
+    quick = flow.m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, left)
+    return quick or stick_event(flow, segment, s_sign, left)
 
 
 def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
@@ -251,7 +255,7 @@ def stick_event(
 def refined_event(
     flow: RodFlow, segment: RodSegment, known: SolvedSegment, s_sign: int, left: Number
 ) -> tuple[str, Number, tuple[Number, ...]]:
-    """Return (kind, time, state) of the event, or of the end, of a leg that is ``known`` in coarser numbers."""
+    """Return (kind, time, state) of the event, or of the end, of a segment that is ``known`` in coarser numbers."""
     if not known.kind:
         return "", left, segment.state(left)
     t = flow.m.number(known.span)
@@ -261,11 +265,11 @@ def refined_event(
     return known.kind, *on_level(segment, level, t)
 
 
-def _counterpart(known, legs, name):
-    """Return the known leg that the leg after ``legs``, in the mode ``name``, must be."""
-    if len(legs) == len(known) or known[len(legs)].mode != name:
+def _counterpart(known, done, name):
+    """Return the known segment that the one after ``done``, in the mode ``name``, must be."""
+    if len(done) == len(known) or known[len(done)].mode != name:
         raise Undecided
-    return known[len(legs)]
+    return known[len(done)]
 
 
 def on_plane(segment: RodSegment, t: Number) -> tuple[Number, tuple[Number, ...]]:
