@@ -13,7 +13,7 @@ from asympk import methods, systems
 from asympk.cli import main as cli
 from asympk.integrators import integrate
 from asympk.ledger import remarks
-from asympk.output import gallery, mechanisms
+from asympk.output import artefacts, gallery, mechanisms
 from asympk.pictures import portraits
 
 ROOT = Path(__file__).parents[1]
@@ -63,14 +63,14 @@ def test_a_new_claim_is_judged(monkeypatch):
     assert (found.id, found.verdict) == ("C99", "confirmed")
 
 
-def test_a_new_figure_is_drawn():
-    drawing, entry = RECIPES["figure"].split("# in asympk/output/gallery.py\n")
-    names = {"np": np, **vars(portraits)}
-    exec(drawing, names)
-    patched = {**vars(gallery), "portraits": type("patched", (), {"slow_line": staticmethod(names["slow_line"])})}
-    picture = eval(entry.strip(), patched)
-    assert isinstance(picture, gallery.Picture)
-    assert len(picture.draw().axes[0].lines) == 1
+def test_a_new_figure_is_drawn(monkeypatch, tmp_path):
+    drawing, choosing, entry = re.split(r"# in asympk/\w+/\w+\.py\n", RECIPES["figure"])[1:]
+    for code, module, name in ((drawing, portraits, "slow_line"), (choosing, gallery, "slow_line_picture")):
+        names = {"np": np, **vars(module)}
+        exec(code, names)
+        monkeypatch.setattr(module, name, names[name], raising=False)
+    found = artefacts.pictures(tmp_path, [eval(entry, vars(artefacts))])
+    assert len(found["slow-line"]().axes[0].lines) == 1
 
 
 def test_a_new_command_runs_and_refuses_in_one_line(monkeypatch, capsys):

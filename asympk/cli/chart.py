@@ -15,9 +15,12 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Measure every method on every scene and print the files written."""
-    from asympk.output.chart import main as chart
+    from asympk.output.paper import write_chart
     from asympk.output.regenerate import project
+    from asympk.studies import chart
 
+    kept = project(options.root) / "paper" / "generated"
+    out = kept / "quick" if options.quick else kept
     with meter(log=True) as shown:
-        files = chart(options.quick, project(options.root) / "paper" / "generated", shown.tell)
+        files = [*chart.write(out, kept, options.quick, shown.tell), *write_chart(out, shown.tell)]
     print(*files, sep="\n")

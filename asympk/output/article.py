@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from asympk.errors import InputError
-from asympk.output.gallery import pictures
+from asympk.output.artefacts import pictures
 from asympk.pictures.figures import save
 from asympk.storage.files import write_text
 
@@ -32,9 +32,10 @@ def write_article(root: Path, out: Path, lua: Path) -> list[str]:
 
 def draw_pictures(root: Path, names: list[str], out: Path) -> None:
     """Draw pictures of the paper as SVG into ``out``."""
-    drawn = {picture.name: picture for picture in pictures(root)}
+    found = pictures(root / "paper" / "generated" / "rows")
     for name in names:
-        save(drawn[name].draw(), out / f"{name}.svg")
+        if figure := found[name]():
+            save(figure, out / f"{name}.svg")
 
 
 def with_sections(source: str, paper: Path) -> str:

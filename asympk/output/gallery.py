@@ -1,22 +1,20 @@
-"""The pictures of the paper and the page by name: each a thunk that computes its paths or reads its rows, and draws."""
+"""The pictures that choose their rows or compute their paths first: each a function of rows, or of nothing.
 
-from collections.abc import Callable
-from dataclasses import dataclass
+A picture is None where the rows do not suffice for it.
+"""
+
+from collections.abc import Sequence
 from fractions import Fraction
-from functools import cache, partial
-from importlib.util import find_spec
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from asympk.errors import MissingPackage
 from asympk.methods import solve
-from asympk.pictures import anymechanism, drawings, maps, portraits
+from asympk.pictures import anymechanism, figures, portraits
 from asympk.pictures import damping as jam
-from asympk.pictures.decreasing import decreasing
 from asympk.scene import Scene
-from asympk.storage.rows import Row, read_rows
+from asympk.storage.rows import Row, Rows
+from asympk.studies import modelwork
+from asympk.studies.chart import COMPILED
 from asympk.studies.damping import TINY
-from asympk.studies.least import LADDER
 from asympk.systems.catalogue import described_mechanism
 
 if TYPE_CHECKING:
@@ -26,61 +24,24 @@ PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5",
 STEEP, SHALLOW = 1, Fraction(-1, 2)
 RINGING, RINGS = 0.5, 66  # epsilon of the undamped rod that is drawn, and for how long
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
-CHARTS = {
-    "chart-workprec-ii": "work.csv", "chart-cost": "work.csv", "chart-cost-ii": "work.csv",
-    "chart-few": "work.csv", "chart-failures": "plane.csv", "chart-nonlinear": "nonlinear.csv",
-    "chart-nonlinear-work": "nonlinear.csv", "chart-models": "models.csv",
-}  # fmt: skip
+SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
 MECHANISM_NAMES = {
     "painleve_klein": "Painlevé and Klein", "unequal_masses": "unequal masses", "held_rod": "mass on a spring",
     "butenin": "Butenin", "painleve_rod": "slender rod on the ground", "bead_rod": "bead on a rod",
     "brake_shoe": "brake shoe", "crank_slider": "crank and slider", "arm": "two-link arm",
 }  # fmt: skip
-README = ("phase", "jump", "regimes", "chart-cost-ii")
-SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure of the paper: its file name, how to draw it, and the file of rows that it is drawn from, if any."""
-
-    name: str
-    draw: Callable[[], "Figure"]
-    rows: str = ""
-
-
-def pictures(root: Path) -> tuple[Picture, ...]:
-    """Return the pictures that can be drawn in the checkout ``root``: those from rows need their rows."""
-    if not find_spec("matplotlib"):
-        raise MissingPackage("figures need matplotlib: pip install 'asympk[plot]'")
-    kept = Path(root) / "paper" / "generated" / "rows"
-    found = [
-        Picture("mechanisms", mechanisms_picture),
-        Picture("system", drawings.draw_system),
-        Picture("phase", phase_picture),
-        Picture("jump", jump_picture),
-        Picture("regimes", maps.regime_map),
-        Picture("stick", partial(maps.stick_over_static_friction, ("1", "-17/10"))),
-        *(Picture(name, partial(_from_rows, draw, kept / f"{name}.csv"), f"{name}.csv")
-          for name, draw in (("convergence", maps.convergence), ("collisions", maps.collisions),
-                             ("decreasing", decreasing), ("rebound", anymechanism.draw_rebound),
-                             ("jumplaw", partial(anymechanism.draw_errors, names=MECHANISM_NAMES)),
-                             ("least", partial(maps.least_models, names=list(LADDER))), ("damping", damping_picture))),
-    ]  # fmt: skip
-    return (*(picture for picture in found if not picture.rows or (kept / picture.rows).is_file()), *_charts(kept))
-
-
-def _charts(kept):
-    """Return the chart's pictures that the paper shows and whose rows are there; they are drawn together, once."""
-    from asympk.output import chart
-
-    drawn = cache(partial(chart.chart_figures, kept.parent))
-    return [Picture(name, lambda name=name: drawn()[name], rows) for name, rows in CHARTS.items()
-            if (kept / rows).is_file()]  # fmt: skip
-
-
-def _from_rows(draw, file):
-    return draw(read_rows(file))
+SHOWN = "ii"  # the scene whose costs have a figure of their own, for the README
+FEW = ("exact", "kvaerno5", "lsoda", "rk45")  # the methods that the paper compares in its text
+FAILING = "iii"  # the scene on which the most runs fail
+ACCURACY = 1e-5  # of which the costs are drawn
+NOTE = (
+    "All integrators: one smooth piece at a time, directed events, snapped states, atol = rtol. Radau, BDF, LSODA "
+    "(scipy) and CVODE (SUNDIALS, BDF) have the analytic Jacobian; heyoka (Taylor, tol = rtol) and Kvaerno5 (diffrax, "
+    "default root finder and controller, 64 bit) are compiled, and compiling is not counted; the others call Python, "
+    "as the exact flow does. At most {steps} steps (heyoka {compiled} times as many) and {seconds:g} s."
+    " sign: LSODA. tanh: Radau, ε = rtol. Moreau-Jean: implicit Euler, fixed steps of {longest:g} to {shortest:g}, "
+    "the present mode where a step has several solutions."
+)
 
 
 def mechanisms_picture() -> "Figure":
@@ -97,13 +58,59 @@ def phase_picture() -> "Figure":
     return portraits.phase_space(groups)
 
 
-def damping_picture(rows: list[Row]) -> "Figure":
+def jump_picture(until: float = 3) -> "Figure":
+    """Draw the jump from z < 0 for decreasing mu beside one that holds x."""
+    paths = [solve(Scene(STEEP, mu, JUMP_START, until)) for mu in JUMP_MUS]
+    return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, until))
+
+
+def damping_picture(rows: Sequence[Row]) -> "Figure":
     """Draw the time of the jam over the damping ratio, and the phase plane of the rod without damping."""
     d = TINY * RINGING
     return jam.draw_damping(rows, solve(Scene(STEEP, (RINGING / d) ** 2, (0, 0, -1 / d), RINGS / d)))
 
 
-def jump_picture(until: float = 3) -> "Figure":
-    """Draw the jump from z < 0 for decreasing mu beside one that holds x."""
-    paths = [solve(Scene(STEEP, mu, JUMP_START, until)) for mu in JUMP_MUS]
-    return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, until))
+def work_precision_picture(rows: Sequence[Row], scene: str) -> "Figure | None":
+    """Draw work against precision on one scene, at four values of mu."""
+    if scene not in {row["scene"] for row in rows}:
+        return None
+    mus = sorted({row["mu"] for row in rows}, reverse=True)
+    return figures.work_precision(rows, scene, mus if len(mus) < 5 else [mus[k] for k in (0, 2, 4, -1)])
+
+
+def cost_picture(rows: Rows, only: str | None = None) -> "Figure | None":
+    """Draw what ``ACCURACY`` costs over mu on all scenes, or on one; a note tells the options of all methods."""
+    scenes = [scene for scene in dict.fromkeys(row["scene"] for row in rows) if only in (None, scene)]
+    plan = rows.provenance["plan"]
+    steps = plan["step_sizes"]
+    note = NOTE.format(**plan, compiled=COMPILED, longest=max(steps), shortest=min(steps))
+    return figures.cost_against_mu(rows, scenes, ACCURACY, note) if scenes else None
+
+
+def few_costs_picture(rows: Sequence[Row]) -> "Figure | None":
+    """Draw what ``ACCURACY`` costs the methods that the paper compares in its text."""
+    here = [row for row in rows if row["scene"] == SHOWN]
+    return figures.few_costs(here, FEW, ACCURACY) if {row["method"] for row in here} >= {*FEW} else None
+
+
+def failures_picture(plane: Sequence[Row], work: Sequence[Row], contacts: Sequence[Row]) -> "Figure | None":
+    """Draw the failures on the scene that has the most over mu, beside Pi_2, and with two contacts."""
+    failing = [row for row in work if row["scene"] == FAILING]
+    parts = [(r"scene (iii), $\mu$", failing, "mu"), (r"deviation from $\Pi_2$", plane, "offset"),
+             ("two\ncontacts, $\\mu$", contacts, "mu")]  # fmt: skip
+    found = [(words, [row for row in rows if row["method"] != "exact"], over) for words, rows, over in parts]
+    shown = [part for part in found if part[1]]
+    return figures.failures(shown) if shown else None
+
+
+def nonlinear_work_picture(rows: Sequence[Row]) -> "Figure":
+    """Draw work against precision for the rod whose geometry is kept, at a moderate mu and at the least."""
+    kept = [row for row in rows if row["kappa"] == 1]
+    mus = sorted({row["mu"] for row in kept})
+    return figures.work_precision(kept, SHOWN, [mus[-1 - len(mus) // 3], mus[0]])
+
+
+def models_picture(rows: Rows) -> "Figure | None":
+    """Draw what integrators cost at the error of a model, in units of the model's cost."""
+    saved = modelwork.savings(rows)
+    return figures.savings(saved) if saved else None

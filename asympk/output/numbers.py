@@ -1,14 +1,12 @@
 """Every number and every derived formula that the paper prints, as a LaTeX macro: ``\\newcommand{\\name}{...}``.
 
-Counts come from the ledger, formulas from the derivations, figures' parameters from the gallery, measurements from
-rows; macros from rows exist when the rows do.
+Counts come from the ledger, formulas from the derivations, measurements from rows.
 """
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 from math import ceil, log10
-from pathlib import Path
 
 import sympy as sp
 
@@ -18,14 +16,14 @@ from asympk.ledger import claims
 from asympk.ledger.verdicts import VERDICTS
 from asympk.methods import solve
 from asympk.numbers import Number
-from asympk.output import chart, gallery
+from asympk.output import gallery
 from asympk.pictures import style
 from asympk.pictures.anymechanism import limit
 from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
 from asympk.pictures.portraits import level_formulas
 from asympk.scene import Scene
-from asympk.storage.rows import Row, read_rows
-from asympk.studies import anymechanism, collisions, contacts, convergence, damping, leastmap, modelwork
+from asympk.storage.rows import Row
+from asympk.studies import anymechanism, chart, collisions, contacts, convergence, damping, leastmap, modelwork
 from asympk.studies import divide as escapes
 from asympk.studies.divide import DEPTH, divide
 from asympk.studies.least import LADDER
@@ -36,20 +34,6 @@ EXAMPLE_MU = "1e-6"
 SCENES = ((0, 0, 1), (0, "1/5", -1), (-1, -1, 1))
 MUS = tuple(f"1e-{k}" for k in range(1, 9))
 _LOAD, _FIRST, _SECOND = sp.Symbol("s", real=True), sp.Symbol("Lambda_1"), sp.Symbol("Lambda_2")
-
-
-def macros(root: Path) -> dict[str, str]:
-    """Return all macros, name -> LaTeX, of the checkout ``root``."""
-    kept = Path(root) / "paper" / "generated" / "rows"
-    found = {**claim_macros(), **formula_macros(), **example_macros(), **accuracy_macros(), **parameter_macros()}
-    told = {"convergence": of_convergence, "collisions": of_collisions, "least": of_least, "work": of_work,
-            "plane": of_plane, "nonlinear": of_nonlinear, "damping": of_damping,
-            "jumplaw": of_jump_law, "rebound": of_rebound, "peer": of_peer, "models": of_models,
-            "contacts": of_contacts}
-    for name, tell in told.items():
-        if (kept / f"{name}.csv").is_file():
-            found |= tell(read_rows(kept / f"{name}.csv"))
-    return found
 
 
 def macro_definitions(found: Mapping[str, str]) -> str:
@@ -92,13 +76,13 @@ def claim_macros() -> dict[str, str]:
 
 
 def formula_macros() -> dict[str, str]:
-    """Return the derived formulas: levels of planes and edges, the integral of all modes, the jump law."""
+    """Return the derived formulas: levels of planes and edges, thresholds of sigma, the integral of all modes."""
     names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
     levels = {f"load{names[name]}": inline_formula(expr) for name, expr in level_formulas().items()}
     ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
     cuts = dict(zip(ordinals, map(inline_formula, thresholds(pk.system())), strict=True))
     integral = inline_formula(first_integral(pk.system()).expr)
-    return {**levels, **cuts, "integral": integral, **jump_macros(), **escape_macros()}
+    return {**levels, **cuts, "integral": integral}
 
 
 def jump_macros() -> dict[str, str]:
@@ -125,10 +109,12 @@ def jump_macros() -> dict[str, str]:
 
 
 def escape_macros() -> dict[str, str]:
-    """Return the times to leave the divide from an offset delta to its load, and from one that is exp(-q/mu)."""
+    """Return a start at the divide, and the times to leave it from an offset delta to its load, and from exp(-q/mu)."""
     found = divide(pk.system())
     above, below = found.escape_above, found.escape_below
     return {
+        "escapeX": rf"\ensuremath{{{escapes.START[0]}}}",
+        "escapeZ": rf"\ensuremath{{{escapes.START[1]}}}",
         "escapeAbove": inline_formula(above.coefficient(1)),
         "escapeBelowLog": inline_formula(below.coefficient(1, 1)),
         "escapeBelow": inline_formula(below.coefficient(1)),
@@ -173,21 +159,15 @@ def accuracy_macros() -> dict[str, str]:
     return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": runs, "doublesLeastMu": power(1e-8)}
 
 
-def parameter_macros() -> dict[str, str]:
-    """Return the parameters of the figures."""
-    return {
-        "phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}",
-        "collisionUntil": str(collisions.UNTIL),
-        "convergenceUntil": str(convergence.UNTIL),
-        "convergenceDigits": str(convergence.DIGITS),
-        "escapeX": rf"\ensuremath{{{escapes.START[0]}}}",
-        "escapeZ": rf"\ensuremath{{{escapes.START[1]}}}",
-    }
+def phase_macros() -> dict[str, str]:
+    """Return the mu of the phase space that is drawn."""
+    return {"phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}"}
 
 
 def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
     """Return how far error / first omitted term is from 1 at the least mu, from where on, and errors at sigma = 1."""
-    found = {"convergenceLeastMu": power(least := min(row["mu"] for row in rows))}
+    found = {"convergenceLeastMu": power(least := min(row["mu"] for row in rows)),
+             "convergenceUntil": str(convergence.UNTIL), "convergenceDigits": str(convergence.DIGITS)}  # fmt: skip
     for order, name in ((0, "Zero"), (1, "One"), (2, "Two")):
         away = [abs(row["excess"]) for row in rows if (row["order"], row["mu"]) == (order, least)]
         found[f"ratioOrder{name}"] = power(max(away), 1)
@@ -220,10 +200,10 @@ def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
 
 def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
     """Return what became of the runs with two contacts, and which methods spend their budget there from which mu on."""
-    careful = [row for row in rows if row["method"] not in chart.CRUDE]
-    short = [row for row in careful if row["status"] != "finished"]
+    integrated = [row for row in rows if row["method"] not in chart.CRUDE]
+    short = [row for row in integrated if row["status"] != "finished"]
     return {
-        "contactRuns": str(len(careful)), "contactRight": str(_count(careful, "finished")),
+        "contactRuns": str(len(integrated)), "contactRight": str(_count(integrated, "finished")),
         "contactShortNames": _names(short), "contactKappa": rf"\ensuremath{{{contacts.KAPPA}}}",
         "contactUntil": str(contacts.UNTIL),
     }  # fmt: skip
@@ -254,7 +234,8 @@ def of_collisions(rows: Sequence[Row]) -> dict[str, str]:
     """Return how many starts were followed, and the most stops for small and for large mu."""
     small, large = (max(r["count"] for r in rows if r["mu"] == mu) for mu in collisions.MUS)
     names = {"collisionMuSmall": power(collisions.MUS[0]), "collisionMuLarge": f"{collisions.MUS[1]:g}"}
-    return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large), **names}
+    return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large),
+            "collisionUntil": str(collisions.UNTIL), **names}  # fmt: skip
 
 
 def of_least(rows: Sequence[Row]) -> dict[str, str]:

@@ -5,22 +5,19 @@ import os
 import re
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 
 from asympk.errors import InputError, UnknownName
-from asympk.output import numbers
-from asympk.output.gallery import README, pictures
+from asympk.output import artefacts, numbers
+from asympk.output.artefacts import ARTEFACTS, README, Artefact, pictures
 from asympk.output.regenerate import project, write_tables
+from asympk.output.tabular import write_table
 from asympk.pictures.figures import save
 from asympk.storage.files import write_text
-from asympk.studies import anymechanism, collisions, convergence, damping, decreasing, divide, leastmap, peer
+from asympk.storage.rows import provenance, write_rows
 
 PACKAGES = "latexmk texlive-latex-recommended texlive-pictures texlive-science lmodern"
-ROWS = {"mechanisms": anymechanism.write_formulas, "jumplaw": anymechanism.write_errors,
-        "rebound": anymechanism.write_rebounds, "convergence": convergence.write, "escape": divide.write,
-        "collisions": collisions.write, "least": leastmap.write, "decreasing": decreasing.write, "peer": peer.write,
-        "damping": damping.write}  # fmt: skip
 LATEXMK = ("latexmk", "-pdf", "-interaction=nonstopmode", "-halt-on-error", "-outdir=build")
 DOCUMENTS = ("main", "supplement")
 MOST_RUNS = 6
@@ -33,9 +30,10 @@ def build(root: Path, progress: Callable[[str], None] | None = None) -> list[str
     """
     root, tell = project(root), progress or (lambda message: None)
     generated = root / "paper" / "generated"
-    made = [*write_paper_rows(generated / "rows", tell), *write_figures(root, tell), *write_tables(root)]
+    made = [*write_paper_rows(generated / "rows", tell), *write_figures(generated, tell), *write_tables(root)]
     tell("writing numbers")
-    made.append(write_text(generated / "numbers.tex", numbers.macro_definitions(numbers.macros(root))))
+    found = artefacts.macros(generated / "rows")
+    made.append(write_text(generated / "numbers.tex", numbers.macro_definitions(found)))
     lines = [f"wrote {len(made)} files under {generated}"]
     if not shutil.which("latexmk"):
         return [*lines, f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {PACKAGES}"]
@@ -48,34 +46,47 @@ def draw_picture(root: Path, name: str) -> list[Path]:
 
     Raises ``UnknownName`` for a picture that does not exist or whose rows are not there.
     """
-    found = {picture.name: picture for picture in pictures(project(root))}
-    if name not in found:
+    generated = project(root) / "paper" / "generated"
+    found = pictures(generated / "rows")
+    figure = found[name]() if name in found else None
+    if figure is None:
         raise UnknownName(f"picture {name!r} is unknown; choose one of {', '.join(found)}")
-    out = project(root) / "paper" / "generated" / "figures"
-    figure = found[name].draw()
-    return [save(figure, out / f"{name}.{kind}") for kind in ("pdf", "svg")]
+    return [save(figure, generated / "figures" / f"{name}.{kind}") for kind in ("pdf", "svg")]
 
 
 def write_paper_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:
     """Compute the rows that the paper's own figures need and that are not there; return the files written."""
     written = []
-    for name, write in ROWS.items():
-        if not (out / f"{name}.csv").is_file():
-            tell(f"computing {name}")
-            written.append(write(out))
+    for artefact in ARTEFACTS:
+        file = out / f"{artefact.name}.csv"
+        if artefact.compute and not file.is_file():
+            tell(f"computing {artefact.name}")
+            rows, parameters = artefact.compute()
+            write_rows(file, rows, provenance(**parameters))
+            written.append(file)
     return written
 
 
-def write_figures(root: Path, tell: Callable[[str], None]) -> list[Path]:
-    """Draw every picture as PDF for the paper, those of the README as SVG as well; return the files."""
+def write_figures(
+    out: Path, tell: Callable[[str], None], among: Iterable[Artefact] = ARTEFACTS, svg: Collection[str] = README
+) -> list[Path]:
+    """Draw every picture from ``out``/rows into ``out``/figures, as PDF and some as ``svg`` too; return the files."""
     logging.getLogger("fontTools").setLevel(logging.ERROR)  # it remarks on the age of matplotlib's fonts
-    out, written = root / "paper" / "generated" / "figures", []
-    for picture in pictures(root):
-        tell(f"drawing {picture.name}")
-        figure = picture.draw()
-        kinds = ("pdf", "svg") if picture.name in README else ("pdf",)
-        written += [save(figure, out / f"{picture.name}.{kind}") for kind in kinds]
+    written = []
+    for name, draw in pictures(out / "rows", among).items():
+        tell(f"drawing {name}")
+        if figure := draw():
+            kinds = ("pdf", "svg") if name in svg else ("pdf",)
+            written += [save(figure, out / "figures" / f"{name}.{kind}") for kind in kinds]
     return written
+
+
+def write_chart(out: Path, tell: Callable[[str], None]) -> list[Path]:
+    """Draw and tabulate what ``asympk chart`` measured, from ``out``/rows; return the files."""
+    measured = [artefact for artefact in ARTEFACTS if artefact.measured]
+    made = [make() for make in artefacts.tables(out / "rows", measured)]
+    drawn = write_figures(out, tell, measured, svg=())
+    return [*drawn, *(file for table in made for file in write_table(table, out / "tables"))]
 
 
 def typeset_pdf(paper: Path, name: str = "main") -> Path:

@@ -70,19 +70,12 @@ def _symbolic(value):
 
 
 def write_tables(root: Path) -> list[Path]:
-    """Write every table as LaTeX and CSV under paper/generated/tables; return the files written.
-
-    Tables of what was computed are made where the rows are kept.
-    """
-    from asympk.output.rowtables import tables_from_rows
-    from asympk.output.tables import TABLES
+    """Write every table whose rows are kept as LaTeX and CSV under paper/generated/tables; return the files written."""
+    from asympk.output.artefacts import tables
     from asympk.output.tabular import write_table
 
-    out = project(root) / "paper" / "generated" / "tables"
-    written = []
-    for make in (*TABLES, *tables_from_rows(root).values()):
-        written += write_table(make(), out)
-    return written
+    generated = project(root) / "paper" / "generated"
+    return [file for make in tables(generated / "rows") for file in write_table(make(), generated / "tables")]
 
 
 def everything(root: Path, progress: Callable[[str], None] | None = None) -> int:

@@ -1,15 +1,13 @@
-"""The paper's tables of what was computed: pure functions of rows, made where the rows are kept."""
+"""The paper's tables of what was computed: pure functions of rows."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
-from functools import partial
 from itertools import groupby
-from pathlib import Path
 
-from asympk.output.chart import method_table
 from asympk.output.gallery import MECHANISM_NAMES
 from asympk.output.tabular import Cell, Table, words
-from asympk.storage.rows import Row, read_rows
+from asympk.pictures import figures, style
+from asympk.storage.rows import Row
 from asympk.studies.convergence import groups, monotone_from
 from asympk.studies.damping import BORDER
 from asympk.studies.decreasing import is_limit
@@ -18,18 +16,27 @@ from asympk.studies.divide import MUS, OFFSETS
 SHOWN = (1e-4, 1e-8, 1e-12)
 
 
-def tables_from_rows(root: Path) -> dict[str, Callable[[], Table]]:
-    """Return the tables that can be made in the checkout ``root``, name -> thunk."""
-    kept = Path(root) / "paper" / "generated" / "rows"
-    made = {"methods": ("work", method_table), "convergence": ("convergence", convergence_table),
-            "escape": ("escape", escape_table), "decreasing": ("decreasing", decreasing_table),
-            "damping": ("damping", damping_table), "mechanisms": ("mechanisms", mechanisms_table)}  # fmt: skip
-    files = {name: (kept / f"{stem}.csv", make) for name, (stem, make) in made.items()}
-    return {name: partial(_read_and_made, file, make) for name, (file, make) in files.items() if file.is_file()}
+def method_table(rows: Sequence[Row], accuracy: float = 1e-5) -> Table:
+    """Count what became of every method's runs; the least cost of an error below ``accuracy``, over scenes and mu."""
+    body = []
+    for method in (*style.METHODS, *style.MODELS):
+        mine = [row for row in rows if row["method"] == method]
+        counts = [sum(figures.outcome(row["status"]) == key for row in mine) for key in figures.OUTCOMES]
+        places = {(row["scene"], row["mu"]) for row in mine}
+        costs = [cost for scene in {s for s, _ in places}
+                 for cost in figures.cheapest([r for r in mine if r["scene"] == scene], accuracy).values() if cost]
+        span = f"{_two_digits(min(costs))} to {_two_digits(max(costs))}" if costs else "--"
+        if mine:
+            name = style.curve(method)["label"]
+            dressed = Cell(name.replace("z/ε", r"$z/\varepsilon$").replace("(z)", "($z$)"), name)
+            body.append((dressed, *map(str, counts), f"{len(costs)} of {len(places)}", span))
+    header = ("method", "right", "modes missed", "wrong end", "stalled", "budget spent", "refused",
+              f"error below ${figures.power_of_ten(accuracy)}$", "CPU time / exact flow")
+    return Table("methods", "lrrrrrrrl", header, tuple(body))
 
 
-def _read_and_made(file, make):
-    return make(read_rows(file))
+def _two_digits(ratio):
+    return f"{ratio:.1f}" if ratio < 10 else f"{float(f'{ratio:.2g}'):.0f}"
 
 
 def convergence_table(rows: Sequence[Row]) -> Table:

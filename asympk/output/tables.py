@@ -122,6 +122,3 @@ def claims_table() -> Table:
         if claim.finding:
             rows.append(("", Cell(rf"\emph{{{words(claim.finding).latex}}}", claim.finding), ""))
     return Table("claims", r"lp{0.82\linewidth}l", ("claim", "statement", "verdict"), tuple(rows))
-
-
-TABLES = (groups_table, modes_table, manifolds_table, eigenvalues_table, regimes_table, claims_table)

@@ -12,6 +12,7 @@ from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from platform import python_version
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from asympk import __version__
@@ -19,6 +20,7 @@ from asympk.errors import InputError
 from asympk.storage.files import write_text
 
 Row: TypeAlias = dict[str, Any]  # a stored result: its columns by name
+Stored: TypeAlias = tuple[Iterable[Any], dict[str, Any]]  # rows, and what they were computed with
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
 _READ: dict[str, Callable] = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
 
@@ -43,19 +45,22 @@ def write_rows(path: str | Path, rows: Iterable[Any], provenance: Mapping[str, A
     write_text(Path(path).with_suffix(".json"), story + "\n")
 
 
-def read_rows(path: str | Path) -> list[Row]:
+class Rows(list[Row]):
+    """Rows that were read, with the ``provenance`` that the JSON file beside them tells."""
+
+    def __init__(self, rows: Iterable[Row] = (), provenance: Mapping[str, Any] = MappingProxyType({})):
+        super().__init__(rows)
+        self.provenance = provenance
+
+
+def read_rows(path: str | Path) -> Rows:
     """Return the rows of ``path`` as dicts, every value of the kind with which it was written."""
-    kinds = read_provenance(path)["columns"]
+    story = json.loads(Path(path).with_suffix(".json").read_text(encoding="utf-8"))
+    read = {name: _READ[kind] for name, kind in story["columns"].items()}
     with Path(path).open(encoding="utf-8", newline="") as file:
-        return [
-            {name: None if cell == "" else _READ[kinds[name]](cell) for name, cell in row.items()}
-            for row in csv.DictReader(file)
-        ]
-
-
-def read_provenance(path: str | Path) -> dict[str, Any]:
-    """Return what the JSON file beside ``path`` says of its rows."""
-    return json.loads(Path(path).with_suffix(".json").read_text(encoding="utf-8"))
+        found = csv.DictReader(file)
+        return Rows(({name: None if cell == "" else read[name](cell) for name, cell in row.items()} for row in found),
+                    story)  # fmt: skip
 
 
 def provenance(**parameters: Any) -> dict[str, Any]:

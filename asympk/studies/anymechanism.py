@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from math import cos, log, sin
-from pathlib import Path
 from typing import Any
 
 import sympy as sp
@@ -18,7 +17,7 @@ from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 from asympk.systems import MECHANISMS, painleve_rod
 from asympk.systems.catalogue import c, described_mechanism, eps, example_scene, h
 
@@ -187,21 +186,16 @@ def _kept(value):
     return None if value is None else float(f"{float(value):.{KEPT}g}")
 
 
-def write_formulas(out: Path) -> Path:
-    """Write the rows of ``formulas`` to ``out``/mechanisms.csv; return the file."""
-    return _written(out / "mechanisms.csv", formulas(), examples="those of the catalogue")
+def stored_formulas() -> Stored:
+    """Return the rows of ``formulas``, and what they were computed with."""
+    return formulas(), {"kept": KEPT, "examples": "those of the catalogue"}
 
 
-def write_errors(out: Path) -> Path:
-    """Write the rows of ``errors`` to ``out``/jumplaw.csv; return the file."""
-    return _written(out / "jumplaw.csv", errors(), layer=LAYER, reference="exact motion of the elastic contact")
+def stored_errors() -> Stored:
+    """Return the rows of ``errors``, and what they were computed with."""
+    return errors(), {"kept": KEPT, "layer": LAYER, "reference": "exact motion of the elastic contact"}
 
 
-def write_rebounds(out: Path) -> Path:
-    """Write the rows of ``rebounds`` to ``out``/rebound.csv; return the file."""
-    return _written(out / "rebound.csv", rebounds(), eps=STIFF)
-
-
-def _written(path, rows, **story):
-    write_rows(path, rows, provenance(kept=KEPT, **story))
-    return path
+def stored_rebounds() -> Stored:
+    """Return the rows of ``rebounds``, and what they were computed with."""
+    return rebounds(), {"kept": KEPT, "eps": STIFF}

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 
 SIGMA, MUS, UNTIL = 1, (1e-3, 3.0), 60
 EXPONENTS_X, EXPONENTS_Z = (-2.03, 3.03), (-1.03, 2.03)  # no grid point on a border between whole powers
@@ -36,11 +35,9 @@ def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[Col
     return [CollisionRow(*place, int(count)) for place, count in zip(places, counts, strict=True)]
 
 
-def write(out: Path) -> Path:
-    """Compute all rows and write them to ``out``/collisions.csv; return the file."""
-    path = out / "collisions.csv"
-    write_rows(path, rows(), provenance(sigma=SIGMA, until=UNTIL, start="(x0, 0, z0)", method="exact flow"))
-    return path
+def stored() -> Stored:
+    """Return all rows, and what they were computed with."""
+    return rows(), {"sigma": SIGMA, "until": UNTIL, "start": "(x0, 0, z0)", "method": "exact flow"}
 
 
 def _grid(low, high, count):

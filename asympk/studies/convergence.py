@@ -13,11 +13,10 @@ peaks there, as ``expected`` does, and that is where the quotient is not monoton
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from pathlib import Path
 
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 
 SIGMAS = ("-17/10", "-6/5", "-1/2", "1/2", "1", "3")
 MUS = tuple(f"1e-{k}" for k in range(2, 13))
@@ -84,12 +83,10 @@ def rows(
     return found
 
 
-def write(out: Path) -> Path:
-    """Compute all rows and write them to ``out``/convergence.csv; return the file."""
-    path = out / "convergence.csv"
+def stored() -> Stored:
+    """Return all rows, and what they were computed with."""
     starts = {name: list(map(str, case.start)) for name, case in CASES.items()}
-    write_rows(path, rows(), provenance(starts=starts, until=UNTIL, digits=DIGITS, kept=KEPT, reference="exact flow"))
-    return path
+    return rows(), {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
 
 
 def monotone_from(group: list[dict]) -> float:

@@ -29,7 +29,6 @@ which is of the order of epsilon^-3. C is an integral over one slip down and one
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import log, pi, sqrt
-from pathlib import Path
 from typing import Any
 
 import sympy as sp
@@ -37,7 +36,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 from asympk.symbolic.reading import rational
 
 SIGMA, UNTIL = 1, 1.0
@@ -81,11 +80,9 @@ def rows(
     return found + [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
 
 
-def write(out: Path) -> Path:
-    """Compute all rows and write them to ``out``/damping.csv; return the file."""
-    path = out / "damping.csv"
-    write_rows(path, rows(), provenance(sigma=SIGMA, start="(0, 0, -1)", tiny=TINY, method="exact flow"))
-    return path
+def stored() -> Stored:
+    """Return all rows, and what they were computed with."""
+    return rows(), {"sigma": SIGMA, "start": "(0, 0, -1)", "tiny": TINY, "method": "exact flow"}
 
 
 def _row(part, epsilon, damping):

@@ -8,7 +8,6 @@ below what the reference holds.
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import sympy as sp
@@ -17,7 +16,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.methods import solve
 from asympk.scene import Scene
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 from asympk.symbolic.system import System
 from asympk.systems import nonlinear_rod
 
@@ -98,12 +97,10 @@ def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list
     return found
 
 
-def write(out: Path) -> Path:
-    """Compute all rows and write them to ``out``/decreasing.csv; return the file."""
-    path = out / "decreasing.csv"
+def stored() -> Stored:
+    """Return all rows, and what they were computed with."""
     about = {name: {"start": str(family.start), "until": family.until} for name, family in five_systems().items()}
-    write_rows(path, rows(), provenance(cases=about, digits=DIGITS, kept=KEPT, reference="collocation, exact flow"))
-    return path
+    return rows(), {"cases": about, "digits": DIGITS, "kept": KEPT, "reference": "collocation, exact flow"}
 
 
 def is_limit(row: Mapping) -> bool:

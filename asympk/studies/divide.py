@@ -14,7 +14,6 @@ exponentially: T is O(1) where mu log(1/delta) is. All of it is derived: ``jump_
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import sympy as sp
@@ -28,7 +27,7 @@ from asympk.methods import solve as follow
 from asympk.multiprecision import context, in_context
 from asympk.numbers import number
 from asympk.scene import Scene
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.system import System
 from asympk.systems import painleve_klein
@@ -98,11 +97,9 @@ def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iter
     return [row for sigma in sigmas for mu in mus for row in escapes(sigma, mu, *START, offsets, DIGITS)]
 
 
-def write(out: Path) -> Path:
-    """Compute all rows and write them to ``out``/escape.csv; return the file."""
-    path = out / "escape.csv"
-    write_rows(path, rows(), provenance(start=list(map(str, START)), digits=DIGITS, reference="exact flow"))
-    return path
+def stored() -> Stored:
+    """Return all rows, and what they were computed with."""
+    return rows(), {"start": list(map(str, START)), "digits": DIGITS, "reference": "exact flow"}
 
 
 def _escape(sigma, mu, x, z, offset, digits):

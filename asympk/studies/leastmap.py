@@ -2,9 +2,8 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 from asympk.studies.least import LADDER, atlas
 
 SIGMAS, START, UNTIL, RTOL = ("1", "-1/2"), (0.0, 0.5), 3.0, 1e-3  # the load lies on no slow plane
@@ -38,8 +37,6 @@ def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list
     return found
 
 
-def write(out: Path) -> Path:
-    """Compute all rows and write them to ``out``/least.csv; return the file."""
-    path = out / "least.csv"
-    write_rows(path, rows(), provenance(start=list(START), until=UNTIL, rtol=RTOL, rungs=list(LADDER)))
-    return path
+def stored() -> Stored:
+    """Return all rows, and what they were computed with."""
+    return rows(), {"start": list(START), "until": UNTIL, "rtol": RTOL, "rungs": list(LADDER)}

@@ -5,10 +5,9 @@ of each, as ratios.
 """
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import asympk as ap
-from asympk.storage.rows import provenance, write_rows
+from asympk.storage.rows import Stored
 from asympk.studies.bench import MUS, SCENES, rod_in_general_clothes, seconds
 
 WARMING = 6  # runs after which the tables of what follows are made
@@ -40,8 +39,6 @@ def _row(name, mu):
     return PeerRow(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine)))
 
 
-def write(out: Path) -> Path:
-    """Compute all rows and write them to ``out``/peer.csv; return the file."""
-    path = out / "peer.csv"
-    write_rows(path, rows(), provenance(until=5, sigma=1))
-    return path
+def stored() -> Stored:
+    """Return all rows, and what they were computed with."""
+    return rows(), {"until": 5, "sigma": 1}

@@ -101,7 +101,7 @@ TINY = {"scenes": ("ii",), "mus": ("1e-1",), "kappas": {"1": ("1e-1",)}, "tolera
 @pytest.fixture
 def tiny(tmp_path, monkeypatch):
     """A checkout with the kept references alone, a plan of a few runs, and peers that all seem to be installed."""
-    from asympk.output import chart
+    from asympk.studies import chart
 
     kept = tmp_path / "paper" / "generated" / "rows"
     kept.mkdir(parents=True)
@@ -141,8 +141,8 @@ def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys):
 
 
 def test_the_full_chart_without_a_peer_is_refused_in_one_line_and_the_quick_one_does_without(tiny, capsys, monkeypatch):
-    from asympk.output import chart
     from asympk.storage.rows import read_rows
+    from asympk.studies import chart
 
     monkeypatch.setattr(chart, "absent", lambda: {"lsoda": "some-package"})
     status, out, err = run(capsys, "chart", "--root", str(tiny))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from asympk.errors import InputError, UnknownName
-from asympk.output import numbers, paper
+from asympk.output import artefacts, numbers, paper
 from asympk.output.article import with_sections
 from asympk.storage.rows import read_rows
 
@@ -49,7 +49,7 @@ def test_every_macro_of_the_paper_is_defined_and_every_one_defined_is_used():
 
 
 def test_the_committed_numbers_are_those_that_the_package_computes():
-    assert numbers.macro_definitions(numbers.macros(ROOT)) == GENERATED
+    assert numbers.macro_definitions(artefacts.macros(PAPER / "generated" / "rows")) == GENERATED
 
 
 def test_every_reference_is_cited_and_every_citation_exists():
@@ -77,21 +77,17 @@ def test_every_float_has_a_caption_and_a_label_and_its_file():
             assert (PAPER / "generated" / "tables" / f"{name}.csv").is_file()
 
 
-def test_figures_in_the_paper_are_pictures_of_the_gallery():
-    from asympk.output.gallery import pictures
-
+def test_figures_in_the_paper_are_pictures_of_the_registry():
     shown = [name for _, _, body in FLOATS for name in re.findall(r"\\pic\{([\w-]+)\}", body)]
     assert shown
-    assert set(shown) <= {picture.name for picture in pictures(ROOT)}
+    assert set(shown) <= set(artefacts.pictures(PAPER / "generated" / "rows"))
 
 
 def test_the_readme_shows_committed_pictures_each_with_the_command_that_makes_it():
-    from asympk.output.gallery import README as SHOWN
-
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     found = re.findall(r"!\[.+?\]\((.+?)/([\w-]+)\.svg\)\n\n`asympk paper --only ([\w-]+)`", readme)
     assert [name for _, name, _ in found] == [name for _, _, name in found]
-    assert sorted(name for _, name, _ in found) == sorted(SHOWN)
+    assert sorted(name for _, name, _ in found) == sorted(artefacts.README)
     for folder, name, _ in found:
         assert (ROOT / folder / f"{name}.svg").is_file()
 
@@ -141,7 +137,7 @@ def test_the_first_complaint_of_tex_is_told_with_its_line():
 def test_without_latexmk_one_line_says_what_to_install(monkeypatch, tmp_path):
     for name in ("write_paper_rows", "write_figures", "write_tables"):
         monkeypatch.setattr(paper, name, lambda *_: [])
-    monkeypatch.setattr(paper.numbers, "macros", lambda _: {"one": "1"})
+    monkeypatch.setattr(artefacts, "macros", lambda _: {"one": "1"})
     monkeypatch.setattr(paper.shutil, "which", lambda _: None)
     (tmp_path / "derivations").mkdir()
     *_, last = paper.build(tmp_path)
@@ -188,9 +184,6 @@ def test_labels_that_never_settle_are_an_error_and_no_endless_loop(monkeypatch, 
 @pytest.fixture(scope="module")
 def typeset(tmp_path_factory):
     """Typeset a copy of the paper twice, where TeX and the figures are there; return the PDFs' bytes."""
-    from asympk.output.gallery import pictures
-    from asympk.pictures.figures import save
-
     if not shutil.which("latexmk"):
         return []
     copy = tmp_path_factory.mktemp("paper")
@@ -198,8 +191,7 @@ def typeset(tmp_path_factory):
     for extra in PAPER.glob("*.tex"):
         shutil.copy(extra, copy)
     shutil.copytree(PAPER / "generated", copy / "generated", ignore=shutil.ignore_patterns("figures"))
-    for picture in pictures(ROOT):
-        save(picture.draw(), copy / "generated" / "figures" / f"{picture.name}.pdf")
+    paper.write_figures(copy / "generated", lambda line: None)
     return [_twice(copy, name) for name in paper.DOCUMENTS]
 
 

@@ -9,11 +9,11 @@ import pytest
 
 import asympk as ap
 from asympk.errors import InputError, Unfinished, UnknownName
-from asympk.output import chart
+from asympk.output import artefacts, paper, rowtables
 from asympk.path import Path
 from asympk.pictures import figures
 from asympk.storage import rows
-from asympk.studies import compare
+from asympk.studies import chart, compare
 from asympk.studies.compare import WorkRow, errors_of, path_distance, quiet_times, status_of, timed, workprec
 
 KEPT = File(__file__).parents[2] / "paper" / "generated" / "rows"
@@ -119,7 +119,7 @@ SAMPLE = [
 def test_rows_read_back_as_they_were_written(tmp_path):
     rows.write_rows(tmp_path / "sample.csv", SAMPLE, rows.provenance(digits=30, seed=None))
     assert rows.read_rows(tmp_path / "sample.csv") == SAMPLE
-    story = rows.read_provenance(tmp_path / "sample.csv")
+    story = rows.read_rows(tmp_path / "sample.csv").provenance
     assert (story["digits"], story["seed"], story["versions"]["asympk"]) == (30, None, ap.__version__)
     found = workprec(scene("1e-1"), "lsoda", repeats=1)((1e-3,))
     rows.write_rows(tmp_path / "row.csv", found, {})
@@ -208,11 +208,13 @@ def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, 
         rows.write_rows(tmp_path / "rows" / f"{name}.csv", found, {"plan": PLAN})
     from legibility import flaws
 
-    assert [flaws(figure) for figure in chart.chart_figures(tmp_path).values()] == [[]] * 3
-    files = chart.draw_chart(tmp_path)
+    measured = [artefact for artefact in artefacts.ARTEFACTS if artefact.measured]
+    drawn = [draw() for draw in artefacts.pictures(tmp_path / "rows", measured).values()]
+    assert [flaws(figure) for figure in drawn if figure] == [[]] * 3
+    files = paper.write_chart(tmp_path, lambda line: None)
     assert all(File(file).stat().st_size > 0 for file in files)
     assert {File(file).suffix for file in files} == {".pdf", ".tex", ".csv"}
-    table = chart.method_table(work)
+    table = rowtables.method_table(work)
     assert sum(int(cell) for row in table.rows for cell in row[1:7]) == len(work)
     assert not any("nan" in str(cell) for row in table.rows for cell in row)
 

@@ -11,7 +11,7 @@ import sympy as sp
 import asympk as ap
 from asympk.automaton.automaton import Automaton
 from asympk.integrators import collocation, integrate
-from asympk.output import chart
+from asympk.studies import chart
 from asympk.symbolic.branches import Phase
 from asympk.systems import nonlinear_rod as nl
 from asympk.systems import painleve_klein as pk

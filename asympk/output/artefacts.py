@@ -1,0 +1,125 @@
+"""The registry of what the paper, the site and the commands show: rows, pictures, tables and numbers."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from asympk.output import gallery, numbers, rowtables
+from asympk.output import tables as derived
+from asympk.output.tabular import Table
+from asympk.pictures import anymechanism as mechanisms
+from asympk.pictures import decreasing as decrease
+from asympk.pictures import drawings, figures, maps, style
+from asympk.storage.rows import Stored, read_rows
+from asympk.studies import anymechanism, chart, collisions, convergence, damping, decreasing, divide, leastmap, peer
+from asympk.studies.least import LADDER
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Artefact:
+    """What is shown under one heading; each part may be missing.
+
+    1. ``compute()`` returns the rows, which are stored as ``name``.csv; those of ``asympk chart`` it stores itself.
+    2. ``draw`` has functions that return a figure, by the name of the picture, or None where the rows do not suffice.
+    3. ``tabulate`` returns a table, ``numbers`` the macros of the paper: {name: LaTeX}.
+    4. Where there are rows these are called with them, and ``draw`` also with the rows of ``beside``, empty if missing.
+    """
+
+    name: str
+    compute: Callable[[], Stored] | None = None
+    draw: Mapping[str, Callable[..., "Figure | None"]] = field(default_factory=dict)
+    tabulate: Callable[..., Table] | None = None
+    numbers: Callable[..., dict[str, str]] | None = None
+    beside: tuple[str, ...] = ()
+
+    @property
+    def measured(self) -> bool:
+        """Whether its rows are those of ``asympk chart``."""
+        return self.name in chart.PARTS
+
+
+ARTEFACTS = (
+    Artefact("catalogue", draw={"mechanisms": gallery.mechanisms_picture}),
+    Artefact("system", draw={"system": drawings.draw_system}),
+    Artefact("phase", draw={"phase": gallery.phase_picture}, numbers=numbers.phase_macros),
+    Artefact("jump", draw={"jump": gallery.jump_picture}, numbers=numbers.example_macros),
+    Artefact("regimes", draw={"regimes": maps.regime_map}, tabulate=derived.regimes_table),
+    Artefact("stick", draw={"stick": partial(maps.stick_over_static_friction, ("1", "-17/10"))}),
+    Artefact("groups", tabulate=derived.groups_table),
+    Artefact("modes", tabulate=derived.modes_table),
+    Artefact("manifolds", tabulate=derived.manifolds_table),
+    Artefact("eigenvalues", tabulate=derived.eigenvalues_table),
+    Artefact("claims", tabulate=derived.claims_table, numbers=numbers.claim_macros),
+    Artefact("formulas", numbers=numbers.formula_macros),
+    Artefact("jump map", numbers=numbers.jump_macros),
+    Artefact("divide", numbers=numbers.escape_macros),
+    Artefact("accuracy", numbers=numbers.accuracy_macros),
+    Artefact("mechanisms", anymechanism.stored_formulas, tabulate=rowtables.mechanisms_table),
+    Artefact("jumplaw", anymechanism.stored_errors,
+             {"jumplaw": partial(mechanisms.draw_errors, names=gallery.MECHANISM_NAMES)},
+             numbers=numbers.of_jump_law),
+    Artefact("rebound", anymechanism.stored_rebounds, {"rebound": mechanisms.draw_rebound}, numbers=numbers.of_rebound),
+    Artefact("convergence", convergence.stored, {"convergence": maps.convergence}, rowtables.convergence_table,
+             numbers.of_convergence),
+    Artefact("escape", divide.stored, tabulate=rowtables.escape_table),
+    Artefact("collisions", collisions.stored, {"collisions": maps.collisions}, numbers=numbers.of_collisions),
+    Artefact("least", leastmap.stored, {"least": partial(maps.least_models, names=[*LADDER])},
+             numbers=numbers.of_least),
+    Artefact("decreasing", decreasing.stored, {"decreasing": decrease.decreasing}, rowtables.decreasing_table),
+    Artefact("peer", peer.stored, numbers=numbers.of_peer),
+    Artefact("damping", damping.stored, {"damping": gallery.damping_picture}, rowtables.damping_table,
+             numbers.of_damping),
+    Artefact("work", None, {
+        **{f"chart-workprec-{s}": partial(gallery.work_precision_picture, scene=s) for s in chart.SCENES},
+        "chart-few": gallery.few_costs_picture,
+        f"chart-cost-{gallery.SHOWN}": partial(gallery.cost_picture, only=gallery.SHOWN),
+        "chart-cost": gallery.cost_picture,
+    }, rowtables.method_table, numbers.of_work),
+    Artefact("plane", None, {"chart-failures": gallery.failures_picture}, numbers=numbers.of_plane,
+             beside=("work", "contacts")),
+    Artefact("nonlinear", None, {"chart-nonlinear": figures.nonlinear,
+                                 "chart-nonlinear-work": gallery.nonlinear_work_picture}, numbers=numbers.of_nonlinear),
+    Artefact("models", None, {"chart-models": gallery.models_picture}, numbers=numbers.of_models),
+    Artefact("contacts", numbers=numbers.of_contacts),
+)  # fmt: skip
+README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures that it shows
+
+
+def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> "dict[str, Callable[[], Figure | None]]":
+    """Return what draws every picture by its name, those from rows where the folder ``kept`` has them.
+
+    Raises ``MissingPackage`` without matplotlib.
+    """
+    style.matplotlib()
+    return {name: partial(_made, draw, files, [kept / f"{other}.csv" for other in artefact.beside])
+            for artefact, files in _there(kept, among) for name, draw in artefact.draw.items()}  # fmt: skip
+
+
+def tables(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> list[Callable[[], Table]]:
+    """Return what makes every table, those of rows where the folder ``kept`` has them."""
+    return [partial(_made, artefact.tabulate, files) for artefact, files in _there(kept, among) if artefact.tabulate]
+
+
+def macros(kept: Path) -> dict[str, str]:
+    """Return all macros, name -> LaTeX, those of rows where the folder ``kept`` has them."""
+    made = (_made(artefact.numbers, files) for artefact, files in _there(kept, ARTEFACTS) if artefact.numbers)
+    return {name: latex for part in made for name, latex in part.items()}
+
+
+def _there(kept: Path, among: Iterable[Artefact]) -> Iterator[tuple[Artefact, list[Path]]]:
+    """Yield the artefacts that can be made, each with the file of its rows, if it has rows."""
+    for artefact in among:
+        file = kept / f"{artefact.name}.csv"
+        if not (artefact.compute or artefact.measured):
+            yield artefact, []
+        elif file.is_file():
+            yield artefact, [file]
+
+
+def _made(make: Callable, files: Iterable[Path], others: Iterable[Path] = ()) -> Any:
+    return make(*map(read_rows, files), *(read_rows(file) if file.is_file() else [] for file in others))
