@@ -238,7 +238,7 @@ def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """Return the rate of an expression in the states along the field, forces as symbols."""
     rate = sum(expr.diff(s) * r for s, r in system.rates.items() if expr.has(s))
     rate += expr.diff(system.time) if system.time else 0
-    return rate if heavy(rate) else sp.expand(rate)
+    return _expanded(rate)
 
 
 def check_friction(system: "System", friction: "Friction", number: int) -> None:
@@ -301,8 +301,19 @@ def lifts(friction: "Friction") -> bool:
 @lru_cache(maxsize=1024)
 def heavy(expr: sp.Basic) -> bool:
     """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
-    rational = not expr.has(sp.Function) and all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
-    return not rational and expr.count_ops() > 60
+    return not _is_rational(expr) and expr.count_ops() > 60
+
+
+def _is_rational(expr: sp.Basic) -> bool:
+    return not expr.has(sp.Function) and all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
+
+
+def _expanded(expr: sp.Expr) -> sp.Expr:
+    """Expand an expression, unless it is no rational one and grows by that."""
+    if heavy(expr):
+        return expr
+    expanded = sp.expand(expr)
+    return expanded if _is_rational(expr) or expanded.count_ops() <= expr.count_ops() else expr
 
 
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
@@ -321,9 +332,7 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 
 def _tidy(expr: sp.Expr) -> sp.Expr:
     """Expand what is not heavy; quotients of polynomials over a common denominator."""
-    if heavy(expr):
-        return expr
-    expanded = sp.expand(expr)
-    if sp.denom(sp.together(expanded)).free_symbols and expanded.is_rational_function():
+    expanded = _expanded(expr)
+    if _is_rational(expr) and sp.denom(sp.together(expanded)).free_symbols and expanded.is_rational_function():
         return sp.cancel(expanded)
     return expanded

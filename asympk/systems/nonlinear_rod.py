@@ -40,7 +40,7 @@ def _displacement():
 def system() -> System:
     """Return the ``System``, symbolic in mu, sigma, sigma_0, kappa and c2 = cos(alpha)^2."""
     scales = rod.find_scales(rod.elastic_rod())
-    load, along, across = exact_reaction()
+    load, along, across = sp.symbols("r C S")
     angle = rod.alpha + rod.beta
     turned = {rod.R: rod.P * load / _COSINE, sp.cos(angle): _COSINE * along, sp.sin(angle): sp.sin(rod.alpha) * across}
     force = {rod.F: rod.P * phi, sp.tan(rod.alpha): sp.sin(rod.alpha) / _COSINE}
@@ -48,7 +48,8 @@ def system() -> System:
     fast = rod.m * (motion[rod.a1] - motion[rod.a2]) / rod.P
     drift = motion[rod.a1] * scales.time / scales.velocity
     bound = motion[rod.N1] / (rod.P * sp.tan(rod.alpha))
-    fast, drift, bound = (sp.expand(e.subs(force)) for e in (fast, drift, bound))
+    exact = dict(zip((load, along, across), exact_reaction(), strict=True))
+    fast, drift, bound = (sp.expand(e.subs(force)).subs(exact) for e in (fast, drift, bound))
     return System.with_friction(
         slow={x: y}, fast={y: fast}, velocity={z: drift}, force=phi, load=bound, kinetic=sigma + 2, static=sigma0 + 2,
         small=mu, assumptions=sp.And(*ASSUMPTIONS.args, sp.Ge(kappa, 0), c2 < 1),
