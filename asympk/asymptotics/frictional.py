@@ -63,7 +63,10 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     final = np.array(course.state)
     omitted = np.array(next_.state) - final
     size = SAFETY * np.abs(omitted).max()
-    error = float(size / max(1.0, np.abs(final).max() - size) + ROUNDING * rtol)
+    scale = max(1.0, np.abs(final).max() - size)
+    rates = Automaton(scene.system, scene.values).mode(course.branch).rhs(course.t, course.state)
+    rushed = matched.late_by(rtol, float(scene.until)) * max(map(abs, rates))  # large where a layer is not over
+    error = float(size / scale + ROUNDING * (rtol + rushed / scale))
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip

@@ -2,9 +2,10 @@ r"""The asymptotic model of order n >= 1 of any system with friction: layers in 
 
 A layer takes a time O(mu log(1/mu)), in which it is no longer stiff: its modes are followed in the time t/mu, at the
 value of mu that is asked for, until what is left of the fast motion is below the tolerance. Nothing is omitted there:
-all powers of mu and log(1/mu) are included. The slow motion goes on from where the layer ends, on the manifold to order
-n, until a guard of its mode vanishes; there the next layer begins. What is omitted is O(mu^(n + 1)), and the run to the
-order n + 1 tells how much.
+all powers of mu and log(1/mu) are included. Where the layer goes matters, and not quite when: an error along the fast
+motion is one in time, which the slow motion after it hardly feels. The slow motion goes on from where the layer ends,
+on the manifold to order n, until a guard of its mode vanishes; there the next layer begins. What is omitted is
+O(mu^(n + 1)), and the run to the order n + 1 tells how much.
 """
 
 import math
@@ -31,6 +32,7 @@ STEPS = 3000
 FAR = 1e12
 FAR_OFF = 0.5  # a Newton step to the manifold, relative to the state, beyond which a layer is not nearly over
 IN_FAST = 0.1  # a fast state changes the slow ones through mu alone, but decides when a layer ends
+LATE = 0.1  # of the tolerance, for the error in time of one step of a layer
 EVENTS = 1000
 
 
@@ -68,18 +70,21 @@ class MatchedPath:
 
 @dataclass(frozen=True)
 class Slow:
-    """The slow motion of one branch in numbers: ``places`` are the states of the system among those of the mode."""
+    """The slow motion of one branch in numbers: ``places`` are the states of the system among those of the mode.
+
+    ``sources`` are the states of the mode among those of the system, the time after them.
+    """
 
     formulas: Formulas
     slow: int
     values: tuple
     places: tuple[int, ...]
-    timed: bool
+    sources: tuple[int, ...]
 
     def point(self, t: float, state: tuple) -> tuple:
         """Return (x, y) of the mode."""
-        inside = dict(zip(self.places, state, strict=True)) | ({self.slow - 1: t} if self.timed else {})
-        return tuple(inside[k] for k in range(len(inside)))
+        whole = (*state, t)
+        return tuple(whole[k] for k in self.sources)
 
 
 def slow_of(automaton: Automaton, branch: Branch, order: int) -> Slow:
@@ -88,8 +93,9 @@ def slow_of(automaton: Automaton, branch: Branch, order: int) -> Slow:
     given = dict(zip(system.parameters, map(float, automaton.values), strict=True))
     mode = _mode(system, branch)
     names, parameters = [*mode.slow, *mode.fast], tuple(p for p in given if p != system.small)
+    whole = (*system.states, system.time)
     return Slow(formulas(mode, system.small, parameters, order), len(mode.slow), tuple(given[p] for p in parameters),
-                tuple(names.index(s) for s in system.states), system.time is not None)  # fmt: skip
+                tuple(map(names.index, system.states)), tuple(map(whole.index, names)))  # fmt: skip
 
 
 @lru_cache(maxsize=256)
@@ -119,6 +125,11 @@ def through_layer(
         course = course.met(automaton, guard, t, last.shortened(t - last.t)[:size], stretch)
 
 
+def late_by(rtol: float, until: float) -> float:
+    """Return the error in time that a step of a layer is allowed: slow motion does less than ``rtol`` meanwhile."""
+    return LATE * rtol * min(1.0, until)
+
+
 def _in_mode(
     mode: NumericMode, slow: Slow, course: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
@@ -129,8 +140,9 @@ def _in_mode(
     flow, now = partial(mode.field, 0.0), course.state
     if system.time is not None:
         flow, now = _timed(mode), (*course.state, course.t)
-    ahead = watched(steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t), mode.guard_values,
-                    len(atol))  # fmt: skip
+    late = late_by(rtol, until)
+    ahead = watched(steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t, late),
+                    mode.guard_values, len(atol))  # fmt: skip
     found, t, over = list[Any](), course.t, math.inf
     while len(found) < STEPS:
         state = now[: len(atol)]

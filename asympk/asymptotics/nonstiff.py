@@ -41,7 +41,7 @@ class Step:
     def shortened(self, span: float) -> tuple:
         """Return the state after a part ``span`` of the step, to the accuracy of a step."""
         take, ones = _compiled(len(self.state), len(self.flows)), (1.0,) * len(self.state)
-        return take(self.flows, self.parameters, span, self.state, self.stages[0], 1.0, ones)[0]
+        return take(self.flows, self.parameters, span, self.state, self.stages[0], 1.0, ones, 0.0)[0]
 
     def __call__(self, t: Any) -> np.ndarray:
         """Return the states at the array ``t`` of times within the step: (states,) + t.shape."""
@@ -93,21 +93,23 @@ def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:
 
 
 def steps(
-    flows: tuple[Flow, ...], parameters: tuple, state: tuple, until: float, rtol: float, atol: tuple, t: float = 0.0
+    flows: tuple[Flow, ...], parameters: tuple, state: tuple, until: float, rtol: float, atol: tuple, t: float = 0.0,
+    late: float = 0.0,
 ) -> Iterator[Step]:
     """Yield the steps of state' = flow(*state, *parameters) from ``t`` to ``until``, which may be infinite.
 
     ``flows`` have equal shares of the states, one after the other. The error of a step is held below ``rtol`` relative
-    and ``atol``, one number per state. Where the steps become too small for it they end early.
+    and ``atol``, one number per state; a state that is right at a time wrong by up to ``late`` is let pass as well.
+    Where the steps become too small for it they end early.
     """
-    take, first = _compiled(len(state), len(flows)), rates(flows, parameters, state)
+    take, first = _compiled(len(state), len(flows), late > 0), rates(flows, parameters, state)
     span = _first_span(flows, parameters, state, first, until - t, rtol, atol)
     grow = GROW
     while t < until:
         span = min(span, until - t)
         if span <= 16 * math.ulp(t) and until - t > span:
             return
-        error, new, stages = _tried(take, flows, parameters, span, state, first, rtol, atol)
+        error, new, stages = _tried(take, flows, parameters, span, state, first, rtol, atol, late)
         factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW
         if error < 1:
             yield Step(flows, parameters, t, span, state, new, stages)
@@ -118,10 +120,10 @@ def steps(
             span, grow = span * min(factor, SAFETY), 1.0
 
 
-def _tried(take, flows, parameters, span, state, first, rtol, atol):
+def _tried(take, flows, parameters, span, state, first, rtol, atol, late):
     """Return the error of a step in units of what is allowed, its end, and its stages."""
     try:
-        new, stages, high, low = take(flows, parameters, span, state, first, rtol, atol)
+        new, stages, high, low = take(flows, parameters, span, state, first, rtol, atol, late)
         error = span * high / math.sqrt((high + 0.01 * low) * len(state)) if high or low else 0.0
     except (ArithmeticError, ValueError):
         return math.inf, state, ()
@@ -145,13 +147,14 @@ def _first_span(flows, parameters, state, first, longest, rtol, atol):
 
 
 @lru_cache(maxsize=64)
-def _compiled(size: int, groups: int) -> Callable:
+def _compiled(size: int, groups: int, timeless: bool = False) -> Callable:
     """Compile one step for ``size`` states in ``groups`` equal shares.
 
     It returns the end, the stages, and the squares' sums of the error estimates of order 5 and 3 over what is allowed.
+    ``timeless`` ones leave out what an error in time of ``late`` explains: the part along the flow, up to that much.
     """
     every = range(size)
-    lines = [f"def take(flows, p, h, w, k0, rtol, atol):\n    {_names('f', range(groups))} = flows",
+    lines = [f"def take(flows, p, h, w, k0, rtol, atol, late):\n    {_names('f', range(groups))} = flows",
              f"    {_names('w', every)} = w", f"    {_names('k0_', every)} = k0"]  # fmt: skip
     for stage, row in enumerate([*DOP853.A[1:STAGES], DOP853.B], 1):
         lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in every]
@@ -160,8 +163,14 @@ def _compiled(size: int, groups: int) -> Callable:
     stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
     for i in every:
         lines += [f"    a, b = abs(w{i}), abs(v{i})", f"    s{i} = atol[{i}] + rtol*(a if a > b else b)"]
+    if timeless:
+        lines += [f"    u{i} = late*k0_{i}/s{i}" for i in every]
+        lines += [f"    speed = {_dot('u', 'u', every)}", "    part = (1 - 1/speed)/speed if speed > 1 else 0.0"]
     for name, row in (("high", DOP853.E5), ("low", DOP853.E3)):
-        lines.append(f"    {name} = " + " + ".join(f"(({_sum(row, i)})/s{i})**2" for i in every))
+        lines += [f"    e{i} = ({_sum(row, i)})/s{i}" for i in every]
+        lines.append(f"    {name} = {_dot('e', 'e', every)}")
+        if timeless:
+            lines.append(f"    {name} = max(0.0, {name} - part*({_dot('e', 'u', every)})**2)")
     lines.append(f"    return ({_names('v', every)}), ({stages}), high, low")
     space: dict = {}
     exec("\n".join(lines), space)
@@ -170,6 +179,10 @@ def _compiled(size: int, groups: int) -> Callable:
 
 def _shares(size, groups):
     return [range(g * size // groups, (g + 1) * size // groups) for g in range(groups)]
+
+
+def _dot(a: str, b: str, indices: Iterable[int]) -> str:
+    return " + ".join(f"{a}{i}*{b}{i}" for i in indices)
 
 
 def _names(letter: str, indices: Iterable[int]) -> str:

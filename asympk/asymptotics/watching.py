@@ -7,6 +7,7 @@ within a step are those of a shorter one: dense output is coarser than a step, o
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 
 from scipy.optimize import brentq, minimize_scalar
 
@@ -45,25 +46,25 @@ def _end(step: Step, guards: Guards, size: int, end: int) -> tuple[Sequence[floa
 def _first_lost(step: Step, guards: Guards, size: int, before: tuple, after: tuple) -> tuple[float, int] | None:
     hits = []
     for k, (a, b, fall, rise) in enumerate(zip(before[0], after[0], before[1], after[1], strict=True)):
-        if b >= 0 and not fall < 0 < rise:
-            continue
-
-        def value(t: float, k: int = k) -> float:
-            return guards(t, step.shortened(t - step.t)[:size])[k]
-
-        end = step.after if b < 0 else _dip(value, step, a, b, fall * step.span, rise * step.span)
-        if end is not None:
-            hits.append((_zero(value, step.t, end), k))
+        if b < 0 or (fall < 0 < rise and _may_dip(a, b, fall * step.span, rise * step.span)):
+            value = partial(_guard_within, step, guards, size, k)
+            end = step.after if b < 0 else _dip(value, step)
+            if end is not None:
+                hits.append((_zero(value, step.t, end), k))
     return min(hits, default=None)
 
 
-def _dip(value: Callable, step: Step, a: float, b: float, fall: float, rise: float) -> float | None:
-    """Return a time within a step at which a guard that is positive at its ends, a and b, is negative, or None."""
-    if min(a, b) <= 0:
-        return None
-    share = _bottom(a, b, fall, rise)
-    if _hermite(share, a, b, fall, rise) > SHALLOW * min(a, b):
-        return None
+def _guard_within(step: Step, guards: Guards, size: int, k: int, t: float) -> float:
+    return guards(t, step.shortened(t - step.t)[:size])[k]
+
+
+def _may_dip(a: float, b: float, fall: float, rise: float) -> bool:
+    """Tell whether a guard that is positive at the ends of a step, a and b, falls by much between them."""
+    return min(a, b) > 0 and _hermite(_bottom(a, b, fall, rise), a, b, fall, rise) <= SHALLOW * min(a, b)
+
+
+def _dip(value: Callable, step: Step) -> float | None:
+    """Return a time within a step at which a guard is negative, or None."""
     found = minimize_scalar(value, bounds=(step.t, step.after), method="bounded", options={"xatol": 1e-9 * step.span})
     return float(found.x) if found.fun < 0 else None
 
