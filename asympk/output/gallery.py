@@ -11,7 +11,7 @@ from asympk.methods import solve
 from asympk.pictures import anymechanism, figures, portraits
 from asympk.pictures import damping as jam
 from asympk.scene import Scene
-from asympk.storage.rows import Row, Rows
+from asympk.storage.rows import Row, StoredRows
 from asympk.studies import modelwork
 from asympk.studies.chart import COMPILED
 from asympk.studies.damping import TINY
@@ -78,7 +78,7 @@ def work_precision_picture(rows: Sequence[Row], scene: str) -> "Figure | None":
     return figures.work_precision(rows, scene, mus if len(mus) < 5 else [mus[k] for k in (0, 2, 4, -1)])
 
 
-def cost_picture(rows: Rows, only: str | None = None) -> "Figure | None":
+def cost_picture(rows: StoredRows, only: str | None = None) -> "Figure | None":
     """Draw what ``ACCURACY`` costs over mu on all scenes, or on one; a note tells the options of all methods."""
     scenes = [scene for scene in dict.fromkeys(row["scene"] for row in rows) if only in (None, scene)]
     plan = rows.provenance["plan"]
@@ -110,7 +110,7 @@ def nonlinear_work_picture(rows: Sequence[Row]) -> "Figure":
     return figures.work_precision(kept, SHOWN, [mus[-1 - len(mus) // 3], mus[0]])
 
 
-def models_picture(rows: Rows) -> "Figure | None":
+def models_picture(rows: StoredRows) -> "Figure | None":
     """Draw what integrators cost at the error of a model, in units of the model's cost."""
     saved = modelwork.savings(rows)
     return figures.savings(saved) if saved else None

@@ -45,7 +45,7 @@ def write_rows(path: str | Path, rows: Iterable[Any], provenance: Mapping[str, A
     write_text(Path(path).with_suffix(".json"), story + "\n")
 
 
-class Rows(list[Row]):
+class StoredRows(list[Row]):
     """Rows that were read, with the ``provenance`` that the JSON file beside them tells."""
 
     def __init__(self, rows: Iterable[Row] = (), provenance: Mapping[str, Any] = MappingProxyType({})):
@@ -53,13 +53,13 @@ class Rows(list[Row]):
         self.provenance = provenance
 
 
-def read_rows(path: str | Path) -> Rows:
+def read_rows(path: str | Path) -> StoredRows:
     """Return the rows of ``path`` as dicts, every value of the kind with which it was written."""
     story = json.loads(Path(path).with_suffix(".json").read_text(encoding="utf-8"))
     read = {name: _READ[kind] for name, kind in story["columns"].items()}
     with Path(path).open(encoding="utf-8", newline="") as file:
         found = csv.DictReader(file)
-        return Rows(({name: None if cell == "" else read[name](cell) for name, cell in row.items()} for row in found),
+        return StoredRows(({name: None if cell == "" else read[name](cell) for name, cell in row.items()} for row in found),
                     story)  # fmt: skip
 
 
