@@ -20,14 +20,14 @@ class Doubles:
         """Return None: a root in doubles is found from the bracket alone."""
 
 
-def context(largest: int) -> Arithmetic:
+def flow_context(largest: int) -> Arithmetic:
     """Return a private mpmath context that can serve as ``m``; mpmath's own precision is not touched.
 
     Numbers beyond ``largest`` (a power of ten) are refused by the flow.
     """
     from asympk import multiprecision
 
-    m = multiprecision.context(largest)
+    m = multiprecision.private_context(largest)
     m.expm1 = lambda p: _expm1(m, p)
     m.guess = lambda segment, find, *arguments: _guess(m, segment, find, *arguments)
     m.number = lambda value: multiprecision.in_context(m, value)

@@ -16,11 +16,11 @@ _REFLECTED = ("__radd__", "__rsub__", "__rmul__", "__rtruediv__", "__rpow__", "_
 
 
 @lru_cache(maxsize=256)
-def context(digits: int) -> Any:
+def carrier_context(digits: int) -> Any:
     """Return the mpmath context of carriers of ``digits`` digits; leave its precision as it is."""
     import mpmath
 
-    found = multiprecision.context(max(digits, LEAST))
+    found = multiprecision.private_context(max(digits, LEAST))
     told = {"__slots__": (), "context": found, "digits": digits, "__repr__": _repr, "__str__": _str,
             "__reduce__": _reduce, "__hash__": mpmath.mpf.__hash__}  # fmt: skip
     carrier: Any = type("mpf", (mpmath.mpf,), told | {name: _reflected(name) for name in _REFLECTED})
@@ -32,7 +32,7 @@ def context(digits: int) -> Any:
 
 def carried(value: Any, digits: int) -> Any:
     """Return a number, an exact fraction or an mpf of any context, as a carrier of ``digits`` digits."""
-    ctx = context(digits)
+    ctx = carrier_context(digits)
     if hasattr(value, "_mpf_"):
         return +ctx.make_mpf(value._mpf_)
     if hasattr(value, "numerator") and not isinstance(value, int):
@@ -72,4 +72,4 @@ def _reduce(self: Any) -> tuple:
 
 
 def _restored(digits: int, parts: tuple) -> Any:
-    return context(digits).make_mpf(parts)
+    return carrier_context(digits).make_mpf(parts)

@@ -19,7 +19,7 @@ _BITS = 12_000  # of the constants, from the start
 _extended = 0
 
 
-def context(digits: int) -> "MPContext":
+def private_context(digits: int) -> "MPContext":
     """Return a private mpmath context that works with ``digits`` digits."""
     import mpmath
 

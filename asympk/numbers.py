@@ -77,6 +77,11 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
     return int(value)
 
 
+def sign_of(value: Number) -> int:
+    """Return 1, 0 or -1, the sign of a number."""
+    return 1 if value > 0 else -1 if value < 0 else 0
+
+
 def short(value: Any) -> str:
     """Return ``repr(value)`` on one line of at most 60 characters, for a message."""
     try:

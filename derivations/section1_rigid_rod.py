@@ -7,7 +7,7 @@ import sympy as sp
 
 from asympk.systems.painleve_klein import rod
 
-forces = rod.newton(rod.alpha)
+forces = rod.force_balance(rod.alpha)
 friction = rod.coulomb()
 equations = rod.rigid_equations()
 

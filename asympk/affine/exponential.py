@@ -18,7 +18,7 @@ import numpy as np
 
 from asympk.affine.eigenpairs import Eigenpairs, eigenpairs
 from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, resolvent
-from asympk.arithmetic import context, set_digits
+from asympk.arithmetic import flow_context, set_digits
 from asympk.errors import InputError
 
 MOST_STATES = 48
@@ -82,7 +82,7 @@ def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
 def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) -> Iterator[tuple[Block, np.ndarray]]:
     """Yield (block, matrices) of the eigenvalues as roots of the characteristic polynomial, multiple ones too."""
     found = _resolvent(entries)
-    m = context(LARGEST)
+    m = flow_context(LARGEST)
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
     for root in polynomial_roots(found, m):
         block, matrices = _piece(m, found, root)

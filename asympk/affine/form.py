@@ -14,7 +14,7 @@ import sympy as sp
 from asympk.affine.exponential import LARGEST
 from asympk.affine.forcing import CONSTANT, Wave, rate, waves_of, with_derivatives
 from asympk.affine.mode import AffineMode
-from asympk.arithmetic import context, set_digits
+from asympk.arithmetic import flow_context, set_digits
 from asympk.automaton.modes import GuardedMode, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.symbolic.branches import heavy
@@ -117,7 +117,7 @@ def _numbers(form, values, digits):
     exact, others = _outputs(form)
     found = dict(zip(exact, _evaluated(form.system, exact, namespace(mpf=Fraction), arguments), strict=True))
     if others:
-        m = context(LARGEST)
+        m = flow_context(LARGEST)
         set_digits(m, 2 * digits + 20)
         numbers = _evaluated(form.system, others, m, map(m.number, arguments))
         found |= zip(others, map(_fraction, numbers), strict=True)

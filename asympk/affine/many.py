@@ -30,7 +30,7 @@ TRUSTED = 1e-12
 _CLEAR = 1e-13
 
 
-class Events(NamedTuple):
+class SystemEvents(NamedTuple):
     """Events of many trajectories, one after the other, in order of time per trajectory.
 
     ``trajectory`` counts the trajectories in the order of ``final.reshape(n, -1)``; ``kind``, ``friction`` and
@@ -58,10 +58,10 @@ class AffineEnsemble(Many):
     first: np.ndarray
     alone: int
     _left: dict = field(repr=False)
-    _events: Events = field(repr=False)
+    _events: SystemEvents = field(repr=False)
 
-    def events(self) -> Events:
-        """Return the ``Events``."""
+    def events(self) -> SystemEvents:
+        """Return the ``SystemEvents``."""
         return self._events
 
 
@@ -409,4 +409,4 @@ def _in_order(notes, size):
     empty = np.zeros(0, np.intp), np.zeros(0, "U16"), np.zeros(0), np.zeros((size, 0)), np.zeros(0, np.intp)
     parts = [np.concatenate(column, axis=-1) for column in zip(empty, *notes, strict=True)]
     order = np.argsort(parts[0], kind="stable")
-    return Events(*(part[..., order] for part in parts))
+    return SystemEvents(*(part[..., order] for part in parts))

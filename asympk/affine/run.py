@@ -16,7 +16,7 @@ from asympk.affine.forcing import amplitude, value
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
-from asympk.arithmetic import Doubles, context, set_digits
+from asympk.arithmetic import Doubles, flow_context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
@@ -217,7 +217,7 @@ def _certified(case, digits, largest=None):
 
 
 def _tried(digits, tie, case, largest):
-    m = context(largest)
+    m = flow_context(largest)
     set_digits(m, digits, tie)
     try:
         return _course(m, case)

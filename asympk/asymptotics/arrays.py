@@ -1,7 +1,7 @@
 """The asymptotic models for arrays of starts and parameters: states at the end, and the error to expect of them.
 
-Starts with the same course are expanded together. ``course_of`` asks only for signs, so a group is found by following
-its first member and setting aside those that answer otherwise.
+Starts with the same itineraries are expanded together. ``itineraries_of`` asks only for signs, so a group is found by
+following its first member and setting aside those that answer otherwise.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from typing import Any
 
 from asympk.asymptotics import composite
 from asympk.asymptotics.models import arrays, checked_order, itineraries_for, line_of
-from asympk.asymptotics.ranges import checks
+from asympk.asymptotics.validity import validity_conditions
 from asympk.errors import AsympkError, OutOfRange
 from asympk.shown import Card, ShownAsTable
 from asympk.systems.painleve_klein.arrays.inputs import ORDER, require_finite, scene_columns
@@ -61,16 +61,16 @@ def solve_many(
     with np.errstate(all="ignore"):
         for start in range(0, size, CHUNK):
             flat = [job[name].array(slice(start, min(start + CHUNK, size))) for name in ORDER]
-            for members, course in _groups(method, *flat):
-                results = (None, None, [(np.zeros(members.size, bool), course)])
-                if not isinstance(course, str):
-                    results = _follow(course, order, method == "jump", *(v[members] for v in flat))
+            for members, itineraries in _groups(method, *flat):
+                results = (None, None, [(np.zeros(members.size, bool), itineraries)])
+                if not isinstance(itineraries, str):
+                    results = _follow(itineraries, order, method == "jump", *(v[members] for v in flat))
                 _store(start + members, results, final, error, reason, reasons)
     return Finals(method, final.reshape(3, *shape), error.reshape(shape), reason.reshape(shape), tuple(reasons))
 
 
 def _groups(method, sigma, sigma0, mu, x, y, z, until):
-    """Yield (indices, course, or the words that refuse it) for the starts that share a course."""
+    """Yield (indices, itineraries, or the words that refuse them) for the starts that share them."""
     import numpy as np
 
     left = np.arange(sigma.size)
@@ -84,18 +84,18 @@ def _groups(method, sigma, sigma0, mu, x, y, z, until):
 
         try:
             line = line_of(sigma[left], sigma0[left])
-            course = itineraries_for(method, line, (x + y)[left], z[left], sign, "")
+            itineraries = itineraries_for(method, line, (x + y)[left], z[left], sign, "")
         except AsympkError as refused:
-            course = f"{type(refused).__name__}: {str(refused).partition(' (')[0]}"
-        yield left[agree], course
+            itineraries = f"{type(refused).__name__}: {str(refused).partition(' (')[0]}"
+        yield left[agree], itineraries
         left = left[~agree]
 
 
-def _follow(course, order, layers, sigma, sigma0, mu, x, y, z, until):
+def _follow(itineraries, order, layers, sigma, sigma0, mu, x, y, z, until):
     m = arrays()
-    found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
+    found = composite.composite_motions(itineraries, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
     motion, error = composite.chosen(found, layers, until, m)
-    problems = checks(course, found, error, line_of(sigma, sigma0), mu, until, m)
+    problems = validity_conditions(itineraries, found, error, line_of(sigma, sigma0), mu, until, m)
     return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in problems)
 
 

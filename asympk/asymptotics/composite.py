@@ -11,21 +11,21 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from asympk.asymptotics.compiledlayers import EventNumbers, SegmentNumbers, compiled_layers
 from asympk.asymptotics.itinerary import LoadLine, itinerary
-from asympk.asymptotics.replay import EventNumbers, ReplayedMode, replay
 
 STALLED = 0.9  # the ratio of omitted terms beyond which nothing is learnt from it
 
 
 class CompositeMotion(NamedTuple):
-    """Segments and the events between them, to one order; ``left`` is what is left of a layer on the next arrival."""
+    """Segments and the events between them, to one order; ``residual`` is that of a layer on the next arrival."""
 
-    pieces: tuple[ReplayedMode, ...]
+    segments: tuple[SegmentNumbers, ...]
     turns: tuple[EventNumbers, ...]
-    left: "Left | None" = None
+    residual: "Residual | None" = None
 
 
-class Left(NamedTuple):
+class Residual(NamedTuple):
     """What an arrival at ``t`` finds of the fast motion before it: in x and z for good, in y while it ``fades``."""
 
     t: Any
@@ -34,23 +34,23 @@ class Left(NamedTuple):
     passing: Any
 
 
-class Itineraries(NamedTuple):
+class LayerItineraries(NamedTuple):
     """The steps of the first layer, and those of a second one where the slow motion after it meets z = 0, if any."""
 
     steps: tuple
     then: tuple = ()
 
 
-def itineraries_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> Itineraries:
-    """Return the course from a start: the layer, and the one that follows if the slow motion meets z = 0."""
+def itineraries_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> LayerItineraries:
+    """Return the itineraries from a start: the layer, and the one that follows if the slow motion meets z = 0."""
     steps = itinerary(line, load, velocity, sign)
     last = steps[-1].mode
     then = itinerary(line, line.rest(last), 0, sign) if line.returns(last, sign) else ()
-    return Itineraries(steps, then)
+    return LayerItineraries(steps, then)
 
 
-def motions(
-    course: Itineraries, order: int, extra: int, start: tuple, m: Any
+def composite_motions(
+    itineraries: LayerItineraries, order: int, extra: int, start: tuple, m: Any
 ) -> list[tuple[CompositeMotion, CompositeMotion]]:
     """Return the motions to ``order``, ..., ``order + extra`` from ``start`` = (sigma, sigma0, mu, x, s, z).
 
@@ -58,11 +58,11 @@ def motions(
     """
     sigma, sigma0, mu, x, s, z = start
     large = -m.log(mu)
-    begin = replay(course.steps, order, extra + bool(course.then))
+    begin = compiled_layers(itineraries.steps, order, extra + bool(itineraries.then))
     layers = begin(sigma, sigma0, mu, large, x, s, z, m.log)
-    if not course.then:
-        return [(CompositeMotion(layer.pieces, layer.turns), CompositeMotion((layer.landing,), ())) for layer in layers]
-    second = replay(course.then, order, extra, course.steps[-1].mode)
+    if not itineraries.then:
+        return [(CompositeMotion(now.segments, now.turns), CompositeMotion((now.landing,), ())) for now in layers]
+    second = compiled_layers(itineraries.then, order, extra, itineraries.steps[-1].mode)
     found = []
     for k, (layer, finer) in enumerate(pairwise(layers)):
         # a time right to mu^n is right to mu^(n - 1) in the units of a layer, which takes the next order therefore
@@ -72,11 +72,11 @@ def motions(
                          for u, x_there, y_there, _ in places)  # fmt: skip
         later = second(sigma, sigma0, mu, large, there.x, 0, 0, m.log)[k]
         onward = second(sigma, sigma0, mu, large, slowly.x, 0, 0, m.log)[k].landing
-        pieces = [p._replace(began=p.began + t) for p in later.pieces]
+        segments = [p._replace(began=p.began + t) for p in later.segments]
         turns = [turn._replace(t=turn.t + t) for turn in later.turns]
-        trace = _left(layer.pieces[-1], t, left)
+        trace = _left(layer.segments[-1], t, left)
         found.append((
-            CompositeMotion((*layer.pieces, *pieces), (*layer.turns, there, *turns), trace),
+            CompositeMotion((*layer.segments, *segments), (*layer.turns, there, *turns), trace),
             CompositeMotion((layer.landing, onward._replace(began=slow_t)), (slowly,), trace),
         ))
     return found
@@ -84,13 +84,13 @@ def motions(
 
 def _left(last, t, part):
     lasting = part * (abs(last.x[3]) + abs(last.z[3]) * (1 + 1 / abs(last.z[1])))
-    return Left(t, 40 / abs(last.fast), lasting, part * abs(last.y[3]))
+    return Residual(t, 40 / abs(last.fast), lasting, part * abs(last.y[3]))
 
 
 def _arrival(layer, m):
     """Return when a slow motion meets z = 0, by Newton's method on a nearly straight line, and e^(fast t) by then."""
     _, rate, part, _, centre = layer.landing.z
-    slow, last = layer.landing.slow, layer.pieces[-1]
+    slow, last = layer.landing.slow, layer.segments[-1]
     t = -centre / rate
     for _ in range(8):
         fade = m.exp(slow * t)
@@ -98,32 +98,32 @@ def _arrival(layer, m):
     return t, m.exp(m.where(t > last.began, last.fast * (t - last.began), 0))
 
 
-def state_of(piece: ReplayedMode, t: Any, m: Any) -> tuple:
+def state_of(segment: SegmentNumbers, t: Any, m: Any) -> tuple:
     """Return (x, y, z) of a segment at the time ``t``."""
-    local = t - piece.began
-    p, q = piece.slow * local, piece.fast * local
+    local = t - segment.began
+    p, q = segment.slow * local, segment.fast * local
     early = q > -1  # two forms of one sum, each free of cancellation on its side
     fade = m.where(early, m.expm1(p), m.exp(p))
     jump = m.where(early, m.expm1(q), m.exp(m.where(early, 0, q)))
     return tuple(
-        m.where(early, s, c) + r * local + a * fade + b * jump for s, r, a, b, c in (piece.x, piece.y, piece.z)
+        m.where(early, s, c) + r * local + a * fade + b * jump for s, r, a, b, c in (segment.x, segment.y, segment.z)
     )
 
 
 def state(motion: CompositeMotion, t: Any, m: Any) -> tuple:
     """Return (x, y, z) at the number ``t``."""
-    for piece in reversed(motion.pieces[1:]):
-        if t >= piece.began:
-            return state_of(piece, t, m)
-    return state_of(motion.pieces[0], t, m)
+    for segment in reversed(motion.segments[1:]):
+        if t >= segment.began:
+            return state_of(segment, t, m)
+    return state_of(motion.segments[0], t, m)
 
 
 def states(motion: CompositeMotion, t: Any, m: Any) -> tuple:
     """Return (x, y, z) at the array ``t``: of every segment at a time within it, then of the right one."""
     found: Any = None
-    for piece, end in zip(motion.pieces, ends(motion, t, m), strict=True):
-        here = state_of(piece, end, m)
-        found = here if found is None else [m.where(t < piece.began, f, h) for f, h in zip(found, here, strict=True)]
+    for segment, end in zip(motion.segments, ends(motion, t, m), strict=True):
+        here = state_of(segment, end, m)
+        found = here if found is None else [m.where(t < segment.began, f, h) for f, h in zip(found, here, strict=True)]
     return tuple(found)
 
 
@@ -132,16 +132,16 @@ def predicted_error(found: list[CompositeMotion], t: Any, m: Any) -> Any:
     now, next_, last = (m.pick(motion, t, m) for motion in found)
     first, second = _distance(now, next_, m), _distance(next_, last, m)
     spread = largest(0, *(m.where(t <= turn.t, 0, turn.spread) for turn in found[0].turns),
-                     *(m.where(t <= piece.began, 0, piece.slow / piece.fast) for piece in found[0].pieces), m=m)
+                     *(m.where(t <= p.began, 0, p.slow / p.fast) for p in found[0].segments), m=m)
     error = first * (1 + 2 * spread) + _rest(second / m.where(first > 0, first, 1), m) * second
     error = error + _distance(now, m.pick(found[0], t * (1 + 4 * m.eps), m), m)
     late = [abs(a.t - b.t) + abs(b.t - c.t) for a, b, c in zip(*(motion.turns for motion in found), strict=True)]
     for i, turn in enumerate(found[0].turns):
-        error = error + _at_event(found[0].pieces[i : i + 2], turn.t, 2 * late[i], t, m)
-    if found[0].left:
-        t_left, fades, lasting, passing = found[0].left
+        error = error + _at_event(found[0].segments[i : i + 2], turn.t, 2 * late[i], t, m)
+    if found[0].residual:
+        t_left, fades, lasting, passing = found[0].residual
         error = error + m.where(t < t_left, 0, 4 * lasting + m.where(t < t_left + fades, 4 * passing, 0))
-    sizes = (c for p in found[0].pieces for w in (p.x, p.z) for c in w)
+    sizes = (c for p in found[0].segments for w in (p.x, p.z) for c in w)
     return error + 16 * m.eps * largest(1, t, now[1], *sizes, m=m)
 
 
@@ -157,11 +157,11 @@ def _relative(error, state, m):
     return error / m.where(scale > 1, scale, 1)
 
 
-def _at_event(pieces, when, window, t, m):
+def _at_event(segments, when, window, t, m):
     """Return by how much the two segments at an event differ at ``t``, if it is within ``window`` of the event."""
     near = abs(t - when) <= window
     within = m.where(near, t, when)
-    before, after = (state_of(piece, within, m) for piece in pieces)
+    before, after = (state_of(segment, within, m) for segment in segments)
     return m.where(near, _distance(before, after, m), 0)
 
 
@@ -178,8 +178,8 @@ def chosen(
 
 def ends(motion: CompositeMotion, t: Any, m: Any) -> list:
     """Return the end of each segment, none after ``t`` and none before the segment begins."""
-    ends = [m.where(p.began < t, p.began, t) for p in motion.pieces[1:]] + [t]
-    return [m.where(end > p.began, end, p.began) for p, end in zip(motion.pieces, ends, strict=True)]
+    ends = [m.where(p.began < t, p.began, t) for p in motion.segments[1:]] + [t]
+    return [m.where(end > p.began, end, p.began) for p, end in zip(motion.segments, ends, strict=True)]
 
 
 def _distance(a, b, m):

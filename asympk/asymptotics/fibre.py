@@ -22,7 +22,7 @@ from importlib import import_module
 import sympy as sp
 
 from asympk.asymptotics.tape import Tape
-from asympk.asymptotics.taylor import FUNCTIONS, Taylor, along, as_taylor
+from asympk.asymptotics.taylor import FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.symbolic.expansion import fast_jacobian
 from asympk.symbolic.system import Mode
 
@@ -145,7 +145,7 @@ class _Field:
         tape, values, drift, _ = self._at_rest(order)
         rates = [_polynomial(f, order, tape) for f in drift]
         point = _first(values)
-        across = [sum((along(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
+        across = [sum((evaluated(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
                   for row in self.across.tolist()]  # fmt: skip
         branch = [-1 * c for c in _product(self._inverse(values, tape), across)]
         return tape.function((*rates, *branch), self.functions)
@@ -160,11 +160,11 @@ class _Field:
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.jacobian.det()], values, tape, 1)
         point = _first(values)
-        across = [[along(c, point, tape) for c in row] for row in self.across.T.tolist()]
+        across = [[evaluated(c, point, tape) for c in row] for row in self.across.T.tolist()]
         inverse = self._inverse(values, tape)
         slopes = [[-1 * c for c in _product(inverse, column)] for column in across]
         drift = sp.Matrix(self.drift).subs(self.small, 0).jacobian(self.fast_states)
-        coupling = [[along(c, point, tape) for c in row] for row in drift.tolist()]
+        coupling = [[evaluated(c, point, tape) for c in row] for row in drift.tolist()]
         entries = [c for row in coupling for c in _product(slopes, row)]
         return tape.function((found[0, 1] / found[0, 0], *entries), self.functions)
 
@@ -173,7 +173,7 @@ class _Field:
         states = (*self.slow_states, *self.fast_states)
         tape, values = self.tape(*(f"v{i}_0" for i in range(len(states))))
         values |= {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
-        return tape.function(tuple(along(sp.sympify(e, strict=True), values, tape) for e in exprs), self.functions)
+        return tape.function(tuple(evaluated(sp.sympify(e, strict=True), values, tape) for e in exprs), self.functions)
 
     def _at_rest(self, order):
         """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
@@ -210,17 +210,17 @@ class _Field:
 
     def _along(self, exprs, values, tape, degree):
         cut = {s: v.cut(degree) if isinstance(v, Taylor) else v for s, v in values.items()}
-        return [as_taylor(along(sp.sympify(e, strict=True), cut, tape), degree) for e in exprs]
+        return [as_taylor(evaluated(sp.sympify(e, strict=True), cut, tape), degree) for e in exprs]
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: nothing is compared."""
         point = _first(values)
-        entries = [[along(e, point, tape) for e in row] for row in self.jacobian.tolist()]
+        entries = [[evaluated(e, point, tape) for e in row] for row in self.jacobian.tolist()]
         symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
         known = {symbols[i, j]: e for i, row in enumerate(entries) for j, e in enumerate(row)}
-        determinant = along(symbols.det(method="berkowitz"), known, tape)
+        determinant = evaluated(symbols.det(method="berkowitz"), known, tape)
         adjugate = symbols.adjugate(method="berkowitz")
-        return [[along(e, known, tape) * (Fraction(1) / determinant) for e in row] for row in adjugate.tolist()]
+        return [[evaluated(e, known, tape) * (Fraction(1) / determinant) for e in row] for row in adjugate.tolist()]
 
 
 def _first(values):

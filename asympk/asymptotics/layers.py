@@ -65,7 +65,7 @@ class LayerSegment:
     y: tuple
     z: tuple
 
-    def along(self, level: tuple) -> tuple:
+    def coefficients_of(self, level: tuple) -> tuple:
         """Return the rate, the slow part, the fast part and the centre of an affine function of the state."""
         constant, *weights = level
         parts = [sum(w * s[i] for w, s in zip(weights, (self.x, self.y, self.z), strict=True)) for i in range(1, 5)]
@@ -98,7 +98,7 @@ def expand(model: Any, steps: tuple[ItineraryStep, ...], start: tuple, order: in
 
 def on_slow_line(field: LinearField, x: Any, order: int) -> Series:
     """Return y on the slow line of a mode at ``x``."""
-    slow, _ = rates(field, order)
+    slow, _ = slow_and_fast_rate(field, order)
     at_x, at_y = rest_of(field)
     return series(at_y + slope_of(field, slow) * (x - at_x)).cut(order)
 
@@ -110,7 +110,7 @@ def slow_motion(field: LinearField, layers: LayerSeries, order: int) -> LayerSeg
 
 
 def _segment(mode, field, state, began, order, b=None):
-    slow, fast = rates(field, order)
+    slow, fast = slow_and_fast_rate(field, order)
     at_x, at_y = rest_of(field)
     x, y, z = state
     up, down = slope_of(field, fast), slope_of(field, slow)
@@ -128,7 +128,7 @@ def _segment(mode, field, state, began, order, b=None):
 
 
 def _turn(segment, event, level, order, log):
-    rate, ks, kf, centre = segment.along(level)
+    rate, ks, kf, centre = segment.coefficients_of(level)
     per = kf.inverse()
 
     def after(growth):
@@ -160,7 +160,7 @@ def _landing(segment, order):
     return ((c + r * past + a * fade).cut(order) for _, r, a, _, c in (segment.x, segment.z))
 
 
-def rates(field: LinearField, order: int) -> tuple[Series, Series]:
+def slow_and_fast_rate(field: LinearField, order: int) -> tuple[Series, Series]:
     """Solve mu k^2 - (mu f_x + g_y) k + f_x g_y - f_y g_x = 0 for its slow and its fast root."""
     (_, fx, fy), (_, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx

@@ -15,13 +15,13 @@ from types import SimpleNamespace
 from typing import Any
 
 from asympk.asymptotics import composite
+from asympk.asymptotics.compiledlayers import coefficient, model
 from asympk.asymptotics.itinerary import LoadLine
 from asympk.asymptotics.linear import SLIP
-from asympk.asymptotics.ranges import checks
-from asympk.asymptotics.replay import coefficient, model
-from asympk.digits import carried, context
+from asympk.asymptotics.validity import validity_conditions
+from asympk.digits import carried, carrier_context
 from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
-from asympk.numbers import number, numbers, objects, short, whole
+from asympk.numbers import number, numbers, objects, short, sign_of, whole
 from asympk.path import Event, Path
 from asympk.scene import in_doubles
 
@@ -53,11 +53,11 @@ def run(scene: Any, method: str, *, order: int | None = None, digits: int | None
     sigma, sigma0, mu, x, y, z, until = map(m.number, (*parameters, *scene.start, scene.until))
     here = f"sigma = {sigma}, mu = {mu}, start = ({x}, {y}, {z})"
     line = line_of(sigma, sigma0)
-    course = itineraries_for(method, line, x + y, z, sign, here)
+    itineraries = itineraries_for(method, line, x + y, z, sign_of, here)
     try:
-        found = composite.motions(course, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
+        found = composite.composite_motions(itineraries, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
         motion, error = composite.chosen(found, method == "jump", until, m)
-        problems = checks(course, found, error, line, mu, until, m)
+        problems = validity_conditions(itineraries, found, error, line, mu, until, m)
         words = next((words for holds, words in problems if not holds), None)
         if words is None:
             return _path(scene, method, motion, error, until, m, digits)
@@ -80,34 +80,29 @@ def _largest_of(sigma, mu, x, y, z):
 
 def itineraries_for(
     method: str, line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int], here: str
-) -> composite.Itineraries:
-    """Return the course of a start, or raise what keeps ``method`` from following it."""
-    course = composite.itineraries_of(line, load, velocity, sign)
-    through = " -> ".join(step.mode for step in course.steps)
-    stops = any(step.event == "velocity_zero" for step in course.steps)
+) -> composite.LayerItineraries:
+    """Return the itineraries of a start, or raise what keeps ``method`` from following it."""
+    itineraries = composite.itineraries_of(line, load, velocity, sign)
+    through = " -> ".join(step.mode for step in itineraries.steps)
+    stops = any(step.event == "velocity_zero" for step in itineraries.steps)
     if method == "slow" and stops:
         raise NoManifold(f"the fast motion meets z = 0 before it settles on a slow manifold: {through} ({here}); "
                          "use method='jump'")
     if method == "rigid":
-        motions = rigid_motions(line, velocity, sign)
-        if not motions:
+        modes = rigid_modes(line, velocity, sign)
+        if not modes:
             raise NoMotion(f"the rigid rod has no motion; the elastic one stops at once, {through} ({here}); "
                            "use method='jump'")
-        if len(motions) > 1:
-            raise TwoMotions(f"the rigid rod has two motions, {' and '.join(motions)}; the elastic one "
-                             f"{'stops at once and then ' * stops}takes {course.steps[-1].mode} ({here}); "
+        if len(modes) > 1:
+            raise TwoMotions(f"the rigid rod has two motions, {' and '.join(modes)}; the elastic one "
+                             f"{'stops at once and then ' * stops}takes {itineraries.steps[-1].mode} ({here}); "
                              "use method='jump'")
-    return course
+    return itineraries
 
 
 def line_of(sigma: Any, sigma0: Any) -> LoadLine:
     """Return the motion of the load in the layers, in numbers."""
     return model().map(lambda c: coefficient(c)(sigma, sigma0)[0]).line
-
-
-def sign(value: Any) -> int:
-    """Return the sign of a number."""
-    return (value > 0) - (value < 0)
 
 
 def checked_order(method: str, order: int | None) -> int:
@@ -119,7 +114,7 @@ def checked_order(method: str, order: int | None) -> int:
     return order
 
 
-def rigid_motions(line: LoadLine, velocity: Any, sign: Callable[[Any], int]) -> list[str]:
+def rigid_modes(line: LoadLine, velocity: Any, sign: Callable[[Any], int]) -> list[str]:
     """Return the modes in which the rigid system moves on from ``velocity``: the constraint gives s = rest(mode)."""
     wanted = sign(velocity)
     sides = [(mode, line.side(mode, sign)) for mode in SLIP]
@@ -130,7 +125,7 @@ def _path(scene, method, motion, error, until, m, digits):
     final = composite.state(motion, until, m)
     turns = [turn for turn in motion.turns if turn.t < until]
     events = tuple(Event(t.kind, m.out(t[1]), tuple(map(m.out, t[2:5]))) for t in turns)
-    modes = tuple(piece.mode for piece in motion.pieces[: len(turns) + 1])
+    modes = tuple(segment.mode for segment in motion.segments[: len(turns) + 1])
     error = float(error) if digits is None else carried(error, 3)
     return Path(scene, method, tuple(map(m.out, final)), events, modes, CompositeDense(motion, until, digits), error)
 
@@ -170,7 +165,7 @@ def arrays() -> SimpleNamespace:
 
 
 def _multiprecision(digits):
-    m = context(digits + SPARE)
+    m = carrier_context(digits + SPARE)
     return SimpleNamespace(
         number=lambda value: carried(value, digits + SPARE),
         out=lambda value: carried(value, digits),

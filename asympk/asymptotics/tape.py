@@ -100,9 +100,9 @@ class Tape:
             if name in wanted:
                 wanted.update(line.replace("(", " ").replace(")", " ").split())
                 body.append(f"    {name} = {line}")
-        head = f"def replay({', '.join(self.inputs)}):"
+        head = f"def compiled({', '.join(self.inputs)}):"
         exec("\n".join([head, *reversed(body), f"    return {text}"]), space)
-        return space["replay"]
+        return space["compiled"]
 
 
 def _nest(value, names, space):

@@ -55,8 +55,8 @@ class Taylor:
         return _geometric(rest, [1] * (self.degree + 1)) * first
 
 
-def along(expr: sp.Expr, values: dict, tape: Any) -> Any:
-    """Return ``expr`` along ``values``, a dict {symbol: Taylor, node or number}; ``tape`` takes its functions.
+def evaluated(expr: sp.Expr, values: dict, tape: Any) -> Any:
+    """Return ``expr`` at ``values``, a dict {symbol: Taylor, node or number}; ``tape`` takes its functions.
 
     Raises ``InputError`` for a function without a derivative or an elementary value.
     """
@@ -67,15 +67,15 @@ def along(expr: sp.Expr, values: dict, tape: Any) -> Any:
     if expr.is_NumberSymbol:
         return tape.node(str(expr))
     if expr.is_Add or expr.is_Mul:
-        first, *rest = (along(a, values, tape) for a in expr.args)
+        first, *rest = (evaluated(a, values, tape) for a in expr.args)
         for value in rest:
             first = _combined(expr, first, value)
         return first
     base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
     if exponent.is_Integer and expr.is_Pow:
-        return _power(along(base, values, tape), int(exponent))
+        return _power(evaluated(base, values, tape), int(exponent))
     if expr.is_Pow and not exponent.is_Rational:
-        return along(sp.exp(exponent * sp.log(base), evaluate=False), values, tape)
+        return evaluated(sp.exp(exponent * sp.log(base), evaluate=False), values, tape)
     return _function(expr, values, tape)
 
 
@@ -88,8 +88,8 @@ def scalar(expr: sp.Expr, value: Any, tape: Any) -> Any:
             return _power(tape.call("sqrt", value), int(expr.exp.p))
         return tape.call("exp", tape.call("log", value) * Fraction(int(expr.exp.p), int(expr.exp.q)))
     if not expr.args or expr == U:
-        return along(expr, {U: value}, tape)
-    return along(expr, _Scalars({U: value}, tape), tape)
+        return evaluated(expr, {U: value}, tape)
+    return evaluated(expr, _Scalars({U: value}, tape), tape)
 
 
 class _Scalars(dict):
@@ -112,7 +112,7 @@ def _function(expr, values, tape):
     if not expr.is_Pow and (len(expr.args) != 1 or type(expr).__name__ not in FUNCTIONS):
         raise InputError(f"{expr!s:.60} has no series here; use powers and {', '.join(FUNCTIONS)}")
     outer, inner = (U**expr.exp, expr.base) if expr.is_Pow else (expr.func(U), expr.args[0])
-    at = along(inner, values, tape)
+    at = evaluated(inner, values, tape)
     if not isinstance(at, Taylor):
         return scalar(outer, at, tape)
     rest = Taylor({i: c for i, c in at.terms.items() if i != (0, 0)}, at.degree)

@@ -10,6 +10,7 @@ import sympy as sp
 
 from asympk.automaton import decide
 from asympk.automaton.modes import GuardedMode, function, mode_of
+from asympk.digits import carrier_context
 from asympk.errors import OutOfRange
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.system import System
@@ -159,7 +160,7 @@ class Automaton:
 
     def first(self, start: State) -> Branch:
         """Return the mode that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``."""
-        context = decide.context(decide.DIGITS)
+        context = carrier_context(decide.DIGITS)
         slack = context.mpf(10) ** -decide.EXACT
         return decide.follow_on(self, None, (), context.zero, _exact(start, context), slack)
 
@@ -179,7 +180,7 @@ def _numeric(automaton: Automaton, branch: Branch, digits: int | None) -> Numeri
             return NumericMode(mode, tuple(map(float, automaton.values)), "math", math)
         except OverflowError:
             raise OutOfRange("a parameter is beyond the range of doubles; ask for digits=") from None
-    context = decide.context(digits)
+    context = carrier_context(digits)
     return NumericMode(mode, _exact(automaton.values, context), "mpmath", context)
 
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import sympy as sp
 
 from asympk.automaton.modes import GuardedMode, function, mode_of
-from asympk.digits import context
+from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
@@ -65,7 +65,7 @@ class Numbers(NamedTuple):
     convert: Any
     least: float
 
-    def sign(self, values: list) -> int:
+    def decided_sign(self, values: list) -> int:
         """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
         first = values[0]
         spread = max(abs(v - first) for v in values[1:])
@@ -90,7 +90,7 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
     if isinstance(slack, float):
         with suppress(_Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
-    ctx = context(max(WORKING, *(v.context.dps for v in state if hasattr(v, "context")), 0))
+    ctx = carrier_context(max(WORKING, *(v.context.dps for v in state if hasattr(v, "context")), 0))
     numbers = Numbers("mpmath", ctx, partial(converted, ctx), -1.0)
     try:
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
@@ -196,7 +196,7 @@ def _gap_sign(friction: Friction, k: int, lost: set, contacts: list[ContactNumbe
         return -1
     if {("lift_off", k), ("touch_down", k)} & lost:
         return 0
-    return numbers.sign([c.gap for c in contacts])
+    return numbers.decided_sign([c.gap for c in contacts])
 
 
 def _touching(
@@ -231,20 +231,20 @@ def _gap_signs(system: System, friction: Friction, at: tuple[Any, tuple], p: tup
     expressions = (friction.gap, branches.rate_along(system, friction.gap))
     values = function(system, expressions, numbers.target, numbers.functions)
     rows = [values(t, *w, *p) for t, w in (at, *(_nudged(*at, signs, ROUNDING) for signs in _NUDGES))]
-    return [numbers.sign([row[j] for row in rows]) for j in (0, 1)]
+    return [numbers.decided_sign([row[j] for row in rows]) for j in (0, 1)]
 
 
 def _closed(
     friction: Friction, k: int, was: Phase | None, lost: set, contacts: list[ContactNumbers], numbers: Numbers
 ) -> list[Phase]:
     resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in lost
-    velocity = 0 if resting else numbers.sign([c.velocity for c in contacts])
+    velocity = 0 if resting else numbers.decided_sign([c.velocity for c in contacts])
     if branches.lifts(friction):
         loads: tuple[int, ...] = (1,)
     elif friction.constraint is not None or ("force_zero", k) in lost:
         loads = (1, -1)
     else:
-        load = numbers.sign([c.load for c in contacts])
+        load = numbers.decided_sign([c.load for c in contacts])
         loads = (load,) if load else (1, -1)
     return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]
 
@@ -268,7 +268,7 @@ def _ties(
         margins.append(_margins(system, branch, resting, point, solved, touching))
     ties = []
     for key in margins[0]:
-        sign = numbers.sign([m[key] for m in margins])
+        sign = numbers.decided_sign([m[key] for m in margins])
         if sign < 0:
             return None
         if sign == 0:
@@ -370,7 +370,7 @@ def _holds(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple],
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(nudged[0][0]):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
         derivative = function(mode.system, (before,), numbers.target, numbers.functions, (mode.flow,))
-        sign = numbers.sign([derivative(t, *w, *p)[0] for t, w in nudged])
+        sign = numbers.decided_sign([derivative(t, *w, *p)[0] for t, w in nudged])
         if sign:
             return sign > 0
     return True

@@ -73,7 +73,7 @@ class GuardedMode:
         """The derivatives of every guard by the states."""
         return tuple(tuple(value.diff(s) for s in self.system.states) for value in self.guard_values)
 
-    def along(self, expr: sp.Expr) -> sp.Expr:
+    def lie_derivative(self, expr: sp.Expr) -> sp.Expr:
         """Return the derivative of ``expr`` along the field: its Lie derivative and its partial one by the time."""
         moved = sum((expr.diff(s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)
         return moved + (expr.diff(self.system.time) if self.system.time else 0)
@@ -91,7 +91,7 @@ def mode_of(system: System, branch: Branch) -> GuardedMode:
 
 @lru_cache(maxsize=512)
 def _derivative(mode: GuardedMode, guard: int, order: int) -> sp.Expr:
-    return mode.guards[guard].value if order == 0 else mode.along(_derivative(mode, guard, order - 1))
+    return mode.guards[guard].value if order == 0 else mode.lie_derivative(_derivative(mode, guard, order - 1))
 
 
 @lru_cache(maxsize=1024)

@@ -21,7 +21,7 @@ from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, certain_sign, common, flint, hull, precision
 from asympk.certify.enclosure import Budget, LevelGuard, RodBalls, first_event, segment
 from asympk.errors import InputError
-from asympk.numbers import number, whole
+from asympk.numbers import number, sign_of, whole
 from asympk.path import Event
 from asympk.scene import Scene, require_scene
 from asympk.shown import Card, ShownAsTable
@@ -314,21 +314,19 @@ def _exact_beginning(case):
     sigma0, mu, x, y, z = case.exact
     s = x + y
     touching = {axis for axis, value in (("s", s), ("z", z)) if value == 0}
-    s_sign = _sign(s) or _sign(1 + mu * y) or 1
-    state, z_sign = RodBalls(case.x, case.y, ball(s), case.z), _sign(z)
+    s_sign = sign_of(s) or sign_of(1 + mu * y) or 1
+    state, z_sign = RodBalls(case.x, case.y, ball(s), case.z), sign_of(z)
     if z_sign:
         return state, s_sign, z_sign, touching, None
     grip = (sigma0 + 2) * abs(s) - abs(1 - s)
     if grip == 0:
-        widens = (sigma0 + 2) * s_sign + _sign(1 - s)
+        widens = (sigma0 + 2) * s_sign + sign_of(1 - s)
         far = s > 1
         state, touching = state._replace(s=_edges(case, s_sign)[far]), {"far" if far else "near", "z"}
         grip = widens * (mu * y - s or -s)
-    return state, s_sign, 0 if grip > 0 else _sign(1 - s), touching, None
+    return state, s_sign, 0 if grip > 0 else sign_of(1 - s), touching, None
 
 
-def _sign(value):
-    return (value > 0) - (value < 0)
 
 
 def _beside_line(case):

@@ -19,7 +19,7 @@ from typing import Any
 from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Run, Segment, follow
-from asympk.digits import carried
+from asympk.digits import carried, carrier_context
 from asympk.errors import InputError, OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
@@ -66,7 +66,7 @@ def run(
     if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
         raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS} here")
     digits = int(digits)
-    automaton, ctx = automaton_of(scene), decide.context(digits + SPARE)
+    automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
     start, until = tuple(decide.converted(ctx, v) for v in scene.start), decide.converted(ctx, scene.until)
     first = automaton.first(scene.start)
     deadline = monotonic() + seconds
@@ -257,7 +257,7 @@ class _Tableau:
     def __init__(self, stages: int, digits: int):
         import numpy as np
 
-        self.ctx = decide.context(digits)
+        self.ctx = carrier_context(digits)
         self.nodes = _nodes(self.ctx, stages)
         basis = self.ctx.matrix([[self._legendre(k, t) for k in range(stages)] for t in self.nodes])
         self.inverse = (basis**-1).T.tolist()

@@ -4,7 +4,7 @@ r"""Moreau-Jean time stepping: implicit Euler steps with the friction impulse h 
 
 F opposing z+ with all its strength where z+ is not 0. One step has up to three solutions (slip_same,
 slip_opposite, stick) or none: for h (1 + h) > mu / sigma the determinant of slip_opposite, mu - h (1 + h)
-sigma, has changed its sign, and the paradox of the rigid rod is back (Lemma 9).
+sigma, has changed its sign_of, and the paradox of the rigid rod is back (Lemma 9).
 """
 
 from functools import partial
@@ -13,7 +13,7 @@ from time import monotonic
 from asympk.automaton.loop import Segment
 from asympk.errors import InputError
 from asympk.integrators.integrate import SteppedDense, Work, bounds, endpoints, finished, report
-from asympk.numbers import number
+from asympk.numbers import number, sign_of
 from asympk.path import Event, Path
 from asympk.scene import Scene, in_doubles
 from asympk.symbolic.branches import Phase
@@ -92,18 +92,13 @@ def _solutions(sigma, sigma0, mu, x, y, z, h):
         new_y = (mu * y + h * (1 - b * x)) / determinant
         s = x + (1 + h) * new_y
         new_z = z + h * (1 - (b - 1) * s)
-        if sign(s) * sign(new_z) == product:
-            found.append((Phase(sign(s), sign(new_z)), (x + h * new_y, new_y, new_z)))
+        if sign_of(s) * sign_of(new_z) == product:
+            found.append((Phase(sign_of(s), sign_of(new_z)), (x + h * new_y, new_y, new_z)))
     new_y = (mu * y - z - h * x) / (mu + h * (1 + h))
     s = x + (1 + h) * new_y
     if abs(z + h * (1 - s)) <= (sigma0 + 2) * h * abs(s):
-        found.append((Phase(sign(s), 0), (x + h * new_y, new_y, 0.0)))
+        found.append((Phase(sign_of(s), 0), (x + h * new_y, new_y, 0.0)))
     return found
-
-
-def sign(value: float) -> int:
-    """Return -1, 0 or 1."""
-    return (value > 0) - (value < 0)
 
 
 def _kind(before, after):

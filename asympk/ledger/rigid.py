@@ -26,7 +26,7 @@ def equations_of_motion() -> Iterator[Check]:
     pushed = rod.P - rod.R * sp.cos(rod.alpha) + rod.kappa * rod.R * sp.sin(rod.alpha)
     yield symbolic("Newton's and Coulomb's laws give (1.2)", sp.expand(rod.m * first - pushed) == 0, first)
     yield symbolic("and the smooth mass's equation", sp.expand(rod.m * second - rod.R * sp.cos(rod.alpha)) == 0, second)
-    momentum = sp.expand(rod.m * (first + second) - rod.P - rod.kappa * rod.newton(rod.alpha)[rod.N1])
+    momentum = sp.expand(rod.m * (first + second) - rod.P - rod.kappa * rod.force_balance(rod.alpha)[rod.N1])
     yield numeric("the momentum of both masses changes by P and friction alone", *vanishes(_value(momentum)))
 
 

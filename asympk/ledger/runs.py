@@ -7,14 +7,14 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.methods import solve
-from asympk.multiprecision import as_mpf, context, in_context
+from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.numbers import Number
 from asympk.path import Path
 from asympk.scene import Scene
 from asympk.symbolic.lowering import lower
 
 DIGITS = 40
-M = context(DIGITS + 10)  # ten digits to spare; nothing changes its precision
+M = private_context(DIGITS + 10)  # ten digits to spare; nothing changes its precision
 MUS = tuple(Fraction(1, 10**n) for n in (3, 5, 7, 9))
 
 

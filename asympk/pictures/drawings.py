@@ -45,7 +45,7 @@ def masses(ax: "Axes", x: float, y: float) -> None:
     pen.arrow(ax, (first[0], low - 0.2), (first[0] - 0.4, low - 0.2), "$F$", (0.1, 0.0))
     beside = (-0.07 * sin(STEEP), 0.07 * cos(STEEP))
     for near, far in ((0.48, 0.2), (0.68, 0.96)):
-        start, end = ((px + beside[0], py + beside[1]) for px, py in pen.along(first, STEEP, near, far))
+        start, end = ((px + beside[0], py + beside[1]) for px, py in pen.points_on_ray(first, STEEP, near, far))
         pen.arrow(ax, start, end, "$R$", (-0.1, 0.04) if far > near else (-0.1, 0.0))
     ax.text(x + 1.62, high + 0.14, "smooth", ha="right", va="bottom", fontsize=6)
     ax.text(x + 1.62, low - 0.14, "rough: $f$, $f_0$", ha="right", va="top", fontsize=6)

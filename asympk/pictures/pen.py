@@ -55,7 +55,7 @@ def arrow(ax: Any, start: Point, end: Point, name: str | None, offset: Point = (
         text(ax, (start[0] + offset[0], start[1] + offset[1]), name)
 
 
-def along(place: Point, direction: float, near: float, far: float) -> tuple[Point, Point]:
+def points_on_ray(place: Point, direction: float, near: float, far: float) -> tuple[Point, Point]:
     """Return the points at two distances from a place in a direction."""
     near_end, far_end = ((place[0] + d * cos(direction), place[1] + d * sin(direction)) for d in (near, far))
     return near_end, far_end

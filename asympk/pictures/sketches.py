@@ -139,7 +139,7 @@ def _crank(ax: Any) -> None:
 
 def _arm(ax: Any) -> None:
     shoulder = (0.5, 1.45)
-    elbow = pen.along(shoulder, -0.35, 0, 0.85)[1]
+    elbow = pen.points_on_ray(shoulder, -0.35, 0, 0.85)[1]
     hand = (elbow[0] + 0.5, 0.4)
     pen.line(ax, shoulder, elbow, 3.0, color=GREY)
     pen.line(ax, elbow, hand, 3.0, color=GREY)

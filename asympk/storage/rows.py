@@ -41,8 +41,8 @@ def write_rows(path: str | Path, rows: Iterable[Any], provenance: Mapping[str, A
     writer.writerow(columns)
     writer.writerows([_cell(row[name], kinds[name]) for name in columns] for row in rows)
     write_text(path, buffer.getvalue())
-    story = json.dumps({**provenance, "columns": kinds}, indent=1, sort_keys=True, ensure_ascii=False)
-    write_text(Path(path).with_suffix(".json"), story + "\n")
+    described = json.dumps({**provenance, "columns": kinds}, indent=1, sort_keys=True, ensure_ascii=False)
+    write_text(Path(path).with_suffix(".json"), described + "\n")
 
 
 class StoredRows(list[Row]):
@@ -55,12 +55,12 @@ class StoredRows(list[Row]):
 
 def read_rows(path: str | Path) -> StoredRows:
     """Return the rows of ``path`` as dicts, every value of the kind with which it was written."""
-    story = json.loads(Path(path).with_suffix(".json").read_text(encoding="utf-8"))
-    read = {name: _READ[kind] for name, kind in story["columns"].items()}
+    described = json.loads(Path(path).with_suffix(".json").read_text(encoding="utf-8"))
+    read = {name: _READ[kind] for name, kind in described["columns"].items()}
     with Path(path).open(encoding="utf-8", newline="") as file:
-        found = csv.DictReader(file)
-        return StoredRows(({name: None if cell == "" else read[name](cell) for name, cell in row.items()} for row in found),
-                    story)  # fmt: skip
+        rows = ({name: None if cell == "" else read[name](cell) for name, cell in row.items()}
+                for row in csv.DictReader(file))  # fmt: skip
+        return StoredRows(rows, described)
 
 
 def provenance(**parameters: Any) -> dict[str, Any]:

@@ -27,7 +27,7 @@ KEPT = 6  # digits of a row
 
 
 @dataclass(frozen=True)
-class Expansion:
+class CheckedExpansion:
     """An expansion: its model, a start within its domain, and the signs of sigma for which it exists."""
 
     method: str
@@ -39,13 +39,13 @@ class Expansion:
         return (-1 if sigma.startswith("-") else 1) in self.signs
 
 
-CASES = {
-    "z < 0, s > 0": Expansion("jump", (0, "1/5", -1)),
-    "z < 0, s < 0": Expansion("jump", ("1/3", -1, "-3/2")),
-    "z > 0, s < -1/sigma": Expansion("jump", (0, -3, 1), (1,)),
-    "z > 0, s < 0": Expansion("jump", ("-1/2", "3/10", "3/4")),
-    "slow, Pi1": Expansion("slow", ("-1/2", 1, "3/4")),
-    "slow, Pi2": Expansion("slow", (0, "1/5", -1), (-1,)),
+EXPANSIONS = {
+    "z < 0, s > 0": CheckedExpansion("jump", (0, "1/5", -1)),
+    "z < 0, s < 0": CheckedExpansion("jump", ("1/3", -1, "-3/2")),
+    "z > 0, s < -1/sigma": CheckedExpansion("jump", (0, -3, 1), (1,)),
+    "z > 0, s < 0": CheckedExpansion("jump", ("-1/2", "3/10", "3/4")),
+    "slow, Pi1": CheckedExpansion("slow", ("-1/2", 1, "3/4")),
+    "slow, Pi2": CheckedExpansion("slow", (0, "1/5", -1), (-1,)),
 }
 
 
@@ -69,7 +69,7 @@ class ConvergenceRow:
 
 
 def rows(
-    cases: Iterable[str] = tuple(CASES),
+    cases: Iterable[str] = tuple(EXPANSIONS),
     sigmas: Iterable[str] = SIGMAS,
     mus: Iterable[str] = MUS,
     orders: Iterable[int] = ORDERS,
@@ -77,7 +77,7 @@ def rows(
     """Return the rows by expansion, sigma, order and quantity, mu decreasing within."""
     found = []
     for name in cases:
-        for sigma in filter(CASES[name].exists, sigmas):
+        for sigma in filter(EXPANSIONS[name].exists, sigmas):
             here = [row for mu in mus for row in _rows(name, sigma, mu, orders)]
             found += sorted(here, key=lambda row: (row.order, row.quantity, -row.mu))
     return found
@@ -85,7 +85,7 @@ def rows(
 
 def stored() -> Stored:
     """Return all rows, and what they were computed with."""
-    starts = {name: list(map(str, case.start)) for name, case in CASES.items()}
+    starts = {name: list(map(str, case.start)) for name, case in EXPANSIONS.items()}
     return rows(), {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
 
 
@@ -104,7 +104,7 @@ def groups(rows: Iterable[dict]) -> Iterator[list[dict]]:
 
 
 def _rows(name, sigma, mu, orders):
-    case = CASES[name]
+    case = EXPANSIONS[name]
     scene = Scene(sigma, mu, case.start, UNTIL)
     truth = _quantities(solve(scene, digits=DIGITS))
     levels = sorted({n + k for n in orders for k in range(3)})

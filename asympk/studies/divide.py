@@ -19,12 +19,12 @@ from typing import Any
 import sympy as sp
 
 from asympk.asymptotics.jump import OFFSET, JumpMap, jump_map
-from asympk.asymptotics.layers import MU, on_slow_line, rates, rest_of, slope_of
+from asympk.asymptotics.layers import MU, on_slow_line, rest_of, slope_of, slow_and_fast_rate
 from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series, series, solve
 from asympk.methods import solve as follow
-from asympk.multiprecision import context, in_context
+from asympk.multiprecision import in_context, private_context
 from asympk.numbers import number
 from asympk.scene import Scene
 from asympk.storage.rows import Stored
@@ -107,7 +107,7 @@ def _escape(sigma, mu, x, z, offset, digits):
     scene = Scene.near("Pi2", x=x, offset=offset, z=z, sigma=sigma, mu=mu, until=until)
     size, here = scene.near_to[1], (scene.sigma, scene.mu, scene.start[0], scene.start[2])
     first = follow(scene, digits=digits).events[0]
-    m, motion = context(digits), _motion(first, scene.sigma)
+    m, motion = private_context(digits), _motion(first, scene.sigma)
     depth = leading = following = ratio = delayed = None
     if size != 0:
         depth = -in_context(m, scene.mu) * m.log(abs(in_context(m, size)))
@@ -157,7 +157,7 @@ def _delay(system, mode, order):
     # the load vanishes where delta e^(fast T) = -(load at rest + slow part e^(slow T))/(fast part per offset)
     exact, numbers, x = _exactly(system)
     field, (l0, lx, ly) = numbers.fields[mode], numbers.load
-    slow, fast = rates(field, order + 1)
+    slow, fast = slow_and_fast_rate(field, order + 1)
     up, down, (at_x, at_y) = slope_of(field, fast), slope_of(field, slow), rest_of(field)
     parts = {
         "slow": slow, "fast": fast, "rest": series(l0 + lx * at_x + ly * at_y), "part": (lx + ly * down) * (x - at_x),

@@ -11,7 +11,7 @@ import sympy as sp
 Parts = list[tuple[sp.Symbol, sp.Expr]]
 
 
-def along(
+def directional_derivatives(
     parts: Parts, outputs: Sequence[sp.Expr], directions: Sequence[Mapping[sp.Symbol, sp.Expr]],
     spare: Iterator[sp.Symbol],
 ) -> tuple[Parts, list[sp.Expr]]:  # fmt: skip

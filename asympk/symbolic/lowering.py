@@ -22,11 +22,11 @@ from sympy.printing.numpy import NumPyPrinter
 from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
 from asympk.errors import InputError, OutOfRange
-from asympk.multiprecision import as_mpf, context, in_context
+from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.naming import named
 from asympk.numbers import Number, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.derivatives import along
+from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.reading import expression
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling)
@@ -192,8 +192,8 @@ def _derivatives(lowered):
     shared, found = _shared((*lowered.outputs, *chain(*lowered.directions)), spare)
     outputs, rates = found[: len(lowered.outputs)], found[len(lowered.outputs) :]
     rows = (rates[k : k + n] for k in range(0, len(rates), n))
-    return along(shared, outputs, [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows],
-                 spare)  # fmt: skip
+    directions = [{a: r for a, r in zip(lowered.args, row, strict=True) if r != 0} for row in rows]
+    return directional_derivatives(shared, outputs, directions, spare)
 
 
 @lru_cache(maxsize=512)
@@ -207,7 +207,7 @@ class _OwnContext(local):
     """An mpmath context for each thread, which the sources know by the name mpmath."""
 
     def __init__(self):
-        self.context = context(15)
+        self.context = private_context(15)
 
     def __getattr__(self, name):
         return getattr(self.context, name)

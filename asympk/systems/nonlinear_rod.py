@@ -44,7 +44,7 @@ def system() -> System:
     angle = rod.alpha + rod.beta
     turned = {rod.R: rod.P * load / _COSINE, sp.cos(angle): _COSINE * along, sp.sin(angle): sp.sin(rod.alpha) * across}
     force = {rod.F: rod.P * phi, sp.tan(rod.alpha): sp.sin(rod.alpha) / _COSINE}
-    motion = {name: value.subs(turned) for name, value in rod.newton(angle).items()}
+    motion = {name: value.subs(turned) for name, value in rod.force_balance(angle).items()}
     fast = rod.m * (motion[rod.a1] - motion[rod.a2]) / rod.P
     drift = motion[rod.a1] * scales.time / scales.velocity
     bound = motion[rod.N1] / (rod.P * sp.tan(rod.alpha))

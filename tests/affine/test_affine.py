@@ -10,12 +10,12 @@ from asympk.affine.eigenpairs import eigenpairs
 from asympk.affine.exponential import of_roots
 from asympk.affine.mode import AffineMode, ClosedSegment, in_digits
 from asympk.affine.polynomial import in_whole_numbers
-from asympk.arithmetic import context, set_digits
+from asympk.arithmetic import flow_context, set_digits
 from asympk.errors import InputError, TooLarge, Undecided
 
 
 def digits(n):
-    m = context(400)
+    m = flow_context(400)
     set_digits(m, n)
     return m
 

@@ -11,7 +11,7 @@ import asympk as ap
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function, mode_of
 from asympk.certify import certify
-from asympk.digits import context
+from asympk.digits import carrier_context
 from asympk.errors import Accumulation, InputError, NoMotion, TwoMotions, UnboundedReaction
 from asympk.symbolic.branches import named_branches
 
@@ -23,12 +23,12 @@ eps = sp.Symbol("eps", positive=True)
 
 @pytest.mark.parametrize("name", ["bead_rod", "held_rod"])
 def test_derivatives_through_shared_parts_are_those_of_the_expressions_written_out(name):
-    system, numbers, rng = getattr(ap.systems, name).system(), context(40), random.Random(1)
+    system, numbers, rng = getattr(ap.systems, name).system(), carrier_context(40), random.Random(1)
     for branch in named_branches(system):
         mode = mode_of(system, branch)
         place = [numbers.mpf(rng.uniform(0.3, 1.2)) for _ in range(1 + len(system.states) + len(system.parameters))]
         written_out = (*(rate.diff(s) for rate in mode.rates for s in system.states),
-                       *(mode.along(value) for value in mode.guard_values))  # fmt: skip
+                       *(mode.lie_derivative(value) for value in mode.guard_values))  # fmt: skip
         jacobian = function(system, mode.rates, "mpmath", numbers, mode.units)(*place)
         guard_rates = function(system, mode.guard_values, "mpmath", numbers, (mode.flow,))(*place)
         expected = function(system, written_out, "mpmath", numbers)(*place)

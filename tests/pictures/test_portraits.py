@@ -12,7 +12,7 @@ from asympk.pictures import maps, portraits
 from asympk.pictures.figures import save
 from asympk.scene import Scene
 from asympk.storage.rows import read_rows
-from asympk.studies.convergence import CASES
+from asympk.studies.convergence import EXPANSIONS
 from asympk.studies.least import LADDER
 
 ROWS = Path(__file__).parents[2] / "paper" / "generated" / "rows"
@@ -23,7 +23,7 @@ PICTURES = {
     "stick": lambda: maps.stick_over_static_friction(("1", "-17/10")),
     "convergence": lambda: maps.convergence(
         [{"expansion": name, "sigma": s, "order": n, "mu": mu, "excess": mu}
-         for name in CASES for s in ("1", "-1/2") for n in (0, 1, 2) for mu in (1e-2, 1e-8, 1e-12)]),
+         for name in EXPANSIONS for s in ("1", "-1/2") for n in (0, 1, 2) for mu in (1e-2, 1e-8, 1e-12)]),
     "collisions": lambda: maps.collisions(
         [{"mu": mu, "scaled_x": 10.0**i, "z": side * 10.0**j, "count": max(0, i + j)}
          for mu in (1e-3, 3.0) for i in range(-6, 7) for j in range(-6, 7) for side in (-1, 1)]),

@@ -49,7 +49,7 @@ def dimension(expr: sp.Expr) -> sp.Expr:
     return units.pop()
 
 
-def newton(angle: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
+def force_balance(angle: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
     r"""Balance forces on both masses along and across the guides; the rod pushes M_2 by R (cos, sin) and M_1 back.
 
     Returns ``{x_1'': .., x_2'': .., N_1: .., N_2: ..}`` with the guides' reactions N (1.2), (2.1).
@@ -66,12 +66,12 @@ def newton(angle: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
 
 def coulomb(law: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
     """Return the friction force F = kappa N_1 with kappa = +-f, on the undeformed rod: kappa R sin(alpha)."""
-    return kappa * (law or newton(alpha))[N1]
+    return kappa * (law or force_balance(alpha))[N1]
 
 
 def rigid_equations() -> tuple[sp.Expr, sp.Expr]:
     """Return ``(x_1'', x_2'')`` of (1.2), with F = kappa R sin(alpha)."""
-    law = newton(alpha)
+    law = force_balance(alpha)
     return tuple(law[a].subs(F, coulomb(law)) for a in (a1, a2))
 
 
@@ -179,7 +179,7 @@ def elastic_rod(law: sp.Expr | None = None) -> "ElasticRod":
         raise InputError(f"the rod's law {law} must be a force in terms of R_1, R_1' and constants")
     compression, turn = small_angle()
     (displacement,) = sp.solve(sp.Eq(R1, k * compression / l), delta)
-    turned = newton(alpha + beta)
+    turned = force_balance(alpha + beta)
     relative = sp.expand(m * (turned[a1] - turned[a2]))
     second_order = m * displacement.subs(R1, ddR1)
     balance = second_order - relative.subs(beta, 0)

@@ -14,7 +14,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.multiprecision import context
+from asympk.multiprecision import private_context
 from asympk.numbers import Number, number, short
 from asympk.path import Path
 from asympk.scene import Scene
@@ -41,7 +41,7 @@ class Degrees:
     @property
     def radians(self) -> Any:
         """The angle in radians, to 100 digits."""
-        m = context(DIGITS)
+        m = private_context(DIGITS)
         return m.pi * self.value.numerator / (180 * self.value.denominator)
 
     def __str__(self) -> str:

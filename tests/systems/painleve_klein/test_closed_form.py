@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from asympk.arithmetic import Doubles, context, set_digits
+from asympk.arithmetic import Doubles, flow_context, set_digits
 from asympk.systems.painleve_klein.flow import fastslow, segments, shortcut, smooth, starts
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
 from asympk.systems.painleve_klein.flow.roots import smooth_root
@@ -25,7 +25,7 @@ settings.load_profile("theorems")
 
 
 def digits(n):
-    m = context(400)
+    m = flow_context(400)
     set_digits(m, n)
     return m
 

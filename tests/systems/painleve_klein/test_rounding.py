@@ -5,14 +5,14 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from asympk.arithmetic import Doubles, context, set_digits
+from asympk.arithmetic import Doubles, flow_context, set_digits
 from asympk.errors import Undecided
 from asympk.systems.painleve_klein.flow.exact import TRUSTED, RodNumbers, segments_of
 from asympk.systems.painleve_klein.flow.rounding import backward, estimated_error, forward, largest_state
 
 
 def digits(n):
-    m = context(400)
+    m = flow_context(400)
     set_digits(m, n)
     return m
 

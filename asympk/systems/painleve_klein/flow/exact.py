@@ -10,7 +10,7 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from asympk.arithmetic import Doubles, context, set_digits
+from asympk.arithmetic import Doubles, flow_context, set_digits
 from asympk.errors import InputError, Undecided
 from asympk.numbers import Arithmetic, whole
 from asympk.path import Event, Path
@@ -104,7 +104,7 @@ def _flow_in_doubles(sigma, sigma0, mu):
 
 @lru_cache(maxsize=1)
 def _refining():
-    m = context(LARGEST_DOUBLE)
+    m = flow_context(LARGEST_DOUBLE)
     set_digits(m, REFINED_DIGITS)
     return m
 
@@ -126,7 +126,7 @@ def _certified(case, digits, largest=None, progress=None):
     rounding is taken as it is.
     """
     most = 4 * digits + 1200
-    m = context(largest or most)
+    m = flow_context(largest or most)
     working = digits + SPARE_DIGITS
     while working < 2 * most:
         coarse = _tried(m, working, working >= most, case, progress)

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from asympk.arithmetic import Doubles
 from asympk.errors import TooLarge, TooManyEvents, Undecided
-from asympk.numbers import Arithmetic, Number
+from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
 from asympk.systems.painleve_klein.flow.smooth import SmoothMode, SmoothSegment, slope
@@ -77,11 +77,6 @@ class RodFlow:
         if near is None or decided(self.m, abs(s) - abs(near), abs(near) + size) < 0:
             return False
         return far is None or decided(self.m, far - s, far + size) >= 0
-
-
-def sign_of(value: Number) -> int:
-    """Return 1, 0 or -1."""
-    return 1 if value > 0 else -1 if value < 0 else 0
 
 
 def decided(m: Arithmetic, value: Number, size: Number) -> int:

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
-from asympk.numbers import Number
+from asympk.numbers import Number, sign_of
 from asympk.scene import MANIFOLDS
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
-from asympk.systems.painleve_klein.flow.segments import decided, sign_of
+from asympk.systems.painleve_klein.flow.segments import decided
 from asympk.systems.painleve_klein.modes import MODES, grip, leaving
 
 if TYPE_CHECKING:

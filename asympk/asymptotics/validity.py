@@ -6,7 +6,7 @@ Conditions are truth values for numbers and arrays of them for arrays; each come
 from collections.abc import Iterator
 from typing import Any
 
-from asympk.asymptotics.composite import Itineraries, ends, largest, state_of
+from asympk.asymptotics.composite import LayerItineraries, ends, largest, state_of
 from asympk.asymptotics.itinerary import LoadLine
 
 SPREAD = 0.5  # a correction that exceeds this part of what it corrects leaves no order to the terms
@@ -14,40 +14,41 @@ TOO_LARGE = 0.5
 SLOWEST = 5  # |b|/mu; slow and fast rates meet at 4, and their series in mu/b converge up to there
 
 
-def checks(
-    course: Itineraries, found: list, error: Any, line: LoadLine, mu: Any, t: Any, m: Any
+def validity_conditions(
+    itineraries: LayerItineraries, found: list, error: Any, line: LoadLine, mu: Any, t: Any, m: Any
 ) -> Iterator[tuple[Any, str]]:
     """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
     now, coarse, fine = (motion for motion, _ in found)
-    steps = course.steps + course.then
-    for i, (step, piece, end) in enumerate(zip(steps, fine.pieces, ends(fine, t, m), strict=True)):
-        later, turn = t <= piece.began, fine.turns[i] if i < len(fine.turns) else None
+    steps = itineraries.steps + itineraries.then
+    for i, (step, segment, end) in enumerate(zip(steps, fine.segments, ends(fine, t, m), strict=True)):
+        later, turn = t <= segment.began, fine.turns[i] if i < len(fine.turns) else None
         fast = abs(line.fast[step.mode][1]) > SLOWEST * mu
         yield later | fast, f"the fast rate in {step.mode} is not fast, {SLOWEST} mu >= |b|"
-        if i == len(course.steps):
-            held = line.margin(piece.x[0] + piece.y[0]) >= 0
+        if i == len(itineraries.steps):
+            held = line.margin(segment.x[0] + segment.y[0]) >= 0
             yield later | (held == (step.mode == "stick")), f"{step.mode} does not follow the arrival at z = 0"
         if turn:
-            yield later | _apart(piece, step, line), f"the slow line of {step.mode} is far from its limit mu -> 0"
-            yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= piece.began)), (
+            yield later | _apart(segment, step, line), f"the slow line of {step.mode} is far from its limit mu -> 0"
+            yield (t <= turn.t) | ((abs(turn.spread) < SPREAD) & (turn.t >= segment.began)), (
                 f"{step.mode} does not end with {turn.kind} as in the limit mu -> 0"
             )
             yield (t <= turn.t) | (step.side * turn.z >= 0), f"the motion meets z = 0 before the {turn.kind}"
             if turn.kind == "velocity_zero":
-                end = m.where(t < turn.t, end, piece.began)
+                end = m.where(t < turn.t, end, segment.began)
         if step.side:
-            leaves = _leaves(piece, step.side, line.rate[step.mode], line.fast[step.mode], mu)
+            leaves = _leaves(segment, step.side, line.rate[step.mode], line.fast[step.mode], mu)
             yield later | leaves, f"the motion returns to z = 0 in {step.mode} at once"
-            clear = _clears(piece, step.side, line.rate[step.mode], line.fast[step.mode], mu)
+            clear = _clears(segment, step.side, line.rate[step.mode], line.fast[step.mode], mu)
             yield later | clear, f"the motion meets z = 0 in {step.mode} unexpectedly"
-        for at in (*_turning(piece, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
-            z, rough = (state_of(motion.pieces[i], at, m)[2] for motion in (fine, coarse))
+        for at in (*_turning(segment, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
+            z, rough = (state_of(motion.segments[i], at, m)[2] for motion in (fine, coarse))
             # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
-            slack = m.where(piece.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(piece.z[0]))
-            unsure = m.where(piece.z[0] == 0, 0, 2 * _slope_error(piece, line.rate[step.mode])) * (at - piece.began)
+            slack = m.where(segment.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(segment.z[0]))
+            doubt = m.where(segment.z[0] == 0, 0, 2 * _slope_error(segment, line.rate[step.mode]))
+            unsure = doubt * (at - segment.began)
             yield later | (step.side * z >= unsure - slack), f"the motion meets z = 0 in {step.mode} unexpectedly"
         if step.event is None:
-            s = sum(w[4] + w[2] for w in (piece.x, piece.y))
+            s = sum(w[4] + w[2] for w in (segment.x, segment.y))
             sign = step.side if step.mode == "slip_same" else -step.side
             yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
     final = m.pick(now, t, m)
@@ -55,46 +56,46 @@ def checks(
     yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
 
 
-def _apart(piece, step, line):
+def _apart(segment, step, line):
     """Tell whether a slow line is near its limit, against the distances from there to the start and to the event."""
     rest = line.rest(step.mode)
-    moved = abs(sum(w[4] + w[2] for w in (piece.x, piece.y)) - rest)
-    near = moved <= SPREAD * abs(piece.x[0] + piece.y[0] - rest)
+    moved = abs(sum(w[4] + w[2] for w in (segment.x, segment.y)) - rest)
+    near = moved <= SPREAD * abs(segment.x[0] + segment.y[0] - rest)
     return near if step.event == "velocity_zero" else near & (moved <= SPREAD * abs(line.load_at(step.level) - rest))
 
 
-def _leaves(piece, side, rate, fast, mu):
+def _leaves(segment, side, rate, fast, mu):
     """Tell whether a segment that begins on z = 0 leaves it, by its exact z' and z'' there; true of all others."""
-    y, load = piece.y[0], piece.x[0] + piece.y[0]
+    y, load = segment.y[0], segment.x[0] + segment.y[0]
     slope = side * (rate[0] + rate[1] * load)
     bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
-    return (piece.z[0] != 0) | (bend >= 0) | (2 * slope * abs(piece.fast) > -bend)
+    return (segment.z[0] != 0) | (bend >= 0) | (2 * slope * abs(segment.fast) > -bend)
 
 
-def _clears(piece, side, rate, fast, mu):
+def _clears(segment, side, rate, fast, mu):
     """Tell whether a segment that begins towards z = 0, where its series says otherwise, turns well before it."""
-    y, load = piece.y[0], piece.x[0] + piece.y[0]
-    _, constant, part, of_fast, _ = piece.z
+    y, load = segment.y[0], segment.x[0] + segment.y[0]
+    _, constant, part, of_fast, _ = segment.z
     slope = side * (rate[0] + rate[1] * load)
     bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
-    told = side * (constant + part * piece.slow + of_fast * piece.fast)
-    return (piece.z[0] == 0) | (slope >= 0) | (told < 0) | (side * piece.z[0] * bend > slope * slope)
+    slope_of_series = side * (constant + part * segment.slow + of_fast * segment.fast)
+    return (segment.z[0] == 0) | (slope >= 0) | (slope_of_series < 0) | (side * segment.z[0] * bend > slope * slope)
 
 
-def _slope_error(piece, rate):
+def _slope_error(segment, rate):
     """Return by how much z' of a segment is off where it begins: (h0, h1) = ``rate`` give it from the load."""
-    _, constant, part, fast, _ = piece.z
-    load = piece.x[0] + piece.y[0]
-    return abs(constant + part * piece.slow + fast * piece.fast - rate[0] - rate[1] * load)
+    _, constant, part, fast, _ = segment.z
+    load = segment.x[0] + segment.y[0]
+    return abs(constant + part * segment.slow + fast * segment.fast - rate[0] - rate[1] * load)
 
 
-def _turning(piece, end, m):
+def _turning(segment, end, m):
     """Yield the times in a segment at which the fast or the slow part turns z back, or its beginning."""
-    _, rate, part, fast, _ = piece.z
+    _, rate, part, fast, _ = segment.z
     for top, bottom, speed in (
-        (-(rate + part * piece.slow), fast * piece.fast, piece.fast),
-        (-rate, part * piece.slow, piece.slow),
+        (-(rate + part * segment.slow), fast * segment.fast, segment.fast),
+        (-rate, part * segment.slow, segment.slow),
     ):
         ratio = top / m.where(bottom == 0, 1, bottom)
-        at = piece.began + m.log(m.where(ratio > 0, ratio, 1)) / speed
-        yield m.where((ratio > 0) & (bottom != 0) & (at > piece.began) & (at < end), at, piece.began)
+        at = segment.began + m.log(m.where(ratio > 0, ratio, 1)) / speed
+        yield m.where((ratio > 0) & (bottom != 0) & (at > segment.began) & (at < end), at, segment.began)

@@ -1,8 +1,8 @@
-r"""The layers of the Painlevé-Klein system in numbers: derived once per itinerary on a tape, replayed on any start.
+r"""The layers of the Painlevé-Klein system in numbers: derived once per itinerary on a tape, compiled for any start.
 
-``replay(steps, order, arrival)`` compiles one function of (sigma, sigma0, mu, log(1/mu), x, s, z), for floats, mpmath
-numbers and arrays. It returns the composite expansion to ``order``, ``order + 1`` and ``order + 2``; their differences
-are the first omitted terms. In each segment, with t counted from where it begins,
+``compiled_layers(steps, order, arrival)`` returns one function of (sigma, sigma0, mu, log(1/mu), x, s, z), for floats,
+mpmath numbers and arrays. It returns the composite expansion to ``order``, ``order + 1`` and ``order + 2``; their
+differences are the first omitted terms. In each segment, with t counted from where it begins,
 
     x = centre + rate t + slow part e^(slow t) + fast part e^(fast t),    y and z likewise,
 
@@ -22,8 +22,8 @@ from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
 
 
-class ReplayedMode(NamedTuple):
-    """One mode in numbers; each state is (start, rate, slow part, fast part, centre)."""
+class SegmentNumbers(NamedTuple):
+    """A segment in numbers: its mode and states; each state is (start, rate, slow part, fast part, centre)."""
 
     mode: str
     began: Any
@@ -48,9 +48,9 @@ class EventNumbers(NamedTuple):
 class LayerNumbers(NamedTuple):
     """The composite expansion of a layer to one order, and the slow motion it lands on, as if begun at t = 0."""
 
-    pieces: tuple[ReplayedMode, ...]
+    segments: tuple[SegmentNumbers, ...]
     turns: tuple[EventNumbers, ...]
-    landing: ReplayedMode
+    landing: SegmentNumbers
 
 
 @lru_cache(maxsize=1)
@@ -60,7 +60,7 @@ def model() -> Linear:
 
 
 @lru_cache(maxsize=256)
-def replay(steps: tuple, order: int, extra: int = 2, arrival: str | None = None) -> Callable[..., tuple]:
+def compiled_layers(steps: tuple, order: int, extra: int = 2, arrival: str | None = None) -> Callable[..., tuple]:
     """Return ``f(sigma, sigma0, mu, large, x, s, z, log)``: the layers to ``order``, ..., ``order + extra``.
 
     With ``arrival`` the layer begins on z = 0, on the slow line of the mode of that name; s and z are not used.
@@ -89,13 +89,13 @@ def _numbers(layers, slowly, order, value):
     def absolute(w):
         return value(w.cut(order + min(0, w.size[0]))) if w.terms else 0
 
-    def replayed(p):
+    def segment(p):
         states = [(*map(absolute, s[:3]), relative(s[3]), absolute(s[4])) for s in (p.x, p.y, p.z)]
-        return ReplayedMode(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
+        return SegmentNumbers(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
 
     turns = [EventNumbers(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value))
              for t in layers.turns]  # fmt: skip
-    return LayerNumbers(tuple(map(replayed, layers.segments)), tuple(turns), replayed(slowly))
+    return LayerNumbers(tuple(map(segment, layers.segments)), tuple(turns), segment(slowly))
 
 
 def _spread(growth, value):
