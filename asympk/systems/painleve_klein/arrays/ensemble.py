@@ -30,6 +30,7 @@ CHUNK = 131072
 BATCH = 16384
 _KINDS = np.array(KINDS)
 _REFUSALS = (TooManyEvents, TooLarge, Undecided)
+np.empty(2**21)  # freed at once: from then on the C library keeps blocks of such a size instead of mapping them anew
 
 
 class Events(NamedTuple):
@@ -188,9 +189,9 @@ def _common(arguments, start, stop, result):
     setting = Setting(sigma, sigma0, mu)
     others, misfits = itineraries.follow_itineraries(
         setting, x, y, z, until, result.final[:, own], result.n_events[own], result.note(start))
-    few = misfits[np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]]
-    _one_by_one(arguments, few + start, result)
-    return np.concatenate([others, np.setdiff1d(misfits, few, assume_unique=True)]) + start
+    alone = np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]
+    _one_by_one(arguments, misfits[alone] + start, result)
+    return np.concatenate([others, misfits[~alone]]) + start
 
 
 def _uncommon(arguments, rows, result):
@@ -221,6 +222,8 @@ def _too_many(story, i):
 
 def _one_by_one(arguments, rows, result):
     """Follow trajectories by the scalar flow."""
+    if not rows.size:
+        return
     given = (arguments[name].array(rows).tolist() for name in ORDER)
     for row, *numbers in zip(rows.tolist(), *given, strict=True):
         try:

@@ -80,9 +80,12 @@ def broadcast_columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tu
 
 def require_finite(name: str, values: Number, allowed: Callable | None = None, words: str = "") -> None:
     """Require that values are finite and allowed; the message has the place and the value of the first that is not."""
-    _require(name, values, lambda v: np.abs(v) <= LARGEST, "a finite number")
+    if not values.size:
+        return
+    ends = float(values.min()), float(values.max())
+    _require(name, values, ends, lambda v: abs(v) <= LARGEST, "a finite number")
     if allowed:
-        _require(name, values, allowed, words)
+        _require(name, values, ends, allowed, words)
 
 
 def require_order(name: str, column: Column, least_name: str, least: Column) -> None:
@@ -94,8 +97,8 @@ def require_order(name: str, column: Column, least_name: str, least: Column) -> 
         raise InputError(f"{entry_name(name, at)} = {above[at]}: it must be at least {least_name} = {below[at]}")
 
 
-def _require(name, values, allowed, words):
-    if not values.size or (allowed(float(values.min())) and allowed(float(values.max()))):
+def _require(name, values, ends, allowed, words):
+    if all(map(allowed, ends)):
         return
     at = _first(~allowed(values.astype(float)))
     raise InputError(f"{entry_name(name, at)} = {values[at]}: it must be {words}")

@@ -11,12 +11,14 @@ The sign of sigma and, at the start, the signs of z and s = x + y and the side o
     z < 0 > s       turned: slip_same, and then as for z < 0 < s
 
 These are the claims C23-C26 and C30. What makes them certain is that the slow part of every s is small (``reach``).
-A course returns the final state and where it applies; nothing is promised elsewhere.
+Trajectories are sorted by course, in an order in which those that meet one kind of event lie side by side: each kernel
+runs once for all of them. It also tells where the course applies; nothing is promised elsewhere.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,141 +116,151 @@ class Setting:
         return np.where(apart, np.minimum(most, 1e3), 0.0)
 
 
-def direct(
-    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable
-) -> tuple[tuple[Number, ...], np.ndarray]:
-    """Slip on with s > 0 unless the first fall of z is too deep."""
-    m = p.same
-    fast_x = m.to_x * deviation(m, x, y)
-    end_x, end_y, gone = slide(m, x, y, x - m.rest - fast_x, until)
-    return (end_x, end_y, z + gone), z > (m.bend * m.fast) * fast_x
+# the courses, in the order in which the rows of a ``_Bundle`` lie
+RAISED, THROWN, LIFTED, TURNED, DRIFTED, TURNED_DRIFTED, TURNED_PASSED, PASSED, DIRECT = COURSES = range(9)
+EVENTS = np.array([1, 3, 2, 3, 2, 3, 2, 1, 0], dtype=np.int32)
 
 
-def lifted(
-    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable, t: Number | None = None
-) -> tuple[tuple[Number, ...], np.ndarray]:
-    """The load grows until z = 0, sticks, and slips."""
-    dt, x, y = velocity_zero(p.opposite, x, y, z)
-    t = dt if t is None else t + dt
-    log("velocity_zero", t, x, y, 0.0)
-    return _stuck(p, t, x, y, until, log)
+class _Bundle:
+    """Trajectories sorted by course, under way: their states at the times ``t``, and whether they fit their course.
 
-
-def drifted(
-    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable, t: Number = 0.0
-) -> tuple[tuple[Number, ...], np.ndarray]:
-    """The load falls upon Pi2 and stays there until z = 0, sticks, and slips."""
-    dt, x, y = velocity_zero_slowly(p.opposite, x, y, z)
-    t = t + dt
-    log("velocity_zero", t, x, y, 0.0)
-    return _stuck(p, t, x, y, until, log)
-
-
-def passed(
-    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable, t: Number = 0.0
-) -> tuple[tuple[Number, ...], np.ndarray]:
-    """The load falls upon Pi2, and stays there until z = 0 is crossed."""
-    dt, x, y = velocity_zero_slowly(p.opposite, x, y, z)
-    t = t + dt
-    log("velocity_zero", t, x, y, 0.0)
-    left = until - t
-    m = p.same
-    slow_x = x - m.rest - m.to_x * deviation(m, x, y)
-    return slide(m, x, y, slow_x, left), (x + y < p.upper_edge * (1 - SAFE)) & (left > SAFE * until)
-
-
-def _turned(then):
-    """Return the course in which the load changes its sign first.
-
-    Where z comes to 0 before that, what follows is a run backwards in time that ``then`` does not fit.
+    ``ends`` are the rows where each course begins, and where the last ends; ``told`` has (kind, rows, t, x, y, z) of
+    events if ``watched``. A state is one number where it is the same for all. ``w`` are deviations of the first rows.
     """
 
-    def turned(p, x, y, z, until, log):
-        m = p.same
-        t, end_x = force_zero(m, x, y, x + y)
-        end_z = z + m.rest * t - m.bend * (end_x + y)
-        log("force_zero", t, end_x, -end_x, end_z)
-        return then(p, end_x, -end_x, end_z, until, log, t)
+    def __init__(self, p: Setting, ends: list[int], watched: bool, x: Number, y: Number, z: Number, until: Number):
+        self.p, self.ends, self.until, self.watched = p, ends, until, watched
+        self.told: list[tuple] = []
+        self.x, self.y, self.s, self.z, self.t = x, y, x + y, z, 0.0
+        self.w, self.fits = NONE, np.ones(x.size, dtype=bool)
 
-    return turned
+    def of(self, first: int, last: int | None = None) -> slice:
+        """Return the rows of a course, or of those from one to another."""
+        return slice(self.ends[first], self.ends[(first if last is None else last) + 1])
 
+    def at(self, rows: slice) -> list[Number]:
+        """Return [x, y, s, z] of some rows."""
+        return pick(rows, self.x, self.y, self.s, self.z)
 
-turned, turned_drifted, turned_passed = map(_turned, (lifted, drifted, passed))
+    def meet(self, kind: str, rows: slice, dt: Number, x: Number, y: Number, s: Number, z: Number) -> None:
+        """Go on to the event after the time ``dt``."""
+        t = pick(rows, self.t)[0] + dt
+        for name, values in zip("txysz", (t, x, y, s, z), strict=True):
+            self._put(name, rows, values)
+        if self.watched:
+            self.told.append((kind, rows, *(1.0 * v for v in (t, x, y, z))))
 
+    def tell(self, note: Callable, known: np.ndarray) -> None:
+        """Tell ``note`` of the events of the trajectories that fit, which are ``known`` by numbers."""
+        for kind, rows, *state in self.told:
+            good = self.fits[rows].nonzero()[0]
+            note(kind, known[rows][good], *pick(good, *state))
 
-def raised(
-    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable
-) -> tuple[tuple[Number, ...], np.ndarray]:
-    """The load grows through zero, in a time in which z cannot fall as far as to 0."""
-    s = x + y
-    w, clear = _deviation(p, x, y)
-    end, fits, t, lifted = _freed(p, 0.0, x, y, s, z, until, log, w)
-    fall = 1 + (p.sigma + 1) * s
-    lowest = z - fall * (lifted - t - z) / (1 - fall)
-    high = (fall >= 0) | ((lowest > NEAR) & (p.mu * y > -1 - p.sigma * s))
-    return end, fits & high & (clear | ~p.steep)
-
-
-def thrown(
-    p: Setting, x: Number, y: Number, z: Number, until: Number, log: Callable
-) -> tuple[tuple[Number, ...], np.ndarray]:
-    """The load grows downwards until z = 0, sticks, and slips."""
-    edge = p.lower_edge
-    w, clear = _deviation(p, x, y)
-    t, x, y = velocity_zero(p.opposite, x, y, z, w)
-    log("velocity_zero", t, x, y, 0.0)
-    dt, x = release(p.stick, x, y, edge)
-    grips = _grips(p, dt)
-    t, y = t + dt, edge - x
-    log("slip_onset", t, x, y, 0.0)
-    end, fits, *_ = _freed(p, t, x, y, edge, 0.0, until, log)
-    return end, fits & grips & clear
+    def _put(self, name, rows, values):
+        if rows.stop - rows.start == self.fits.size:
+            setattr(self, name, values)
+            return
+        if not isinstance(getattr(self, name), np.ndarray):
+            setattr(self, name, np.full(self.fits.size, getattr(self, name)))
+        getattr(self, name)[rows] = values
 
 
-def _stuck(p, t, x, y, until, log):
-    edge = p.upper_edge
-    dt, x = release(p.stick, x, y, edge)
-    grips = _grips(p, dt)
-    t, y = t + dt, edge - x
-    log("slip_onset", t, x, y, 0.0)
-    left = until - t
-    return slide(p.same, x, y, slow_part(p.same, x, edge), left), grips & (left > SAFE * until)
+def _followed(b):
+    """Return (x, y, z) at the end."""
+    for stage, rows in (
+        (_turn, b.of(TURNED)),
+        (_turn, b.of(TURNED_DRIFTED, TURNED_PASSED)),
+        (_part, b.of(RAISED, THROWN)),
+        (_land, b.of(THROWN, TURNED)),
+        (_land_slowly, b.of(DRIFTED, PASSED)),
+        (_stick, b.of(THROWN, TURNED_DRIFTED)),
+        (_rise, b.of(RAISED, THROWN)),
+    ):
+        if rows.start < rows.stop:
+            stage(b, rows)
+    return _slip(b)
 
 
-def _grips(p, dt):
-    """Tell where the load that arrives is clearly in the static cone: it then takes time to come to its edge."""
-    return dt > SAFE / abs(p.stick.fast)
+def _turn(b, rows):
+    """Slip until the load turns positive.
 
-
-def _freed(p, t, x, y, s, z, until, log, w=None):
-    m = p.opposite
-    dt, end_x = force_zero(m, x, y, s, w)
-    z = z + m.rest * dt - m.bend * (end_x + y)
-    t = t + dt
-    log("force_zero", t, end_x, -end_x, z)
-    left = until - t
-    x, y, gone = slide(p.same, end_x, -end_x, slow_part(p.same, end_x, 0.0), left)
-    return (x, y, z + gone), left > SAFE * until, dt, z
-
-
-def _deviation(p, x, y):
-    """Return the deviation from the slow line of slip_opposite, and where its rounding does not show.
-
-    Where it would in doubles, the deviation is taken in extended precision.
+    Where z comes to 0 before that, what follows is a run backwards in time that fits no course.
     """
-    w = deviation(p.opposite, x, y)
-    doubt = np.maximum(0.5 * p.mu / p.sigma, SAFE) * (np.abs(x) + np.abs(y) + 1 / p.sigma)
+    _lose_load(b, rows, b.p.same.rows(rows))
+
+
+def _lose_load(b, rows, m, w=()):
+    x, y, s, z = b.at(rows)
+    dt, x = force_zero(m, x, y, s, w)
+    b.meet("force_zero", rows, dt, x, -x, 0.0, z + m.rest * dt - m.bend * (x + y))
+
+
+def _part(b, rows):
+    """Find the deviations from the unstable plane, and where rounding does not show in the side of it.
+
+    Where it would in doubles, they are taken in extended precision.
+    """
+    x, y, _, _ = b.at(rows)
+    sigma, mu, steep = pick(rows, b.p.sigma, b.p.mu, b.p.steep)
+    b.w = w = deviation(b.p.opposite.rows(rows), x, y)
+    doubt = np.maximum(0.5 * mu / sigma, SAFE) * (np.abs(x) + np.abs(y) + 1 / sigma)
     clear = np.abs(w) > doubt
-    near = np.flatnonzero(~clear & p.steep) if EXTENDED else NONE
+    near = (~clear & steep).nonzero()[0] if EXTENDED else NONE
     if near.size:
-        sigma, mu, near_x, near_y = (np.broadcast_to(v, x.shape)[near].astype(EXTENDED) for v in (p.sigma, p.mu, x, y))
+        sigma, mu, near_x, near_y = (np.broadcast_to(v, x.shape)[near].astype(EXTENDED) for v in (sigma, mu, x, y))
         w[near] = deviation(mode_constants(1.0, -sigma, mu), near_x, near_y).astype(float)
         clear[near] = np.abs(w[near]) > doubt[near] / FINER
-    return w, clear
+    b.fits[rows] &= clear | ~steep
 
 
-EVENTS = {direct: 0, raised: 1, thrown: 3, lifted: 2, turned: 3, drifted: 2, turned_drifted: 3, passed: 1,
-          turned_passed: 2}
+def _land(b, rows):
+    """Slip until z = 0, which the fast part reaches."""
+    x, y, _, z = b.at(rows)
+    dt, x, y = velocity_zero(b.p.opposite.rows(rows), x, y, z, b.w[b.of(THROWN)])
+    b.meet("velocity_zero", rows, dt, x, y, x + y, 0.0)
+
+
+def _land_slowly(b, rows):
+    """Slip along Pi2 until z = 0; where it does not stick then, the load must be clearly outside of the static cone."""
+    x, y, _, z = b.at(rows)
+    dt, x, y = velocity_zero_slowly(b.p.opposite.rows(rows), x, y, z)
+    b.meet("velocity_zero", rows, dt, x, y, x + y, 0.0)
+    passed = b.of(TURNED_PASSED, PASSED)
+    edge, s = pick(passed, b.p.upper_edge, b.s)
+    b.fits[passed] &= s < edge * (1 - SAFE)
+
+
+def _stick(b, rows):
+    """Stick until s is at an edge: the load that arrives is clearly in the static cone if that takes time."""
+    m, (x, y, _, _) = b.p.stick.rows(rows), b.at(rows)
+    edge, thrown = pick(rows, b.p.upper_edge)[0], b.of(THROWN).stop - rows.start
+    if thrown > 0:
+        edge = np.where(np.arange(x.size) < thrown, pick(rows, b.p.lower_edge)[0], edge)
+    dt, x = release(m, x, y, edge)
+    b.fits[rows] &= dt > SAFE / abs(m.fast)
+    b.meet("slip_onset", rows, dt, x, edge - x, edge, 0.0)
+
+
+def _rise(b, rows):
+    """Slip until the load, negative so far, is lost; what is raised, before z can have fallen as far as to 0."""
+    raised = b.of(RAISED)
+    sigma, mu, y, s, z = pick(raised, b.p.sigma, b.p.mu, b.y, b.s, b.z)
+    fall, slow, z = 1 + (sigma + 1) * s, mu * y > -1 - sigma * s, np.copy(z)
+    _lose_load(b, rows, b.p.opposite.rows(rows), b.w[raised])
+    t, risen = pick(raised, b.t, b.z)
+    lowest = z - fall * (risen - t - z) / (1 - fall)
+    b.fits[raised] &= (fall >= 0) | ((lowest > NEAR) & slow)
+
+
+def _slip(b):
+    """Slip on with s > 0 until the end, unless a first fall of z is too deep."""
+    x, y, _, z = b.at(b.of(DIRECT))
+    m = b.p.same.rows(b.of(DIRECT))
+    b.fits[b.of(DIRECT)] &= z > m.bend * m.fast * m.to_x * deviation(m, x, y)
+    left = b.until - b.t
+    b.fits &= left > SAFE * b.until
+    x, y, gone = slide(b.p.same, b.x, b.y, slow_part(b.p.same, b.x, b.s), left)
+    return x, y, b.z + gone
 
 
 def follow_itineraries(
@@ -266,79 +278,58 @@ def follow_itineraries(
     Return the rows of no course, and those that do not fit the course that they seemed to take. ``note(kind, rows, t,
     x, y, z)`` is told the events, those of a trajectory in order of time.
     """
-    if not np.any(p.reach > 0):
+    if not (p.reach > 0).any():
         return np.arange(x.size), NONE
-    others, misfits = NONE, [NONE]
-    for course, rows in _sorted_out(p, x, y, z, until):
-        if course is None:
-            others = rows
-            continue
-        misfits += [_along(course, block, p, x, y, z, until, final, count, note) for block in _blocks(rows)]
+    ends, order, others = _sorted_out(p, x, y, z, until)
+    misfits = [NONE]
+    for start in range(0, ends[-1], BLOCK):
+        stop = min(start + BLOCK, ends[-1])
+        rows = slice(start, stop) if order is None else order[start:stop]
+        local = [min(max(end, start), stop) - start for end in ends]
+        b = _Bundle(p.rows(rows), local, bool(note), *pick(rows, x, y, z, until))
+        for axis, values in zip(final, _followed(b), strict=True):
+            axis[rows] = values
+        count[rows] = EVENTS.repeat([stop - start for start, stop in pairwise(local)])
+        if note or not b.fits.all():
+            known = np.arange(start, stop) if order is None else order[start:stop]
+            misfits.append(known[~b.fits])
+            if note:
+                b.tell(note, known)
     return others, np.concatenate(misfits)
 
 
 def _sorted_out(p, x, y, z, until):
-    """Yield (course, its rows), at last (None, the rows of no course)."""
+    """Return (where each course begins and the last ends, the rows in that order or None, the rows of no course)."""
     s = x + y
-    within = [np.all(np.maximum(v.max(), -v.min()) * size < p.reach) for v, size in ((x, 1.0), (y, p.mu), (z, 1.0))]
-    if all(within) and np.all(until > 0) and np.all(p.steep):
-        for course, z_side, s_side in ((direct, 1, 1), (lifted, -1, 1), (turned, -1, -1)):
+    within = [(max(v.max(), -v.min()) * size < p.reach).all() for v, size in ((x, 1.0), (y, p.mu), (z, 1.0))]
+    if all(within) and np.greater(until, 0).all() and p.steep.all():
+        for course, z_side, s_side in ((DIRECT, 1, 1), (LIFTED, -1, 1), (TURNED, -1, -1)):
             if _all_beyond(z, z_side) and _all_beyond(s, s_side):
-                yield course, slice(0, x.size)
-                return
-    common = until > 0
+                return [x.size * (k > course) for k in (*COURSES, len(COURSES))], None, NONE
+    common = (until > 0) & (np.abs(z) > NEAR) & (np.abs(s) > NEAR)
     for v, size, inside in zip((x, y, z), (1.0, p.mu, 1.0), within, strict=True):
         common = common if inside else common & (np.abs(v) * size < p.reach)
-    above, below = common & (z > NEAR), common & (z < -NEAR)
-    pushed, pulled = s > NEAR, s < -NEAR
-    yield direct, np.flatnonzero(above & pushed)
-    yield from _sorted_below(p, below & pushed, lifted, drifted, passed)
-    yield from _sorted_below(p, below & pulled, turned, turned_drifted, turned_passed)
-    split = np.flatnonzero(above & pulled)
+    up, pushed = common & (z > 0), s > 0
+    down = common ^ up
+    split = (up & ~pushed).nonzero()[0]
     at = p.rows(split)
     rising = (deviation(at.opposite, x.take(split), y.take(split)) > 0) | ~at.steep
-    yield raised, split[rising]
-    yield thrown, split[~rising]
-    yield None, np.flatnonzero(~((above | below) & (pushed | pulled)))
+    raised, thrown = split.take(rising.nonzero()[0]), split.take((~rising).nonzero()[0])
+    lifted, drifted, passed = _told_apart(p, down & pushed)
+    turned, turned_drifted, turned_passed = _told_apart(p, down & ~pushed)
+    direct = (up & pushed).nonzero()[0]
+    found = raised, thrown, lifted, turned, drifted, turned_drifted, turned_passed, passed, direct
+    return [0, *accumulate(rows.size for rows in found)], np.concatenate(found), (~common).nonzero()[0]
 
 
-def _sorted_below(p, mask, steep, holding, passing):
-    for course, rows in ((steep, p.steep), (holding, ~p.steep & p.holds), (passing, ~p.steep & ~p.holds)):
-        if np.any(rows):
-            yield course, np.flatnonzero(mask & rows)
+def _told_apart(p, mask):
+    """Return the rows that are steep, and of the others those that meet the static cone along Pi2 or do not."""
+    if p.steep.all():
+        return [mask.nonzero()[0], NONE, NONE]
+    kinds = p.steep, ~p.steep & p.holds, ~p.steep & ~p.holds
+    return [(mask & kind).nonzero()[0] if kind.any() else NONE for kind in kinds]
 
 
 def _all_beyond(values, side):
     """Tell whether all values are clearly on one side of zero."""
     return values.min() > NEAR if side > 0 else values.max() < -NEAR
-
-
-def _indices(rows):
-    return np.arange(rows.start, rows.stop) if isinstance(rows, slice) else rows
-
-
-def _blocks(rows):
-    """Cut rows in blocks that stay in a processor's cache."""
-    if isinstance(rows, slice):
-        return [slice(i, min(i + BLOCK, rows.stop)) for i in range(rows.start, rows.stop, BLOCK)]
-    return [rows[i : i + BLOCK] for i in range(0, rows.size, BLOCK)]
-
-
-def _along(course, rows, p, x, y, z, until, final, count, note):
-    """Follow one course, put its results in place, and return the rows it does not fit."""
-    told = []
-    log = (lambda *event: told.append(event)) if note else _ignore
-    end, fits = course(p.rows(rows), *pick(rows, x, y, z, until), log)
-    for axis, values in zip(final, end, strict=True):
-        axis[rows] = values
-    count[rows] = EVENTS[course]
-    if fits.all() and not told:
-        return NONE
-    rows, good = _indices(rows), np.flatnonzero(fits)
-    for kind, *state in told:
-        note(kind, rows[good], *pick(good, *state))
-    return rows[~fits]
-
-
-def _ignore(*event):
-    pass

@@ -21,7 +21,7 @@ import numpy as np
 
 from asympk.numbers import Number
 
-MOST_STEPS = 8
+MOST_STEPS = 9
 DRIFT_STEPS = 3
 TIME_ERROR = 8e-17
 LOG_ERROR = 1e-12
@@ -43,6 +43,10 @@ class ModeConstants(NamedTuple):
     doubt: Any
     most_turn: Any
     longest: Any
+
+    def rows(self, rows: slice) -> "ModeConstants":
+        """Return the constants of some of the trajectories."""
+        return self if isinstance(self.fast, float) else ModeConstants(*pick(rows, *self))
 
 
 def mode_constants(a: Number, b: Number, mu: Number) -> ModeConstants:
@@ -68,10 +72,8 @@ def deviation(m: ModeConstants, x: Number, y: Number) -> Number:
     return y - m.slow * (x - m.rest)
 
 
-def velocity_zero(
-    m: ModeConstants, x: Number, y: Number, z: Number, w: Number | None = None
-) -> tuple[Number, Number, Number]:
-    """Return (t, x, y) where z = 0 is reached by the fast part; ``w`` is the deviation where it is known better."""
+def velocity_zero(m: ModeConstants, x: Number, y: Number, z: Number, w: Number = ()) -> tuple[Number, Number, Number]:
+    """Return (t, x, y) where z = 0 is reached by the fast part; of the first rows the deviation ``w`` is known."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_zero(m, m.to_z * w, z, slow_x)
     slow_x *= np.expm1(m.slow * t)
@@ -100,7 +102,7 @@ def velocity_zero_slowly(m: ModeConstants, x: Number, y: Number, z: Number) -> t
     return t, m.rest + kept + fading, m.slow * kept + m.fast * fading
 
 
-def force_zero(m: ModeConstants, x: Number, y: Number, s: Number, w: Number | None = None) -> tuple[Number, Number]:
+def force_zero(m: ModeConstants, x: Number, y: Number, s: Number, w: Number = ()) -> tuple[Number, Number]:
     """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x. ``w`` is as in velocity_zero."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_load(m, m.to_s * w, -m.rest, m.lag * slow_x)
@@ -121,12 +123,12 @@ def release(m: ModeConstants, x: Number, y: Number, edge: Number) -> tuple[Numbe
     return t, slow_x
 
 
-def _parts(m, x, y, w=None):
-    """Return the deviation w and the slow part of x - a/b."""
+def _parts(m, x, y, known=()):
+    """Return the deviation w, of which that of the first rows is known, and the slow part of x - a/b."""
     off = x - m.rest
-    if w is None:
-        w = m.slow * off
-        np.subtract(y, w, out=w)
+    w = m.slow * off
+    np.subtract(y, w, out=w)
+    w[: len(known)] = known
     off -= m.to_x * w
     return w, off
 
@@ -137,10 +139,12 @@ def slide(m: ModeConstants, x: Number, y: Number, slow_x: Number, left: Number) 
     end_y *= slow_x
     end_x = end_y + m.rest
     end_y *= m.slow
-    vanished = np.max(m.fast) * np.min(left, initial=np.inf) <= VANISHED
-    if not vanished:
-        fast_x = (x - m.rest - slow_x) * np.exp(m.fast * left)
-        end_x, end_y = end_x + fast_x, end_y + m.fast * fast_x
+    late = np.flatnonzero(np.broadcast_to(m.fast * left > VANISHED, x.shape))
+    if late.size:
+        fast, rest, x_late, slow_late, left_late = pick(late, m.fast, m.rest, x, slow_x, left)
+        fast_x = (x_late - rest - slow_late) * np.exp(fast * left_late)
+        end_x[late] += fast_x
+        end_y[late] += fast * fast_x
     gone = end_y - y
     gone *= m.bend
     gone += m.rest * left
@@ -168,15 +172,13 @@ def _time_of_zero(m, fast, z, slow_x):
     turn = bent * t
     square = turn * turn
     most = m.doubt / (m.most_turn**0.5 * m.longest) * abs(m.rest)
-    late = _late((square > m.most_turn) | (np.abs(falling) > most))
+    late = (square > m.most_turn) | (np.abs(falling) > most)
     turn *= 1 / 3
     turn += 0.5
     turn *= square
     turn /= slope
     t -= turn
-    if late is not None:
-        t[late] = _newton(*pick(late, m.fast, m.slow, fast, rest, m.rest, falling * (1 / m.slow), t, m.doubt))
-    return t
+    return _better(late, m.fast, m.slow, fast, rest, m.rest, falling * (1 / m.slow), t, m.doubt)
 
 
 def _time_of_load(m, fast, level, slow):
@@ -191,20 +193,25 @@ def _time_of_load(m, fast, level, slow):
     np.log(t, out=t)
     bent += m.fast
     t /= bent
-    late = _late(np.abs(slow) > m.doubt * 0.5 * abs(level) / m.longest**2)
-    if late is not None:
-        t[late] = _newton(*pick(late, m.fast, m.slow, fast, rest, None, slow, t, m.doubt))
+    late = np.abs(slow) > m.doubt * 0.5 * abs(level) / m.longest**2
+    return _better(late, m.fast, m.slow, fast, rest, None, slow, t, m.doubt)
+
+
+def _better(late, fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps=MOST_STEPS):
+    """Return the times, by Newton's method where they are ``late``: NaN after the last of its steps."""
+    given = fast_rate, slow_rate, fast, rest, drift, slow, t, doubt
+    many = np.count_nonzero(late)
+    if many and not steps:
+        t[late] = np.nan
+    elif 4 * many > 3 * t.size:
+        t = np.where(late, _newton(*given, steps), t)
+    elif many:
+        rows = late.nonzero()[0]
+        t[rows] = _newton(*pick(rows, *given), steps)
     return t
 
 
-def _late(mask):
-    """Return the rows of a mask, all of them as a slice, or None."""
-    if not mask.any():
-        return None
-    return slice(None) if mask.all() else np.flatnonzero(mask)
-
-
-def _newton(fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps=MOST_STEPS):
+def _newton(fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps):
     kept = np.exp(slow_rate * t)
     kept *= slow
     now = rest + slow
@@ -221,11 +228,7 @@ def _newton(fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps=MOST_
     t = t - step
     step *= bent
     step *= step
-    late = _late(step > doubt)
-    if late is not None:
-        again = pick(late, fast_rate, slow_rate, fast, rest, drift, slow, t, doubt)
-        t[late] = _newton(*again, steps - 1) if steps else np.nan
-    return t
+    return _better(step > doubt, fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps - 1)
 
 
 def pick(rows: np.ndarray | slice, *values: Number) -> list[Number]:
