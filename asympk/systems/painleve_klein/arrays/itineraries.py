@@ -25,13 +25,13 @@ import numpy as np
 
 from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.kernels import (
+    deepest_fall,
     deviation,
     force_zero,
     mode_constants,
     pick,
     release,
     slide,
-    slow_part,
     velocity_zero,
     velocity_zero_slowly,
 )
@@ -131,7 +131,7 @@ class _Bundle:
     def __init__(self, p: Setting, ends: list[int], watched: bool, x: Number, y: Number, z: Number, until: Number):
         self.p, self.ends, self.until, self.watched = p, ends, until, watched
         self.told: list[tuple] = []
-        self.x, self.y, self.s, self.z, self.t = x, y, x + y, z, 0.0
+        self.x, self.y, self.z, self.t = x, y, z, 0.0
         self.w, self.fits = NONE, np.ones(x.size, dtype=bool)
 
     def of(self, first: int, last: int | None = None) -> slice:
@@ -139,13 +139,13 @@ class _Bundle:
         return slice(self.ends[first], self.ends[(first if last is None else last) + 1])
 
     def at(self, rows: slice) -> list[Number]:
-        """Return [x, y, s, z] of some rows."""
-        return pick(rows, self.x, self.y, self.s, self.z)
+        """Return [x, y, z] of some rows."""
+        return pick(rows, self.x, self.y, self.z)
 
-    def meet(self, kind: str, rows: slice, dt: Number, x: Number, y: Number, s: Number, z: Number) -> None:
+    def meet(self, kind: str, rows: slice, dt: Number, x: Number, y: Number, z: Number) -> None:
         """Go on to the event after the time ``dt``."""
         t = pick(rows, self.t)[0] + dt
-        for name, values in zip("txysz", (t, x, y, s, z), strict=True):
+        for name, values in zip("txyz", (t, x, y, z), strict=True):
             self._put(name, rows, values)
         if self.watched:
             self.told.append((kind, rows, *(1.0 * v for v in (t, x, y, z))))
@@ -190,9 +190,9 @@ def _turn(b, rows):
 
 
 def _lose_load(b, rows, m, w=()):
-    x, y, s, z = b.at(rows)
-    dt, x = force_zero(m, x, y, s, w)
-    b.meet("force_zero", rows, dt, x, -x, 0.0, z + m.rest * dt - m.bend * (x + y))
+    x, y, z = b.at(rows)
+    dt, x = force_zero(m, x, y, w)
+    b.meet("force_zero", rows, dt, x, -x, z + m.rest * dt - m.bend * (x + y))
 
 
 def _part(b, rows):
@@ -200,7 +200,7 @@ def _part(b, rows):
 
     Where it would in doubles, they are taken in extended precision.
     """
-    x, y, _, _ = b.at(rows)
+    x, y, _ = b.at(rows)
     sigma, mu, steep = pick(rows, b.p.sigma, b.p.mu, b.p.steep)
     b.w = w = deviation(b.p.opposite.rows(rows), x, y)
     doubt = np.maximum(0.5 * mu / sigma, SAFE) * (np.abs(x) + np.abs(y) + 1 / sigma)
@@ -215,36 +215,37 @@ def _part(b, rows):
 
 def _land(b, rows):
     """Slip until z = 0, which the fast part reaches."""
-    x, y, _, z = b.at(rows)
+    x, y, z = b.at(rows)
     dt, x, y = velocity_zero(b.p.opposite.rows(rows), x, y, z, b.w[b.of(THROWN)])
-    b.meet("velocity_zero", rows, dt, x, y, x + y, 0.0)
+    b.meet("velocity_zero", rows, dt, x, y, 0.0)
 
 
 def _land_slowly(b, rows):
     """Slip along Pi2 until z = 0; where it does not stick then, the load must be clearly outside of the static cone."""
-    x, y, _, z = b.at(rows)
+    x, y, z = b.at(rows)
     dt, x, y = velocity_zero_slowly(b.p.opposite.rows(rows), x, y, z)
-    b.meet("velocity_zero", rows, dt, x, y, x + y, 0.0)
+    b.meet("velocity_zero", rows, dt, x, y, 0.0)
     passed = b.of(TURNED_PASSED, PASSED)
-    edge, s = pick(passed, b.p.upper_edge, b.s)
-    b.fits[passed] &= s < edge * (1 - SAFE)
+    x, y, edge = pick(passed, b.x, b.y, b.p.upper_edge)
+    b.fits[passed] &= x + y < edge * (1 - SAFE)
 
 
 def _stick(b, rows):
     """Stick until s is at an edge: the load that arrives is clearly in the static cone if that takes time."""
-    m, (x, y, _, _) = b.p.stick.rows(rows), b.at(rows)
+    m, (x, y, _) = b.p.stick.rows(rows), b.at(rows)
     edge, thrown = pick(rows, b.p.upper_edge)[0], b.of(THROWN).stop - rows.start
     if thrown > 0:
         edge = np.where(np.arange(x.size) < thrown, pick(rows, b.p.lower_edge)[0], edge)
     dt, x = release(m, x, y, edge)
     b.fits[rows] &= dt > SAFE / abs(m.fast)
-    b.meet("slip_onset", rows, dt, x, edge - x, edge, 0.0)
+    b.meet("slip_onset", rows, dt, x, edge - x, 0.0)
 
 
 def _rise(b, rows):
     """Slip until the load, negative so far, is lost; what is raised, before z can have fallen as far as to 0."""
     raised = b.of(RAISED)
-    sigma, mu, y, s, z = pick(raised, b.p.sigma, b.p.mu, b.y, b.s, b.z)
+    sigma, mu, x, y, z = pick(raised, b.p.sigma, b.p.mu, b.x, b.y, b.z)
+    s = x + y
     fall, slow, z = 1 + (sigma + 1) * s, mu * y > -1 - sigma * s, np.copy(z)
     _lose_load(b, rows, b.p.opposite.rows(rows), b.w[raised])
     t, risen = pick(raised, b.t, b.z)
@@ -254,13 +255,14 @@ def _rise(b, rows):
 
 def _slip(b):
     """Slip on with s > 0 until the end, unless a first fall of z is too deep."""
-    x, y, _, z = b.at(b.of(DIRECT))
-    m = b.p.same.rows(b.of(DIRECT))
-    b.fits[b.of(DIRECT)] &= z > m.bend * m.fast * m.to_x * deviation(m, x, y)
+    direct, m = b.of(DIRECT), b.p.same
+    x, y, z = b.at(direct)
+    b.fits[direct] &= z > deepest_fall(m.rows(direct), x, y)
     left = b.until - b.t
     b.fits &= left > SAFE * b.until
-    x, y, gone = slide(b.p.same, b.x, b.y, slow_part(b.p.same, b.x, b.s), left)
-    return x, y, b.z + gone
+    x, y, gone = slide(m, b.x, b.y, left)
+    gone += b.z
+    return x, y, gone
 
 
 def follow_itineraries(

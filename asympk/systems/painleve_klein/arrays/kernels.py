@@ -102,12 +102,15 @@ def velocity_zero_slowly(m: ModeConstants, x: Number, y: Number, z: Number) -> t
     return t, m.rest + kept + fading, m.slow * kept + m.fast * fading
 
 
-def force_zero(m: ModeConstants, x: Number, y: Number, s: Number, w: Number = ()) -> tuple[Number, Number]:
+def force_zero(m: ModeConstants, x: Number, y: Number, w: Number = ()) -> tuple[Number, Number]:
     """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x. ``w`` is as in velocity_zero."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_load(m, m.to_s * w, -m.rest, m.lag * slow_x)
     slow_x *= np.expm1(m.slow * t)
-    return t, x + slow_x * (1 - m.lag * m.lag) - s * m.lag
+    slow_x *= 1 - m.lag * m.lag
+    slow_x += x
+    slow_x -= m.lag * (x + y)
+    return t, slow_x
 
 
 def release(m: ModeConstants, x: Number, y: Number, edge: Number) -> tuple[Number, Number]:
@@ -133,16 +136,19 @@ def _parts(m, x, y, known=()):
     return w, off
 
 
-def slide(m: ModeConstants, x: Number, y: Number, slow_x: Number, left: Number) -> tuple[Number, Number, Number]:
+def slide(m: ModeConstants, x: Number, y: Number, left: Number) -> tuple[Number, Number, Number]:
     """Return (x, y) at the end of the time ``left`` in a stable mode, and the way that z has come."""
+    off = x - m.rest
+    slow_x = off * (1 + m.to_x * m.slow)
+    slow_x -= m.to_x * y
     end_y = np.exp(m.slow * left)
     end_y *= slow_x
     end_x = end_y + m.rest
     end_y *= m.slow
-    late = np.flatnonzero(np.broadcast_to(m.fast * left > VANISHED, x.shape))
-    if late.size:
-        fast, rest, x_late, slow_late, left_late = pick(late, m.fast, m.rest, x, slow_x, left)
-        fast_x = (x_late - rest - slow_late) * np.exp(fast * left_late)
+    if not np.max(m.fast) * np.min(left) <= VANISHED:
+        late = np.flatnonzero(np.broadcast_to(m.fast * left > VANISHED, x.shape))
+        fast, left_late = pick(late, m.fast, left)
+        fast_x = (off[late] - slow_x[late]) * np.exp(fast * left_late)
         end_x[late] += fast_x
         end_y[late] += fast * fast_x
     gone = end_y - y
@@ -151,9 +157,9 @@ def slide(m: ModeConstants, x: Number, y: Number, slow_x: Number, left: Number) 
     return end_x, end_y, gone
 
 
-def slow_part(m: ModeConstants, x: Number, s: Number) -> Number:
-    """Return the slow part of x - a/b where x + y is the number ``s``."""
-    return x * (1 + m.to_x * m.lag) - (m.rest + m.to_x * (s + m.slow * m.rest))
+def deepest_fall(m: ModeConstants, x: Number, y: Number) -> Number:
+    """Return by how much z falls in a stable mode, at most, before it rises."""
+    return m.bend * m.fast * m.to_x * deviation(m, x, y)
 
 
 def _time_of_zero(m, fast, z, slow_x):
@@ -204,7 +210,7 @@ def _better(late, fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps
     if many and not steps:
         t[late] = np.nan
     elif 4 * many > 3 * t.size:
-        t = np.where(late, _newton(*given, steps), t)
+        t = _newton(*given, steps) if many == t.size else np.where(late, _newton(*given, steps), t)
     elif many:
         rows = late.nonzero()[0]
         t[rows] = _newton(*pick(rows, *given), steps)
