@@ -12,6 +12,7 @@ A trajectory that no flow can follow to its end is left out, and its outcome say
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from asympk.path import KINDS
 from asympk.systems.painleve_klein.arrays import itineraries, safeguarded
 from asympk.systems.painleve_klein.arrays.inputs import ORDER, require_finite, scene_columns
 from asympk.systems.painleve_klein.arrays.itineraries import Setting
+from asympk.systems.painleve_klein.arrays.kernels import pick
 from asympk.systems.painleve_klein.flow import exact
 from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
 
@@ -123,8 +125,7 @@ def solve_many(
     ``InputError``.
     """
     shape, arguments = scene_columns(sigma, mu, x, y, z, until, sigma0)
-    size = int(np.prod(shape))
-    found = _follow(arguments, 0, size, [] if events else None, strict, progress)
+    found = _follow(arguments, 0, prod(shape), [] if events else None, strict, progress)
     kept = _in_order(found.notes) if events else None
     final, n_events = found.final.reshape(3, *shape), found.n_events.reshape(shape)
     return RodEnsemble(final, n_events, found.left, (shape, arguments), kept)
@@ -189,7 +190,7 @@ def _common(arguments, start, stop, result):
     setting = Setting(sigma, sigma0, mu)
     others, misfits = itineraries.follow_itineraries(
         setting, x, y, z, until, result.final[:, own], result.n_events[own], result.note(start))
-    alone = np.broadcast_to(setting.seldom_misfits, x.shape)[misfits]
+    alone = np.full(misfits.shape, *pick(misfits, setting.seldom_misfits))
     _one_by_one(arguments, misfits[alone] + start, result)
     return np.concatenate([others, misfits[~alone]]) + start
 
@@ -224,8 +225,10 @@ def _one_by_one(arguments, rows, result):
     """Follow trajectories by the scalar flow."""
     if not rows.size:
         return
-    given = (arguments[name].array(rows).tolist() for name in ORDER)
-    for row, *numbers in zip(rows.tolist(), *given, strict=True):
+    given = np.empty((rows.size, len(ORDER)))
+    for k, name in enumerate(ORDER):
+        given[:, k] = arguments[name].rows(rows)
+    for row, numbers in zip(rows.tolist(), given.tolist(), strict=True):
         try:
             legs, *_ = exact.followed_in_doubles(exact.RodNumbers(*numbers, None))
         except _REFUSALS as reason:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,7 @@ class Column:
         """Return the rows as an array, also of one value."""
         found = self.rows(which)
         if isinstance(found, float):
-            size = len(range(*which.indices(_size(self.shape)))) if isinstance(which, slice) else len(which)
+            size = len(range(*which.indices(prod(self.shape)))) if isinstance(which, slice) else len(which)
             return np.full(size, found)
         return found
 
@@ -70,6 +71,8 @@ def broadcast_columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tu
             require_finite(name, read[name], *limit)
     shape = ()
     for name, values in read.items():
+        if values.shape in ((), shape):
+            continue
         try:
             shape = np.broadcast_shapes(shape, values.shape)
         except ValueError:
@@ -106,7 +109,3 @@ def _require(name, values, ends, allowed, words):
 
 def _first(bad):
     return tuple(int(i) for i in np.unravel_index(np.argmax(bad), bad.shape))
-
-
-def _size(shape):
-    return int(np.prod(shape))

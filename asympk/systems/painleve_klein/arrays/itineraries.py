@@ -103,7 +103,7 @@ class Setting:
 
     @cached_property
     def reach(self) -> Number:
-        r"""Bound on |x|, |z| and mu |y| below which the courses hold, or 0.
+        r"""Bound on |x|, |z| and mu |y| below which the courses hold, positive where they do at all.
 
         It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2, 2 (sigma+1) and 2/edge: then s
         and s' have at most one zero in a mode of a course, and so has z or it has none. For a small sigma the fast part
@@ -111,9 +111,9 @@ class Setting:
         """
         size = np.abs(self.sigma)
         apart = (self.mu <= 0.0625 * np.minimum(size * size, 1.0)) & (self.mu >= 1e-200)
-        apart &= size >= np.where(self.steep, SMALLEST, 0.25)
+        apart &= (self.sigma >= SMALLEST) | (self.sigma <= -0.25)
         most = 0.3 / (self.mu * (2.3 * self.sigma0 + 7)) - 0.3 / size - 0.3
-        return np.where(apart, np.minimum(most, 1e3), 0.0)
+        return np.minimum(most, 1e3 * apart)
 
 
 # the courses, in the order in which the rows of a ``_Bundle`` lie
@@ -233,9 +233,10 @@ def _land_slowly(b, rows):
 def _stick(b, rows):
     """Stick until s is at an edge: the load that arrives is clearly in the static cone if that takes time."""
     m, (x, y, _) = b.p.stick.rows(rows), b.at(rows)
-    edge, thrown = pick(rows, b.p.upper_edge)[0], b.of(THROWN).stop - rows.start
-    if thrown > 0:
-        edge = np.where(np.arange(x.size) < thrown, pick(rows, b.p.lower_edge)[0], edge)
+    (edge,), thrown = pick(rows, b.p.upper_edge), b.of(THROWN)
+    if thrown.start < thrown.stop:
+        edge = np.full(x.size, edge)
+        (edge[: thrown.stop - thrown.start],) = pick(thrown, b.p.lower_edge)
     dt, x = release(m, x, y, edge)
     b.fits[rows] &= dt > SAFE / abs(m.fast)
     b.meet("slip_onset", rows, dt, x, edge - x, 0.0)
@@ -303,14 +304,18 @@ def follow_itineraries(
 def _sorted_out(p, x, y, z, until):
     """Return (where each course begins and the last ends, the rows in that order or None, the rows of no course)."""
     s = x + y
-    within = [(max(v.max(), -v.min()) * size < p.reach).all() for v, size in ((x, 1.0), (y, p.mu), (z, 1.0))]
-    if all(within) and np.greater(until, 0).all() and p.steep.all():
-        for course, z_side, s_side in ((DIRECT, 1, 1), (LIFTED, -1, 1), (TURNED, -1, -1)):
-            if _all_beyond(z, z_side) and _all_beyond(s, s_side):
+    (x_least, y_least, z_least, s_least), (x_most, y_most, z_most, s_most) = (
+        map(np.minimum.reduce, (x, y, z, s)), map(np.maximum.reduce, (x, y, z, s)))  # fmt: skip
+    within = (max(x_most, -x_least, z_most, -z_least) < p.reach) & (max(y_most, -y_least) * p.mu < p.reach)
+    inside = (within & (until > 0)).all()
+    if inside and p.steep.all():
+        alike = {DIRECT: min(z_least, s_least), LIFTED: min(-z_most, s_least), TURNED: min(-z_most, -s_most)}
+        for course, least in alike.items():
+            if least > NEAR:
                 return [x.size * (k > course) for k in (*COURSES, len(COURSES))], None, NONE
-    common = (until > 0) & (np.abs(z) > NEAR) & (np.abs(s) > NEAR)
-    for v, size, inside in zip((x, y, z), (1.0, p.mu, 1.0), within, strict=True):
-        common = common if inside else common & (np.abs(v) * size < p.reach)
+    common = (np.abs(z) > NEAR) & (np.abs(s) > NEAR)
+    if not inside:
+        common &= (np.maximum(np.abs(x), np.abs(z)) < p.reach) & (np.abs(y) * p.mu < p.reach) & (until > 0)
     up, pushed = common & (z > 0), s > 0
     down = common ^ up
     split = (up & ~pushed).nonzero()[0]
@@ -330,8 +335,3 @@ def _told_apart(p, mask):
         return [mask.nonzero()[0], NONE, NONE]
     kinds = p.steep, ~p.steep & p.holds, ~p.steep & ~p.holds
     return [(mask & kind).nonzero()[0] if kind.any() else NONE for kind in kinds]
-
-
-def _all_beyond(values, side):
-    """Tell whether all values are clearly on one side of zero."""
-    return values.min() > NEAR if side > 0 else values.max() < -NEAR

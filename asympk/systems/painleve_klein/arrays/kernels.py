@@ -145,10 +145,11 @@ def slide(m: ModeConstants, x: Number, y: Number, left: Number) -> tuple[Number,
     end_y *= slow_x
     end_x = end_y + m.rest
     end_y *= m.slow
-    if not np.max(m.fast) * np.min(left) <= VANISHED:
-        late = np.flatnonzero(np.broadcast_to(m.fast * left > VANISHED, x.shape))
-        fast, left_late = pick(late, m.fast, left)
-        fast_x = (off[late] - slow_x[late]) * np.exp(fast * left_late)
+    exponent = m.fast * left
+    if not np.max(exponent) <= VANISHED:
+        late = np.flatnonzero(np.broadcast_to(exponent > VANISHED, x.shape))
+        off, slow_x, fast, exponent = pick(late, off, slow_x, m.fast, exponent)
+        fast_x = (off - slow_x) * np.exp(exponent)
         end_x[late] += fast_x
         end_y[late] += fast * fast_x
     gone = end_y - y
