@@ -1,6 +1,11 @@
 """Conditions on parameters, reduced under what is assumed of them (sigma > -2, mu > 0, ...)."""
 
+from functools import lru_cache
+
 import sympy as sp
+from sympy.solvers.inequalities import reduce_rational_inequalities
+
+_ANYTHING = sp.Dummy(real=True)  # in the place of a symbol whose own assumptions would hide a part of the line
 
 
 def reduce_under(condition: sp.Basic, assumptions: sp.Basic) -> sp.Basic:
@@ -89,15 +94,25 @@ def _is_rational(condition):
 
 def _solutions(conditions, parameter):
     """Return the set of reals on which all of the conditions hold."""
-    anything = sp.Dummy(real=True)  # a Symbol assumed positive would hide the negative half of the line
-    sets = [_solution(c.subs(parameter, anything), anything) for c in conditions]
-    return sp.Intersection(sp.S.Reals, *sets)
+    return sp.Intersection(sp.S.Reals, *(_solution(c.subs(parameter, _ANYTHING)) for c in conditions))
 
 
-def _solution(condition, parameter):
+@lru_cache(maxsize=1024)
+def _solution(condition):
     if isinstance(condition, sp.Not):
-        return sp.S.Reals - _solution(condition.args[0], parameter)
+        return sp.S.Reals - _solution(condition.args[0])
     if isinstance(condition, sp.And | sp.Or):
         join = sp.Intersection if isinstance(condition, sp.And) else sp.Union
-        return join(*(_solution(part, parameter) for part in condition.args))
-    return sp.solveset(condition, parameter, sp.S.Reals)
+        return join(*map(_solution, condition.args))
+    if isinstance(condition, sp.Rel) and _has_roots_in_radicals(condition.lhs - condition.rhs):
+        return reduce_rational_inequalities([[condition]], _ANYTHING, relational=False)
+    return sp.solveset(condition, _ANYTHING, sp.S.Reals)
+
+
+def _has_roots_in_radicals(value):
+    """Tell whether the real zeros and poles of a rational function are rational, or those of quadratics."""
+    parts = [sp.Poly(part, _ANYTHING) for part in sp.fraction(sp.together(value))]
+    if not all(part.domain.is_ZZ or part.domain.is_QQ for part in parts):
+        return False
+    factors = [factor for part in parts if part for factor, _ in part.factor_list()[1]]
+    return all(factor.degree() <= 2 or factor.count_roots() == 0 for factor in factors)
