@@ -6,7 +6,7 @@ real parts, here by the determinants of Hurwitz, tell attracting from repelling 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import sympy as sp
@@ -146,6 +146,7 @@ class CriticalManifold(ShownAsFormulas):
         return set().union(*(p.free_symbols for p in parts)) - {*self.dynamics.slow, *self.dynamics.fast, self.small}
 
 
+@lru_cache(maxsize=64)
 def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """Solve g = 0 for the fast variables in every mode.
 
