@@ -3,6 +3,7 @@
 import ast
 import tomllib
 from collections.abc import Collection, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +18,20 @@ def parts_in_order(root: Path) -> dict[str, str]:
     return tomllib.loads((root / "docs" / "arrow.toml").read_text(encoding="utf-8"))
 
 
+@cache
 def modules() -> dict[str, Path]:
     """Return the file of every module by its dotted name below ``asympk``."""
     return {_name(file): file for file in sorted(PACKAGE.rglob("*.py")) if file != PACKAGE / "__init__.py"}
 
 
-def imported_modules(file: Path) -> Iterator[str]:
-    """Yield the modules, as dotted names below ``asympk``, that a file imports anywhere but for its annotations."""
-    tree, names = ast.parse(file.read_text(encoding="utf-8")), modules()
+@cache
+def imported_modules(file: Path) -> frozenset[str]:
+    """Return the modules, as dotted names below ``asympk``, that a file imports anywhere but for its annotations."""
+    return frozenset(_imported(ast.parse(file.read_text(encoding="utf-8"))))
+
+
+def _imported(tree: ast.Module) -> Iterator[str]:
+    names = modules()
     for node in ast.walk(tree):
         if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING":
             node.body = []

@@ -413,7 +413,7 @@ def test_an_undecided_trajectory_is_told_by_its_outcome(monkeypatch):
 
 @pytest.mark.parametrize("keep", [True, False])
 def test_events_in_chunks_are_the_events(keep):
-    given = mixed()
+    given = mixed(300)
     many, whole = ap.solve_many(*given, events=keep), ap.solve_many(*given, events=True).events()
     for rows in (1, 7, 64, 10**6):
         parts = zip(*many.events_in_chunks(rows), strict=True)
