@@ -117,21 +117,6 @@ def tiny(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_the_quick_chart_prints_its_files_and_leaves_the_kept_rows_alone(tiny, capsys):
-    pytest.importorskip("matplotlib")
-    kept = tiny / "paper" / "generated"
-    before = {path: path.read_bytes() for path in (kept / "rows").iterdir()}
-    status, out, err = run(capsys, "chart", "--quick", "--root", str(tiny))
-    assert status == 0
-    assert "asympk:" not in err
-    files = [Path(line) for line in out.splitlines()]
-    wanted = {"work.csv", "plane.csv", "nonlinear.csv", "models.csv", "methods.tex", "chart-models.pdf"}
-    assert wanted <= {file.name for file in files}
-    assert all(file.is_file() and (kept / "quick") in file.parents for file in files)
-    assert {path: path.read_bytes() for path in kept.rglob("*.*") if kept / "quick" not in path.parents} == before
-    assert "quick/" in (Path(__file__).parents[2] / ".gitignore").read_text()
-
-
 def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys):
     pytest.importorskip("matplotlib")
     status, out, _ = run(capsys, "chart", "--root", str(tiny))
@@ -140,18 +125,37 @@ def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys):
     assert not (tiny / "paper" / "generated" / "quick").exists()
 
 
-def test_the_full_chart_without_a_peer_is_refused_in_one_line_and_the_quick_one_does_without(tiny, capsys, monkeypatch):
-    from asympk.storage.rows import read_rows
+@pytest.fixture
+def without_rk45(tiny, monkeypatch):
     from asympk.studies import chart
 
-    monkeypatch.setattr(chart, "absent", lambda: {"lsoda": "some-package"})
-    status, out, err = run(capsys, "chart", "--root", str(tiny))
-    assert (status, out, err) == (2, "", "asympk: the full chart runs lsoda too: pip install 'some-package'\n")
+    monkeypatch.setattr(chart, "absent", lambda: {"rk45": "some-package"})
+    return tiny
+
+
+def test_the_full_chart_without_a_peer_is_refused_in_one_line(without_rk45, capsys):
+    status, out, err = run(capsys, "chart", "--root", str(without_rk45))
+    assert (status, out, err) == (2, "", "asympk: the full chart runs rk45 too: pip install 'some-package'\n")
+
+
+def test_the_quick_chart_does_without_a_peer_prints_its_files_and_leaves_the_kept_rows_alone(without_rk45, capsys):
+    from asympk.storage.rows import read_rows
+
     pytest.importorskip("matplotlib")
-    assert run(capsys, "chart", "--quick", "--root", str(tiny))[0] == 0
-    ran = {row["method"] for row in read_rows(tiny / "paper" / "generated" / "quick" / "rows" / "work.csv")}
-    assert "rk45" in ran
-    assert "lsoda" not in ran
+    kept = without_rk45 / "paper" / "generated"
+    before = {path: path.read_bytes() for path in (kept / "rows").iterdir()}
+    status, out, err = run(capsys, "chart", "--quick", "--root", str(without_rk45))
+    assert status == 0
+    assert "asympk:" not in err
+    files = [Path(line) for line in out.splitlines()]
+    wanted = {"work.csv", "plane.csv", "nonlinear.csv", "models.csv", "methods.tex", "chart-models.pdf"}
+    assert wanted <= {file.name for file in files}
+    assert all(file.is_file() and (kept / "quick") in file.parents for file in files)
+    assert {path: path.read_bytes() for path in kept.rglob("*.*") if kept / "quick" not in path.parents} == before
+    assert "quick/" in (Path(__file__).parents[2] / ".gitignore").read_text()
+    ran = {row["method"] for row in read_rows(kept / "quick" / "rows" / "work.csv")}
+    assert "lsoda" in ran
+    assert "rk45" not in ran
 
 
 def _with(option, value):

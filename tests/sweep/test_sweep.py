@@ -229,10 +229,17 @@ def _wait_for(out, count):
     raise AssertionError(f"no {count} chunks within 20 s")
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The directory of a long sweep that nothing interrupts."""
+    folder = tmp_path_factory.mktemp("long")
+    assert subprocess.run(_command(folder, folder / "whole"), capture_output=True).returncode == 0
+    return folder / "whole"
+
+
 @pytest.mark.parametrize("workers", [(), ("--workers", "2")])
-def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path, workers):
-    out, whole = tmp_path / "killed", tmp_path / "whole"
-    assert subprocess.run(_command(tmp_path, whole), capture_output=True).returncode == 0
+def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path, whole, workers):
+    out = tmp_path / "killed"
     for count in (5, 25, 45):
         command = _command(tmp_path, out, *workers)
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
