@@ -1,9 +1,14 @@
 """The numbers a flow is computed in: doubles, or mpmath numbers of a private context of any precision."""
 
 import math
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
-from asympk.numbers import Arithmetic
+from asympk.errors import Undecided
+from asympk.numbers import Arithmetic, Number
+
+SPARE_DIGITS = 30  # beyond those asked for, of the first run
 
 
 class Doubles:
@@ -42,6 +47,27 @@ def set_digits(m: Arithmetic, digits: int, tie: bool = False) -> None:
     m.dps = digits
     m.root_tol = m.mpf(10) ** (-0.35 * digits)
     m.margin = m.zero if tie else m.mpf(10) ** (-0.8 * digits)
+
+
+def agreed(
+    follow: Callable[[int, bool], Any], distance: Callable[[Any, Any], Number | None], digits: int, most: int
+) -> tuple[Any, Number]:
+    """Return (run, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
+
+    ``follow(working, tie)`` runs with so many digits, or raises ``Undecided``; ``distance`` of two runs is None where
+    their events differ. The digits at work are doubled until the runs agree; with ``most`` of them or more, ``tie``
+    takes a sign within the margin of rounding as it is. Raises ``Undecided`` where no runs agree.
+    """
+    working = digits + SPARE_DIGITS
+    while working < 2 * most:
+        with suppress(Undecided):
+            coarse, fine = (follow(n, working >= most) for n in (working, working + 8 + digits // 4))
+            error = distance(coarse, fine)
+            if error is not None and error * 10**digits < 1:
+                return fine, error
+        working *= 2
+    raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
+                    "not decide, or grows beyond them; take a smaller until or another start")  # fmt: skip
 
 
 def _expm1(m, p):

@@ -21,9 +21,9 @@ def carrier_context(digits: int) -> Any:
     import mpmath
 
     found = multiprecision.private_context(max(digits, LEAST))
-    told = {"__slots__": (), "context": found, "digits": digits, "__repr__": _repr, "__str__": _str,
+    members = {"__slots__": (), "context": found, "digits": digits, "__repr__": _repr, "__str__": _str,
             "__reduce__": _reduce, "__hash__": mpmath.mpf.__hash__}  # fmt: skip
-    carrier: Any = type("mpf", (mpmath.mpf,), told | {name: _reflected(name) for name in _REFLECTED})
+    carrier: Any = type("mpf", (mpmath.mpf,), members | {name: _reflected(name) for name in _REFLECTED})
     carrier._ctxdata = [carrier, object.__new__, found._prec_rounding]
     found.mpf, found.types = carrier, [carrier, found.mpc, found.constant]
     found.init_builtins()

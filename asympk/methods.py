@@ -76,8 +76,8 @@ def solve_many(
     ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
     a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
     ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
-    ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``Finals``: ``final``, the relative ``error`` to expect, and,
-    where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine ``System`` is
+    ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``FinalStates``: ``final``, the relative ``error`` to expect,
+    and, where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine one is
     followed, ``values`` and ``start`` mapping its parameters and states, by symbol or by name, to numbers or arrays;
     ``final`` is (n, ...) then, and its options are ``strict`` and ``progress``. Raises ``UnknownName``, ``InputError``;
     strict ones also what ``solve`` raises, the models ``OrderError``.

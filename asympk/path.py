@@ -129,12 +129,12 @@ def _few(rows: list, most: int) -> list:
 
 
 class ClosedForm:
-    """The legs of a scene that ``run`` has solved; pickled as the scene, which ``run`` solves again."""
+    """The segments of a scene that ``run`` has solved; pickled as the scene, which ``run`` solves again."""
 
-    __slots__ = ("convert", "digits", "legs", "run", "scene")
+    __slots__ = ("convert", "digits", "run", "scene", "segments")
 
-    def __init__(self, run: Any, scene: Any, digits: int | None, legs: Any, convert: Any) -> None:
-        self.run, self.scene, self.digits, self.legs, self.convert = run, scene, digits, legs, convert
+    def __init__(self, run: Any, scene: Any, digits: int | None, segments: Any, convert: Any) -> None:
+        self.run, self.scene, self.digits, self.segments, self.convert = run, scene, digits, segments, convert
 
     def __reduce__(self) -> tuple:
         return _solved, (self.run, self.scene, self.digits)

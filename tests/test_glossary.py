@@ -11,6 +11,7 @@ OLD = {  # word that once stood for a noun -> the noun
     "leg": "segment", "legs": "segments", "piece": "mode", "story": "path",
     "course": "itinerary", "courses": "itineraries", "job": "scene", "problem": "automaton", "case": "scene",
     "cases": "scenes", "careful": "the methods by name", "nouns": "the nouns by name",
+    "told": "in words", "finals": "final states", "replay": "compiled layers", "pieces": "segments", "stories": "paths",
 }  # fmt: skip
 
 

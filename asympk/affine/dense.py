@@ -32,11 +32,11 @@ class AffineDense(ClosedForm):
         self._require(times.min(initial=0.0), times.max(initial=0.0))
         flat, size = times.ravel(), len(self.scene.names)
         found = np.empty((size, flat.size))
-        which = np.searchsorted([leg.start for leg in self.legs], flat, side="right") - 1
+        which = np.searchsorted([timed.start for timed in self.segments], flat, side="right") - 1
         for k in np.unique(which):
-            leg, mine = self.legs[k], which == k
-            _, gained, begun = functions(Arrays, leg.segment.flow.blocks, flat[mine] - leg.start)
-            sums, n = leg.segment.sums[:, :size], leg.segment.functions
+            timed, mine = self.segments[k], which == k
+            _, gained, begun = functions(Arrays, timed.segment.flow.blocks, flat[mine] - timed.start)
+            sums, n = timed.segment.sums[:, :size], timed.segment.functions
             gained = np.stack([np.broadcast_to(part, mine.sum()) for part in gained], axis=-1)
             found[:, mine] = (gained @ sums[:n] + sums[n + begun]).T
         return found.reshape(size, *times.shape)
@@ -44,9 +44,9 @@ class AffineDense(ClosedForm):
     def _state(self, t):
         t = number("t", t)
         self._require(t, t)
-        t = self.legs[0].segment.m.number(t)
-        leg = self.legs[bisect_right([leg.start for leg in self.legs], t) - 1]
-        return tuple(map(self.convert, leg.segment.state(t - leg.start)[: len(self.scene.names)]))
+        t = self.segments[0].segment.m.number(t)
+        timed = self.segments[bisect_right([timed.start for timed in self.segments], t) - 1]
+        return tuple(map(self.convert, timed.segment.state(t - timed.start)[: len(self.scene.names)]))
 
     def _require(self, first, last):
         until = self.scene.until

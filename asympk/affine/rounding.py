@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 UNIT = 2.0**-53
 
 
-def estimate(legs: "Sequence[TimedSegment]", states: int) -> float:
+def estimate(segments: "Sequence[TimedSegment]", states: int) -> float:
     """Estimate the error of the first ``states`` of the final state, each relative to its largest value on the path."""
-    rows = np.eye(states, legs[-1].segment.start.size)
+    rows = np.eye(states, segments[-1].segment.start.size)
     error, size, after = np.zeros(states), np.zeros(states), None
-    for leg in reversed(legs):
-        segment, flow, span = leg.segment, leg.segment.flow, leg.span
+    for timed in reversed(segments):
+        segment, flow, span = timed.segment, timed.segment.flow, timed.span
         found, gained, begun = functions(Doubles, flow.blocks, span)
         off, _ = tremors(Doubles, flow.blocks, span)
         n, values = segment.functions, np.array(found)
@@ -37,8 +37,8 @@ def estimate(legs: "Sequence[TimedSegment]", states: int) -> float:
         size = np.maximum(size, np.maximum(abs(segment.start), abs(end))[:states])
         if after is not None:
             rates = values @ flow.rate @ segment.sums[:n]
-            guard = flow.rows[leg.guard, :-1]
-            error += abs(rows @ after) * (UNIT * (leg.start + span))
+            guard = flow.rows[timed.guard, :-1]
+            error += abs(rows @ after) * (UNIT * (timed.start + span))
             rows = rows + np.multiply.outer(rows @ (after - rates), guard / (guard @ rates))
         error += abs(rows) @ (UNIT * lost)
         rows = rows @ (values @ flow.flat).reshape(len(end), -1)

@@ -178,9 +178,9 @@ def _in_window(rows, window, left):
         k = suspect[todo].argmax(axis=1)
         lo, hi = window.t[k], np.minimum(window.t[k + 1], left[todo])
         one = single[todo, k] & (hi == window.t[k + 1])
-        told, others = todo[one], todo[~one]
-        found[told] = guard = verdicts.falls[told, k[one]].argmax(axis=1)
-        at[told] = _newton(rows, told, guard, lo[one], hi[one])
+        certain, others = todo[one], todo[~one]
+        found[certain] = guard = verdicts.falls[certain, k[one]].argmax(axis=1)
+        at[certain] = _newton(rows, certain, guard, lo[one], hi[one])
         if others.size:
             at[others], found[others], doubtful[others] = _within(rows.of(others), lo[~one], hi[~one])
         suspect[todo, k] = False

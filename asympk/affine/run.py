@@ -5,7 +5,6 @@ refined, or the flow followed anew, on mpmath numbers, and the result is rounded
 """
 
 from functools import lru_cache, partial
-from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,19 +15,19 @@ from asympk.affine.forcing import amplitude, value
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
-from asympk.arithmetic import Doubles, flow_context, set_digits
+from asympk.arithmetic import SPARE_DIGITS, Doubles, agreed, flow_context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.digits import carried, double
-from asympk.errors import InputError, OutOfRange, TooLarge, TooManyEvents, Undecided
+from asympk.errors import OutOfRange, TooLarge, TooManyEvents, Undecided
+from asympk.numbers import whole
 from asympk.path import Path
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch
 from asympk.symbolic.system import System
 
 MOST_DIGITS = 1000
-SPARE_DIGITS = 30
 MOST_SPARE = 300
 DIGITS_OF_DOUBLES = 17
 LARGEST_DOUBLE = 308
@@ -77,15 +76,13 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
 
 
 def _in_digits(case, digits):
-    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS}")
-    digits = int(digits)
-    course, error = _certified(case._replace(known=_known(case)), digits)
-    return _path(case, digits, course, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
+    digits = whole("digits", digits, 1, MOST_DIGITS)
+    joined, error = _certified(case._replace(known=_known(case)), digits)
+    return _path(case, digits, joined, partial(carried, digits=digits), carried(error, SHOWN_OF_ERRORS))
 
 
 class SceneFlows(NamedTuple):
-    """A scene, the flows of its modes, the number of events allowed, and a course in coarser numbers, if known."""
+    """A scene, the flows of its modes, the number of events allowed, and a run in coarser numbers, if known."""
 
     scene: Any
     flows: "Flows"
@@ -94,20 +91,20 @@ class SceneFlows(NamedTuple):
 
 
 def _in_doubles(case):
-    course, error = _estimated(case)
+    joined, error = _estimated(case)
     if error <= TRUSTED:
-        return _path(case, None, course, float, error)
-    known = course if error <= TOLD else None
-    course, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(case, None, course, double, ROUNDED)
+        return _path(case, None, joined, float, error)
+    known = joined if error <= TOLD else None
+    joined, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _path(case, None, joined, double, ROUNDED)
 
 
 def _estimated(case):
-    """Return (course, error) of a run in doubles; (None, inf) where they cannot follow the scene."""
+    """Return (run, error) of a run in doubles; (None, inf) where they cannot follow the scene."""
     try:
         with np.errstate(all="ignore"):
-            course = _course(Doubles, case)
-        return course, estimate([s.work for s in course.segments], len(case.scene.start))
+            joined = _followed(Doubles, case)
+        return joined, estimate([s.work for s in joined.segments], len(case.scene.start))
     except TooLarge:
         raise
     except (Undecided, OverflowError, ZeroDivisionError):
@@ -115,12 +112,12 @@ def _estimated(case):
 
 
 def _known(case):
-    """Return the course in doubles where it can be trusted to have the right events, else None."""
+    """Return the run in doubles where it can be trusted to have the right events, else None."""
     try:
-        course, error = _estimated(case)
+        joined, error = _estimated(case)
     except TooLarge:
         return None
-    return course if error <= TOLD else None
+    return joined if error <= TOLD else None
 
 
 @lru_cache(maxsize=256)
@@ -149,7 +146,7 @@ class Flows:
         return self._found[key]
 
 
-def _course(m, case):
+def _followed(m, case):
     """Follow a scene in the numbers of ``m``."""
     scene, automaton = case.scene, case.flows.swift
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
@@ -172,57 +169,43 @@ def _course(m, case):
     if not until:
         return _standing(automaton, start, advance)
     first = automaton.first(scene.start)
-    course = loop.follow(automaton, first, start, until, advance, case.events, digits, slack)
-    if course.last.short:
-        raise TooManyEvents(f"{course.last.short} at t = {float(course.last.t):.6g} of until = {float(until):.6g}; "
+    joined = loop.follow(automaton, first, start, until, advance, case.events, digits, slack)
+    if joined.last.short:
+        raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip
-    return course
+    return joined
 
 
 def _standing(automaton, start, advance):
-    """Return the course of a scene that ends at its start."""
+    """Return the run of a scene that ends at its start."""
     mode = automaton.mode(automaton.first(start))
     segment = advance(mode, 0 * start[0], start, ())
     return loop.Run(segment._replace(state=start, hit=None), (), (mode.name,), (segment._replace(state=start),))
 
 
 def _span(case, m, mode, segment, left, k):
-    """Return (duration, guard lost or None) of the segment number k; from the known course, if there is one."""
+    """Return (duration, guard lost or None) of the segment number k; from the known run, if there is one."""
     if case.known:
         if k >= len(case.known.modes) or case.known.modes[k] != mode.name:
             raise Undecided
-        leg = case.known.segments[k].work
-        return (left, None) if leg.guard is None else (segment.refined(m.number(leg.span), leg.guard), leg.guard)
+        timed = case.known.segments[k].work
+        guard = timed.guard
+        return (left, None) if guard is None else (segment.refined(m.number(timed.span), guard), guard)
     found = segment.first_event(left)
     return (found[0], found[1][0]) if found else (left, None)
 
 
 def _certified(case, digits, largest=None):
-    """Return (course, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
-
-    The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
-    rounding is taken as it is.
-    """
+    """Return (run, error) right to ``digits`` digits; a known run serves the first try alone."""
     most = 4 * digits + MOST_SPARE
-    working = digits + SPARE_DIGITS
-    while working < 2 * most:
-        coarse = _tried(working, working >= most, case, largest or most)
-        fine = coarse and _tried(working + 8 + digits // 4, working >= most, case, largest or most)
-        error = _distance(coarse, fine) if fine else None
-        if error is not None and error * 10**digits < 1:
-            return fine, error
-        case, working = case._replace(known=None), working * 2
-    raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
-                    "not decide, or grows beyond them; take a smaller until or another start")  # fmt: skip
 
+    def follow(working, tie):
+        m = flow_context(largest or most)
+        set_digits(m, working, tie)
+        first = working < 2 * (digits + SPARE_DIGITS)
+        return _followed(m, case if first else case._replace(known=None))
 
-def _tried(digits, tie, case, largest):
-    m = flow_context(largest)
-    set_digits(m, digits, tie)
-    try:
-        return _course(m, case)
-    except Undecided:
-        return None
+    return agreed(follow, _distance, digits, most)
 
 
 def _distance(coarse, fine):
@@ -235,11 +218,11 @@ def _distance(coarse, fine):
     return off / size if size else off
 
 
-def _path(case, digits, course, convert, error):
-    events = tuple(e._replace(t=convert(e.t), state=_converted(e.state, convert)) for e in course.events)
-    legs = [segment.work for segment in course.segments]
-    dense = AffineDense(run, case.scene, digits, legs, convert)
-    return Path(case.scene, "exact", _converted(course.last.state, convert), events, course.modes, dense, error)
+def _path(case, digits, joined, convert, error):
+    events = tuple(e._replace(t=convert(e.t), state=_converted(e.state, convert)) for e in joined.events)
+    segments = [segment.work for segment in joined.segments]
+    dense = AffineDense(run, case.scene, digits, segments, convert)
+    return Path(case.scene, "exact", _converted(joined.last.state, convert), events, joined.modes, dense, error)
 
 
 def _converted(state, convert):

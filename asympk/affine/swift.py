@@ -125,8 +125,8 @@ def _begun(table, state):
     whole = np.array([*state, *(value(Doubles, *wave, 0.0) for wave in table.waves), 1.0])
     values, sizes = table.rows[0] @ whole, table.sizes[0] @ abs(whole)
     alone = (table.rows[0] != 0).sum(axis=1) == 1
-    told = [kind[0] in ("velocity_zero", "force_zero") for kind in table.kinds]
-    zero = (values == 0) & (alone | (sizes == 0)) & told
+    surfaces = [kind[0] in ("velocity_zero", "force_zero") for kind in table.kinds]
+    zero = (values == 0) & (alone | (sizes == 0)) & surfaces
     if not ((abs(values) > _CLEAR * sizes) | zero).all():
         return None
     still = [k for k, kind in enumerate(table.kinds) if kind[0] == "velocity_zero" and values[k] == 0]

@@ -18,7 +18,7 @@ CHUNK = 1 << 15
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Finals(ShownAsTable):
+class FinalStates(ShownAsTable):
     """States at the end and the error to expect of them, relative to the largest of 1, |x|, |z|.
 
     ``final`` has the shape (3, ...), ``error`` and ``reason`` the broadcast shape (...). Where the model refuses,
@@ -37,14 +37,14 @@ class Finals(ShownAsTable):
         known = np.isfinite(self.error)
         rows = [("shape", str(self.error.shape)), ("predicted", f"{known.sum()} of {known.size}")]
         rows += [("largest error", f"{self.error[known].max():.1e}")] if known.any() else []
-        return Card(f"Finals by {self.model!r}", (*rows, *(("refused", reason) for reason in self.reasons)))
+        return Card(f"Final states by {self.model!r}", (*rows, *(("refused", reason) for reason in self.reasons)))
 
 
 def solve_many(
     sigma: Any, mu: Any, x: Any, y: Any, z: Any, until: Any, sigma0: Any = None, method: str = "jump", *,
     order: int | None = None,
-) -> Finals:  # fmt: skip
-    """Return the ``Finals`` of ``"jump"``, ``"slow"`` or ``"rigid"`` at ``until`` for arguments that broadcast.
+) -> FinalStates:  # fmt: skip
+    """Return the ``FinalStates`` of ``"jump"``, ``"slow"`` or ``"rigid"`` at ``until`` for arguments that broadcast.
 
     Raises ``InputError`` and ``OrderError``; what ``solve`` would raise for one scene is told by its ``reason``.
     """
@@ -66,7 +66,7 @@ def solve_many(
                 if not isinstance(itineraries, str):
                     results = _follow(itineraries, order, method == "jump", *(v[members] for v in flat))
                 _store(start + members, results, final, error, reason, reasons)
-    return Finals(method, final.reshape(3, *shape), error.reshape(shape), reason.reshape(shape), tuple(reasons))
+    return FinalStates(method, final.reshape(3, *shape), error.reshape(shape), reason.reshape(shape), tuple(reasons))
 
 
 def _groups(method, sigma, sigma0, mu, x, y, z, until):

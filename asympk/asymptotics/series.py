@@ -330,9 +330,9 @@ def _product(printer, c, monomial):
 
     if monomial and c in (1, -1):
         return monomial if c == 1 else f"-{monomial}"
-    told = printer.doprint(sp.sympify(c, strict=True))
+    text = printer.doprint(sp.sympify(c, strict=True))
     bracketed = monomial and sp.sympify(c, strict=True).is_Add
-    return rf"\left({told}\right) {monomial}" if bracketed else f"{told} {monomial}".strip()
+    return rf"\left({text}\right) {monomial}" if bracketed else f"{text} {monomial}".strip()
 
 
 def _logarithm(mu):

@@ -398,7 +398,7 @@ def _chosen(system: System, consistent: list[Branch], t: Any, state: tuple, trie
         error: type[NoMotion] | type[TwoMotions] = NoMotion
         words = f"no motion goes on {where}: none of {names} is consistent"
     else:
-        names = " and ".join(sorted(map(_told, distinct.values())))
+        names = " and ".join(sorted(map(_in_words, distinct.values())))
         error, words = TwoMotions, f"several motions go on {where}: {names} are all consistent"
     raise error(f"{words}; the model needs compliance there", t, state)
 
@@ -408,6 +408,6 @@ def _place(system: System, t: Any, state: tuple) -> str:
     return f"at t = {float(t):.6g}, {values}"
 
 
-def _told(branch: Branch) -> str:
+def _in_words(branch: Branch) -> str:
     signs = {1: "velocity > 0", -1: "velocity < 0"}
     return "+".join(f"{p.mode} ({signs[p.velocity]})" if p.velocity else p.mode for p in branch)

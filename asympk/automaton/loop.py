@@ -97,11 +97,11 @@ _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
 def _ended(mode: NumericMode, hit: int, t: Any, state: tuple) -> UnboundedReaction | TwoMotions:
     """Return the error for a rigid contact whose motion ceases to be determined."""
     error, words = _ENDS[mode.kinds[hit][0]]
-    at = f"at t = {float(t):.10g}, {_told(mode.mode.system, state)}, in mode {mode.name}"
+    at = f"at t = {float(t):.10g}, {_state_in_words(mode.mode.system, state)}, in mode {mode.name}"
     return error(f"{words} {at}; the model needs compliance there", t, state)
 
 
-def _told(system: Any, state: tuple) -> str:
+def _state_in_words(system: Any, state: tuple) -> str:
     return ", ".join(f"{s} = {float(w):.8g}" for s, w in zip(system.states, state, strict=True))
 
 
@@ -119,7 +119,7 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
     hit = last[-1].hit
     if len(last) == WATCHED and hit is not None and all(s.t == last[-1].t and s.hit == hit for s in last):
         kind = mode.kinds[hit][0]
-        at = _told(mode.mode.system, last[-1].state)
+        at = _state_in_words(mode.mode.system, last[-1].state)
         raise Undecided(f"{kind} or not at t = {float(last[-1].t):.12g}, {at}, in mode {mode.name}: rounding hides it; "
                         "ask for digits=, or move the start")  # fmt: skip
 
@@ -134,7 +134,7 @@ def _require_apart(marks: list[Event], automaton: Automaton) -> None:
     if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
         ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
         limit = marks[-1].t + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
-        at = _told(automaton.system, marks[-1].state)
+        at = _state_in_words(automaton.system, marks[-1].state)
         raise Accumulation(
             f"events accumulate at t = {float(limit):.12g}, {at}: {len(marks)} events, the last "
             f"{float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"

@@ -31,9 +31,9 @@ def run(options: Namespace) -> None:
     with meter(total=sweep.total, log=True) as shown, executor(options.workers, options.dask) as chosen:
         follow(sweep, options.out, chosen, shown.add)
     with meter("summing up", log=True):
-        told = summarise(options.out)
+        summary = summarise(options.out)
     if options.plot:
         from asympk.pictures.spread import plot
 
-        plot(told, options.plot)
-    print(summary_as_text(told))
+        plot(summary, options.plot)
+    print(summary_as_text(summary))

@@ -48,8 +48,8 @@ def _of_mechanism(file: str) -> tuple[Scene, ...]:
     """Return a mechanism's example with an elastic contact, and with a rigid one."""
     from asympk.mechanics.described import read_mechanism
 
-    told = read_mechanism(file)
-    values = {str(c): COMPLIANCE, str(h): DAMPING, **told.values}
-    models = {"elastic contact": told.mechanism.elastic(compliance=c, damping=h), "rigid": told.mechanism.rigid()}
-    mechanism, state = told.mechanism, told.state
+    found = read_mechanism(file)
+    values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
+    models = {"elastic contact": found.mechanism.elastic(compliance=c, damping=h), "rigid": found.mechanism.rigid()}
+    mechanism, state = found.mechanism, found.state
     return tuple(example_scene(mechanism, model, values, state, UNTIL, name) for name, model in models.items())

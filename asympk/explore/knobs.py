@@ -17,16 +17,16 @@ MOST_DEGREES = 89
 
 def knobs_of(scene: Scene) -> dict[str, Any]:
     """Return the knobs of a scene for the page: parameters, start and horizon, and the names of what is drawn."""
-    told = _told(scene)
-    quantities = [*told.names, *(name for name, _ in told.combinations)]
+    shown = _in_own_units(scene)
+    quantities = [*shown.names, *(name for name, _ in shown.combinations)]
     return {
         "name": scene.name,
         "parameters": [_knob(scene, name, value) for name, value in scene_parameters(scene).items()],
-        "start": [_linear(name, float(value)) for name, value in zip(told.names, told.start, strict=True)],
-        "until": _logarithmic("until", float(told.until) or 1.0, DECADES),
+        "start": [_linear(name, float(value)) for name, value in zip(shown.names, shown.start, strict=True)],
+        "until": _logarithmic("until", float(shown.until) or 1.0, DECADES),
         "quantities": quantities,
-        "combinations": [{"name": name, "weights": [*map(float, w)]} for name, w in told.combinations],
-        "units": {name: told.units[name] for name in ("t", *quantities) if name in told.units},
+        "combinations": [{"name": name, "weights": [*map(float, w)]} for name, w in shown.combinations],
+        "units": {name: shown.units[name] for name in ("t", *quantities) if name in shown.units},
         "pair": _pair(scene, quantities),
     }
 
@@ -46,16 +46,16 @@ def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: An
     Static friction that equals the kinetic one follows it until it is given itself. Raises ``InputError``,
     ``UnknownName``, and ``NoManifold`` where a scene beside a slow line loses it.
     """
-    told, own = _told(scene), scene_parameters(scene)
+    shown, own = _in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
-    _require_names(start, told.names, "state of the start")
+    _require_names(start, shown.names, "state of the start")
     values = {name: _read(name, given[name], own[name]) if name in given else v for name, v in own.items()}
     for static, kinetic in STATIC.items():
         if static in own and static not in given and own[static] == own[kinetic]:
             values[static] = values[kinetic]
     placed, horizon = _given(scene)
     begin = tuple(number(f"start {name}", start[name]) if name in start else value
-                  for name, value in zip(told.names, placed, strict=True))  # fmt: skip
+                  for name, value in zip(shown.names, placed, strict=True))  # fmt: skip
     end = horizon if until is None else number("until", until)
     return _built(scene, values, begin, end, moved=bool(start))
 
@@ -71,7 +71,7 @@ def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved
     return Scene(**values, start=start, until=until, name=scene.name)
 
 
-def _told(scene: Scene) -> Any:
+def _in_own_units(scene: Scene) -> Any:
     """Return what has the names, the start and the horizon that a person sees: a physical rod in its own units."""
     if scene.rod is None:
         return scene

@@ -9,7 +9,7 @@ from asympk.errors import AsympkError, InputError, Stopped, Unfinished, UnknownN
 from asympk.methods import solve
 from asympk.path import Path
 from asympk.pictures.paths import logarithmic_from, shade
-from asympk.pictures.trace import pieces
+from asympk.pictures.trace import sampled_modes
 from asympk.scene import Scene
 
 SAMPLES, SAMPLES_OF_DRAFT = 800, 300
@@ -37,12 +37,12 @@ def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
     except (InputError, UnknownName):
         raise
     except AsympkError as error:
-        told = f"{type(error).__name__}: {error}"
+        complaint = f"{type(error).__name__}: {error}"
         if isinstance(error, Unfinished):
-            return error.path, told
+            return error.path, complaint
         if isinstance(error, Stopped) and error.t:
-            return _until(scene, float(error.t) * BEFORE, draft), told
-        return None, told
+            return _until(scene, float(error.t) * BEFORE, draft), complaint
+        return None, complaint
 
 
 def _until(scene: Scene, t: float, draft: bool) -> Path | None:
@@ -61,7 +61,7 @@ def _solved(scene: Scene, draft: bool) -> Path:
 
 def _drawn(path: Path, samples: int) -> dict[str, Any]:
     names = [*path.names, *(name for name, _ in path.scene.combinations)]
-    t, *values = np.concatenate([piece for _, piece in pieces(path, samples)], axis=1)
+    t, *values = np.concatenate([piece for _, piece in sampled_modes(path, samples)], axis=1)
     moments = [0.0, *(float(event.t) for event in path.events), float(path.end)]
     return {
         "model": path.model,

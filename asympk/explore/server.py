@@ -122,12 +122,12 @@ class _Handler(BaseHTTPRequestHandler):
                 raise BadRequest(405, f"{self.command} is not for this address")
             body, kind = found(name)
         except KeyError:
-            status, body, kind = 404, *_told("there is nothing at this address")
+            status, body, kind = 404, *_as_error("there is nothing at this address")
         except BadRequest as refused:
-            status, body, kind = refused.status, *_told(str(refused))
+            status, body, kind = refused.status, *_as_error(str(refused))
             self.close_connection = True
         except (AsympkError, RecursionError) as error:
-            status, body, kind = _status(error), *_told(" ".join(str(error).split()))
+            status, body, kind = _status(error), *_as_error(" ".join(str(error).split()))
         self._send(status, body, kind)
 
     def _name(self) -> str:
@@ -180,7 +180,7 @@ def _part(body: bytes, kind: str) -> tuple[bytes, str]:
     return body, kind
 
 
-def _told(line: str) -> tuple[bytes, str]:
+def _as_error(line: str) -> tuple[bytes, str]:
     return as_json({"error": line}), "application/json"
 
 

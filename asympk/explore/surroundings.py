@@ -80,8 +80,8 @@ def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         return weights, dict.fromkeys(weights, 1.0)
     from asympk.systems.painleve_klein.units import scene_in_units
 
-    told, units = scene_in_units(scene), scene.rod.units
-    named = [*told.names, *(name for name, _ in told.combinations)]
+    physical, units = scene_in_units(scene), scene.rod.units
+    named = [*physical.names, *(name for name, _ in physical.combinations)]
     sizes = [*map(float, units.state(1, 1, 1)), float(units.reaction)]
     return dict(zip(named, weights.values(), strict=True)), dict(zip(named, sizes, strict=True))
 

@@ -33,7 +33,7 @@ class Worker:
         self._answer, self._given, self._seconds, self._modules = answer, given, seconds, modules
         self._lock = Lock()
         self._process: Any = None
-        self._told = False
+        self._announced = False
 
     def start(self) -> None:
         """Start the process before there is a question."""
@@ -57,9 +57,9 @@ class Worker:
         return answer
 
     def _reply(self, question: Any) -> Any:
-        if not self._told:
+        if not self._announced:
             self._pipe.send(self._given.result())
-            self._told = True
+            self._announced = True
         self._pipe.send(question)
         if self._pipe.poll(self._seconds):
             return self._pipe.recv()
@@ -80,7 +80,7 @@ class Worker:
         self._pipe, other = context.Pipe()
         process = context.Process(target=_serve, args=(other, self._answer, self._modules), daemon=True)
         process.start()
-        self._process, self._told = process, False
+        self._process, self._announced = process, False
         other.close()
 
 

@@ -12,7 +12,6 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf
-from numbers import Integral
 from time import monotonic
 from typing import Any
 
@@ -20,9 +19,10 @@ from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.digits import carried, carrier_context
-from asympk.errors import InputError, OutOfRange, TooManyEvents, Unfinished
+from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
+from asympk.numbers import whole
 from asympk.path import Event, Path
 from asympk.systems.automata import automaton_of
 
@@ -63,9 +63,7 @@ def run(
     ``path.error`` is their difference, relative to the largest of 1 and the states. Raises ``OutOfRange`` when they do
     not agree, or need too many steps, ``TooManyEvents``, and ``Unfinished`` after so many ``seconds``.
     """
-    if isinstance(digits, bool) or not isinstance(digits, Integral) or not 1 <= digits <= MOST_DIGITS:
-        raise InputError(f"digits = {digits!r}: it must be an integer from 1 to {MOST_DIGITS} here")
-    digits = int(digits)
+    digits = whole("digits", digits, 1, MOST_DIGITS)
     automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
     start, until = tuple(decide.converted(ctx, v) for v in scene.start), decide.converted(ctx, scene.until)
     first = automaton.first(scene.start)
@@ -78,8 +76,8 @@ def run(
     error = max(abs(a - b) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
     if error > ctx.mpf(10) ** -digits or rough.modes != fine.modes:
         raise OutOfRange(f"two references differ by {ctx.nstr(error, 3)}; ask for fewer than {digits} digits")
-    final, events = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
-    return Path(scene, method, final, events, fine.modes, CollocationDense(fine, digits), carried(error, 3))
+    final, found = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
+    return Path(scene, method, final, found, fine.modes, CollocationDense(fine, digits), carried(error, 3))
 
 
 def _event(event: Event, digits: int) -> Event:
@@ -228,7 +226,7 @@ def _tail(slopes: list, tableau: "_Tableau", h: Any) -> Any:
 class CollocationDense:
     """The collocation polynomials of a run, at any times in [0, until]: mpf in an array of shape ``(n,) + t.shape``."""
 
-    course: Run
+    joined: Run
     digits: int
 
     def __call__(self, t: Any) -> Any:
@@ -240,13 +238,13 @@ class CollocationDense:
 
     def _state(self, t: Any) -> tuple:
         tableau = _tableau(ORDERS[1][0], self.digits + SPARE)
-        steps = [step for segment in self.course.segments for step in segment.samples]
-        until = self.course.last.t
+        steps = [step for segment in self.joined.segments for step in segment.samples]
+        until = self.joined.last.t
         t = decide.converted(until.context, t)
         if not 0 <= t <= until:
             raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
         if not steps:
-            return _rounded(self.course.last.state, self.digits)
+            return _rounded(self.joined.last.state, self.digits)
         step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]
         return _rounded(_at(tableau, step, t - step.t), self.digits)
 

@@ -129,8 +129,8 @@ def _compiled(modes):
         carry, t_old, w_old, made, _, _ = jax.lax.while_loop(
             go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args)))
         t, after, w, *_ = carry
-        told = jnp.stack([made, (after <= t) & (t < until), t_old, t])
-        return carry, jnp.concatenate([told, w_old, w])
+        counts = jnp.stack([made, (after <= t) & (t < until), t_old, t])
+        return carry, jnp.concatenate([counts, w_old, w])
 
     @cache
     def template(size, parameters):

@@ -107,16 +107,16 @@ def run(
     steps, seconds = bounds(steps, seconds)
     events = whole("events", events, 0, MOST_STEPS)
     options = {"rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, "events": events}
-    course = _trace(scene, method, options)
-    work = total(course)
-    info = report(course.last, work, options)
-    at = SteppedDense(endpoints(scene)[0], course.last.t, partial(_samples, scene, method, options))
-    path = Path(scene, method, course.last.state, course.events, course.modes, at, info=info)
+    joined = _trace(scene, method, options)
+    work = total(joined)
+    info = report(joined.last, work, options)
+    at = SteppedDense(endpoints(scene)[0], joined.last.t, partial(_samples, scene, method, options))
+    path = Path(scene, method, joined.last.state, joined.events, joined.modes, at, info=info)
     return finished(path)
 
 
 def _trace(scene, method, options, times=()):
-    """Return the course of a run; one that looks in at ``times`` has no limit on its time."""
+    """Return the ``Run`` of a scene; one that looks in at ``times`` has no limit on its time."""
     start, until = endpoints(scene)
     advance: Advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
     automaton = automaton_of(scene)
@@ -147,10 +147,10 @@ def finished(path: Path) -> Path:
                      "another method", path)  # fmt: skip
 
 
-def total(course: Run) -> Work:
-    """Return the work of all segments of a course."""
+def total(joined: Run) -> Work:
+    """Return the work of all segments of a run."""
     work = Work()
-    for segment in course.segments:
+    for segment in joined.segments:
         work = work.plus(segment.work or Work())
     return work
 

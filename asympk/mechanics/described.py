@@ -82,7 +82,7 @@ class Described:
 
 def read_mechanism(path: Any) -> Described:
     """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` for what is none, in one line."""
-    return _told(read_table(path), path)
+    return _mechanism_of(read_table(path), path)
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -92,10 +92,10 @@ def described_by(table: Any, parameters: Any) -> Described:
     """
     if not isinstance(table, dict) or "values" in table:
         raise InputError("mechanism: it must be a word of the catalogue, or a table whose values stand beside it")
-    return _told({**table, "values": dict.fromkeys(parameters)}, "mechanism")
+    return _mechanism_of({**table, "values": dict.fromkeys(parameters)}, "mechanism")
 
 
-def _told(table, path):
+def _mechanism_of(table, path):
     refuse_unknown(table, KEYS, path)
     names = table.get("coordinates")
     if not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):

@@ -47,8 +47,8 @@ def _at(expr: sp.Basic, symbols: tuple[sp.Symbol, ...], numbers: tuple) -> Any:
         with np.errstate(invalid="ignore", divide="ignore") if expr.has(sp.Piecewise) else nullcontext():
             return array_function(expr, symbols)(*numbers)
     except OutOfRange:
-        told = ", ".join(f"{s} = {value.flat[0]:g}" for s, value in zip(symbols, numbers, strict=True) if value.size)
-        raise OutOfRange(f"an equation of the contact is not finite at {told}, or beside it") from None
+        place = ", ".join(f"{s} = {value.flat[0]:g}" for s, value in zip(symbols, numbers, strict=True) if value.size)
+        raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it") from None
 
 
 def _declared(symbol: sp.Symbol, value: Any) -> Any:

@@ -42,39 +42,39 @@ def catalogue_as_text() -> str:
     return "\n".join(f"{name:16}{line}" for name, line in about.items())
 
 
-def mechanism_as_text(told: Described) -> str:
+def mechanism_as_text(described: Described) -> str:
     """Return one screen about a ``Described`` mechanism."""
-    numbers = ", ".join(f"{name} = {_short(value)}" for name, value in told.numbers.items())
-    rigid = [*contact_lines(told), *_paradox(told), *motion_lines(told)]
-    lines = [f"{told.name}: {told.about}", f"at {numbers}", "", *rigid, "", *jump_lines(told), "", *_further(told)]
-    return "\n".join(lines)
+    numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
+    rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
+    lines = [f"{described.name}: {described.about}", f"at {numbers}", "", *rigid, "", *jump_lines(described), ""]
+    return "\n".join([*lines, *_further(described)])
 
 
-def contact_lines(told: Described) -> list[str]:
+def contact_lines(described: Described) -> list[str]:
     """Return what the contact is at the numbers: its Delassus matrix and its free accelerations."""
-    rod = told.mechanism
-    G = [rod.evaluate(rod.delassus[i], told.numbers) for i in (0, 1, 3)]
-    a = [rod.evaluate(part, told.numbers) for part in rod.free]
+    rod = described.mechanism
+    G = [rod.evaluate(rod.delassus[i], described.numbers) for i in (0, 1, 3)]
+    a = [rod.evaluate(part, described.numbers) for part in rod.free]
     side = "only pushes" if rod.contact.unilateral else "holds both ways"
     return [
-        f"contact         {side}; sliding velocity {_short(rod.evaluate(rod.sliding_velocity, told.numbers))}",
+        f"contact         {side}; sliding velocity {_short(rod.evaluate(rod.sliding_velocity, described.numbers))}",
         f"Delassus        G_NN = {_short(G[0])}, G_NT = {_short(G[1])}, G_TT = {_short(G[2])}",
         f"free            a_N = {_short(a[0])}, a_T = {_short(a[1])}",
     ]
 
 
-def _paradox(told):
-    rod = told.mechanism
+def _paradox(described):
+    rod = described.mechanism
     critical = rod.critical_friction
     formula = str(rod.own(critical)).replace("(t)", "")
     shown = f"{formula} = " if len(formula) < 90 else ""
-    found = rod.evaluate(rod.paradox, told.numbers)
-    value = _short(rod.evaluate(critical, told.numbers)) if critical.is_finite is not False else "none"
+    found = rod.evaluate(rod.paradox, described.numbers)
+    value = _short(rod.evaluate(critical, described.numbers)) if critical.is_finite is not False else "none"
     lines = [f"critical        friction {shown}{value}: {'a paradox' if found else 'no paradox'} here"]
-    if told.turn is None:
+    if described.turn is None:
         return lines
-    name, low, high, tied = told.turn
-    given = {key: value for key, value in {**told.numbers, **tied}.items() if key != name}
+    name, low, high, tied = described.turn
+    given = {key: value for key, value in {**described.numbers, **tied}.items() if key != name}
     spans = rod.paradox_set({name: (low, high)}, given).intervals
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in spans) or "nowhere"
     lines.append(f"over {name:11}{where} in {low} .. {high}")
@@ -92,49 +92,49 @@ def _least(rod, name, tied):
     return [f"least           friction {least.friction} where {where} = {least.where.rhs}"]
 
 
-def motion_lines(told: Described) -> list[str]:
+def motion_lines(described: Described) -> list[str]:
     """Return the line that tells the rigid motions at the numbers."""
-    found = told.mechanism.motions(told.numbers)
+    found = described.mechanism.motions(described.numbers)
     words = ", ".join(f"{name} with R = {_short(R)}" for name, R in found) or "none"
     return [f"rigid motions   {words}"]
 
 
-def jump_lines(told: Described) -> list[str]:
+def jump_lines(described: Described) -> list[str]:
     """Return what the jump does from the numbers, or that there is none."""
-    rod = told.mechanism
+    rod = described.mechanism
     law = rod.jump_law()
-    if not rod.evaluate(law.condition, told.numbers):
+    if not rod.evaluate(law.condition, described.numbers):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
-    normal, tangential = (rod.evaluate(part, told.numbers) for part in law.impulses)
-    rates = [float(rod.evaluate(law.velocities[own], told.numbers)) for own in rod.velocities]
-    least = ROUNDING * max(abs(float(told.numbers[str(rate)])) for rate in rod.plain.velocities)
+    normal, tangential = (rod.evaluate(part, described.numbers) for part in law.impulses)
+    rates = [float(rod.evaluate(law.velocities[own], described.numbers)) for own in rod.velocities]
+    least = ROUNDING * max(abs(float(described.numbers[str(rate)])) for rate in rod.plain.velocities)
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))  # fmt: skip
-    beyond = "from beyond the divide of the two motions, " if rod.motions(told.numbers) else ""
+    beyond = "from beyond the divide of the two motions, " if rod.motions(described.numbers) else ""
     lines = [
         f"jump            {beyond}P_N = {_short(normal)}, P_T = {_short(tangential)}: the contact stops in c log(1/c)",
         f"velocities      {after}",
         f"reaction        x gains P_N / h = {_short(normal)} / h with the damping time h",
     ]
-    if told.undamped is not None:
+    if described.undamped is not None:
         lines[-1] = "undamped        the contact stops in eps log(1/eps) and rings on; --plot draws its plane (R, R')"
-    return lines + (_rebounds(told) if rod.contact.unilateral else [])
+    return lines + (_rebounds(described) if rod.contact.unilateral else [])
 
 
-def _rebounds(told):
-    rod = told.mechanism
-    if rod.evaluate(rod.free[0], told.numbers) >= 0:
+def _rebounds(described):
+    rod = described.mechanism
+    if rod.evaluate(rod.free[0], described.numbers) >= 0:
         return []
-    rates = [(b, rod.evaluate(rod.own(rebound(rod.plain, sp.Integer(b))), told.numbers)) for b in _DAMPINGS]
+    rates = [(b, rod.evaluate(rod.own(rebound(rod.plain, sp.Integer(b))), described.numbers)) for b in _DAMPINGS]
     shown = ", ".join(f"g' = {_short(rate)} for a damping ratio {b}" for b, rate in rates)
     return [f"rebound         {shown}"]
 
 
-def _further(told):
-    friction = told.mechanism.contact.friction
-    lines = [f"asympk mechanism {told.name} --plot motions.svg"] if told.turn and friction.is_Symbol else []
+def _further(described):
+    friction = described.mechanism.contact.friction
+    lines = [f"asympk mechanism {described.name} --plot motions.svg"] if described.turn and friction.is_Symbol else []
     if friction.is_Symbol:
-        lines.append(f"asympk mechanism {told.name} --set {friction}=1/2")
+        lines.append(f"asympk mechanism {described.name} --set {friction}=1/2")
     return lines
 
 

@@ -71,8 +71,8 @@ def claim_macros() -> dict[str, str]:
     """Return how many claims there are, of which verdict, and how many checks they rest on."""
     found = claims()
     by = Counter(claim.verdict for claim in found)
-    told = {f"claims{verdict.capitalize()}": str(by[verdict]) for verdict in VERDICTS}
-    return {"claimCount": str(len(found)), "checkCount": str(sum(len(c.evidence) for c in found)), **told}
+    verdicts = {f"claims{verdict.capitalize()}": str(by[verdict]) for verdict in VERDICTS}
+    return {"claimCount": str(len(found)), "checkCount": str(sum(len(c.evidence) for c in found)), **verdicts}
 
 
 def formula_macros() -> dict[str, str]:

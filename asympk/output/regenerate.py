@@ -46,10 +46,10 @@ def _as_latex(results):
 
 
 def _as_json(results):
-    told = {
+    forms = {
         name: {"text": str(_symbolic(value)), "latex": sp.latex(_symbolic(value))} for name, value in results.items()
     }
-    return json.dumps(told, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(forms, indent=1, ensure_ascii=False) + "\n"
 
 
 def _as_srepr(results):

@@ -109,10 +109,10 @@ def write_scripts(root: Path, out: Path) -> None:
 def as_gallery(script: str, results: dict[str, dict[str, str]]) -> str:
     """Return a script whose title and headings sphinx-gallery knows, with the formulas of its results at its end."""
     about, _, rest = script.removeprefix('"""').removesuffix("\n").partition('"""')
-    title, _, told = about.rstrip().rstrip(".").partition(": ")
+    title, _, summary = about.rstrip().rstrip(".").partition(": ")
     rest = _COMMENT.sub(lambda line: _MARKS.sub(r"\\\1", line[0]), rest.replace("  # fmt: skip", ""))
     rest = _HEAD.sub(lambda found: f"# %%\n# {found[1]}\n# {'-' * len(found[1])}\n#\n", rest)
     shown = [f"# **{name.replace('_', ' ')}**\n#\n# .. math::\n#\n#    {result['latex']}\n#\n"
              for name, result in results.items()]  # fmt: skip
-    top = f'"""\n{title}\n{"=" * len(title)}\n\n{told[:1].upper()}{told[1:]}.\n"""'
+    top = f'"""\n{title}\n{"=" * len(title)}\n\n{summary[:1].upper()}{summary[1:]}.\n"""'
     return "\n".join([top, rest, "# %%\n# What comes out\n# --------------\n#", "".join(shown)])

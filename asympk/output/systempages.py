@@ -41,9 +41,9 @@ def write_page(name: str, out: Path) -> None:
     first, _, rest = (import_module(f"asympk.systems.{name}").__doc__ or "").partition("\n")
     parts = [*_heading(SKETCHES[name].title, "="), first, "", *_figure(f"{name}-sketch.svg", first), *as_rst(rest), ""]
     if name in MECHANISMS:
-        told = described_mechanism(name)
-        save(motion_plot(told), out / f"{name}-map.svg")
-        parts += [*_contact(told), *_paradox(told), *_jump(told)]
+        described = described_mechanism(name)
+        save(motion_plot(described), out / f"{name}-map.svg")
+        parts += [*_contact(described), *_paradox(described), *_jump(described)]
     parts += [*_equations(name), *_motion(name, out)]
     write_text(out / f"{name}.rst", "\n".join(parts))
 
@@ -96,8 +96,8 @@ def latex_of(value: Any) -> str:
     return sp.latex(value, symbol_names={s: f"{sp.latex(sp.Symbol(s.name[:-1]))}'" for s in rates})
 
 
-def _contact(told: Described) -> list[str]:
-    rod, plain = told.mechanism, told.mechanism.plain
+def _contact(described: Described) -> list[str]:
+    rod, plain = described.mechanism, described.mechanism.plain
     side = "only pushes" if rod.contact.unilateral else "holds both ways"
     words = f"The contact {side}. In the plain symbols, where a prime marks a rate:"
     return [*_heading("What is written down", "-"), words, "",
@@ -107,25 +107,25 @@ def _contact(told: Described) -> list[str]:
             *displayed_formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]  # fmt: skip
 
 
-def _paradox(told: Described) -> list[str]:
-    plain = told.mechanism.plain
+def _paradox(described: Described) -> list[str]:
+    plain = described.mechanism.plain
     parts = [*_heading("Where the paradox is", "-"),
              *displayed_formula("Delassus matrix", plain.delassus, "mechanism().delassus"),
              *displayed_formula("Critical friction", critical_friction(plain), "mechanism().critical_friction"),
              *displayed_formula("There is a paradox where", condition(plain), "mechanism().paradox")]  # fmt: skip
-    numbers = ", ".join(f"{name} = {_short(value)}" for name, value in told.numbers.items())
-    lines = "\n".join(f"   {line}" for line in (*contact_lines(told), *motion_lines(told)))
-    return [*parts, f"At the numbers of the example, {escaped(numbers)}:", "", *_SCREEN, lines, "",
-            *_figure(f"{told.name}-map.svg", f"{SKETCHES[told.name].title}: the number of rigid motions")]  # fmt: skip
+    numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
+    lines = "\n".join(f"   {line}" for line in (*contact_lines(described), *motion_lines(described)))
+    figure = _figure(f"{described.name}-map.svg", f"{SKETCHES[described.name].title}: the number of rigid motions")
+    return [*parts, f"At the numbers of the example, {escaped(numbers)}:", "", *_SCREEN, lines, "", *figure]
 
 
-def _jump(told: Described) -> list[str]:
-    law = jump_law(told.mechanism.plain)
+def _jump(described: Described) -> list[str]:
+    law = jump_law(described.mechanism.plain)
     parts = [*_heading("The jump through it", "-"),
              *displayed_formula("Normal impulse", law.impulses[0], "mechanism().jump_law().impulses[0]"),
              *displayed_formula("Tangential impulse", law.impulses[1], "mechanism().jump_law().impulses[1]"),
              "At the numbers of the example:", "", *_SCREEN]  # fmt: skip
-    return [*parts, *(f"   {line}" for line in jump_lines(told)), ""]
+    return [*parts, *(f"   {line}" for line in jump_lines(described)), ""]
 
 
 def _equations(name: str) -> list[str]:

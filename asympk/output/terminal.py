@@ -30,15 +30,15 @@ def path_as_json(path: Path, digits: int | None = None) -> str:
         {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state]}
         for event in path.events
     ]
-    told = {
+    entries = {
         "final": [_plain(value, digits) for value in path.final],
         "events": events,
         "modes": list(path.modes),
         "model": path.model,
     }
     if path.error is not None:
-        told["error"] = _plain(path.error, digits and 3)
-    return json.dumps(told, indent=2)
+        entries["error"] = _plain(path.error, digits and 3)
+    return json.dumps(entries, indent=2)
 
 
 def path_as_text(path: Path, digits: int | None = None) -> str:

@@ -12,16 +12,16 @@ LOOKS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
 WIDE = 7.04  # inches, the page
 
 
-def draw_mechanisms(told: dict[str, Any]) -> Any:
+def draw_mechanisms(mechanisms: dict[str, Any]) -> Any:
     """Draw mechanisms of the catalogue by their names in ``TITLES``, each over its map of rigid motions."""
     from matplotlib.figure import Figure
 
     matplotlib = style.matplotlib()
     with matplotlib.rc_context(style.RC):
         figure = Figure(figsize=(WIDE, 3.9), layout="constrained")
-        axes = figure.subplots(2, len(told), height_ratios=(sketches.HEIGHT, 1.7))
+        axes = figure.subplots(2, len(mechanisms), height_ratios=(sketches.HEIGHT, 1.7))
         shown: set[int] = set()
-        for column, (name, described) in enumerate(told.items()):
+        for column, (name, described) in enumerate(mechanisms.items()):
             sketch, below = axes[:, column]
             sketch.set(xlim=(0.04, sketches.WIDTH - 0.05), ylim=(0, sketches.HEIGHT), aspect="equal")
             sketch.set_axis_off()

@@ -7,7 +7,7 @@ from typing import Any
 from asympk.errors import MissingPackage
 from asympk.path import Path
 from asympk.pictures import sheets, style
-from asympk.pictures.trace import columns, trace
+from asympk.pictures.trace import column_names, trace
 from asympk.shown import as_html
 
 GREYS = {"slip_same": 1.0, "smooth": 1.0, "one_field": 1.0, "open": 0.95, "slip_opposite": 0.88, "stick": 0.72}
@@ -44,7 +44,7 @@ def html(path: Path) -> str:
 def figure(path: Path) -> Any:
     """Draw a path: a panel for every state, and for what is told beside the states."""
     sheet = sheets()
-    names, data = columns(path)[1:-1], list(zip(*trace(path), strict=True))
+    names, data = column_names(path)[1:-1], list(zip(*trace(path), strict=True))
     with sheet.in_style():
         drawing = sheet.blank_sheet(style.COLUMN, LEGEND + AXIS + PANEL * len(names))
         panels = drawing.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]

@@ -14,7 +14,7 @@ from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.pictures import sheets, style
 from asympk.pictures.portraits import arrows
-from asympk.pictures.trace import columns, trace
+from asympk.pictures.trace import column_names, trace
 from asympk.scene import Scene
 from asympk.symbolic.system import System
 
@@ -87,9 +87,9 @@ def _window(given: Any, default: Any) -> Any:
 
 def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) -> None:
     """Draw a path: its start hollow, its events as dots, an arrow now and then."""
-    names = columns(path)[1:-1]
+    names = column_names(path)[1:-1]
     pair = _pair(names, x, y)
-    data = dict(zip(columns(path), zip(*trace(path), strict=True), strict=True))
+    data = dict(zip(column_names(path), zip(*trace(path), strict=True), strict=True))
     u, v = (np.array(data[name], dtype=float) for name in pair)
     ends = _window(window, [_around(w) for w in (u, v)])
     system = getattr(path.scene, "system", None)

@@ -9,7 +9,7 @@ ROW, MARGIN, SHOWN = 0.32, 0.9, 8  # inches, inches, itineraries
 _BARS = ((0, 1, 1), (0.05, 0.95, 4), (0.25, 0.75, 12))  # between two probabilities, so many points wide
 
 
-def plot(told: dict[str, Any], file: str | File | None = None) -> Any:
+def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
     """Return the matplotlib ``Figure`` of a summary, written to ``file`` too where there is one.
 
     The thick bar of a state has half of the final values, the thin one nine tenths, the line all; a dot is the median.
@@ -17,13 +17,13 @@ def plot(told: dict[str, Any], file: str | File | None = None) -> Any:
     sheet = sheets()
     if file is not None:
         sheet.suffix_of(file)
-    found, words = told["quantiles"], [*told["itineraries"].items()][:SHOWN]
+    found, words = summary["quantiles"], [*summary["itineraries"].items()][:SHOWN]
     rows = [1.5] * len(found) + ([1 + len(words)] if words else [])
     with sheet.in_style():
         drawing = sheet.blank_sheet(style.COLUMN, MARGIN + ROW * sum(rows))
         panels = drawing.subplots(len(rows), 1, height_ratios=rows, squeeze=False)[:, 0]
         for panel, (state, quantiles) in zip(panels, found.items(), strict=False):
-            _spread(panel, state, dict(zip(told["probabilities"], quantiles, strict=False)))
+            _spread(panel, state, dict(zip(summary["probabilities"], quantiles, strict=False)))
         if words:
             _bars(panels[-1], words)
     return sheet.kept(drawing, file)

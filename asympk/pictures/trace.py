@@ -19,12 +19,12 @@ SAMPLES_WITH_DIGITS = 400  # each of which takes a thousand times as long
 MOST_SAMPLES = 10**7
 
 
-def columns(path: Path) -> tuple[str, ...]:
+def column_names(path: Path) -> tuple[str, ...]:
     """Return the names of the columns: t, the states, the linear combinations told beside them, and mode."""
     return "t", *path.names, *(name for name, _ in path.scene.combinations), "mode"
 
 
-def pieces(path: Path, samples: int) -> list[tuple[str, Any]]:
+def sampled_modes(path: Path, samples: int) -> list[tuple[str, Any]]:
     """Return (mode, array of shape (1 + quantities, m)) for each mode: times, states, and what is told beside them.
 
     There are some ``samples`` in all, dense where a mode begins and ends. An event is there twice, as the end of one
@@ -52,7 +52,7 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
     """
     if samples is None:
         samples = SAMPLES_WITH_DIGITS if any(hasattr(v, "_mpf_") for v in path.final) else SAMPLES
-    found = pieces(path, whole("samples", samples, 1, MOST_SAMPLES))
+    found = sampled_modes(path, whole("samples", samples, 1, MOST_SAMPLES))
     return [(*row, mode) for mode, piece in found for row in piece.T.tolist()]
 
 
@@ -78,7 +78,7 @@ def write_csv(path: Path, file: str | File, samples: int | None = None) -> File:
     """Write the samples of ``path`` to ``file`` and return its name."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(columns(path))
+    writer.writerow(column_names(path))
     writer.writerows(trace(path, samples))
     return write_text(file, buffer.getvalue())
 
@@ -89,5 +89,5 @@ def frame(path: Path, samples: int | None = None) -> "DataFrame":
         import pandas as pd
     except ImportError:
         raise MissingPackage("a frame needs pandas: pip install 'asympk[frame]'") from None
-    found = pd.DataFrame(trace(path, samples), columns=columns(path))
+    found = pd.DataFrame(trace(path, samples), columns=column_names(path))
     return found.astype({"mode": "category"})

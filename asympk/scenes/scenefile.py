@@ -56,12 +56,12 @@ def scene_file(where: str | Path) -> SceneFile:
     if not isinstance(where, str | Path):
         raise InputError(f"read_scene takes the name of a scene or of a file, not {type(where).__name__}")
     if str(where) in scene_names():
-        return _told(parse_table(shipped(str(where)).encode(), where), str(where))
+        return _scene_of(parse_table(shipped(str(where)).encode(), where), str(where))
     if not (str(where).endswith(".toml") or Path(where).is_file()):
         near = nearest(str(where), scene_names())
         raise UnknownName(f"scene {str(where)!r:.60} is unknown; the nearest is {near!r}, asympk scenes lists all, and "
                           "a file must end in .toml")  # fmt: skip
-    return _told(read_table(where), str(where))
+    return _scene_of(read_table(where), str(where))
 
 
 def changed(found: SceneFile, changes: Mapping[str, Any]) -> Scene:
@@ -92,14 +92,14 @@ def about(name: str) -> str:
     return word(parse_table(shipped(name).encode(), name), "about", name)
 
 
-def _told(table, where):
+def _scene_of(table, where):
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
-    told = {key: value for key, value in table.items() if key != "about"}
-    told["name"] = word(table, "name", where, Path(where).stem)
+    entries = {key: value for key, value in table.items() if key != "about"}
+    entries["name"] = word(table, "name", where, Path(where).stem)
     line = word(table, "about", where)
     try:
         made = {SYSTEM: _of_system, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)]
-        return SceneFile(made(told), line)
+        return SceneFile(made(entries), line)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
@@ -118,30 +118,30 @@ def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
     return SYSTEM if of_system else PHYSICAL if physical else NONDIMENSIONAL
 
 
-def _of_system(told):
+def _of_system(entries):
     from asympk.scenes.systemfile import read_system_scene
 
-    require_keys(told, ("system",))
-    return read_system_scene(told)
+    require_keys(entries, ("system",))
+    return read_system_scene(entries)
 
 
-def _nondimensional(told):
-    beside = told.pop("near", None)
+def _nondimensional(entries):
+    beside = entries.pop("near", None)
     if beside is None:
-        require_keys(told, ("sigma", "mu", "start", "until"))
-        return Scene(**{**{key: spelled(value) for key, value in told.items()}, "start": _list(told["start"])})
-    if "start" in told or not isinstance(beside, dict):
+        require_keys(entries, ("sigma", "mu", "start", "until"))
+        return Scene(**{**{key: spelled(value) for key, value in entries.items()}, "start": _list(entries["start"])})
+    if "start" in entries or not isinstance(beside, dict):
         raise InputError("near must be a table {manifold, x, offset, z}, and stands in place of start")
-    require_keys(told, ("sigma", "mu", "until"))
+    require_keys(entries, ("sigma", "mu", "until"))
     refuse_unknown(beside, _NEAR, "near")
     require_keys(beside, _NEAR)
-    return Scene.near(**{key: spelled(value) for key, value in {**beside, **told}.items()})
+    return Scene.near(**{key: spelled(value) for key, value in {**beside, **entries}.items()})
 
 
-def _from_rod(told):
-    require_keys(told, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
-    given = {key: spelled(told[key]) for key in (*PHYSICAL, "until", "name") if key in told}
-    return Scene.physical(**given, start=_list(told["start"]))
+def _from_rod(entries):
+    require_keys(entries, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
+    given = {key: spelled(entries[key]) for key in (*PHYSICAL, "until", "name") if key in entries}
+    return Scene.physical(**given, start=_list(entries["start"]))
 
 
 def _list(value):

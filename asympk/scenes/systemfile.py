@@ -38,28 +38,28 @@ FRICTION = ("velocity", "force", "load", "kinetic", "static", "gap", "normal")
 _NEEDED = ("velocity", "force", "load", "kinetic")
 
 
-def read_system_scene(told: dict[str, Any]) -> Scene:
+def read_system_scene(entry: dict[str, Any]) -> Scene:
     """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``; raises ``InputError``."""
-    missing = [key for key in ("start", "until") if key not in told]
+    missing = [key for key in ("start", "until") if key not in entry]
     if missing:
         raise InputError(f"{', '.join(missing)} missing")
-    values = {name: spelled(value) for name, value in _table(told.get("values", {}), "values").items()}
-    start = told["start"]
+    values = {name: spelled(value) for name, value in _table(entry.get("values", {}), "values").items()}
+    start = entry["start"]
     start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
-    system = system_of(told["system"], values)
-    return Scene(system=system, values=values, start=start, until=spelled(told["until"]), name=told.get("name", ""))
+    system = system_of(entry["system"], values)
+    return Scene(system=system, values=values, start=start, until=spelled(entry["until"]), name=entry.get("name", ""))
 
 
-def system_of(told: Any, parameters: Any) -> System:
+def system_of(entry: Any, parameters: Any) -> System:
     """Return the ``System`` of the catalogue that a word names, of a mechanism, or that a table describes.
 
     Formulas may use the names of ``parameters``. Raises ``InputError``.
     """
-    if isinstance(told, str):
-        return _catalogued(told)
-    if isinstance(told, dict) and "mechanism" in told:
-        return _of_mechanism(told, parameters)
-    return read_system(told, parameters)
+    if isinstance(entry, str):
+        return _catalogued(entry)
+    if isinstance(entry, dict) and "mechanism" in entry:
+        return _of_mechanism(entry, parameters)
+    return read_system(entry, parameters)
 
 
 def read_system(table: Any, parameters: Any) -> System:
@@ -111,8 +111,8 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
 
 def _of_mechanism(table: dict, parameters: Any) -> System:
     refuse_unknown(table, MECHANISM, "system")
-    told, contact = table["mechanism"], table.get("contact")
-    mechanism = (described_mechanism(told) if isinstance(told, str) else described_by(told, parameters)).mechanism
+    entry, contact = table["mechanism"], table.get("contact")
+    mechanism = (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism
     if contact == "rigid":
         return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():

@@ -79,11 +79,11 @@ def formulas() -> list[MechanismFormulas]:
 
 
 def _formulas(name):
-    told = described_mechanism(name)
-    rod, kinetics = told.mechanism, told.mechanism.plain
+    described = described_mechanism(name)
+    rod, kinetics = described.mechanism, described.mechanism.plain
     normal, tangential = impulses(kinetics)
     critical = paradox.critical_friction(kinetics)
-    values = [rod.evaluate(part, told.numbers) for part in (critical, rod.contact.friction, normal, tangential)]
+    values = [rod.evaluate(part, described.numbers) for part in (critical, rod.contact.friction, normal, tangential)]
     top, bottom = sp.fraction(shortened(tangential / normal, kinetics))
     short = sp.factor_terms(sp.Abs(top)) / sp.Abs(bottom) / kinetics.load
     shown = critical if len(sp.latex(critical)) < LONG else short
@@ -123,27 +123,27 @@ def errors() -> list[Error]:
 
 
 def _error(name, small):
-    module, told = import_module(f"asympk.systems.{name}"), described_mechanism(name)
+    module, described = import_module(f"asympk.systems.{name}"), described_mechanism(name)
     number = float(small)
     layer = number * log(1 / number)
     values = {**module.VALUES, c.name: small}
-    scene = example_scene(told.mechanism, module.system(), values, module.STATE, repr(LAYER * layer), name)
+    scene = example_scene(described.mechanism, module.system(), values, module.STATE, repr(LAYER * layer), name)
     found = dict(zip(scene.names, map(float, solve(scene).final), strict=True))
     found["y"] *= number  # -g' = c y
-    after = _after(told, scene)
+    after = _after(described, scene)
     worst = max(after, key=lambda state: abs(found[state] - after[state]))
     error = found[worst] - after[worst]
     return Error(name, number, worst, _kept(error), _kept(error / layer))
 
 
-def _after(told: Any, scene: Scene) -> dict[str, float]:
+def _after(described: Any, scene: Scene) -> dict[str, float]:
     """Return what the states are after the jump by the law; y stands for c y."""
-    rod = told.mechanism
-    law = rod.jump_law(damping=sp.Rational(told.values[h.name]))
-    rates = {plain.name: rod.evaluate(law.velocities[own], told.numbers)
+    rod = described.mechanism
+    law = rod.jump_law(damping=sp.Rational(described.values[h.name]))
+    rates = {plain.name: rod.evaluate(law.velocities[own], described.numbers)
              for own, plain in zip(rod.velocities, rod.plain.velocities, strict=True)}  # fmt: skip
-    gain = rod.evaluate(law.reaction, told.numbers)
-    known = {**told.numbers, **rates, "x": gain, "y": 0, "z": 0}
+    gain = rod.evaluate(law.reaction, described.numbers)
+    known = {**described.numbers, **rates, "x": gain, "y": 0, "z": 0}
     return {name: float(known[name]) for name in scene.names}
 
 

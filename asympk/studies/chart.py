@@ -65,11 +65,11 @@ def write(
     if lacking and not quick:
         raise MissingPackage(f"the full chart runs {', '.join(lacking)} too: pip install {_quoted(lacking)}")
     plan = QUICK if quick else FULL
-    story, files = provenance(plan=plan, quick=quick, digits=30, seed=None), list[Path]()
+    about, files = provenance(plan=plan, quick=quick, digits=30, seed=None), list[Path]()
 
     def store(name: str, rows: Iterable[Any], reference: str = "exact flow") -> None:
         files.append(out / "rows" / f"{name}.csv")
-        write_rows(files[-1], rows, story | {"reference": reference})
+        write_rows(files[-1], rows, about | {"reference": reference})
 
     if {*parts} - {"models"}:
         _warm(plan, tell)

@@ -41,7 +41,7 @@ class Rung:
     reason: str = ""
 
     @property
-    def told(self) -> str:
+    def in_words(self) -> str:
         """The rung in words: its errors and its cost, or why it does not apply."""
         if self.predicted is None:
             return self.reason

@@ -41,7 +41,7 @@ class Ladder(ShownAsTable):
 
     def _card(self) -> Card:
         return Card(f"Least model for an error below {self.rtol:g}: {self.model}",
-                    tuple((rung.model, rung.told) for rung in self.rungs))  # fmt: skip
+                    tuple((rung.model, rung.in_words) for rung in self.rungs))  # fmt: skip
 
     def as_dict(self) -> dict[str, Any]:
         """Return the ladder as plain dictionaries, for JSON."""

@@ -36,10 +36,10 @@ def chunk_provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
 
 def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
     """Follow the trajectories of one chunk and return it as (provenance, bytes of its file)."""
-    story = chunk_provenance(sweep, index)
+    written = chunk_provenance(sweep, index)
     start, stop = sweep.rows(index)
     columns = chunk_columns(sweep.family, sweep.columns(start, stop), stop - start, sweep.itineraries)
-    return story, stored.content(columns, story, sweep.format)
+    return written, stored.content(columns, written, sweep.format)
 
 
 def chunk_columns(
@@ -47,10 +47,10 @@ def chunk_columns(
 ) -> "dict[str, np.ndarray]":
     """Return {name: array} of what becomes of ``size`` trajectories of a family, from {field: number or array}."""
     found = family.follow(columns, size, itineraries)
-    told = {**dict(zip(family.states, found.final, strict=True)), "n_events": found.n_events, "outcome": found.outcome}
+    made = {**dict(zip(family.states, found.final, strict=True)), "n_events": found.n_events, "outcome": found.outcome}
     if itineraries:
-        told["collisions"], told["itinerary"] = _told(family.alphabet, found)
-    return {name: told[name].astype(kind) for name, kind in _kinds(family, itineraries).items()}
+        made["collisions"], made["itinerary"] = _coded(family.alphabet, found)
+    return {name: made[name].astype(kind) for name, kind in _kinds(family, itineraries).items()}
 
 
 def _kinds(family, itineraries):
@@ -58,7 +58,7 @@ def _kinds(family, itineraries):
     return {**kinds, "collisions": "<u2", "itinerary": "<u8"} if itineraries else kinds
 
 
-def _told(alphabet, found):
+def _coded(alphabet, found):
     """Return the number of collisions, and the itinerary as a number; both are 0 where there is an outcome."""
     import numpy as np
 
@@ -85,23 +85,23 @@ def read_chunk(
     """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; ``InputError`` when it is damaged."""
     path = Path(path)
     try:
-        story, columns = stored.load_arrays(path)
-        _check(sweep, story, columns)
+        written, columns = stored.load_arrays(path)
+        _check(sweep, written, columns)
     except MissingPackage:
         raise
     except Exception as reason:  # a damaged archive makes its reader fail in any way
         raise InputError(f"{path}: the chunk is damaged ({short(str(reason))}); run its sweep again") from None
-    return story, columns if only is None else {name: columns[name] for name in only}
+    return written, columns if only is None else {name: columns[name] for name in only}
 
 
-def _check(sweep, story, columns):
+def _check(sweep, written, columns):
     """Require all the columns of a chunk and no other, of their kinds and lengths, with outcomes that exist."""
     import numpy as np
 
     expected = _kinds(sweep.family, sweep.itineraries)
     if {name: values.dtype for name, values in columns.items()} != {k: np.dtype(v) for k, v in expected.items()}:
         raise ValueError(f"its columns are {', '.join(columns)}")
-    if any(values.shape != (story["stop"] - story["start"],) for values in columns.values()):
+    if any(values.shape != (written["stop"] - written["start"],) for values in columns.values()):
         raise ValueError("its columns are not as long as it says")
     if (columns["outcome"] >= len(OUTCOMES)).any():
         raise ValueError("an outcome does not exist")

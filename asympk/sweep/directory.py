@@ -91,8 +91,8 @@ def _kept(sweep, out, index, progress):
     if not os.path.lexists(path):
         return False
     try:
-        story, _ = chunks.read_chunk(sweep, path)
-        whole = story == chunks.chunk_provenance(sweep, index)
+        written, _ = chunks.read_chunk(sweep, path)
+        whole = written == chunks.chunk_provenance(sweep, index)
     except InputError:
         whole = False
     if not whole:
@@ -155,10 +155,10 @@ def _short_of_workers(index):
     return f"workers keep dying, last at chunk {index}: is memory short? All that is done is kept; run again to resume"
 
 
-def _write(sweep, out, index, story, content):
+def _write(sweep, out, index, written, content):
     mine = chunks.chunk_provenance(sweep, index)
-    if story != mine:
-        theirs, ours = ({key: told.get(key) for key in ("asympk", "numpy")} for told in (story, mine))
+    if written != mine:
+        theirs, ours = ({key: provenance.get(key) for key in ("asympk", "numpy")} for provenance in (written, mine))
         raise InputError(f"a worker has {_words(theirs)}, this process has {_words(ours)}: install the same")
     write_bytes(out / chunks.file_name(sweep, index), content)
 
@@ -170,12 +170,12 @@ def results(
 
     Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.
     """
-    sweep, told = read_manifest(out)
+    sweep, manifest = read_manifest(out)
     for index, path in enumerate(files(out)):
-        story, columns = chunks.read_chunk(sweep, path, only)
-        if story != {**chunks.chunk_provenance(sweep, index), **told["versions"]}:
+        written, columns = chunks.read_chunk(sweep, path, only)
+        if written != {**chunks.chunk_provenance(sweep, index), **manifest["versions"]}:
             raise InputError(f"{path}: it is not of this sweep; run the sweep again to replace it")
-        yield path.name, story, columns
+        yield path.name, written, columns
 
 
 def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":

@@ -66,7 +66,7 @@ def _same(handle, path):
 
 def _holder(handle):
     try:
-        told = json.loads(os.read(handle, 1000))
-        return f"process {told['pid']} on {told['host']}"
+        owner = json.loads(os.read(handle, 1000))
+        return f"process {owner['pid']} on {owner['host']}"
     except (ValueError, KeyError, TypeError, OSError):
         return "another process"

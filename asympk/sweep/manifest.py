@@ -17,9 +17,9 @@ VERSIONS = ("asympk", "numpy")
 
 def manifest_of(sweep: "Sweep") -> dict[str, Any]:
     """Return what ``sweep.json`` says of a sweep begun now."""
-    story = chunks.chunk_provenance(sweep, 0)
+    written = chunks.chunk_provenance(sweep, 0)
     return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
-            "versions": {key: story[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
+            "versions": {key: written[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
 
 
 def read_manifest_file(path: Path) -> "tuple[Sweep, dict[str, Any]]":
@@ -29,13 +29,13 @@ def read_manifest_file(path: Path) -> "tuple[Sweep, dict[str, Any]]":
     try:
         if path.stat().st_size > LARGEST:
             raise ValueError("too long")
-        told = json.loads(path.read_text(encoding="utf-8"))
-        sweep = from_description(told["sweep"])
-        versions = {key: told["versions"][key] for key in VERSIONS}
-        mine = {**manifest_of(sweep), "name": told["name"], "versions": versions}
-        if told != mine or not all(isinstance(value, str) for value in told["versions"].values()):
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+        sweep = from_description(manifest["sweep"])
+        versions = {key: manifest["versions"][key] for key in VERSIONS}
+        mine = {**manifest_of(sweep), "name": manifest["name"], "versions": versions}
+        if manifest != mine or not all(isinstance(value, str) for value in manifest["versions"].values()):
             raise ValueError("it does not fit together")
     except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError, RecursionError, AsympkError):
         raise InputError(f"{path}: it is not the manifest of a sweep, or damaged; restore it, or take another "
                          "--out") from None  # fmt: skip
-    return sweep, told
+    return sweep, manifest

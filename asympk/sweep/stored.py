@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def content(columns: "Mapping[str, np.ndarray]", story: Mapping[str, Any], kind: str) -> bytes:
+def content(columns: "Mapping[str, np.ndarray]", provenance: Mapping[str, Any], kind: str) -> bytes:
     """Return {name: array} and their provenance as the bytes of a file of the format ``kind``."""
-    return (_as_npz if kind == "npz" else _as_parquet)(columns, story)
+    return (_as_npz if kind == "npz" else _as_parquet)(columns, provenance)
 
 
 def load_arrays(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
@@ -32,12 +32,12 @@ def load_arrays(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
     return (_load_npz if path.suffix == ".npz" else _load_parquet)(path.read_bytes())
 
 
-def _as_npz(columns, story):
+def _as_npz(columns, provenance):
     import numpy as np
 
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_STORED) as archive:
-        for key, values in {**columns, "provenance": np.array(_text(story))}.items():
+        for key, values in {**columns, "provenance": np.array(_text(provenance))}.items():
             entry = io.BytesIO()
             np.lib.format.write_array(entry, values, version=(1, 0), allow_pickle=False)
             archive.writestr(zipfile.ZipInfo(f"{key}.npy", _EPOCH), entry.getbuffer())
@@ -49,19 +49,19 @@ def _load_npz(raw):
 
     with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
         columns = {key: archive[key] for key in archive.files}
-    story = json.loads(str(columns.pop("provenance")))
-    if _as_npz(columns, story) != raw:
+    provenance = json.loads(str(columns.pop("provenance")))
+    if _as_npz(columns, provenance) != raw:
         raise ValueError("it does not read as it was written")
-    return story, columns
+    return provenance, columns
 
 
-def _text(story):
-    return json.dumps(story, sort_keys=True)
+def _text(provenance):
+    return json.dumps(provenance, sort_keys=True)
 
 
-def _as_parquet(columns, story):
+def _as_parquet(columns, provenance):
     pyarrow, parquet = _pyarrow()
-    said = {"asympk": _text(story), "sha256": _digest(columns)}
+    said = {"asympk": _text(provenance), "sha256": _digest(columns)}
     table = pyarrow.table(columns).replace_schema_metadata(said)
     sink = pyarrow.BufferOutputStream()
     parquet.write_table(table, sink, compression="none", write_page_checksum=True)

@@ -27,8 +27,8 @@ def summarise(out: str | Path) -> dict[str, Any]:
     out = Path(out)
     family = read_manifest(out)[0].family
     counts: dict[str, Counter] = {name: Counter() for name in _COLUMNS}
-    found = quantiles(lambda first: _finals(out, family.states, counts if first else None), PROBABILITIES)
-    told = {
+    found = quantiles(lambda first: _final_states(out, family.states, counts if first else None), PROBABILITIES)
+    summary = {
         "trajectories": sum(counts["outcomes"].values()),
         "outcomes": {OUTCOMES[k]: n for k, n in sorted(counts["outcomes"].items())},
         "events": {str(k): n for k, n in sorted(counts["events"].items())},
@@ -38,11 +38,11 @@ def summarise(out: str | Path) -> dict[str, Any]:
         "probabilities": list(PROBABILITIES),
         "quantiles": found,
     }
-    write_text(out / "summary.json", json.dumps(told, indent=1) + "\n")
-    return told
+    write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    return summary
 
 
-def _finals(out, states, counts):
+def _final_states(out, states, counts):
     """Yield {state: final values} of every chunk, counting its other columns on the way when ``counts`` are given."""
     for _, _, columns in results(out, None if counts else (*states, "outcome")):
         good = columns["outcome"] == 0
@@ -158,15 +158,16 @@ def _double(key):
     return struct.unpack("<d", struct.pack("<q", key ^ (key >> 63 & 2**63 - 1)))[0]
 
 
-def summary_as_text(told: Mapping[str, Any]) -> str:
+def summary_as_text(summary: Mapping[str, Any]) -> str:
     """Return a summary as lines that a person reads."""
-    lines = [f"{told['trajectories']:,} trajectories: " + ", ".join(f"{n:,} {w}" for w, n in told["outcomes"].items())]
-    lines += [f"{n:>14,}  {words}" for words, n in list(told["itineraries"].items())[:12]]
-    if len(told["itineraries"]) > 12:
-        lines.append(f"{'':>14}  and {len(told['itineraries']) - 12} itineraries more")
-    if told["collisions"]:
-        lines.append("collisions: " + ", ".join(f"{k}: {n:,}" for k, n in told["collisions"].items()))
-    width = max(map(len, ("quantiles", *told["quantiles"])))
-    lines.append("quantiles".ljust(width + 1) + "".join(f"{p:>14g}" for p in told["probabilities"]))
-    lines += [f"{axis:>{width}} " + "".join(f"{q:>14.6g}" for q in found) for axis, found in told["quantiles"].items()]
+    outcomes = ", ".join(f"{n:,} {words}" for words, n in summary["outcomes"].items())
+    lines = [f"{summary['trajectories']:,} trajectories: {outcomes}"]
+    lines += [f"{n:>14,}  {words}" for words, n in list(summary["itineraries"].items())[:12]]
+    if len(summary["itineraries"]) > 12:
+        lines.append(f"{'':>14}  and {len(summary['itineraries']) - 12} itineraries more")
+    if summary["collisions"]:
+        lines.append("collisions: " + ", ".join(f"{k}: {n:,}" for k, n in summary["collisions"].items()))
+    width = max(map(len, ("quantiles", *summary["quantiles"])))
+    lines.append("quantiles".ljust(width + 1) + "".join(f"{p:>14g}" for p in summary["probabilities"]))
+    lines += [f"{axis:>{width}} " + "".join(f"{q:>14.6g}" for q in row) for axis, row in summary["quantiles"].items()]
     return "\n".join(lines)

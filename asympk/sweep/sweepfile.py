@@ -133,13 +133,13 @@ def _draws(axis, start, stop, key):
     return np.exp(math.log(low) + (math.log(high) - math.log(low)) * part)
 
 
-def from_description(told: Mapping[str, Any]) -> Sweep:
+def from_description(description: Mapping[str, Any]) -> Sweep:
     """Return the ``Sweep`` that ``described`` describes; raises ``InputError`` and others for what is no such thing."""
     axes = {field: Axis(kind, tuple(Fraction(number(field, value)) for value in values))
-            for field, (kind, *values) in told["axes"].items()}  # fmt: skip
-    settings = (told[key] for key in ("count", "seed", "chunk", "format", "itineraries"))
-    sweep = Sweep(_described(told), axes, *settings)
-    if sweep.described() != told or sweep.format not in FORMATS or not 1 <= sweep.chunk <= 2**24:
+            for field, (kind, *values) in description["axes"].items()}  # fmt: skip
+    settings = (description[key] for key in ("count", "seed", "chunk", "format", "itineraries"))
+    sweep = Sweep(_described(description), axes, *settings)
+    if sweep.described() != description or sweep.format not in FORMATS or not 1 <= sweep.chunk <= 2**24:
         raise InputError("it does not describe a sweep")
     return sweep
 
@@ -194,13 +194,13 @@ def _family(table):
     return family_of_table(table)
 
 
-def _described(told):
+def _described(description):
     """Return the family of a ``description``; what is none makes another description, or an error."""
-    if "system" in told:
+    if "system" in description:
         from asympk.sweep.systems import SystemFamily
 
-        return SystemFamily.described(told)
-    return PhysicalRodFamily() if "quantities" in told else RodFamily()
+        return SystemFamily.described(description)
+    return PhysicalRodFamily() if "quantities" in description else RodFamily()
 
 
 def _check(sweep, table):

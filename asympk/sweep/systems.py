@@ -47,9 +47,9 @@ class SystemFamily:
     text: str
 
     @classmethod
-    def described(cls, told: Mapping[str, Any]) -> "SystemFamily":
+    def described(cls, description: Mapping[str, Any]) -> "SystemFamily":
         """Return the family of a ``description``."""
-        return cls(_written(told["system"], told["parameters"]))
+        return cls(_written(description["system"], description["parameters"]))
 
     @property
     def description(self) -> dict[str, Any]:

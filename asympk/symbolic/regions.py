@@ -28,7 +28,7 @@ class Span:
         return sp.Interval(self.start, self.end, not self.closed_start, not self.closed_end)
 
     @property
-    def told(self) -> str:
+    def in_words(self) -> str:
         """The interval as text, such as ``[1/4, oo)``."""
         return f"{'[' if self.closed_start else '('}{self.start}, {self.end}{']' if self.closed_end else ')'}"
 
@@ -125,11 +125,11 @@ class Region(ShownAsFormulas):
             numbers = {s: as_exact(v, s) for s, v in given.items()}
         else:
             numbers = as_arrays(given)
-        told = with_default(numbers, wanted, default)
-        require_relations(self.plane.allowed, told)
-        if missing := needed - told.keys():
+        known = with_default(numbers, wanted, default)
+        require_relations(self.plane.allowed, known)
+        if missing := needed - known.keys():
             raise InputError(f"{in_words(missing)} is missing; the region {self.name!r} depends on {in_words(needed)}")
-        return holds(self.condition, told)
+        return holds(self.condition, known)
 
     def spans(self, values: Mapping | None = None, /, **named: Any) -> tuple[Span, ...]:
         """Return the spans, with symbolic ends, of the cell that holds the parameters, given as in ``contains``.
@@ -139,15 +139,15 @@ class Region(ShownAsFormulas):
         """
         if not self.cells:
             raise NotDerivable(f"{self.name}: {self.condition} is no union of intervals of the load; ask contains")
-        known = self.plane.parameters if self.plane.alone else (*self.plane.parameters, *self.plane.states)
-        given = by_symbol({**(values or {}), **named}, known, "this system")
+        symbols = self.plane.parameters if self.plane.alone else (*self.plane.parameters, *self.plane.states)
+        given = by_symbol({**(values or {}), **named}, symbols, "this system")
         wanted = set().union(*(cell.condition.free_symbols for cell in self.cells))
-        told = with_default({s: as_exact(v, s) for s, v in given.items()}, wanted, self.plane.default)
-        require_relations(self.plane.allowed, told)
+        known = with_default({s: as_exact(v, s) for s, v in given.items()}, wanted, self.plane.default)
+        require_relations(self.plane.allowed, known)
         for cell in self.cells:
-            if cell.condition.subs(told) == sp.true:
+            if cell.condition.subs(known) == sp.true:
                 return cell.spans
-        raise InputError(f"{self.name}: {in_words(wanted - told.keys())} is missing; the spans depend on it")
+        raise InputError(f"{self.name}: {in_words(wanted - known.keys())} is missing; the spans depend on it")
 
     @property
     def _shown(self) -> tuple[RegionCell, ...]:
@@ -162,11 +162,12 @@ class Region(ShownAsFormulas):
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
     def __str__(self) -> str:
-        told = (f"{_told(cell.spans)} for {cell.condition}" for cell in self._shown if cell.spans)
-        return "; ".join(told) or (str(self.condition) if not self._shown else "nowhere")
+        parts = (f"{_spans_in_words(cell.spans)} for {cell.condition}" for cell in self._shown if cell.spans)
+        return "; ".join(parts) or (str(self.condition) if not self._shown else "nowhere")
 
     def _card(self) -> Card:
-        rows = [(str(cell.condition), _told(cell.spans)) for cell in self._shown] or [("where", self.condition)]
+        rows = [(str(cell.condition), _spans_in_words(cell.spans)) for cell in self._shown]
+        rows = rows or [("where", self.condition)]
         return Card(f"Region {self.name}, load {self.plane.load}", tuple(rows))
 
     def _latex(self, printer: Any, **options: Any) -> str:
@@ -176,8 +177,8 @@ class Region(ShownAsFormulas):
         return rf"$\displaystyle {self.latex()}$"
 
 
-def _told(spans: tuple[Span, ...]) -> str:
-    return " u ".join(span.told for span in spans) or "nowhere"
+def _spans_in_words(spans: tuple[Span, ...]) -> str:
+    return " u ".join(span.in_words for span in spans) or "nowhere"
 
 
 def _latex_union(spans):

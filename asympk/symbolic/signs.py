@@ -72,8 +72,8 @@ def known_sign(expr: sp.Expr, assumptions: sp.Basic) -> int:
     """Return 1 or -1 where that is the sign of ``expr``, unless it is 0, for all real symbols; 0 where it is open."""
     if expr.has(sp.I):
         return 0
-    if told := {sp.true: 1, sp.false: -1}.get(_relation(expr, assumptions)):
-        return told
+    if known := {sp.true: 1, sp.false: -1}.get(_relation(expr, assumptions)):
+        return known
     facts = sp.And.make_args(assumptions)
     return next((sign for sign in (1, -1) if _is_known(sign * expr, facts)), 0)
 

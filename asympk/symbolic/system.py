@@ -65,8 +65,8 @@ class Friction(ShownAsFormulas):
     constraint: Any = None
 
     def _card(self) -> Card:
-        told = ("force", "velocity", "load", "kinetic", "static", "gap", "constraint")
-        rows = [(name, getattr(self, name)) for name in told]
+        shown = ("force", "velocity", "load", "kinetic", "static", "gap", "constraint")
+        rows = [(name, getattr(self, name)) for name in shown]
         return Card("Friction", tuple((name, value) for name, value in rows if value is not None))
 
     def __post_init__(self) -> None:

@@ -70,12 +70,12 @@ def begun(state, t0):
 def refined(scene, path):
     """Return (times of the events, final state) of the modes of a path, at 70 digits; check guards between them."""
     automaton = Automaton(scene.system, scene.values)
-    legs = path.at.legs
+    segments = path.at.segments
     size = len(scene.start)
     branch = automaton.first(scene.start)
     exact = map(Fraction, scene.start)
     state, now, times = [mpmath.mpf(v.numerator) / v.denominator for v in exact], mpmath.mpf(0), []
-    for k, leg in enumerate(legs):
+    for k, leg in enumerate(segments):
         mode = Truth(scene.system, scene.values, branch)
         whole = begun(state, now)
         span = mpmath.mpf(leg.span)

@@ -52,7 +52,7 @@ def test_a_ladder_whose_time_is_over_says_which_rungs_were_not_tried_and_which_n
     monkeypatch.setattr(collocation, "monotonic", count(step=10).__next__)
     ladder = ap.least_model(_enzyme(), 1e-2, seconds=5)
     assert ladder.model == "slow"
-    assert all(r.measured is None and r.cost > 0 and "not measured" in r.told for r in ladder.rungs)
+    assert all(r.measured is None and r.cost > 0 and "not measured" in r.in_words for r in ladder.rungs)
     with pytest.raises(InputError, match="seconds"):
         ap.least_model(_enzyme(), 1e-2, seconds=0)
 

@@ -219,10 +219,10 @@ def physical(path: Path) -> Path:
     scene = path.scene
     if getattr(scene, "rod", None) is None:
         raise InputError("the path has no physical quantities; give its scene as ap.Scene.physical(m=, P=, f=, ...)")
-    units, told = scene.rod.units, scene_in_units(scene)
+    units, physical = scene.rod.units, scene_in_units(scene)
     events = tuple(e._replace(t=units.moment(e.t), state=units.state(*e.state)) for e in path.events)
     reached = {"reached": units.moment(path.info["reached"])} if "reached" in path.info else {}
-    return replace(path, scene=told, final=units.state(*path.final), events=events, at=PhysicalDense(path, units),
+    return replace(path, scene=physical, final=units.state(*path.final), events=events, at=PhysicalDense(path, units),
                    info={**path.info, **reached})  # fmt: skip
 
 

@@ -15,7 +15,7 @@ class RodDense(ClosedForm):
 
     def __call__(self, t: Number) -> Any:
         """Return an array of shape ``(3,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
-        starts = [leg.start for leg in self.legs]
+        starts = [solved.start for solved in self.segments]
         if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):
             return self._state(t, starts)
         import numpy as np
@@ -31,7 +31,7 @@ class RodDense(ClosedForm):
             t, until = float(t), float(until)
         if not 0 <= t <= until:
             raise InputError(f"t = {t}: it must be from 0 to until = {until}")
-        t = self.legs[0].segment.mode.m.number(t)
-        leg = self.legs[bisect_right(starts, t) - 1]
-        x, y, _, z, _ = leg.segment.state(t - leg.start)
+        t = self.segments[0].segment.mode.m.number(t)
+        solved = self.segments[bisect_right(starts, t) - 1]
+        x, y, _, z, _ = solved.segment.state(t - solved.start)
         return tuple(map(self.convert, (x, y, z)))

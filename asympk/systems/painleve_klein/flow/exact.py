@@ -10,7 +10,7 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from asympk.arithmetic import Doubles, flow_context, set_digits
+from asympk.arithmetic import Doubles, agreed, flow_context, set_digits
 from asympk.errors import InputError, Undecided
 from asympk.numbers import Arithmetic, whole
 from asympk.path import Event, Path
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.segments import SolvedSegment
 
 MOST_DIGITS = 1000
-SPARE_DIGITS = 30
+MOST_SPARE = 1200
 DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
 SHOWN_OF_ERRORS = 3
 LARGEST_DOUBLE = 308
@@ -66,9 +66,9 @@ def run(
     from asympk.digits import carried
 
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    legs, error = _certified(_case(scene), digits, progress=progress)
+    solved, error = _certified(_case(scene), digits, progress=progress)
     convert = partial(carried, digits=digits)
-    return _path(scene, digits, _rounded(legs, convert), legs, carried(error, SHOWN_OF_ERRORS), convert)
+    return _path(scene, digits, _rounded(solved, convert), solved, carried(error, SHOWN_OF_ERRORS), convert)
 
 
 def _case(scene):
@@ -78,21 +78,21 @@ def _case(scene):
 def followed_in_doubles(case: RodNumbers) -> "tuple[list[SolvedSegment], list[SolvedSegment], float, Callable]":
     """Return (segments rounded to doubles, as they were followed, error, conversion to doubles) of a ``RodNumbers``."""
     try:
-        legs = segments_of(Doubles, case)
-        error = TRUSTED / SAFETY if calm(legs, float(case.until)) else estimated_error(legs, TRUSTED)
+        solved = segments_of(Doubles, case)
+        error = TRUSTED / SAFETY if calm(solved, float(case.until)) else estimated_error(solved, TRUSTED)
         if error <= TRUSTED:
-            return legs, legs, SAFETY * error, float
+            return solved, solved, SAFETY * error, float
         if error <= REFINABLE:
-            return _to_doubles(segments_of(_refining(), case, legs))
+            return _to_doubles(segments_of(_refining(), case, solved))
     except (Undecided, OverflowError, ZeroDivisionError):
         pass
     return _to_doubles(_certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)[0])
 
 
-def _to_doubles(legs):
+def _to_doubles(solved):
     from asympk.digits import double
 
-    return _rounded(legs, double), legs, ROUNDED, double
+    return _rounded(solved, double), solved, ROUNDED, double
 
 
 @lru_cache(maxsize=64)
@@ -110,62 +110,44 @@ def _refining():
 
 
 def segments_of(
-    m: Arithmetic, case: RodNumbers, known: "Sequence[SolvedSegment] | None" = None, told: Any = None
+    m: Arithmetic, case: RodNumbers, known: "Sequence[SolvedSegment] | None" = None, on_event: Any = None
 ) -> "list[SolvedSegment]":
     """Return the segments of the solution of ``case`` in the numbers of ``m``; the rest is as in ``follow_rod``."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else RodFlow(m, *parameters)
     start, deviation = beginning(flow, case)
-    return follow_rod(flow, start, m.number(case.until), deviation, known, told)
+    return follow_rod(flow, start, m.number(case.until), deviation, known, on_event)
 
 
 def _certified(case, digits, largest=None, progress=None):
-    """Return (legs, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
+    """Return (segments, error) right to ``digits`` digits."""
+    most = 4 * digits + MOST_SPARE
+    m, until = flow_context(largest or most), float(case.until)
 
-    The digits at work are doubled until the runs agree; with the most that may be spent, a sign within the margin of
-    rounding is taken as it is.
-    """
-    most = 4 * digits + 1200
-    m = flow_context(largest or most)
-    working = digits + SPARE_DIGITS
-    while working < 2 * most:
-        coarse = _tried(m, working, working >= most, case, progress)
-        if coarse:
-            fine = _tried(m, working + 8 + digits // 4, working >= most, case, progress)
-            error = _distance(coarse, fine) if fine else None
-            if error is not None and error * 10**digits < 1:
-                return fine, error
-        working *= 2
-    raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
-                    "not decide, or grows beyond them; take a smaller until or another start")
+    def follow(working, tie):
+        set_digits(m, working, tie)
+        return segments_of(m, case, on_event=progress and (lambda t: progress(float(t), until, working)))
 
-
-def _tried(m, digits, tie, case, progress):
-    set_digits(m, digits, tie)
-    until = float(case.until)
-    try:
-        return segments_of(m, case, told=progress and (lambda t: progress(float(t), until, digits)))
-    except Undecided:
-        return None
+    return agreed(follow, _distance, digits, most)
 
 
 def _distance(coarse, fine):
     """Return the distance of the final (x, z), relative to the largest on the path; None when the events differ."""
-    if [leg.mode for leg in coarse] != [leg.mode for leg in fine]:
+    if [segment.mode for segment in coarse] != [segment.mode for segment in fine]:
         return None
     there, here = coarse[-1].end, fine[-1].end
     return max(abs(there[0] - here[0]), abs(there[3] - here[3])) / largest_state(fine)
 
 
-def _rounded(legs, convert):
-    return [leg._replace(start=convert(leg.start), end=tuple(map(convert, leg.end))) for leg in legs]
+def _rounded(solved, convert):
+    return [segment._replace(start=convert(segment.start), end=tuple(map(convert, segment.end))) for segment in solved]
 
 
-def _path(scene, digits, rounded, legs, error, convert):
+def _path(scene, digits, rounded, solved, error, convert):
     events = []
-    for leg, after in pairwise(rounded):
-        x, y, _, z, _ = leg.end
-        events.append(Event(leg.kind, after.start, (x, y, z)))
+    for segment, after in pairwise(rounded):
+        x, y, _, z, _ = segment.end
+        events.append(Event(segment.kind, after.start, (x, y, z)))
     x, y, _, z, _ = rounded[-1].end
-    modes = tuple([leg.mode for leg in rounded])
-    return Path(scene, "exact", (x, y, z), tuple(events), modes, RodDense(run, scene, digits, legs, convert), error)
+    modes = tuple([segment.mode for segment in rounded])
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, RodDense(run, scene, digits, solved, convert), error)

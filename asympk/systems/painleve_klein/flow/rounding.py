@@ -17,25 +17,25 @@ if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.segments import RodMode, SolvedSegment
 
 UNIT = 2.0**-53
-CALM_LEGS = 6
+CALM_SEGMENTS = 6
 
 
-def estimated_error(legs: "Sequence[SolvedSegment]", enough: Number) -> float:
+def estimated_error(segments: "Sequence[SolvedSegment]", enough: Number) -> float:
     """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
-    error = forward(legs)
-    return error if not error > enough else min(error, backward(legs))
+    error = forward(segments)
+    return error if not error > enough else min(error, backward(segments))
 
 
-def calm(legs: "Sequence[SolvedSegment]", until: Number) -> bool:
+def calm(segments: "Sequence[SolvedSegment]", until: Number) -> bool:
     """Tell whether nothing in a run can amplify rounding: a quick look that spares the ordinary run its account.
 
-    Few legs, all of two exponentials well apart; a growing part that does not come from a cancellation; events met at
-    speed; drifts and final rates that are in proportion to the path.
+    Few segments, all of two exponentials well apart; a growing part that does not come from a cancellation; events met
+    at speed; drifts and final rates that are in proportion to the path.
     """
-    if len(legs) > CALM_LEGS:
+    if len(segments) > CALM_SEGMENTS:
         return False
     size = 1.0
-    for _, _, segment, kind, span, (x, y, s, z, thrust) in legs:
+    for _, _, segment, kind, span, (x, y, s, z, thrust) in segments:
         if segment.short:
             return False
         mode, size = segment.mode, max(size, x, -x, z, -z)
@@ -51,12 +51,12 @@ def calm(legs: "Sequence[SolvedSegment]", until: Number) -> bool:
     return (abs(y) + abs(mode.a + mode.fall * s)) * until < 4.0 * size
 
 
-def largest_state(legs: "Sequence[SolvedSegment]") -> Number:
+def largest_state(segments: "Sequence[SolvedSegment]") -> Number:
     """Return the largest of 1, |x|, |z| at the start, the events and the end."""
-    first = legs[0].segment
+    first = segments[0].segment
     size = max(1, abs(first.x0), abs(first.z0))
-    for leg in legs:
-        x, _, _, z, _ = leg.end
+    for segment in segments:
+        x, _, _, z, _ = segment.end
         size = max(size, x, -x, z, -z)
     return size
 
@@ -67,17 +67,17 @@ def rates_at(mode: "RodMode", state: tuple[Number, ...]) -> tuple[Number, Number
     return y, y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
 
 
-def forward(legs: "Sequence[SolvedSegment]") -> float:
+def forward(segments: "Sequence[SolvedSegment]") -> float:
     """Bound the error at the end by carrying bounds of the errors of x, s, z and of the time."""
     ex = es = ez = late = 0.0
-    for _, _, segment, kind, span, end in legs:
+    for _, _, segment, kind, span, end in segments:
         spread = _fast_slow if type(segment) is FastSlowSegment else _smooth
         ex, es, ez, lag = spread(segment, span, kind, end, ex, es, ez)
         late += lag + UNIT * span
     dx, _, dz = rates_at(segment.mode, end)
     ex, ez = ex + abs(dx) * late, ez + abs(dz) * late
     nothing = 0 * (ex + ez)  # but NaN when the run has left the range of doubles
-    return max(ex, ez) / largest_state(legs) + nothing
+    return max(ex, ez) / largest_state(segments) + nothing
 
 
 def _fast_slow(segment, t, kind, end, ex, es, ez):
@@ -148,17 +148,17 @@ def _rounded(segment, t, state):
     return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
 
 
-def backward(legs: "Sequence[SolvedSegment]") -> float:
+def backward(segments: "Sequence[SolvedSegment]") -> float:
     """Bound the error at the end by the derivatives of the final (x, z) with respect to every state before."""
-    dx, _, dz = rates_at(legs[-1].segment.mode, legs[-1].end)
+    dx, _, dz = rates_at(segments[-1].segment.mode, segments[-1].end)
     rows = (1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)
-    return max(_weighed(legs, row) for row in rows) / largest_state(legs)
+    return max(_weighed(segments, row) for row in rows) / largest_state(segments)
 
 
-def _weighed(legs, row):
+def _weighed(segments, row):
     px, ps, pz, pt = row
     error = 0.0
-    for _, start, segment, kind, span, end in reversed(legs):
+    for _, start, segment, kind, span, end in reversed(segments):
         mode = segment.mode
         dx, ds, dz = rates_at(mode, end)
         if kind == "velocity_zero":

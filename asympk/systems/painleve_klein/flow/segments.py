@@ -99,7 +99,7 @@ class SolvedSegment(NamedTuple):
 
 def follow_rod(
     flow: RodFlow, start: tuple[Number, ...], until: Number, deviation: Number | None = None,
-    known: Sequence[SolvedSegment] | None = None, told: Callable[[Number], None] | None = None,
+    known: Sequence[SolvedSegment] | None = None, on_event: Callable[[Number], None] | None = None,
 ) -> list[SolvedSegment]:  # fmt: skip
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
@@ -127,8 +127,8 @@ def follow_rod(
         if abs(y) > m.largest:
             raise TooLarge(_too_large(m, t, y))
         t = t + span
-        if told:
-            told(t)
+        if on_event:
+            on_event(t)
         sticks = kind == "velocity_zero" and flow.sticks(s, segment.s_size(span))
         s_sign, z_sign = signs_after(kind, s_sign, z_sign, s, sticks)
         if len(done) > MOST_EVENTS:

@@ -81,11 +81,11 @@ def first_signs(
 
 def _first_signs(flow, case, s, y, z):
     """Return the signs of s and z just after a start on a boundary, and s, snapped to the edge that it is on."""
-    s_sign, z_sign, on_edge = _told(flow, case, s, y, z)
+    s_sign, z_sign, on_edge = _signs(flow, case, s, y, z)
     return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
 
 
-def _told(flow, case, s, y, z):
+def _signs(flow, case, s, y, z):
     """Return the ``first_signs`` as doubles tell them, or else as exact fractions do.
 
     A quantity is zero or told by the numbers in use: what follows is computed in them, and they must see it too.
