@@ -62,13 +62,14 @@ def _nothing(segment, s_sign, z_sign, turn, left, opening):
     if mode.fast_rate * left > 600:
         return None
     for t in (left,) if turn is None else (turn, left):
-        s, z = segment.probe(t)
+        state = segment.state(t)
+        _, _, s, z, _ = state
         opens = z_sign * (1.0 + mode.fall * s) > 0
         clear = s_sign * s > MARGIN * segment.s_size(t) and z_sign * z > MARGIN * segment.z_size(t)
         if not clear or (opens and not opening and not _above(segment, z_sign)):
             return None
         opening = opens
-    return "", left, segment.state(left)
+    return "", left, state
 
 
 def _above(segment, z_sign):
