@@ -21,7 +21,7 @@ from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, outcome_of
 from asympk.scene import Scene
-from asympk.symbolic.branches import OPEN, Phase
+from asympk.symbolic.branches import OPEN, all_phases
 
 CHUNK = 4096
 FEW = 3  # rows that cost less one by one
@@ -322,15 +322,10 @@ def _beginning(modes, t, w):
     scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
     tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
     lost = tiny.any(axis=0)
-    choices = [_phases(f) for f in modes.system.frictions]
+    choices = [*map(all_phases, modes.system.frictions)]
     candidates = list(product(*choices))
     branch, doubtful = _chosen(modes, candidates, t, w, velocities, loads)
     return branch, doubtful | lost
-
-
-def _phases(friction):
-    signs = [Phase(load, velocity) for load in (1, -1) for velocity in (0, 1, -1)]
-    return signs + ([OPEN] if friction.gap is not None else [])
 
 
 def _after(modes, k, event, row, flock, struck):
@@ -338,7 +333,7 @@ def _after(modes, k, event, row, flock, struck):
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
     w[struck] = _snapped(modes.whole(before, t, w[struck]), row, modes.movable(before))
     phases = [(phase,) for phase in before]
-    phases[friction] = _phases(modes.system.frictions[friction])
+    phases[friction] = all_phases(modes.system.frictions[friction])
     velocities, loads = modes.contacts(t, w[struck])
     if kind == "velocity_zero" or before[friction].mode == "stick":
         velocities[friction] = 0.0

@@ -27,7 +27,7 @@ from asympk.numbers import Number
 from asympk.path import Event
 from asympk.scene import Scene
 from asympk.symbolic import branches
-from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.branches import Branch, Phase, all_phases
 from asympk.symbolic.system import System
 
 MOST_EVENTS = 200
@@ -136,7 +136,7 @@ def enclose(
     """
     modes = _Modes(system, ExactEntries(system, values, ranges))
     state = modes.begun(start)
-    phases = [_phases(friction) for friction in system.frictions]
+    phases = [*map(all_phases, system.frictions)]
     mode, touching = modes.chosen(list(product(*phases)), state, "start")
     t, names, size = ball(0), [mode.name], len(system.states)
     events: list[Event] = []
@@ -153,17 +153,12 @@ def enclose(
         state = _struck(segment.at(guard, dt), guard, mode)
         t = t + dt
         phases = [(phase,) for phase in mode.branch]
-        phases[guard.friction] = _phases(system.frictions[guard.friction])
+        phases[guard.friction] = all_phases(system.frictions[guard.friction])
         mode, touching = modes.chosen(list(product(*phases)), state, guard.kind)
         names.append(mode.name)
         events.append(Event(guard.kind, t, tuple(state.balls[k, 0] for k in range(size)), guard.friction))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
-
-
-def _phases(friction):
-    signs = [Phase(load, velocity) for load in (1, -1) for velocity in (0, 1, -1)]
-    return signs + ([OPEN] if friction.gap is not None else [])
 
 
 def _struck(balls, guard, mode):

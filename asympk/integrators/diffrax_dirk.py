@@ -17,13 +17,12 @@ from asympk.automaton.modes import function, mode_of, namespace
 from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import follow_steps
 from asympk.integrators.watch import Look, near
-from asympk.symbolic.branches import Phase
+from asympk.symbolic.branches import all_phases
 
 if TYPE_CHECKING:
     import numpy as np
 
 AT_ONCE = 1000  # steps of a run
-MOST_TOGETHER = 6  # modes compiled into one function: those of one friction without a gap
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -92,10 +91,9 @@ def _split(found):
 def _together(mode):
     """Return the modes that are compiled with a mode: all of its system, or itself alone."""
     system = mode.system
-    phases = [Phase(load, velocity) for load in (1, -1) for velocity in (0, 1, -1)]
     if len(system.frictions) != 1 or any(f.gap is not None or f.constraint is not None for f in system.frictions):
         return (mode,)
-    return tuple(mode_of(system, branch) for branch in product(phases, repeat=len(system.frictions)))
+    return tuple(mode_of(system, branch) for branch in product(*map(all_phases, system.frictions)))
 
 
 @lru_cache(maxsize=24)

@@ -113,4 +113,4 @@ def nonlinear_work_picture(rows: Sequence[Row]) -> "Figure":
 def models_picture(rows: StoredRows) -> "Figure | None":
     """Draw what integrators cost at the error of a model, in units of the model's cost."""
     saved = modelwork.savings(rows)
-    return figures.savings(saved) if saved else None
+    return figures.model_savings(saved) if saved else None

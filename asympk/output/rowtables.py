@@ -31,7 +31,7 @@ def method_table(rows: Sequence[Row], accuracy: float = 1e-5) -> Table:
             dressed = Cell(name.replace("z/ε", r"$z/\varepsilon$").replace("(z)", "($z$)"), name)
             body.append((dressed, *map(str, counts), f"{len(costs)} of {len(places)}", span))
     header = ("method", "right", "modes missed", "wrong end", "stalled", "budget spent", "refused",
-              f"error below ${figures.power_of_ten(accuracy)}$", "CPU time / exact flow")
+              f"error below ${style.power_of_ten(accuracy)}$", "CPU time / exact flow")
     return Table("methods", "lrrrrrrrl", header, tuple(body))
 
 

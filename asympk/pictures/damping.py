@@ -37,7 +37,7 @@ def _times(ax, rows):
         unit = leading_law(epsilon, 1)
         ratios = [row["zeta"] for row in here]
         ax.plot(ratios, [row["jam"] / unit for row in here], mark, color=ink, ms=2.2, mfc="white", mew=0.5,
-                label=rf"$\varepsilon = {_power(epsilon)}$")
+                label=rf"$\varepsilon = {style.power_of_ten(epsilon)}$")
         ax.plot(ratios, [row["law"] / unit for row in here], color=ink, lw=0.5)
     ratios = sorted({row["zeta"] for row in rows if row["zeta"] < 30})
     ax.plot(ratios, [leading_law(0.5, zeta) / leading_law(0.5, 1) for zeta in ratios], color="black", lw=1.0,
@@ -88,9 +88,3 @@ def _undamped(ax, rows):
     ax.set_xticks(epsilons, [f"1/{round(1 / epsilon)}" for epsilon in epsilons])
     ax.minorticks_off()
     ax.legend(loc="upper right")
-
-
-def _power(value):
-    from math import log10
-
-    return f"10^{{{round(log10(value))}}}"

@@ -93,7 +93,7 @@ def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float], note: 
     with sheet(1.5 * lines, lines, 2, entries=len(methods), note=note, sharex=True, sharey=True) as (figure, axes):
         for ax, mu in zip(axes.flat, mus, strict=False):
             _precision_panel(ax, [row for row in rows if row["mu"] == mu], methods)
-            ax.set_title(rf"$\mu = {power_of_ten(mu)}$", pad=2)
+            ax.set_title(rf"$\mu = {style.power_of_ten(mu)}$", pad=2)
         for ax in axes.flat[len(mus):]:
             ax.set_visible(False)
         for ax in axes[:, 0]:
@@ -136,7 +136,7 @@ def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float,
         for ax, scene in zip(axes.flat, scenes, strict=True):
             _cost_panel(ax, [row for row in rows if row["scene"] == scene], methods, accuracy)
             ax.set(ylabel="CPU time / exact flow")
-            ax.set_title(f"scene ({scene}), error below ${power_of_ten(accuracy)}$", pad=2)
+            ax.set_title(f"scene ({scene}), error below ${style.power_of_ten(accuracy)}$", pad=2)
         axes.flat[-1].set_xlabel(r"$\mu$")
         axes.flat[-1].margins(x=0.07)
         axes.flat[-1].invert_xaxis()
@@ -252,7 +252,7 @@ def _errors(rows, method):
                   and row["final_error"] is not None and (row["rtol"] or ALONGSIDE) == ALONGSIDE)  # fmt: skip
 
 
-def savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "Figure":
+def model_savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "Figure":
     """What integrators cost at the error of the jump of order 1, in units of it: a panel per system, over mu.
 
     ``found`` is that of ``studies.modelwork.savings``; what no tolerance reaches stands in the band.
@@ -337,7 +337,7 @@ def _failure_block(ax, rows, along, methods):
     ax.set_xlim(-0.5, len(places) - 0.5)
     ax.grid(visible=False)
     ax.tick_params(length=0)
-    ends = {0: f"${power_of_ten(places[0])}$", len(places) - 1: f"${power_of_ten(places[-1])}$"}
+    ends = {0: f"${style.power_of_ten(places[0])}$", len(places) - 1: f"${style.power_of_ten(places[-1])}$"}
     if places[0] < 0 < places[-1]:
         ends[bisect(places, 0) - 0.5] = "0"
     ax.set_xticks([*ends], [*ends.values()])
@@ -353,10 +353,3 @@ def _failure_handle(key):
 def _methods(rows):
     present = {row["method"] for row in rows}
     return [method for method in (*style.METHODS, *style.MODELS) if method in present]
-
-
-def power_of_ten(value: Any) -> str:
-    """Return ``value`` as a power of ten in LaTeX, or as it is."""
-    exponent = log10(abs(value))
-    power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"
-    return f"-{power}" if value < 0 else power

@@ -170,7 +170,7 @@ def jump_beside_the_vertical_one(paths: Sequence[Path], paper: "tuple[np.ndarray
         for path, ink, dash in zip(paths, INKS, ((0, (1, 1)), (0, (4, 1.5)), "-"), strict=False):
             _, (x, y, z) = traced(path)
             mu = float(path.scene.mu)
-            ax.plot(x, z, mu * y, color=ink, ls=dash, label=rf"$\mu = {_power(mu)}$")
+            ax.plot(x, z, mu * y, color=ink, ls=dash, label=rf"$\mu = {style.power_of_ten(mu)}$")
             ax.plot(x, z, np.full_like(x, _FLOOR), color=ink, ls=dash, lw=0.4, alpha=0.6)
         ax.plot(*paper, np.zeros_like(paper[0]), color="0.45", lw=1.0, ls=(0, (5, 1.5, 1, 1.5)), label="$x$ held")
         ax.set(xlabel="$x$", ylabel="$z$", zlabel=r"$\mu y$", zlim=(_FLOOR, 0.5), xticks=(0, 0.5, 1),
@@ -192,12 +192,6 @@ def with_x_held(sigma: Number, start: Sequence[Number | str], until: Number) -> 
     x0, _, z0 = map(float, map(Fraction, start))
     x = rest + (x0 - rest) * np.exp(-np.linspace(0, until, 100))
     return np.concatenate(([x0, x0], x)), np.concatenate(([z0, 0], curve(x) - curve(np.array(x0))))
-
-
-def _power(value):
-    from math import log10
-
-    return f"10^{{{round(log10(value))}}}"
 
 
 def _curves(name, sigma):

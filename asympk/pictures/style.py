@@ -3,6 +3,7 @@
 Colours are those of Okabe and Ito; no two things in one picture are told apart by colour alone.
 """
 
+from math import log10
 from types import ModuleType
 from typing import Any
 
@@ -84,3 +85,10 @@ def curve(method: str) -> dict[str, Any]:
     if marker == "*" or marker.startswith("$"):
         shape = {"markersize": 4.4, "markeredgewidth": 0.2}
     return {"label": name, "color": colour, "marker": marker, "linestyle": dash, **shape}
+
+
+def power_of_ten(value: Any) -> str:
+    """Return ``value`` as a power of ten in LaTeX, or as it is."""
+    exponent = log10(abs(value))
+    power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"
+    return f"-{power}" if value < 0 else power

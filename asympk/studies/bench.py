@@ -23,7 +23,7 @@ BOXES = {
 }
 
 
-def seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25) -> float:
+def median_seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25) -> float:
     """Return the median time of a call, of at least ``least`` calls and as many as fit the budget."""
     times: list[float] = []
     end = perf_counter() + budget
@@ -38,9 +38,9 @@ def scalar(name: str, mu: float) -> str:
     """Compare the exact flow in doubles and in 50 digits with a careful LSODA at 1e-6."""
     scene = ap.Scene(1, mu, SCENES[name], 5)
     ap.solve(scene)
-    exact = seconds(lambda: ap.solve(scene))
-    digits = seconds(lambda: ap.solve(scene, digits=50))
-    lsoda = seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
+    exact = median_seconds(lambda: ap.solve(scene))
+    digits = median_seconds(lambda: ap.solve(scene, digits=50))
+    lsoda = median_seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
     true = ap.solve(scene, digits=50).final
     error = max(abs(p - q) for p, q in zip(ap.solve(scene).final, true, strict=True))
     return (f"{exact * 1e6:7.1f} us, error {float(error):.0e}; 50 digits {digits / exact:5.0f} times, "
@@ -51,7 +51,7 @@ def random_starts(mu: float) -> str:
     """Time the scalar flow on starts that differ, so that no branch is foreseen."""
     draw = random.Random(1)
     scenes = [ap.Scene(1, mu, [draw.uniform(-2, 2) for _ in range(3)], 5) for _ in range(300)]
-    each = seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)
+    each = median_seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)
     return f"{each * 1e6:7.1f} us per trajectory"
 
 
@@ -61,9 +61,9 @@ def many(box: str, mu: float) -> str:
 
     random = np.random.default_rng(1)
     x, y, z = (random.uniform(low, high, STARTS) for low, high in BOXES[box])
-    each = seconds(lambda: ap.solve_many(1, mu, x, y, z, 5)) / STARTS
+    each = median_seconds(lambda: ap.solve_many(1, mu, x, y, z, 5)) / STARTS
     scenes = [ap.Scene(1, mu, start, 5) for start in zip(x[:200], y[:200], z[:200], strict=True)]
-    alone = seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)
+    alone = median_seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)
     return f"{each * 1e9:7.1f} ns per trajectory, the scalar flow {alone / each:.0f} times"
 
 
@@ -89,9 +89,9 @@ def general(name: str, mu: float) -> str:
     scene = ap.Scene(system=rod_in_general_clothes(), values=values, start=start, until=5)
     for _ in range(6):  # tables of what follows are made when they pay
         ap.solve(scene)
-    affine = seconds(lambda: ap.solve(scene))
-    kernel = seconds(lambda: ap.solve(ap.Scene(1, mu, SCENES[name], 5)))
-    lsoda = seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
+    affine = median_seconds(lambda: ap.solve(scene))
+    kernel = median_seconds(lambda: ap.solve(ap.Scene(1, mu, SCENES[name], 5)))
+    lsoda = median_seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
     spread = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 20_000))
     starts = {key: at + off for (key, at), off in zip(start.items(), spread, strict=True)}
     begin = perf_counter()
@@ -105,7 +105,7 @@ def imports() -> str:
     """Time a bare interpreter, and one that imports asympk and solves a first scene."""
     first = "import asympk; asympk.solve(asympk.Scene(sigma=1, mu=1e-3, start=(0, 0.2, -1), until=5))"
     runs = (partial(subprocess.run, [sys.executable, "-c", code], check=True) for code in ("pass", first))
-    bare, full = map(seconds, runs)
+    bare, full = map(median_seconds, runs)
     return f"{(full - bare) * 1e3:7.1f} ms over a bare interpreter"
 
 

@@ -9,7 +9,7 @@ that is integrated is bounded by what a tolerance a hundred times as large chang
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import inf
-from time import monotonic, perf_counter
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from asympk.errors import AsympkError, Unfinished
 from asympk.methods import solve
 from asympk.scene import Scene
+from asympk.studies.bench import median_seconds
 
 JUMPS = {f"jump-{n}": ("jump", {"order": n}) for n in range(3)}
 SMOOTH = {"slow": ("slow", {"order": 1}), **JUMPS}
@@ -149,9 +150,5 @@ def distance(final: tuple, reference: tuple) -> float:
 
 def seconds(scene: Scene, method: str, options: dict) -> float:
     """Return the median time of a few runs, after one to warm up."""
-    times = []
-    for _ in range(_REPEATS + 1):
-        began = perf_counter()
-        solve(scene, method, **options)
-        times.append(perf_counter() - began)
-    return sorted(times[1:])[_REPEATS // 2]
+    solve(scene, method, **options)
+    return median_seconds(lambda: solve(scene, method, **options), _REPEATS, 0)

@@ -66,7 +66,7 @@ def telling(system: "System") -> Iterator[Branch]:
     Of the phases of one mode one tells, unless a formula asks for the sign of something.
     """
     signed = sp.Tuple(*system.rates.values(), *(e for f in system.frictions for e in (f.load, f.kinetic, f.static)))
-    choices = [*map(_phases if signed.has(sp.Abs, sp.sign) else _choices, system.frictions)]
+    choices = [*map(all_phases if signed.has(sp.Abs, sp.sign) else _choices, system.frictions)]
     slip = tuple(choice[0] for choice in choices)
     yield slip
     for k, choice in enumerate(choices):
@@ -80,7 +80,8 @@ def _choices(friction: "Friction") -> tuple[Phase, ...]:
     return (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if friction.gap is not None else []))
 
 
-def _phases(friction: "Friction") -> tuple[Phase, ...]:
+def all_phases(friction: "Friction") -> tuple[Phase, ...]:
+    """Return every phase of a contact: the signs of load and velocity, at rest too, and open where it can be."""
     closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in (1, -1))
     return (*closed, *([OPEN] if friction.gap is not None else []))
 
