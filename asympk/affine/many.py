@@ -14,7 +14,7 @@ import numpy as np
 
 from asympk.affine.forcing import value
 from asympk.affine.functions import Arrays
-from asympk.affine.rows import advance, rows_of
+from asympk.affine.rows import follow_rows, rows_of
 from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
@@ -293,7 +293,7 @@ def _advanced(modes, flock, k):
     states, whole = flock.w.shape[1], modes.whole(modes.branches[k], flock.t[mine], flock.w[mine])
     error = np.zeros((len(mine), whole.shape[1] - 1))
     error[:, :states] = flock.error[mine]
-    ends = advance(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], error)
+    ends = follow_rows(flow, flow.mode.mesh, whole, flock.until[mine] - flock.t[mine], error)
     flock.w[mine], flock.error[mine] = ends.state[:, :states], ends.error[:, :states]
     flock.size[mine] = np.maximum(flock.size[mine], abs(flock.w[mine]))
     flock.lost[mine] |= ends.open

@@ -130,7 +130,7 @@ def _on(known, weights):
     return product.reshape(-1, rows, guards).transpose(1, 0, 2)
 
 
-def advance(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
+def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
     """Follow rows from starts ``whole`` (rows, n + 1), with errors (rows, n), for the times ``left``: the ``Ends``."""
     rows = rows_of(flow, whole)
     with np.errstate(all="ignore"):

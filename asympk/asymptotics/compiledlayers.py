@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.asymptotics.layers import expand, on_slow_line, slow_motion
+from asympk.asymptotics.layers import expand_layers, on_slow_line, slow_motion
 from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.tape import Tape
 from asympk.symbolic.lowering import lower
@@ -69,7 +69,7 @@ def compiled_layers(steps: tuple, order: int, extra: int = 2, arrival: str | Non
     sigma, sigma0, mu, large, x, s, z = map(tape.node, tape.inputs[:-1])
     numbers = model().map(lambda c: coefficient(c)(sigma, sigma0)[0])
     y = on_slow_line(numbers.fields[arrival], x, order + extra) if arrival else numbers.fast_state(x, s)
-    layers = expand(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
+    layers = expand_layers(numbers, steps, (x, y, 0 if arrival else z), order + extra, tape.log)
     slowly = slow_motion(numbers.fields[steps[-1].mode], layers, order + extra)
     return tape.function(
         tuple(_numbers(layers, slowly, k, lambda w: _value(w, mu, large)) for k in range(order, order + extra + 1))

@@ -19,7 +19,7 @@ import sympy as sp
 
 from asympk.asymptotics.base import base_point
 from asympk.asymptotics.itinerary import itinerary
-from asympk.asymptotics.layers import LayerEvent, expand, on_slow_line
+from asympk.asymptotics.layers import LayerEvent, expand_layers, on_slow_line
 from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
@@ -191,7 +191,7 @@ def _expansion(system, steps, order, begins):
     exact = Ratios(names, len(steps), shown=[_load(model) if v == LOAD else v for v in names])
     numbers = model.map(exact)
     start = (exact(x), begins.fast(numbers, exact(x), exact, order), exact(begins.velocity))
-    layers = expand(numbers, steps, start, order, exact.log)
+    layers = expand_layers(numbers, steps, start, order, exact.log)
 
     def out(series):
         return series.map(exact.expr, system.small)

@@ -82,7 +82,7 @@ class LayerSeries:
     z: Series
 
 
-def expand(model: Any, steps: tuple[ItineraryStep, ...], start: tuple, order: int, log: Callable) -> LayerSeries:
+def expand_layers(model: Any, steps: tuple[ItineraryStep, ...], start: tuple, order: int, log: Callable) -> LayerSeries:
     """Follow ``steps`` from ``start`` = (x, y, z) to relative order ``order``; ``log`` is that of a coefficient.
 
     ``model`` gives the ``fields`` by mode and the ``levels`` by name.

@@ -270,7 +270,7 @@ def substitute(expr: Any, values: Mapping[Any, Series]) -> Any:
     raise NotDerivable(f"{expr} is not built from sums, products, integer powers, exp and log")
 
 
-def solve(equation: Any, unknown: Any, dominant: Series, values: Mapping[Any, Series], order: int) -> Series:
+def solve_for_series(equation: Any, unknown: Any, dominant: Series, values: Mapping[Any, Series], order: int) -> Series:
     """Solve ``equation = 0`` for ``unknown ~ dominant`` to relative order ``order`` by Newton's chord.
 
     ``values`` gives the other symbols as series. Raises ``NotDerivable`` when ``dominant`` does not balance.

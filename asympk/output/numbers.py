@@ -177,7 +177,7 @@ def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
         errors = [abs(r["error"]) for r in here if (r["order"], r["mu"]) == (order, at) and r["quantity"] in "xz"]
         found[f"errorOrder{name}"] = power(max(errors))
     since = [(group[0]["expansion"] == "z > 0, s < -1/sigma", convergence.monotone_from(group))
-             for group in convergence.groups(rows)]  # fmt: skip
+             for group in convergence.by_quantity(rows)]  # fmt: skip
     for beyond, name in ((False, "monotoneMu"), (True, "monotoneMuBeyond")):
         found[name] = power(min(mu for which, mu in since if which is beyond))
     return found

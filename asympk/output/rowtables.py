@@ -8,7 +8,7 @@ from asympk.output.gallery import MECHANISM_NAMES
 from asympk.output.tabular import Cell, Table, words
 from asympk.pictures import figures, style
 from asympk.storage.rows import Row
-from asympk.studies.convergence import groups, monotone_from
+from asympk.studies.convergence import by_quantity, monotone_from
 from asympk.studies.damping import BORDER
 from asympk.studies.decreasing import is_limit
 from asympk.studies.divide import MUS, OFFSETS
@@ -46,7 +46,7 @@ def convergence_table(rows: Sequence[Row]) -> Table:
     """
     orders = sorted({row["order"] for row in rows})
     found: dict[tuple, dict[int, list]] = {}
-    for group in groups(rows):
+    for group in by_quantity(rows):
         key = group[0]["expansion"], group[0]["sigma"]
         found.setdefault(key, {n: [] for n in orders})[group[0]["order"]].append(group)
     body, last = [], None

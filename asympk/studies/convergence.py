@@ -96,7 +96,7 @@ def monotone_from(group: list[dict]) -> float:
     return group[broken[-1] if broken else 0]["mu"]
 
 
-def groups(rows: Iterable[dict]) -> Iterator[list[dict]]:
+def by_quantity(rows: Iterable[dict]) -> Iterator[list[dict]]:
     """Yield the rows, as dictionaries, of one expansion, sigma, order and quantity after the other."""
     names = ("expansion", "sigma", "order", "quantity")
     for _, group in groupby(rows, key=lambda row: [row[name] for name in names]):

@@ -8,7 +8,8 @@ stays near the line for the time
     T = (mu/sigma) log(sigma z/((sigma + 1) mu |delta|)) + ...         to z = 0,     delta < 0,
 
 and follows Pi2, the second of the rigid motions, for a time that does not vanish with mu only if delta does so
-exponentially: T is O(1) where mu log(1/delta) is. All of it is derived: ``jump_map(near=...)``, ``series.solve``.
+exponentially: T is O(1) where mu log(1/delta) is. All of it is derived: ``jump_map(near=...)``,
+``series.solve_for_series``.
 """
 
 from collections.abc import Iterable
@@ -22,7 +23,7 @@ from asympk.asymptotics.jump import OFFSET, JumpMap, jump_map
 from asympk.asymptotics.layers import MU, on_slow_line, rest_of, slope_of, slow_and_fast_rate
 from asympk.asymptotics.linear import linear
 from asympk.asymptotics.ratio import Ratios
-from asympk.asymptotics.series import Series, series, solve
+from asympk.asymptotics.series import Series, series, solve_for_series
 from asympk.methods import solve as follow
 from asympk.multiprecision import in_context, private_context
 from asympk.numbers import number
@@ -168,7 +169,7 @@ def _delay(system, mode, order):
     slow, fast, rest, part, per = symbols.values()
     grown = -(rest + part * sp.exp(slow * TIME)) / per
     dominant = series(DEPTH / (values[fast] * MU).leading)
-    return solve(fast * TIME - DEPTH / system.small - sp.log(grown), TIME, dominant, values, order).map(
+    return solve_for_series(fast * TIME - DEPTH / system.small - sp.log(grown), TIME, dominant, values, order).map(
         sp.expand_log, system.small
     )
 

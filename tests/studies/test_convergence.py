@@ -9,7 +9,7 @@ from asympk.output.rowtables import SHOWN, convergence_table, escape_table
 from asympk.output.tabular import plain_rows
 from asympk.storage.rows import read_rows
 from asympk.studies import divide
-from asympk.studies.convergence import EXPANSIONS, MUS, ORDERS, SIGMAS, groups, monotone_from, rows
+from asympk.studies.convergence import EXPANSIONS, MUS, ORDERS, SIGMAS, by_quantity, monotone_from, rows
 
 KEPT = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 BEYOND = "z > 0, s < -1/sigma"
@@ -34,11 +34,11 @@ def test_the_kept_rows_are_those_that_the_package_computes(kept, computed):
 def test_every_expansion_order_and_sigma_is_there(kept):
     found = {(row["expansion"], row["order"], row["sigma"]) for row in kept}
     assert found == {(name, n, s) for name, e in EXPANSIONS.items() for n in ORDERS for s in filter(e.exists, SIGMAS)}
-    assert all([row["mu"] for row in group] == list(map(float, MUS)) for group in groups(kept))
+    assert all([row["mu"] for row in group] == list(map(float, MUS)) for group in by_quantity(kept))
 
 
 def test_the_error_over_the_first_omitted_term_tends_to_one_monotonically(computed):
-    for group in groups(computed):
+    for group in by_quantity(computed):
         sizes = [abs(row["excess"]) for row in group]
         least = 10 if group[0]["expansion"] == BEYOND else 1000
         assert all(b < a / least for a, b in pairwise(sizes)), group[0]
@@ -46,7 +46,7 @@ def test_the_error_over_the_first_omitted_term_tends_to_one_monotonically(comput
 
 
 def test_it_is_monotone_from_a_thousandth_on_but_beyond_the_divide(kept):
-    for group in groups(kept):
+    for group in by_quantity(kept):
         assert abs(group[-1]["excess"]) < 1e-9
         if group[0]["expansion"] != BEYOND:
             assert monotone_from(group) >= 1e-3
@@ -54,7 +54,7 @@ def test_it_is_monotone_from_a_thousandth_on_but_beyond_the_divide(kept):
 
 def test_where_it_is_not_monotone_the_omitted_terms_say_so(kept):
     broken = 0
-    for group in groups(kept):
+    for group in by_quantity(kept):
         for before, after in pairwise(group):
             if abs(after["excess"]) >= abs(before["excess"]):
                 broken += 1
