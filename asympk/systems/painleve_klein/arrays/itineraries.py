@@ -144,9 +144,15 @@ class _Bundle:
 
     def meet(self, kind: str, rows: slice, dt: Number, x: Number, y: Number, z: Number) -> None:
         """Go on to the event after the time ``dt``."""
-        t = pick(rows, self.t)[0] + dt
-        for name, values in zip("txyz", (t, x, y, z), strict=True):
-            self._put(name, rows, values)
+        t, size = pick(rows, self.t)[0] + dt, self.fits.size
+        for name, values in (("t", t), ("x", x), ("y", y), ("z", z)):
+            whole = getattr(self, name)
+            if rows.stop - rows.start == size:
+                whole = values
+            else:
+                whole = whole if isinstance(whole, np.ndarray) else np.full(size, whole)
+                whole[rows] = values
+            setattr(self, name, whole)
         if self.watched:
             self.told.append((kind, rows, *(1.0 * v for v in (t, x, y, z))))
 
@@ -155,14 +161,6 @@ class _Bundle:
         for kind, rows, *state in self.told:
             good = self.fits[rows].nonzero()[0]
             note(kind, known[rows][good], *pick(good, *state))
-
-    def _put(self, name, rows, values):
-        if rows.stop - rows.start == self.fits.size:
-            setattr(self, name, values)
-            return
-        if not isinstance(getattr(self, name), np.ndarray):
-            setattr(self, name, np.full(self.fits.size, getattr(self, name)))
-        getattr(self, name)[rows] = values
 
 
 def _followed(b):

@@ -10,6 +10,8 @@ import numpy as np
 
 from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.brackets import balance_step, bracketed_roots, newton_step
+from asympk.systems.painleve_klein.flow.fastslow import two_exponentials
+from asympk.systems.painleve_klein.flow.smooth import superposed
 
 MOST_TERMS = 64
 REFINED = 1e-9
@@ -32,6 +34,11 @@ class Segments:
         short = np.minimum(mu / np.abs(b), np.sqrt(mu / np.abs(b))) * np.where(np.abs(b) < 0.5, 0.5, 0.06)
         self.short = np.where(b == 0, np.inf, short)
         self.most_exponent = np.log(np.finfo(x.dtype).max) - 10
+
+    @property
+    def mode(self) -> "Segments":
+        """The mode, which has parameters of its own in every row: the motions themselves."""
+        return self
 
     def rows(self, which: np.ndarray) -> "Segments":
         """Return the motions of some rows, in order and each once."""
@@ -77,20 +84,10 @@ class Segments:
         soon = np.flatnonzero(t < self.short)
         if soon.size:
             part = self.rows(soon)
-            series = part.superposed(t[soon], short_response_arrays(part.beta, t[soon]))
+            *series, _ = superposed(part, t[soon], short_response_arrays(part.beta, t[soon]))
             for axis, values in zip(state, series, strict=True):
                 axis[soon] = values
         return state
-
-    def superposed(self, t: Number, responses: tuple[np.ndarray, ...]) -> list[np.ndarray]:
-        """Return the state at t from the responses (g', g, h, h + H) there, as in ``smooth``."""
-        rate, g, h, k = responses
-        return [
-            self.x0 * (1 - self.beta * h) + self.y0 * g + self.load * h,
-            self.y0 * rate + (self.load - self.beta * self.x0) * g,
-            self.s0 * rate + self.y0 * g + self.load * (g + h),
-            self.z0 + self.a * t + self.fall * (self.s0 * g + self.y0 * h + self.load * k),
-        ]
 
     def s_root(self, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
@@ -120,14 +117,10 @@ class SeparateSegments(Segments):
 
     def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
         super().__init__(a, b, mu, x, y, s, z)
-        k = mu / b
-        root = np.sqrt(1 - 4 * k)
-        rho = (1 + root) / 2
-        self.fast_rate, self.slow_rate, self.gap = -rho / k, -1 / rho, -root / k
-        self.lift, self.rest, self.line = -k / (rho * rho), a / b, a / (b * rho)
-        self.fast_x, self.fast_y = 1 / self.gap, self.fast_rate / self.gap
-        self.fast_s, self.fast_z = (1 + self.fast_rate) / self.gap, self.fall * rho / self.gap
-        self.slow_z, self.pace = self.fall * k / rho, np.abs(self.fast_rate)
+        rates, shares = two_exponentials(a, b, mu, np.sqrt)
+        self.rest, self.line, self.fast_rate, self.slow_rate, self.gap, self.lift = rates
+        self.fast_x, self.fast_y, self.fast_s, self.fast_z, self.slow_z = shares
+        self.pace = np.abs(self.fast_rate)
         self.fast = s - self.line - self.lift * x
         self.slow = x - self.rest - self.fast * self.fast_x
         delicate = (np.abs(b) < 0.5) | (np.abs(self.lift * self.slow) >= 1)
@@ -260,7 +253,8 @@ class SmoothSegments(Segments):
         return np.where(self.real, np.where((slope / w < 0) & (p < 1), bent, np.inf), turned)
 
     def _state(self, t):
-        return self.superposed(t, self.responses(t))
+        *state, _ = superposed(self, t, self.responses(t))
+        return state
 
     def responses(self, t: Number) -> tuple[np.ndarray, ...]:
         """Return (g', g, h, h + H) at t."""

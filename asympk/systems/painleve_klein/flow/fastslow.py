@@ -8,11 +8,24 @@ is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the st
     z = z0 + (a/b) t + k (b-1)(y - y0).
 """
 
+from collections.abc import Callable
+from typing import Any
+
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import fast_slow_root
 from asympk.systems.painleve_klein.flow.smooth import s_root, short_responses, short_time, slope, superposed, z_root
 
 SOON = 2.0**-10
+
+
+def two_exponentials(a: Any, b: Any, mu: Any, sqrt: Callable) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    """Return (a/b, a/(b rho), l1, l2, l1 - l2, 1 + l2), and the shares of F in x, y, s, z and of C in z; arrays too."""
+    k = mu / b
+    root = sqrt(1 - 4 * k)
+    rho = (1 + root) / 2
+    fast_rate, gap, fall = -rho / k, -root / k, 1 - b
+    shares = 1 / gap, fast_rate / gap, (1 + fast_rate) / gap, fall * rho / gap, fall * k / rho
+    return (a / b, a / (b * rho), fast_rate, -1 / rho, gap, -k / (rho * rho)), shares
 
 
 class FastSlow:
@@ -25,19 +38,10 @@ class FastSlow:
         self.m, self.a, self.b, self.mu = m, a, b, mu
         self.beta, self.load, self.fall = b / mu, a / mu, 1 - b
         self.short, self.delicate = short_time(m, b, mu), -0.5 < b < 0.5
-        k = mu / b
-        root = m.sqrt(1 - 4 * k)
-        rho = (1 + root) / 2
-        self.fast_rate, self.slow_rate, self.gap = -rho / k, -1 / rho, -root / k
-        self.lift = -k / (rho * rho)
-        self.rest = a / b
+        rates, shares = two_exponentials(a, b, mu, m.sqrt)
+        self.rest, self.line, self.fast_rate, self.slow_rate, self.gap, self.lift = rates
+        self.fast_x, self.fast_y, self.fast_s, self.fast_z, self.slow_z = shares
         self.slight = abs(self.rest) / 1024
-        self.line = a / (b * rho)
-        self.fast_x = 1 / self.gap
-        self.fast_y = self.fast_rate / self.gap
-        self.fast_s = (1 + self.fast_rate) / self.gap
-        self.fast_z = self.fall * rho / self.gap
-        self.slow_z = self.fall * k / rho
         shares = self.fast_x, self.fast_s, self.fast_z, self.slow_z
         self.sizes = tuple(map(abs, (*shares, self.lift, self.line, self.rest, self.fast_rate)))
         self.turn = m.log(abs(self.lift * self.slow_rate)) - m.log(abs(self.fast_s * self.fast_rate))

@@ -10,7 +10,7 @@ whatever the roots: real, complex, coalescing at 4 mu = b, or all zero at b = 0.
 g, h and H without cancellation, otherwise exponentials or sines do.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import smooth_root
@@ -83,8 +83,8 @@ def slope(segment: "RodSegment") -> Number:
     return rate if abs(rate) > 4 * mode.m.eps * (abs(y) + abs(pull)) else 0 * rate
 
 
-def superposed(segment: "RodSegment", t: Number, responses: tuple[Number, ...]) -> tuple[Number, ...]:
-    """Return the state (x, y, s, z, mu y') at t from the responses there."""
+def superposed(segment: Any, t: Any, responses: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the state (x, y, s, z, mu y') at t from the responses there, numbers or arrays."""
     mode, x, y, s = segment.mode, segment.x0, segment.y0, segment.s0
     rate, g, h, k = responses
     load, beta = mode.load, mode.beta
