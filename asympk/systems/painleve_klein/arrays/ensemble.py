@@ -1,6 +1,6 @@
 r"""The exact flow of many trajectories: arrays in, arrays out.
 
-    rows of the arguments -> common courses, by branch-free kernels
+    rows of the arguments -> common itineraries, by branch-free kernels
                           -> the others, by the safeguarded flow over arrays
                           -> what is left, one by one by the scalar flow
 
@@ -182,7 +182,7 @@ class _Result(NamedTuple):
 
 
 def _common(arguments, start, stop, result):
-    """Follow those of the trajectories from ``start`` to ``stop`` that take a common course; return the others."""
+    """Follow those of the trajectories from ``start`` to ``stop`` that take a common itinerary; return the others."""
     rows = slice(start, stop)
     own = slice(start - result.first, stop - result.first)
     sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))

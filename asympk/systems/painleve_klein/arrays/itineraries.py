@@ -1,6 +1,6 @@
-r"""The common courses of a trajectory for small mu, each a chain of branch-free kernels.
+r"""The common itineraries of a trajectory for small mu, each a chain of branch-free kernels.
 
-The sign of sigma and, at the start, the signs of z and s = x + y and the side of the unstable plane name the course:
+The sign of sigma and, at the start, the signs of z and s = x + y and the side of the unstable plane name the itinerary:
 
                     sigma > 0 (steep)                                        sigma < 0 (shallow)
     z > 0 < s       direct: slip_same                                        direct
@@ -11,8 +11,9 @@ The sign of sigma and, at the start, the signs of z and s = x + y and the side o
     z < 0 > s       turned: slip_same, and then as for z < 0 < s
 
 These are the claims C23-C26 and C30. What makes them certain is that the slow part of every s is small (``reach``).
-Trajectories are sorted by course, in an order in which those that meet one kind of event lie side by side: each kernel
-runs once for all of them. It also tells where the course applies; nothing is promised elsewhere.
+Trajectories are sorted by itinerary, in an order in which those that meet one kind of event lie side by side, so that
+each kernel runs once for all of them. On the way it is seen whether they fit their itinerary; nothing is promised of
+those that do not.
 """
 
 from collections.abc import Callable
@@ -98,16 +99,16 @@ class Setting:
 
     @cached_property
     def seldom_misfits(self) -> Number:
-        """Whether so few starts of size one do not fit their course that each may be followed alone."""
+        """Whether so few starts of size one do not fit their itinerary that each may be followed alone."""
         return self.mu <= SELDOM * np.minimum(self.sigma * self.sigma, 1.0)
 
     @cached_property
     def reach(self) -> Number:
-        r"""Bound on |x|, |z| and mu |y| below which the courses hold, positive where they do at all.
+        r"""Bound on |x|, |z| and mu |y| below which the itineraries hold, positive where they do at all.
 
         It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2, 2 (sigma+1) and 2/edge: then s
-        and s' have at most one zero in a mode of a course, and so has z or it has none. For a small sigma the fast part
-        may change by so little that its logarithm tells no time.
+        and s' have at most one zero in a mode of an itinerary, and so has z or it has none. For a small sigma the fast
+        part may change by so little that its logarithm tells no time.
         """
         size = np.abs(self.sigma)
         apart = (self.mu <= 0.0625 * np.minimum(size * size, 1.0)) & (self.mu >= 1e-200)
@@ -116,26 +117,26 @@ class Setting:
         return np.minimum(most, 1e3 * apart)
 
 
-# the courses, in the order in which the rows of a ``_Bundle`` lie
-RAISED, THROWN, LIFTED, TURNED, DRIFTED, TURNED_DRIFTED, TURNED_PASSED, PASSED, DIRECT = COURSES = range(9)
+# the itineraries, in the order in which the rows of a ``_Bundle`` lie
+RAISED, THROWN, LIFTED, TURNED, DRIFTED, TURNED_DRIFTED, TURNED_PASSED, PASSED, DIRECT = ITINERARIES = range(9)
 EVENTS = np.array([1, 3, 2, 3, 2, 3, 2, 1, 0], dtype=np.int32)
 
 
 class _Bundle:
-    """Trajectories sorted by course, under way: their states at the times ``t``, and whether they fit their course.
+    """Trajectories sorted by itinerary, under way: their states at the times ``t``, and which fit their itinerary.
 
-    ``ends`` are the rows where each course begins, and where the last ends; ``told`` has (kind, rows, t, x, y, z) of
-    events if ``watched``. A state is one number where it is the same for all. ``w`` are deviations of the first rows.
+    ``ends`` are the rows where each itinerary begins, and where the last ends; ``events`` are (kind, rows, t, x, y, z)
+    if ``watched``. A state is one number where it is the same for all. ``w`` are deviations of the first rows.
     """
 
     def __init__(self, p: Setting, ends: list[int], watched: bool, x: Number, y: Number, z: Number, until: Number):
         self.p, self.ends, self.until, self.watched = p, ends, until, watched
-        self.told: list[tuple] = []
+        self.events: list[tuple] = []
         self.x, self.y, self.z, self.t = x, y, z, 0.0
         self.w, self.fits = NONE, np.ones(x.size, dtype=bool)
 
     def of(self, first: int, last: int | None = None) -> slice:
-        """Return the rows of a course, or of those from one to another."""
+        """Return the rows of an itinerary, or of those from one to another."""
         return slice(self.ends[first], self.ends[(first if last is None else last) + 1])
 
     def at(self, rows: slice) -> list[Number]:
@@ -154,11 +155,11 @@ class _Bundle:
                 whole[rows] = values
             setattr(self, name, whole)
         if self.watched:
-            self.told.append((kind, rows, *(1.0 * v for v in (t, x, y, z))))
+            self.events.append((kind, rows, *(1.0 * v for v in (t, x, y, z))))
 
-    def tell(self, note: Callable, known: np.ndarray) -> None:
+    def report(self, note: Callable, known: np.ndarray) -> None:
         """Tell ``note`` of the events of the trajectories that fit, which are ``known`` by numbers."""
-        for kind, rows, *state in self.told:
+        for kind, rows, *state in self.events:
             good = self.fits[rows].nonzero()[0]
             note(kind, known[rows][good], *pick(good, *state))
 
@@ -182,7 +183,7 @@ def _followed(b):
 def _turn(b, rows):
     """Slip until the load turns positive.
 
-    Where z comes to 0 before that, what follows is a run backwards in time that fits no course.
+    Where z comes to 0 before that, what follows is a run backwards in time that fits no itinerary.
     """
     _lose_load(b, rows, b.p.same.rows(rows))
 
@@ -274,10 +275,10 @@ def follow_itineraries(
     count: np.ndarray,
     note: Callable | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Put final states and numbers of events of the trajectories on common courses in place.
+    """Put final states and numbers of events of the trajectories on common itineraries in place.
 
-    Return the rows of no course, and those that do not fit the course that they seemed to take. ``note(kind, rows, t,
-    x, y, z)`` is told the events, those of a trajectory in order of time.
+    Return the rows of no itinerary, and those that do not fit the itinerary that they seemed to take. ``note(kind,
+    rows, t, x, y, z)`` is told the events, those of a trajectory in order of time.
     """
     if not (p.reach > 0).any():
         return np.arange(x.size), NONE
@@ -290,17 +291,17 @@ def follow_itineraries(
         b = _Bundle(p.rows(rows), local, bool(note), *pick(rows, x, y, z, until))
         for axis, values in zip(final, _followed(b), strict=True):
             axis[rows] = values
-        count[rows] = EVENTS.repeat([stop - start for start, stop in pairwise(local)])
+        count[rows] = EVENTS.repeat([last - first for first, last in pairwise(local)])
         if note or not b.fits.all():
             known = np.arange(start, stop) if order is None else order[start:stop]
             misfits.append(known[~b.fits])
             if note:
-                b.tell(note, known)
+                b.report(note, known)
     return others, np.concatenate(misfits)
 
 
 def _sorted_out(p, x, y, z, until):
-    """Return (where each course begins and the last ends, the rows in that order or None, the rows of no course)."""
+    """Return (where each itinerary begins and the last ends, its rows in order or None, the rows of no itinerary)."""
     s = x + y
     (x_least, y_least, z_least, s_least), (x_most, y_most, z_most, s_most) = (
         map(np.minimum.reduce, (x, y, z, s)), map(np.maximum.reduce, (x, y, z, s)))  # fmt: skip
@@ -308,9 +309,9 @@ def _sorted_out(p, x, y, z, until):
     inside = (within & (until > 0)).all()
     if inside and p.steep.all():
         alike = {DIRECT: min(z_least, s_least), LIFTED: min(-z_most, s_least), TURNED: min(-z_most, -s_most)}
-        for course, least in alike.items():
+        for itinerary, least in alike.items():
             if least > NEAR:
-                return [x.size * (k > course) for k in (*COURSES, len(COURSES))], None, NONE
+                return [x.size * (k > itinerary) for k in (*ITINERARIES, len(ITINERARIES))], None, NONE
     common = (np.abs(z) > NEAR) & (np.abs(s) > NEAR)
     if not inside:
         common &= (np.maximum(np.abs(x), np.abs(z)) < p.reach) & (np.abs(y) * p.mu < p.reach) & (until > 0)
@@ -320,14 +321,14 @@ def _sorted_out(p, x, y, z, until):
     at = p.rows(split)
     rising = (deviation(at.opposite, x.take(split), y.take(split)) > 0) | ~at.steep
     raised, thrown = split.take(rising.nonzero()[0]), split.take((~rising).nonzero()[0])
-    lifted, drifted, passed = _told_apart(p, down & pushed)
-    turned, turned_drifted, turned_passed = _told_apart(p, down & ~pushed)
+    lifted, drifted, passed = _by_sigma(p, down & pushed)
+    turned, turned_drifted, turned_passed = _by_sigma(p, down & ~pushed)
     direct = (up & pushed).nonzero()[0]
     found = raised, thrown, lifted, turned, drifted, turned_drifted, turned_passed, passed, direct
     return [0, *accumulate(rows.size for rows in found)], np.concatenate(found), (~common).nonzero()[0]
 
 
-def _told_apart(p, mask):
+def _by_sigma(p, mask):
     """Return the rows that are steep, and of the others those that meet the static cone along Pi2 or do not."""
     if p.steep.all():
         return [mask.nonzero()[0], NONE, NONE]
