@@ -1,0 +1,23 @@
+"""How the tests are shared among workers: a file to a worker, which computes once what its tests share."""
+
+from pathlib import Path
+
+import pytest
+
+# those of more than half a minute come first, so that no worker ends alone on one of them
+LONGEST = ("test_site", "test_paper", "test_regeneration", "test_affine_scenes", "test_certify", "test_asymptotic")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest files first; the others stay in order."""
+    place = {name: k for k, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(Path(item.path).stem, len(LONGEST)))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """Give whole files to workers, in the order of the collection."""
+    from xdist.scheduler import LoadFileScheduling
+
+    config.option.loadscopereorder = False
+    return LoadFileScheduling(config, log)
