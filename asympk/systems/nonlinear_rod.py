@@ -29,6 +29,7 @@ def span_ratio() -> sp.Expr:
     return sp.cancel(_displacement() / (rod.l * sp.cos(rod.alpha) * x * rod.find_scales(rod.elastic_rod()).mu))
 
 
+@cache
 def _displacement():
     """Return delta for R_1 = scale x by Hooke's law and the small angle (2.2), which define x."""
     compression, _ = rod.small_angle()

@@ -75,6 +75,7 @@ def rigid_equations() -> tuple[sp.Expr, sp.Expr]:
     return tuple(law[a].subs(F, coulomb(law)) for a in (a1, a2))
 
 
+@cache
 def rigid_reaction() -> sp.Expr:
     r"""Solve x_1'' = x_2'' for the reaction: R = P / (2 cos(alpha) - kappa sin(alpha)) (1.3)."""
     first, second = rigid_equations()
@@ -128,6 +129,7 @@ def geometry() -> tuple[sp.Expr, sp.Expr]:
     return l - sp.sqrt(gap**2 + height**2), sp.atan2(height, gap) - alpha
 
 
+@cache
 def small_angle() -> tuple[sp.Expr, sp.Expr]:
     r"""Keep the terms linear in delta: Delta l = delta cos(alpha), l beta = delta sin(alpha) (2.2)."""
     compression, turn = geometry()
@@ -177,6 +179,11 @@ def elastic_rod(law: sp.Expr | None = None) -> "ElasticRod":
     law = kelvin_voigt() if law is None else expression("law", law)
     if dimension(law) != _FORCE or law.has(ddR1, R, F):
         raise InputError(f"the rod's law {law} must be a force in terms of R_1, R_1' and constants")
+    return _elastic_rod(law)
+
+
+@cache
+def _elastic_rod(law):
     compression, turn = small_angle()
     (displacement,) = sp.solve(sp.Eq(R1, k * compression / l), delta)
     turned = force_balance(alpha + beta)
@@ -212,6 +219,7 @@ class Scales:
     mu: sp.Expr
 
 
+@cache
 def find_scales(rod: "ElasticRod") -> "Scales":
     r"""Find the scales that make the equations canonical.
 
