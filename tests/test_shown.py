@@ -4,6 +4,7 @@ import pickle
 import sys
 import threading
 from fractions import Fraction
+from functools import cache
 
 import mpmath
 import numpy as np
@@ -44,16 +45,18 @@ WAYS = [
 ]
 
 
-def _path(scene, options):
+@cache
+def _path(k):
+    scene, options = WAYS[k]
     try:
         return ap.solve(scene, **options)
     except Unfinished as short:
         return short.path
 
 
-@pytest.fixture(params=WAYS, ids=lambda way: f"{way[0].names[-1]}-{way[1]}")
+@pytest.fixture(params=range(len(WAYS)), ids=lambda k: f"{WAYS[k][0].names[-1]}-{WAYS[k][1]}")
 def path(request):
-    return _path(*request.param)
+    return _path(request.param)
 
 
 def test_a_path_of_any_method_survives_pickling_with_its_dense_output(path):
@@ -202,7 +205,7 @@ def test_what_is_no_physical_scene_is_refused_by_name(wrong, said):
 
 
 def test_samples_end_where_a_run_stopped():
-    short = _path(ROD, {"method": "sign"})
+    short = _path(WAYS.index((ROD, {"method": "sign"})))
     assert trace(short)[-1][0] == short.info["reached"] < 2
 
 

@@ -51,7 +51,7 @@ class Truth:
         one, tau, c, s = self.states[-4:]
         carried = {sp.cos(2 * t): c, sp.sin(2 * t): s, t: tau}
         rates = [sp.expand(r.subs(put)).subs(carried) for r in mode.rates] + [0, one, -2 * s, 2 * c]
-        self.matrix = self.rows(rates, one)
+        self.matrix = mpmath.matrix(self.rows(rates, one))
         self.guards = self.rows([sp.expand(g.subs(put)).subs(carried) for g in mode.guard_values], one)
 
     def rows(self, expressions, one):
@@ -60,7 +60,16 @@ class Truth:
         return [[mpmath.mpf(q.p) / q.q for q in map(e.coeff, self.states)] for e in linear]
 
     def after(self, whole, h):
-        return mpmath.expm(mpmath.matrix(self.matrix) * h, method="taylor") * whole
+        return mpmath.expm(self.matrix * h, method="taylor") * whole
+
+    def beside(self, whole, h):
+        """Return the state a short time ``h`` later, or earlier, by the series of the state itself."""
+        term, terms = whole, 0
+        while mpmath.norm(term) > mpmath.eps * mpmath.norm(whole):
+            terms += 1
+            term = self.matrix * term * (h / terms)
+            whole = whole + term
+        return whole
 
 
 def begun(state, t0):
@@ -82,10 +91,10 @@ def refined(scene, path):
         if leg.guard is None:
             return times, list(mode.after(whole, mpmath.mpf(scene.until) - now)[:size])
         row = mpmath.matrix([mode.guards[_guard(automaton, branch, leg)]])
-        for _ in range(4):
-            there = mode.after(whole, span)
-            span -= (row * there)[0] / (row * (mpmath.matrix(mode.matrix) * there))[0]
         there = mode.after(whole, span)
+        for _ in range(4):
+            step = -(row * there)[0] / (row * (mode.matrix * there))[0]
+            span, there = span + step, mode.beside(there, step)
         state, now = list(there[:size]), now + span
         times.append(now)
         if path.events[k].kind == "velocity_zero":
