@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
+from asympk.errors import InputError
 from asympk.shown import Card, ShownAsTable, number_as_text
 
 if TYPE_CHECKING:
@@ -135,6 +136,12 @@ class ClosedForm:
 
     def __init__(self, run: Any, scene: Any, digits: int | None, segments: Any, convert: Any) -> None:
         self.run, self.scene, self.digits, self.segments, self.convert = run, scene, digits, segments, convert
+
+    def require_within(self, first: Any, last: Any) -> None:
+        """Raise ``InputError`` where times from ``first`` to ``last`` leave [0, until]; until may be its double."""
+        until = self.scene.until
+        if not (first >= 0 and (last <= until or last <= float(until))):
+            raise InputError(f"t = {last if first >= 0 else first}: it must be from 0 to until = {until}")
 
     def __reduce__(self) -> tuple:
         return _solved, (self.run, self.scene, self.digits)

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from asympk.affine.functions import Arrays, functions
-from asympk.errors import InputError
 from asympk.numbers import Number, number
 from asympk.path import ClosedForm
 
@@ -29,7 +28,7 @@ class AffineDense(ClosedForm):
         return states.reshape(-1, len(self.scene.names)).T.reshape(-1, *times.shape)
 
     def _states(self, times):
-        self._require(times.min(initial=0.0), times.max(initial=0.0))
+        self.require_within(times.min(initial=0.0), times.max(initial=0.0))
         flat, size = times.ravel(), len(self.scene.names)
         found = np.empty((size, flat.size))
         which = np.searchsorted([timed.start for timed in self.segments], flat, side="right") - 1
@@ -43,12 +42,7 @@ class AffineDense(ClosedForm):
 
     def _state(self, t):
         t = number("t", t)
-        self._require(t, t)
+        self.require_within(t, t)
         t = self.segments[0].segment.m.number(t)
         timed = self.segments[bisect_right([timed.start for timed in self.segments], t) - 1]
         return tuple(map(self.convert, timed.segment.state(t - timed.start)[: len(self.scene.names)]))
-
-    def _require(self, first, last):
-        until = self.scene.until
-        if not (first >= 0 and last <= until):
-            raise InputError(f"t = {last if first >= 0 else first}: it must be from 0 to until = {until}")

@@ -15,7 +15,7 @@ MOST_EXPONENT = 600.0
 
 
 class Arrays:
-    """NumPy's functions under the names of ``flow.arithmetic``; growth beyond the doubles stays at their end."""
+    """NumPy's functions under the names of ``arithmetic.Doubles``; growth beyond the doubles stays at their end."""
 
     cos, sin = np.cos, np.sin
 

@@ -339,6 +339,13 @@ def test_what_cannot_be_followed_is_refused_in_one_line():
         spring(1, {"x": 3, "v": -1}, 1)(2.0)
 
 
+@pytest.mark.parametrize("until", ["0.1", "1/3", "0.7"])
+def test_a_path_knows_its_end_under_the_double_next_to_it(until):
+    path = spring(1, {"x": 3, "v": -1}, until)
+    assert path(float(Fraction(until))) == pytest.approx(path.final, rel=1e-14)
+    assert path([0.0, path.end])[:, 1] == pytest.approx(path.final, rel=1e-14)
+
+
 def test_a_path_survives_pickling():
     import pickle
 

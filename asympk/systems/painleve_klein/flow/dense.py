@@ -3,7 +3,6 @@
 from bisect import bisect_right
 from typing import Any
 
-from asympk.errors import InputError
 from asympk.numbers import Number, number, objects
 from asympk.path import ClosedForm
 
@@ -26,11 +25,8 @@ class RodDense(ClosedForm):
         return np.array(states, dtype=kind).reshape((*times.shape, 3)).transpose(times.ndim, *range(times.ndim))
 
     def _state(self, t, starts):
-        t, until = number("t", t), self.scene.until
-        if self.digits is None:
-            t, until = float(t), float(until)
-        if not 0 <= t <= until:
-            raise InputError(f"t = {t}: it must be from 0 to until = {until}")
+        t = number("t", t) if self.digits is not None else float(number("t", t))
+        self.require_within(t, t)
         t = self.segments[0].segment.mode.m.number(t)
         solved = self.segments[bisect_right(starts, t) - 1]
         x, y, _, z, _ = solved.segment.state(t - solved.start)

@@ -1,7 +1,7 @@
 r"""The usual segment in doubles: an event in the fast layer of two well separated exponentials, or none at all.
 
 A short cut, nothing else: what it finds is what ``segments`` finds, and whatever is unusual it leaves to
-``segments`` by returning None. A root is that of ``rate t = log(r/fast)``, where the fast part balances the rest
+it by returning None. A root is that of ``rate t = log(r/fast)``, where the fast part balances the rest
 r(t) = -(base + k t + slow (e^{slow_rate t} - 1)); so the fast part at the event is known from r, and no exponential of
 it is needed. The root is the first event if s is monotone before it, z is on its way to the plane there, and what does
 not vanish has kept its sign.
@@ -24,7 +24,7 @@ LEAST = 0.05  # change of the fast exponent
 def slip_end(
     segment: "RodSegment", s_sign: int, z_sign: int, left: Number
 ) -> tuple[str, Number, tuple[Number, ...]] | None:
-    """Return (kind, time, state) as ``segments.slip`` does, or None."""
+    """Return (kind, time, state) as ``slip_event`` does, or None."""
     if segment.short or not segment.fast:
         return None
     mode, turn = segment.mode, segment.turning()
@@ -49,7 +49,7 @@ def slip_end(
 def stick_end(
     segment: "RodSegment", edge: Number, far: Number | None, s_sign: int, left: Number
 ) -> tuple[str, Number, tuple[Number, ...]] | None:
-    """Return (kind, time, state) as ``segments.stick`` does where the cone has one edge on this side, or None."""
+    """Return (kind, time, state) as ``stick_event`` does where the cone has one edge on this side, or None."""
     if far is not None or segment.short or not segment.fast or not s_sign * (segment.s0 - edge) > 0:
         return None
     turn = segment.turning()
