@@ -71,6 +71,19 @@ class NumericMode:
         """The rates of the guards along the field as a function of (t, *state, *p)."""
         return self._compiled(self.mode.guard_values, (self.mode.flow,))
 
+    def pole_values(self, t: Any, state: State) -> tuple:
+        """Return the values of what the rates are divided by."""
+        return self._compiled(self.mode.poles)(t, *state, *self.p) if self.mode.poles else ()
+
+    def require_one_side(self, before: tuple, t: Any, state: State) -> tuple:
+        """Return the values of what the rates are divided by; raises ``OutOfRange`` where one has changed its sign."""
+        after = self.pole_values(t, state)
+        for expr, a, b in zip(self.mode.poles, before, after, strict=True):
+            if a * b < 0:
+                raise OutOfRange(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
+                                 f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it")  # fmt: skip
+        return after
+
     def rhs(self, t: Any, state: State) -> tuple:
         """Return the rates at a time and a state."""
         return self.field(t, *state, *self.p)

@@ -59,6 +59,8 @@ def follow(
     while t < until or not segments:
         segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
         segments.append(segment)
+        if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
+            mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
         if segment.short or segment.hit is None:
             break
         branch, event = _passed(automaton, mode, segment.hit, segment.t, segment.state, slack)

@@ -73,6 +73,20 @@ class GuardedMode:
         """The derivatives of every guard by the states."""
         return tuple(tuple(value.diff(s) for s in self.system.states) for value in self.guard_values)
 
+    @cached_property
+    def poles(self) -> tuple[sp.Expr, ...]:
+        """What the rates are divided by, as far as it varies and may vanish: its zeros are poles of the rates."""
+        powers = {power for rate in self.rates for power in rate.atoms(sp.Pow) if power.exp.is_negative}
+        factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in r.atoms(sp.tan)}
+        moving = {*self.system.states, self.system.time}
+        varying = {-e if e.could_extract_minus_sign() else e for e in factors if e.free_symbols & moving}
+        found = (e for e in varying if not e.is_nonzero and not (e.is_Symbol and self._is_finite_at(e)))
+        return tuple(sorted(found, key=sp.default_sort_key))
+
+    def _is_finite_at(self, state: sp.Symbol) -> bool:
+        """Tell whether the rates have a limit where ``state`` vanishes, as sin(x)/x has."""
+        return all((rate * state).subs(state, 0) == 0 for rate in self.rates)
+
     def lie_derivative(self, expr: sp.Expr) -> sp.Expr:
         """Return the derivative of ``expr`` along the field: its Lie derivative and its partial one by the time."""
         moved = sum((expr.diff(s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)

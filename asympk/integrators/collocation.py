@@ -29,6 +29,7 @@ from asympk.systems.automata import automaton_of
 STEPS = 5000
 MOST_DIGITS = 200
 GROW, SHRINK = 1.6, 0.4
+PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
 ORDERS = ((20, 1), (26, 3))  # stages, and digits beyond those asked for, of the two runs
@@ -109,11 +110,14 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
     h = min(until - t, 1 / (1 + rate))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
+    tries = list[Any]()
     while len(steps) < STEPS:
         last = h >= until - t
         h = min(h, until - t)
         if monotonic() > scheme.deadline:
             raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds=")
+        tries.append(t)
+        _require_gain(tries)
         slopes = _step(scheme, t, state, h)
         if slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
             h *= SHRINK
@@ -130,6 +134,14 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         before = mode.guard_values(t, state)
         h *= GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
+
+
+def _require_gain(tries: list) -> None:
+    """Raise ``OutOfRange`` where many tries of a step, made at the times ``tries``, have gained hardly any time."""
+    begun, t = tries[0], tries[-1]
+    if len(tries) > PATIENCE and t - begun <= (1 + STANDSTILL) * (tries[-PATIENCE] - begun):
+        raise OutOfRange(f"the reference comes to a standstill at t = {float(t):.10g}, where the motion is not smooth "
+                         "or grows beyond bounds; end the run before it")  # fmt: skip
 
 
 def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:

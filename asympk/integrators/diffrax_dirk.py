@@ -15,7 +15,7 @@ from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, mode_of, namespace
 from asympk.integrators.integrate import Settings, missing
-from asympk.integrators.stepwise import follow_steps
+from asympk.integrators.stepwise import IDLE, follow_steps
 from asympk.integrators.watch import Look, near
 from asympk.symbolic.branches import all_phases
 
@@ -119,15 +119,15 @@ def _compiled(modes):
         carry = jax.lax.cond(first, lambda c: _begun(term, control, solver, *c[:3:2], until, args), lambda c: c, carry)
 
         def go_on(all_):
-            (t, after, *_), _, _, made, of_interest, _ = all_
-            return (made < most) & (t < due) & (after > t) & ~of_interest
+            (t, after, *_), _, _, made, of_interest, _, vain = all_
+            return (made < most) & (t < due) & (after > t) & ~of_interest & (vain < IDLE)
 
         attempt = _attempt(term, control, solver, look, until, args)
         t, _, w, *_ = carry
-        carry, t_old, w_old, made, _, _ = jax.lax.while_loop(
-            go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args)))
+        carry, t_old, w_old, made, _, _, vain = jax.lax.while_loop(
+            go_on, attempt, (carry, t, w, 0, jnp.asarray(False), look(t, w, args), 0))
         t, after, w, *_ = carry
-        counts = jnp.stack([made, (after <= t) & (t < until), t_old, t])
+        counts = jnp.stack([made, (vain == IDLE) | (after <= t) & (t < until), t_old, t])
         return carry, jnp.concatenate([counts, w_old, w])
 
     @cache
@@ -170,7 +170,7 @@ def _attempt(term, control, solver, look, until, args):
     import jax.numpy as jnp
 
     def attempt(all_):
-        (t, after, w, inner, state, jumped), t_old, w_old, made, _, before = all_
+        (t, after, w, inner, state, jumped), t_old, w_old, made, _, before, vain = all_
         new, error, _, inner_new, _ = solver.step(term, t, after, w, args, inner, jumped)
         error = jnp.where(jnp.isnan(error), jnp.inf, error)
         kept, begin, end, jumped, state, _ = control.adapt_step_size(
@@ -179,7 +179,7 @@ def _attempt(term, control, solver, look, until, args):
         lost = jnp.any((seen.values <= 0) | jnp.stack([near(before, seen, k) for k in range(len(seen.values))]))
         keep = lambda a, b: jax.tree_util.tree_map(lambda one, other: jnp.where(kept, one, other), a, b)  # noqa: E731
         following = begin, jnp.minimum(end, until), keep(new, w), keep(inner_new, inner), state, jumped
-        return (following, *keep((t, w, made + 1, lost, seen), (t_old, w_old, made, False, before)))
+        return (following, *keep((t, w, made + 1, lost, seen, 0), (t_old, w_old, made, False, before, vain + 1)))
 
     return attempt
 

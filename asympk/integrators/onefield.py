@@ -33,7 +33,11 @@ class OneField:
         """Return the values of the guards: there are none."""
         return ()
 
-    guard_rates = guard_values
+    guard_rates = pole_values = guard_values
+
+    def require_one_side(self, before: tuple, t: float, state: tuple[float, ...]) -> tuple:
+        """Return the values of what the rates are divided by: it is not watched."""
+        return before
 
 
 def sign(

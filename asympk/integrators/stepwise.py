@@ -50,7 +50,7 @@ def follow_steps(
     watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit = 0, 0, "", None
     samples: list[tuple[float, ...]] = []
-    start = halfway = t
+    start, halfway, poles = t, t, mode.pole_values(t, state)
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, settings)
         steps += solver.made * (not short)
@@ -62,6 +62,7 @@ def follow_steps(
         if not short and (met := watch.lost(solver, t, state)):
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
+        poles = poles if short else mode.require_one_side(poles, t, state)
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
