@@ -26,6 +26,7 @@ RTOL = 1e-9
 FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
 ROUNDING = 50  # what they lose, in units of their tolerance
 SAFETY = 2
+SEVERAL = 5  # steps of a layer as wrong as they may be
 
 
 def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
@@ -64,15 +65,25 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     omitted = np.array(next_.state) - final
     size = SAFETY * np.abs(omitted).max()
     scale = max(1.0, np.abs(final).max() - size)
-    rates = Automaton(scene.system, scene.values).mode(course.branch).rhs(course.t, course.state)
-    rushed = matched.late_by(rtol, float(scene.until)) * max(map(abs, rates))  # large where a layer is not over
-    error = float(size / scale + ROUNDING * (rtol + rushed / scale))
+    error = float(size / scale + ROUNDING * rtol + _of_layer(scene, course, mu, rtol, scale))
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
     dense = StretchedDense(course.stretches, float(scene.until))
     return Path(scene, method, course.state, course.events, course.modes, dense, error,
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
+
+
+def _of_layer(scene: Any, course: MatchedPath, mu: float, rtol: float, scale: float) -> float:
+    """Return the error to expect in a layer that is not over, relative to ``scale``: in the fast states, and in time.
+
+    What the fast states grow by, their errors grow by as well.
+    """
+    if not (course.stretches and course.stretches[-1].fast):
+        return 0.0
+    rates = Automaton(scene.system, scene.values).mode(course.branch).rhs(course.t, course.state)
+    late = ROUNDING * matched.late_by(rtol, float(scene.until))
+    return SEVERAL * matched.off_by(rtol, mu) + late * max(map(abs, rates)) / scale
 
 
 def _require_derivable(system: System) -> None:

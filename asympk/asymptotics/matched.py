@@ -37,11 +37,15 @@ EVENTS = 1000
 
 
 class Stretch(NamedTuple):
-    """Motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since then."""
+    """Motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since then.
+
+    ``fast`` tells whether it is a layer.
+    """
 
     began: float
     mode: str
     states: Callable
+    fast: bool = False
 
 
 @dataclass(frozen=True)
@@ -118,7 +122,7 @@ def through_layer(
         if not found:
             return course
         last, size = found[-1], len(course.state)
-        stretch = Stretch(course.t, mode.name, _during(Trajectory(found[0].state, found), course.t, size))
+        stretch = Stretch(course.t, mode.name, _during(Trajectory(found[0].state, found), course.t, size), True)
         if lost is None:
             return replace(course, t=last.after, state=last.end[:size], stretches=(*course.stretches, stretch))
         t, guard = lost
@@ -130,13 +134,33 @@ def late_by(rtol: float, until: float) -> float:
     return LATE * rtol * min(1.0, until)
 
 
+def off_by(rtol: float, mu: float) -> float:
+    """Return the error of the fast states that a step of a layer is allowed."""
+    return IN_FAST * rtol / mu
+
+
+def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
+    """Return what a layer grows from where the manifold repels, the distance to it, at most 1; 1 where it attracts.
+
+    An error of the fast states is one in time by its ratio to that distance.
+    """
+    point = slow.point(t, state)
+    x, y = point[: slow.slow], point[slow.slow :]
+    branch = root(slow.formulas, x, y, slow.values)
+    if branch is None or abscissa(slow.formulas, x, branch, slow.values) <= 0:
+        return 1.0
+    height = slow.formulas.height[order](*x, *branch, mu, *slow.values)
+    return min(1.0, max(rtol, *(abs(v - h) for v, h in zip(y, height, strict=True))))
+
+
 def _in_mode(
     mode: NumericMode, slow: Slow, course: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
     """Return the steps in one mode, and the time and the guard lost in the last, or None where the layer is over."""
     system = mode.mode.system
     fast = {system.states.index(s) for s in system.fast}
-    atol = tuple(IN_FAST * rtol / mu if k in fast else rtol for k in range(len(course.state)))
+    off = off_by(rtol, mu) * _growing(slow, order, course.t, course.state, mu, rtol)
+    atol = tuple(off if k in fast else rtol for k in range(len(course.state)))
     flow, now = partial(mode.field, 0.0), course.state
     if system.time is not None:
         flow, now = _timed(mode), (*course.state, course.t)

@@ -234,3 +234,24 @@ def test_what_has_no_jump_in_the_limit_or_in_symbols_is_refused_with_what_does()
         ap.jump_map(_two_frictions())
     with pytest.raises(NotDerivable, match=r"jump_law\(\) of its mechanism"):
         ap.jump_map(held_rod())
+
+
+@pytest.mark.parametrize("off", ["1/10", "1/1000", "1/100000", "-1/100000"])
+def test_a_layer_that_starts_near_a_repelling_manifold_is_as_right_as_any_other(off):
+    # x + y = -1 repels to the order 0: what the fast motion grows from is small, and its error must be smaller still
+    start = (sp.Rational(-1, 5), sp.Rational(-4, 5) + sp.Rational(off), 1)
+    truth = ap.solve(ap.Scene(sigma=1, mu="1/100000", start=start, until=1))
+    path = ap.solve(ap.Scene(system=ROD, values={s: 1, c: "1/100000"}, start=start, until=1), "jump", order=1)
+    assert path.modes == truth.modes
+    assert [e.t for e in path.events] == pytest.approx([e.t for e in truth.events], abs=1e-12)
+    assert distance(path.final, truth.final) < path.error
+
+
+@pytest.mark.parametrize(("start", "until"), [(STARTS[0], "1/2000"), (STARTS[0], "7/10000"), (STARTS[2], "1/50000")])
+@pytest.mark.parametrize("order", [1, 2])
+def test_what_is_predicted_bounds_the_error_where_a_run_ends_within_a_layer(start, until, order):
+    truth = ap.solve(ap.Scene(sigma=1, mu="1/10000", start=start, until=until))
+    scene = ap.Scene(system=ROD, values={s: 1, c: "1/10000"}, start=start, until=until)
+    path = ap.solve(scene, "jump", order=order)
+    assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error < 1e-6
