@@ -129,6 +129,11 @@ def _few(rows: list, most: int) -> list:
     return [*rows[: most - 2], ("...", f"{len(rows) - most + 1} more"), rows[-1]]
 
 
+def within(first: Any, last: Any, until: Any) -> bool:
+    """Tell whether times from ``first`` to ``last`` lie in [0, until], or end at the double next to ``until``."""
+    return bool(first >= 0 and (last <= until or last <= float(until)))
+
+
 class ClosedForm:
     """The segments of a scene that ``run`` has solved; pickled as the scene, which ``run`` solves again."""
 
@@ -138,10 +143,10 @@ class ClosedForm:
         self.run, self.scene, self.digits, self.segments, self.convert = run, scene, digits, segments, convert
 
     def require_within(self, first: Any, last: Any) -> None:
-        """Raise ``InputError`` where times from ``first`` to ``last`` leave [0, until]; until may be its double."""
-        until = self.scene.until
-        if not (first >= 0 and (last <= until or last <= float(until))):
-            raise InputError(f"t = {last if first >= 0 else first}: it must be from 0 to until = {until}")
+        """Raise ``InputError`` where times from ``first`` to ``last`` leave [0, until]."""
+        if not within(first, last, self.scene.until):
+            wrong = last if first >= 0 else first
+            raise InputError(f"t = {wrong}: it must be from 0 to until = {self.scene.until}")
 
     def __reduce__(self) -> tuple:
         return _solved, (self.run, self.scene, self.digits)

@@ -22,7 +22,7 @@ from asympk.asymptotics.validity import validity_conditions
 from asympk.digits import carried, carrier_context
 from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
 from asympk.numbers import number, numbers, objects, short, sign_of, whole
-from asympk.path import Event, Path
+from asympk.path import Event, Path, within
 from asympk.scene import in_doubles
 
 HIGHEST_ORDER = 6
@@ -145,7 +145,7 @@ class CompositeDense:
             times = numbers("t", t).astype(float)
         else:
             times = np.array([number("t", u) for u in objects("t", t).flat], dtype=object).reshape(np.shape(t))
-        if not ((times >= 0) & (times <= self.until)).all():
+        if not within(times.min(initial=0), times.max(initial=0), self.until):
             raise InputError(f"t = {short(t)}: it must be within [0, {self.until}]")
         m = FLOATS if self.digits is None else _multiprecision(self.digits)
         if m is FLOATS:

@@ -23,7 +23,7 @@ from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
 from asympk.numbers import whole
-from asympk.path import Event, Path
+from asympk.path import Event, Path, within
 from asympk.systems.automata import automaton_of
 
 STEPS = 5000
@@ -253,7 +253,7 @@ class CollocationDense:
         steps = [step for segment in self.joined.segments for step in segment.samples]
         until = self.joined.last.t
         t = decide.converted(until.context, t)
-        if not 0 <= t <= until:
+        if not within(t, t, until):
             raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
         if not steps:
             return _rounded(self.joined.last.state, self.digits)

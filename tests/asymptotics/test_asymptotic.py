@@ -436,3 +436,8 @@ def test_a_dip_to_z_zero_that_the_series_does_not_see_is_refused():
         with pytest.raises(OutOfRange, match="meets z = 0 in slip_opposite unexpectedly"):
             ap.solve(scene, method="jump", order=order)
         assert np.isinf(ap.solve_many(*numbers, method="jump", order=order).error)
+
+
+def test_a_model_with_digits_knows_its_end_under_the_double_next_to_it():
+    path = ap.solve(ap.Scene(1, "1/1000", (0, "1/5", -1), "0.1"), method="jump", digits=20)
+    assert distance(path(0.1), path.final) < 1e-16

@@ -86,6 +86,14 @@ def test_dense_output_is_the_run_itself_seen_at_other_times(method):
         path(5.5)
 
 
+def test_a_reference_with_digits_knows_its_end_under_the_double_next_to_it():
+    x = sp.Symbol("x", real=True)
+    decay = ap.System.smooth({x: -(x**2)}, {}, None)
+    path = ap.solve(ap.Scene(system=decay, values={}, start={"x": 1}, until="0.1"), digits=12)
+    assert path.model == "collocation"
+    assert float(path(0.1)[0]) == pytest.approx(1 / 1.1, rel=1e-11)
+
+
 def test_the_snapped_states_lie_on_the_surface_they_met():
     path = ap.solve(scene("iii", 1e-5), method="lsoda", rtol=1e-8)
     met, left, turned = path.events
