@@ -50,9 +50,12 @@ def derived(s, start, order, static=None):
     return jump_map(SYSTEM, order, values(s, start, static))
 
 
+lowered = cache(lower)
+
+
 def in_numbers(series, at, mu_text):
     symbols = sorted(at, key=str)
-    found = lower((*symbols, mu), series.expr, "mpmath")
+    found = lowered((*symbols, mu), series.expr, "mpmath")
     return found(*(Fraction(int(at[v].p), int(at[v].q)) for v in symbols), mu_text)
 
 
