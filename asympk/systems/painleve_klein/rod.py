@@ -11,6 +11,7 @@ from functools import cache
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.symbolic.conditions import assumed_range
 from asympk.symbolic.reading import expression
 
 m, P, f, f0, l, k, h = sp.symbols("m P f f_0 l k h", positive=True)
@@ -113,7 +114,7 @@ def rigid_motions() -> tuple["RigidMotion", ...]:
         load = sp.cancel(reaction * steepness / 2)
         for velocity in (1, -1, 0):
             motion = velocity or load
-            opposes = sp.solveset(sp.cancel(sign * reaction * motion) < 0, steepness, sp.S.Reals)
+            opposes = assumed_range(steepness, sp.cancel(sign * reaction * motion) < 0)
             motions.append(RigidMotion(velocity, sign, opposes, load))
     return tuple(motions)
 
