@@ -135,7 +135,7 @@ def predicted(scene: Scene, path: Any) -> float:
     if path.error is not None:
         return path.error
     finer = solve(scene, "jump", order=1)
-    return distance(path.final, finer.final) + finer.error
+    return distance(path.final, finer.final) * (1 + finer.error) + finer.error
 
 
 def _exact_error(scene, exact):
