@@ -123,10 +123,12 @@ def through_layer(
             return course
         last, size = found[-1], len(course.state)
         stretch = Stretch(course.t, mode.name, _during(Trajectory(found[0].state, found), course.t, size), True)
-        if lost is None:
-            return replace(course, t=last.after, state=last.end[:size], stretches=(*course.stretches, stretch))
-        t, guard = lost
-        course = course.met(automaton, guard, t, last.shortened(t - last.t)[:size], stretch)
+        t, guard = lost or (last.after, None)
+        state = last.end[:size] if guard is None else last.shortened(t - last.t)[:size]
+        mode.require_one_side(mode.pole_values(course.t, course.state), t, state)
+        if guard is None:
+            return replace(course, t=t, state=state, stretches=(*course.stretches, stretch))
+        course = course.met(automaton, guard, t, state, stretch)
 
 
 def late_by(rtol: float, until: float) -> float:
@@ -231,6 +233,7 @@ def slowly(automaton: Automaton, course: MatchedPath, until: float, mu: float, o
     places = list(slow.places)
     stretch = Stretch(course.t, mode.name, lambda u: found.states(u)[0][places])
     t, state = course.t + found.end, tuple(stretch.states(found.end).tolist())
+    mode.require_one_side(mode.pole_values(course.t, course.state), t, state)
     if found.guard is None:
         return replace(course, t=until, state=state, stretches=(*course.stretches, stretch))
     return course.met(automaton, found.guard, t, state, stretch)
