@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-# those of more than half a minute come first, so that no worker ends alone on one of them
-LONGEST = ("test_site", "test_paper", "test_regeneration", "test_affine_scenes", "test_certify", "test_asymptotic")
+# these come first, so that no worker ends alone on one of them
+LONGEST = ("test_site", "test_paper", "test_regeneration", "test_affine_scenes", "test_asymptotic", "test_cli")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
