@@ -5,8 +5,6 @@ from pathlib import Path
 
 from asympk.errors import InputError
 
-_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL
-
 
 def write_text(path: str | Path, text: str) -> Path:
     """Write ``text`` to ``path`` as UTF-8; see ``write_bytes``."""
@@ -32,23 +30,15 @@ def write_bytes(path: str | Path, content: bytes) -> Path:
 
 
 def _replace(path, content):
-    handle, temporary = _beside(path)
+    """Write next to ``path`` under a name of its own, which an interruption takes away again, and move it there."""
+    temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}.part")
     try:
-        with os.fdopen(handle, "wb") as stream:
+        with open(temporary, "xb") as stream:
             stream.write(content)
         os.replace(temporary, path)
     except BaseException:
-        os.unlink(temporary)
+        temporary.unlink(missing_ok=True)
         raise
-
-
-def _beside(path, k=0):
-    """Open a new file next to ``path``, with the permissions that the process gives to new files."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}-{k}.part")
-    try:
-        return os.open(temporary, _NEW, 0o666), temporary
-    except FileExistsError:
-        return _beside(path, k + 1)
 
 
 def _opened(path):

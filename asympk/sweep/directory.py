@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 MANIFEST = "sweep.json"
 _UNFINISHED = re.compile(
-    r"\.chunk-\d{8,}\.(npz|parquet)\.\w.*|\.(sweep|summary)\.json\.(\d+-\d+\.part|[a-z0-9_]{8})", re.ASCII)
+    r"\.(chunk-\d{8,}\.(npz|parquet)|sweep\.json|summary\.json)\.[0-9a-f]{16}\.part", re.ASCII)
 _AHEAD = 32  # chunks under way at once, whatever the executor
 _MOST_LOSSES = 160  # five times all that is under way
 

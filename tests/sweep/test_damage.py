@@ -151,7 +151,7 @@ def test_the_users_own_dot_files_stay(copy):
     own = [copy / name for name in (".notes", ".chunk-notes", ".sweep.json.swp", ".chunk-00000001", ".gitignore")]
     for path in own:
         path.write_text("mine")
-    ours = copy / f".{MANIFEST}.123-0.part"
+    ours = copy / f".{MANIFEST}.0123456789abcdef.part"
     ours.write_text("half")
     run_sweep(SWEEP, copy)
     assert all(path.read_text() == "mine" for path in own)

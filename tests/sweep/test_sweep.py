@@ -435,7 +435,7 @@ def test_a_directory_of_another_sweep_or_version_is_refused(tmp_path):
 
 
 def test_what_a_killed_run_left_half_written_is_swept_up(tmp_path):
-    (tmp_path / ".chunk-00000000.npz.abc").write_text("half")
+    (tmp_path / ".chunk-00000000.npz.0123456789abcdef.part").write_text("half")
     run_sweep(_sweep(), tmp_path)
     assert not [*tmp_path.glob(".*")]
 
