@@ -208,7 +208,7 @@ class _Corrections:
         """Return {state: (S_0, S_1, ...)}, polynomials in tau."""
         field = Formulas(self.mode, self.small, (), self.order).field
         begin = [{(0, 0): s} | {(k, 0): v[i] for k, v in enumerate(self.start, 1)} for i, s in enumerate(self.slow)]
-        x, y, _ = field.motion(_Symbols(), {p: p for p in self._parameters()}, begin, self.order)
+        x, y, _ = field.motion(_Symbols(), {p: p for p in self._parameters()}, begin, self.branch, self.order)
         return {
             s: [sum((c[m - j, j] * TAU**j for j in range(m + 1)), sp.S.Zero) for m in range(self.order + 1)]
             for s, c in zip((*self.slow, *self.fast), (*x, *y), strict=True)

@@ -13,7 +13,7 @@ The slow motion is the Taylor series in mu and t that solves x' = f, mu y' = g, 
 the second of which gives y_kj, so that no derivative of h is needed. All is straight-line code, derived once.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -42,6 +42,8 @@ class Formulas:
     4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, and f_y h_x by rows.
     5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
 
+    3 and 4 leave out b and b' where g is affine in y at mu = 0, since b = -g_y^-1 g(x, 0, 0) there: ``on_branch``.
+
     ``arrays`` is the same for arrays that broadcast. Raises ``InputError`` for a function that has no series here.
     """
 
@@ -54,6 +56,10 @@ class Formulas:
     @cached_property
     def arrays(self) -> "Formulas":
         return formulas(self.mode, self.small, self.parameters, self.order, "numpy")
+
+    def on_branch(self, x: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
+        """Return a point of the branch as ``flow``, ``height`` and ``slow_rates`` take it: x, and b where needed."""
+        return (*x,) if self.field.affine else (*x, *b)
 
     @cached_property
     def layer(self) -> Callable[..., tuple]:
@@ -106,6 +112,7 @@ class _Field:
         self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
         self.force = [g.subs(given.small, 0) for g in self.full_force]
         self.jacobian = fast_jacobian(mode, given.small)
+        self.affine = not any(e.has(*self.fast_states) for e in self.jacobian)
         self.across = sp.Matrix(self.force).jacobian(self.slow_states)
         self.names = {p: f"p{i}" for i, p in enumerate(given.parameters)}
         self.functions = _functions(given.target)
@@ -136,7 +143,8 @@ class _Field:
         inputs += [f"v{i}_{k}" for k in range(1, order + 1) for i in range(n)]
         tape, values = self.tape(*inputs)
         start = [{(k, 0): tape.node(f"v{i}_{k}") for k in range(order + 1)} for i in range(n)]
-        *motion, _ = self.motion(tape, values, start, order)
+        branch = [tape.node(f"v{n + i}_0") for i in range(len(self.fast_states))]
+        *motion, _ = self.motion(tape, values, start, branch, order)
         levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
         return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.functions)
 
@@ -144,6 +152,8 @@ class _Field:
         """Compile the rates of x and of the branch's value on the manifold to ``order``."""
         tape, values, drift, _ = self._at_rest(order)
         rates = [_polynomial(f, order, tape) for f in drift]
+        if self.affine:
+            return tape.function(tuple(rates), self.functions)
         point = _first(values)
         across = [sum((evaluated(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
                   for row in self.across.tolist()]  # fmt: skip
@@ -177,16 +187,24 @@ class _Field:
 
     def _at_rest(self, order):
         """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
-        n = len(self.slow_states)
-        tape, values = self.tape(*(f"v{i}_0" for i in range(n + len(self.fast_states))), "mu")
-        _, y, drift = self.motion(tape, values, [{(0, 0): tape.node(f"v{i}_0")} for i in range(n)], order)
+        n, carried = len(self.slow_states), 0 if self.affine else len(self.fast_states)
+        names = [f"v{i}_0" for i in range(n + carried)]
+        tape, values = self.tape(*names, "mu")
+        x = [tape.node(name) for name in names[:n]]
+        branch = [tape.node(name) for name in names[n:]] or self._branch(tape, values, x)
+        _, y, drift = self.motion(tape, values, [{(0, 0): node} for node in x], branch, order)
         return tape, values, drift, y
 
-    def motion(self, tape, values, start, order):
-        """Return x, y and x' of the slow motion as series; ``start`` gives the terms of x at t = 0, v_0 the branch."""
-        n = len(start)
+    def _branch(self, tape, values, x):
+        """Return the branch's value at x where g is affine in the fast states."""
+        point = values | dict(zip(self.slow_states, x, strict=True)) | dict.fromkeys(self.fast_states, 0)
+        force = [evaluated(sp.sympify(g, strict=True), point, tape) for g in self.force]
+        return [-1 * c for c in _product(self._inverse(point, tape), force)]
+
+    def motion(self, tape, values, start, branch, order):
+        """Return x, y and x' of the slow motion as series; ``start`` gives the terms of x at t = 0."""
         x = [{index: c for index, c in terms.items() if sum(index) <= order} for terms in start]
-        y = [{(0, 0): tape.node(f"v{n + i}_0")} for i in range(len(self.fast_states))]
+        y = [{(0, 0): c} for c in branch]
         self._put(values, x, y, order)
         inverse = self._inverse(values, tape)
         for degree in range(1, order + 1):

@@ -9,6 +9,7 @@ O(mu^(n + 1)), and the run to the order n + 1 tells how much.
 """
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -93,13 +94,21 @@ class Slow:
 
 def slow_of(automaton: Automaton, branch: Branch, order: int) -> Slow:
     """Return the slow motion of a branch, its formulas to ``order``."""
-    system = automaton.system
-    given = dict(zip(system.parameters, map(float, automaton.values), strict=True))
-    mode = _mode(system, branch)
-    names, parameters = [*mode.slow, *mode.fast], tuple(p for p in given if p != system.small)
-    whole = (*system.states, system.time)
-    return Slow(formulas(mode, system.small, parameters, order), len(mode.slow), tuple(given[p] for p in parameters),
-                tuple(map(names.index, system.states)), tuple(map(whole.index, names)))  # fmt: skip
+    system, values = automaton.system, automaton.mode(branch).p
+    known, small = _formulas(system, branch, order), system.parameters.index(system.small)
+    return Slow(known, len(known.mode.slow), values[:small] + values[small + 1 :], *_places(system, known.mode))
+
+
+@lru_cache(maxsize=256)
+def _formulas(system: System, branch: Branch, order: int) -> Formulas:
+    parameters = tuple(p for p in system.parameters if p != system.small)
+    return formulas(_mode(system, branch), system.small, parameters, order)
+
+
+@lru_cache(maxsize=256)
+def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    names, whole = [*mode.slow, *mode.fast], (*system.states, system.time)
+    return tuple(map(names.index, system.states)), tuple(map(whole.index, names))
 
 
 @lru_cache(maxsize=256)
@@ -148,11 +157,15 @@ def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: fl
     """
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
-    branch = root(slow.formulas, x, y, slow.values)
-    if branch is None or abscissa(slow.formulas, x, branch, slow.values) <= 0:
+    if abscissa(slow.formulas, x, y, slow.values) <= 0 or (branch := root(slow.formulas, x, y, slow.values)) is None:
         return 1.0
-    height = slow.formulas.height[order](*x, *branch, mu, *slow.values)
+    height = slow.formulas.height[order](*slow.formulas.on_branch(x, branch), mu, *slow.values)
     return min(1.0, max(rtol, *(abs(v - h) for v, h in zip(y, height, strict=True))))
+
+
+def _fastest(slow: Slow, t: float, state: tuple) -> float:
+    """Return the largest entry of g_y, at least the smallest normal number."""
+    return max(sys.float_info.min, *map(abs, slow.formulas.jacobian(*slow.point(t, state), *slow.values)))
 
 
 def _in_mode(
@@ -166,9 +179,9 @@ def _in_mode(
     flow, now = partial(mode.field, 0.0), course.state
     if system.time is not None:
         flow, now = _timed(mode), (*course.state, course.t)
-    late = late_by(rtol, until)
-    ahead = watched(steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t, late),
-                    mode.guard_values, len(atol))  # fmt: skip
+    along = steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t, late_by(rtol, until),
+                  mu / _fastest(slow, course.t, course.state))  # fmt: skip
+    ahead = watched(along, mode.guard_values, len(atol))
     found, t, over = list[Any](), course.t, math.inf
     while len(found) < STEPS:
         state = now[: len(atol)]
@@ -202,7 +215,7 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     branch = root(slow.formulas, x, y, slow.values)
     if branch is None or not (rate := -abscissa(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
-    height = slow.formulas.height[order](*x, *branch, mu, *slow.values)
+    height = slow.formulas.height[order](*slow.formulas.on_branch(x, branch), mu, *slow.values)
     left = max(abs(v - h) for v, h in zip(y, height, strict=True)) / scale
     return t + mu * math.log(max(1.0, left / rtol)) / rate if left < NEAR else math.inf
 

@@ -18,6 +18,7 @@ from scipy.integrate import DOP853
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
 EXPONENT = -1 / 8
 STAGES = 12
+LONG = 100  # times the error allowed, of the first step by the constant of a low order; that of order 8 is far smaller
 Flow = Callable[..., tuple]
 
 
@@ -76,9 +77,9 @@ class Trajectory:
         t = np.asarray(t, dtype=float)
         if not self.steps:
             return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
-        ends = np.array([step.after for step in self.steps])
-        if t.size == 1 and t >= ends[-1]:
+        if t.size == 1 and t >= self.steps[-1].after:
             return np.array(self.steps[-1].end).reshape(-1, *t.shape)
+        ends = np.array([step.after for step in self.steps])
         which = np.minimum(np.searchsorted(ends, t.ravel()), len(ends) - 1)
         found = np.empty((len(self.start), t.size))
         for k in set(which.tolist()):
@@ -94,16 +95,16 @@ def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:
 
 def steps(
     flows: tuple[Flow, ...], parameters: tuple, state: tuple, until: float, rtol: float, atol: tuple, t: float = 0.0,
-    late: float = 0.0,
+    late: float = 0.0, longest: float = math.inf,
 ) -> Iterator[Step]:
     """Yield the steps of state' = flow(*state, *parameters) from ``t`` to ``until``, which may be infinite.
 
     ``flows`` have equal shares of the states, one after the other. The error of a step is held below ``rtol`` relative
     and ``atol``, one number per state; a state that is right at a time wrong by up to ``late`` is let pass as well.
-    Where the steps become too small for it they end early.
+    The first step is at most ``longest``. Where the steps become too small they end early.
     """
     take, first = _compiled(len(state), len(flows), late > 0), rates(flows, parameters, state)
-    span = _first_span(flows, parameters, state, first, until - t, rtol, atol)
+    span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
     grow = GROW
     while t < until:
         span = min(span, until - t)
@@ -143,7 +144,7 @@ def _first_span(flows, parameters, state, first, longest, rtol, atol):
         return span
     bend = math.hypot(*((b - a) / s for a, b, s in zip(first, next_, scale, strict=True))) / (span or 1)
     largest = max(speed, bend) / math.sqrt(len(state))
-    return min(100 * span, longest, (0.01 / largest) ** -EXPONENT if largest > 1e-15 else max(1e-6, span * 1e-3))
+    return min(100 * span, longest, (LONG / largest) ** -EXPONENT if largest > 1e-15 else max(1e-6, span * 1e-3))
 
 
 @lru_cache(maxsize=64)

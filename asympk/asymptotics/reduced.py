@@ -1,6 +1,7 @@
 r"""The reduced flow: x' = F(x, mu) on a slow manifold, integrated as what it is, a flow that is not stiff.
 
-The branch is carried by its value b, with b' = -g_y^-1 g_x x', so no closed form of it is needed. The flow to several
+The branch is carried by its value b, with b' = -g_y^-1 g_x x', so no closed form of it is needed; where g is affine in
+the fast states it is a function of x, and is not carried. The flow to several
 orders is integrated side by side, on the same steps: their differences are the terms that the lower orders omit. It
 stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes within its own time,
 mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold, or where fast and
@@ -10,6 +11,7 @@ slow rates meet, 4 mu |f_y h_x| = |largest real part|, as where a node turns to 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -44,14 +46,15 @@ class Reduced:
     def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t``, for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)
-        motions = np.split(self.trajectory(t.ravel()), len(self.orders))
-        known = self.formulas if t.size == 1 else self.formulas.arrays
-        found = []
-        for order, motion in zip(self.orders, motions, strict=True):
-            point = motion[:, 0].tolist() if t.size == 1 else motion
-            height = known.height[order](*point, self.mu, *self.values)
-            found.append([*motion[: self.slow], *(np.broadcast_to(y, t.size) for y in height)])
-        return np.array(found).reshape(len(self.orders), len(found[0]), *t.shape)
+        motion, known = self.trajectory(t.ravel()), self.formulas.arrays
+        spread: Callable = partial(np.broadcast_to, shape=t.size)
+        if t.size == 1:
+            motion, known, spread = motion[:, 0].tolist(), self.formulas, float
+        found, width = [], len(motion) // len(self.orders)
+        for k, order in enumerate(self.orders):
+            point = motion[k * width : (k + 1) * width]
+            found.append([*point[: self.slow], *map(spread, known.height[order](*point, self.mu, *self.values))])
+        return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
 
 def reduced_flow(
@@ -65,11 +68,11 @@ def reduced_flow(
     rtol: float = 1e-12,
     guards: Callable | None = None,
 ) -> Reduced:
-    """Integrate the flow to every order of ``orders`` from its start (x, b), the first ``slow`` numbers x.
+    """Integrate the flow to every order of ``orders`` from its start, what ``Formulas.on_branch`` returns.
 
-    ``guards`` returns those of a mode at (t, x, b); the flow of the first order ends where one becomes negative.
-    Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for infinity; both
-    tell the time and the state reached.
+    ``guards`` returns those of a mode at the time and such a point; the flow of the first order ends where one becomes
+    negative. Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for
+    infinity; both tell the time and the state reached.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     found, end, guard = list[Any](), until, None
@@ -91,20 +94,20 @@ def reduced_flow(
 
 
 def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
-    """Return (x, b), b the branch's value at x that Newton's method finds from ``near``; raises ``OutOfRange``."""
+    """Return the point of the branch at x that Newton's method finds from ``near``; raises ``OutOfRange``."""
     b = root(formulas, x, near, values)
     if b is None:
         raise OutOfRange(f"the base point x = {text(x)} is off the branch that the layer settles on; the small "
                          "parameter is not small here")  # fmt: skip
-    return np.array([*x, *b])
+    return np.array(formulas.on_branch(x, b))
 
 
 def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, values: tuple) -> float:
     """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
-    x, b = state[:slow], state[slow:]
     try:
-        turning, *coupling = formulas.slow_rates(*x, *b, mu, *values)
-        return -abscissa(formulas, x, b, values) - mu * max(abs(turning), MEETING * math.hypot(*coupling))
+        turning, *coupling = formulas.slow_rates(*state, mu, *values)
+        largest = abscissa(formulas, state[:slow], formulas.height[0](*state, mu, *values), values)
+        return -largest - mu * max(abs(turning), MEETING * math.hypot(*coupling))
     except (ArithmeticError, ValueError):
         return -math.inf
 
@@ -120,8 +123,9 @@ def _check(step, formulas, state, slow, mu, values):
             t = (low + high) / 2
             low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
         state = step(low)[:size].tolist()
-    where = f"t = {t:.6g}, x = {text(state[:slow])}, y = {text(state[slow:])}"
-    largest = abscissa(formulas, state[:slow], state[slow:], values)
+    y = formulas.height[0](*state, mu, *values)
+    where = f"t = {t:.6g}, x = {text(state[:slow])}, y = {text(y)}"
+    largest = abscissa(formulas, state[:slow], y, values)
     raise NotNormallyHyperbolic(
         f"the slow manifold is lost at {where}, by a fold, a change of stability, or slow motion that is not slow: the "
         f"largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller until, or a smaller parameter"

@@ -106,7 +106,8 @@ def _follow_on(
     t, state = numbers.convert(t), tuple(map(numbers.convert, state))
     p = tuple(map(numbers.convert, automaton.values))
     nudged = [(t, state), *(_nudged(t, state, signs, slack) for signs in _NUDGES)]
-    points = [_point(system, numbers, at, w, p) for at, w in nudged]
+    values = function(system, _expressions(system)[0], numbers.target, numbers.functions)
+    points = [_point(system, values(at, *w, *p)) for at, w in nudged]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     touching = _touching(system, before, lost, (t, state), p, numbers)
@@ -160,9 +161,8 @@ def _reactions(system: System) -> Iterator[sp.Expr]:
             yield f.normal - f.load if f.constraint is None else f.constraint
 
 
-def _point(system: System, numbers: Numbers, t: Any, state: tuple, p: tuple) -> ContactPoint:
-    expressions, unknowns, _ = _expressions(system)
-    values = function(system, expressions, numbers.target, numbers.functions)(t, *state, *p)
+def _point(system: System, values: tuple) -> ContactPoint:
+    _, unknowns, _ = _expressions(system)
     split = 6 * len(system.frictions)
     contacts = tuple(ContactNumbers(*values[k : k + 6]) for k in range(0, split, 6))
     width = 1 + len(unknowns)
