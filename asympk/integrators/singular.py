@@ -26,7 +26,7 @@ def followed(mode: NumericMode, t: Any, state: tuple, until: Any, advance: Calla
 
 
 def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float) -> tuple | None:
-    """Return (t of the first level, t, state) where the guard p of ``mode`` vanishes before ``until``, else None."""
+    """Return (t of the first level, t, state) where the guard p of ``mode`` vanishes before all else, else None."""
     import numpy as np
     from scipy.integrate import solve_ivp
 
@@ -39,15 +39,16 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
         p = mode.guards(*at, *mode.p)[guard]
         return [p, *(p * rate for rate in mode.field(*at, *mode.p))]
 
-    def late(_, w):
-        return w[0] - until
+    def within(_, w):
+        values = mode.guards(*map(float, w), *mode.p)
+        return min(until - w[0], *(value for k, value in enumerate(values) if k != guard), np.inf)
 
-    vars(late).update(terminal=True)
+    vars(within).update(terminal=True, direction=-1)
     levels = [_level(mode, guard, first * part, part == LEVELS[-1]) for part in LEVELS]
     try:
         with np.errstate(all="ignore"):
             found = solve_ivp(field, (0, 1e6 / first), [t, *state], method="LSODA", rtol=1e-12, atol=1e-14,
-                              events=[*levels, late])  # fmt: skip
+                              events=[*levels, within])  # fmt: skip
     except (ArithmeticError, ValueError):
         return None
     near, *last = found.y_events[:-1]

@@ -11,7 +11,7 @@ A contact that only pushes has R = max(0, x + h y).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -37,7 +37,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     used = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
     if scaling.small.name in map(str, used):
         raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
-    return System.with_friction(**elastic_fields(kinetics, scaling))
+    return timed(System.with_friction(**elastic_fields(kinetics, scaling)), kinetics.time)
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     bound, limit = (tidy(part * kinetics.load) for part in (kinetics.friction, kinetics.static))
     found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": FORCE, "load": reaction,
              "kinetic": put(bound), "static": put(limit), "small": scaling.small}  # fmt: skip
-    return {**found, **_one_sided(kinetics, reaction), **_timed(kinetics, found)}
+    return {**found, **_one_sided(kinetics, reaction)}
 
 
 def state_names(kinetics: Kinetics, small: sp.Symbol) -> tuple[sp.Symbol, ...]:
@@ -137,7 +137,6 @@ def _one_sided(kinetics: Kinetics, reaction: sp.Expr) -> dict[str, Any]:
     return {"gap": -reaction, "normal": NORMAL} if kinetics.unilateral else {}
 
 
-def _timed(kinetics: Kinetics, found: dict[str, Any]) -> dict[str, Any]:
-    rates = (rate for part in ("slow", "fast", "velocity") for rate in found[part].values())
-    used = sp.Tuple(*rates, found["kinetic"], found["static"]).free_symbols
-    return {"time": kinetics.time} if kinetics.time in used else {}
+def timed(system: System, time: sp.Symbol) -> System:
+    """Return the system with ``time`` as its explicit time where anything in it depends on it."""
+    return replace(system, time=time) if time in system.parameters else system

@@ -207,7 +207,7 @@ class Mechanism(ShownAsFormulas):
         The elastic contact starts without reaction, x = y = 0, with z the sliding velocity. Raises ``InputError`` for
         what is missing, and for a rigid start off a constraint that holds both ways, g = g' = 0.
         """
-        given = self.keyed(values)
+        given = {self.plain.time: 0} | self.keyed(values)
         if any(f.constraint is not None and f.gap is None for f in system.frictions):
             require_closed(self.plain, given)
         own = {*self.plain.coordinates, *self.plain.velocities}

@@ -7,9 +7,7 @@ mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMot
 all bounds, with ``UnboundedReaction``.
 """
 
-import sympy as sp
-
-from asympk.mechanics.elastic import FORCE, NORMAL
+from asympk.mechanics.elastic import FORCE, NORMAL, timed
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
@@ -26,8 +24,4 @@ def rigid_system(kinetics: Kinetics) -> System:
         static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * NORMAL + G[0, 1] * FORCE,
         gap=kinetics.gap if kinetics.unilateral else None,
     )  # fmt: skip
-    return System.with_frictions(rates, {}, (friction,), time=_time(kinetics, (*rates.values(), friction.constraint)))
-
-
-def _time(kinetics: Kinetics, expressions: tuple[sp.Expr, ...]) -> sp.Symbol | None:
-    return kinetics.time if any(kinetics.time in e.free_symbols for e in expressions) else None
+    return timed(System.with_frictions(rates, {}, (friction,)), kinetics.time)

@@ -12,8 +12,10 @@ from scipy.integrate import solve_ivp
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
+from asympk.automaton.automaton import Automaton
 from asympk.errors import InputError, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.integrators.integrate import FAMILIES
+from asympk.integrators.singular import approach
 
 GROUND = {"m": 1, "l": 1, "g": 1}
 
@@ -168,3 +170,46 @@ def test_a_load_that_vanishes_with_all_its_derivatives_is_undecided_and_not_diff
     start = {"X": 0, "Y": math.sin(1.1) / 2, "theta": 1.1, "X'": -1, "Y'": 0, "theta'": 0}
     with pytest.raises(Undecided, match="lift_off of slip_opposite vanishes at t = 0 with its first 4 deriv"):
         ap.solve(ap.Scene(system=rigid, values={"f": 1, "g": 0}, start=start, until=1))
+
+
+def _on_a_belt(belt, thing=None):
+    """A rod, or a block, on a belt whose velocity is given in time."""
+    X, Y, theta = dynamicsymbols("X Y theta")
+    t = dynamicsymbols._t
+    angle = sp.S.Zero if thing == "block" else theta
+    energy = (X.diff(t) ** 2 + Y.diff(t) ** 2) / 2 + sp.Rational(1, 24) * angle.diff(t) ** 2 - 10 * Y
+    ground = ap.Contact(gap=Y - sp.sin(angle) / 2, slip=X.diff(t) + (sp.cos(angle) / 2).diff(t) - belt(t),
+                        friction=sp.Rational(3, 10), unilateral=True)  # fmt: skip
+    return ap.Mechanism.from_lagrangian(energy, (X, Y, theta)[: 2 if thing == "block" else 3], contact=ground)
+
+
+@pytest.mark.parametrize("contact", ["rigid", "elastic"])
+def test_a_block_meets_a_belt_whose_velocity_alone_depends_on_time_and_goes_on_with_it(contact):
+    """X' = 3 t meets 1 + sin(t) and keeps to it, as |cos(t)| < 3."""
+    block = _on_a_belt(lambda t: 1 + sp.sin(t), "block")
+    c, h = sp.symbols("c h", positive=True)
+    system = block.rigid() if contact == "rigid" else block.elastic(compliance=c, damping=h)
+    start = block.start(system, {"X": 0, "Y": 0, "X'": 0, "Y'": 0})
+    values = {} if contact == "rigid" else {"c": "1/1000000", "h": 1}
+    path = ap.solve(ap.Scene(system=system, values=values, start=start, until=2))
+    met = sp.nsolve(3 * sp.Symbol("t") - 1 - sp.sin(sp.Symbol("t")), 0.5)
+    travelled = 3 * met**2 / 2 + (2 - met) + sp.cos(met) - sp.cos(2)
+    assert path.modes[-2:] == ("slip_opposite", "stick")
+    assert path.events[-1].t == pytest.approx(float(met), abs=1e-9 if contact == "rigid" else 1e-4)
+    assert path.final[0] == pytest.approx(float(travelled), abs=1e-9 if contact == "rigid" else 1e-4)
+
+
+def test_the_look_for_a_singular_point_ends_where_the_mode_ends():
+    """Past its sliding velocity's zero the slip does not go on; followed there, its angle turns for ever faster."""
+    rod = _on_a_belt(lambda t: sp.sin(3 * t))
+    height, fall = math.sin(0.3) / 2, -0.2 * math.cos(0.3)
+    start = {"X": 0.1, "Y": height, "theta": 0.3, "X'": -0.7, "Y'": fall, "theta'": -0.4}
+    system = rod.rigid()
+    scene = ap.Scene(system=system, start=rod.start(system, start), until=1)
+    automaton = Automaton(system, scene.values)
+    mode = automaton.mode(automaton.first(scene.start))
+    calls, field = [], mode.field
+    vars(mode)["field"] = lambda *at: calls.append(at) or field(*at)
+    guard = [kind for kind, _ in mode.kinds].index("unbounded")
+    assert approach(mode, guard, 0.0, tuple(map(float, scene.start)), 1.0) is None
+    assert max(at[0] for at in calls) < 1.1 * ap.solve(scene).events[0].t
