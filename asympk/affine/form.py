@@ -70,9 +70,10 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
 def _linear(mode, expr):
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
     states, time = mode.system.states, mode.system.time
-    if any(_varies(expr.diff(s), (*states, time)) for s in states):
+    slopes = [expr.diff(s) if expr.has(s) else sp.S.Zero for s in states]
+    if any(_varies(slope, (*states, time)) for slope in slopes):
         return None
-    slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in map(expr.diff, states))
+    slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in slopes)
     if any(slope.free_symbols & {*states, time} for slope in slopes):
         return None
     forced = waves_of(expr.subs(dict.fromkeys(states, 0)), time)

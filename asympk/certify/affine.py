@@ -352,10 +352,10 @@ class EnclosedSegment:
         weights = ((self.mode.field.ball(c), k) for k, c in enumerate(row) if c)
         return sum((flint().acb(weight) * term[k, 0] for weight, k in weights), flint().acb(0))
 
-    def jet(self, guard: AffineGuard, t: Ball) -> tuple[Ball, ...]:
-        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
+    def jet(self, guard: AffineGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
+        """Return the guard and its first ``order`` derivatives (at most 2) on ``t``, all times one positive factor."""
         functions = self._functions(t, self.growth)
-        return tuple(self._sum(weights, functions) for weights in self._scalars(guard))
+        return tuple(self._sum(weights, functions) for weights in self._scalars(guard)[: order + 1])
 
     def _sum(self, weights, functions):
         total = flint().arb(0)
@@ -367,7 +367,7 @@ class EnclosedSegment:
 
     def newton(self, guard: AffineGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
-        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        (value,), slope = self.jet(guard, middle), self.jet(guard, time, 1)[1]
         return middle - value / slope * (self.growth * (middle - time)).exp(), certain_sign(value)
 
 

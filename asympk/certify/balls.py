@@ -73,8 +73,9 @@ def common(first: Ball, second: Ball) -> Ball:
 
 def times(first: Ball, second: Ball) -> Ball:
     """Return the product; of two wide balls by their ends, since the product of balls as such may lose its sign."""
-    signs = certain_sign(first) * certain_sign(second)
-    if not signs or first.rel_accuracy_bits() > 8 or second.rel_accuracy_bits() > 8:
+    if first.rel_accuracy_bits() > 8 or second.rel_accuracy_bits() > 8:
+        return first * second
+    if not (signs := certain_sign(first) * certain_sign(second)):
         return first * second
     return signs * (first.abs_lower() * second.abs_lower()).union(first.abs_upper() * second.abs_upper())
 

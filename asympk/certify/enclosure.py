@@ -80,8 +80,8 @@ class MatrixExponential:
         x, y, moved = (flow[row, 0] * start.x + flow[row, 1] * start.y + flow[row, 3] for row in range(3))
         return RodBalls(x, y, x + y, start.z + moved)
 
-    def jet(self, guard: LevelGuard, t: Ball) -> tuple[Ball, ...]:
-        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
+    def jet(self, guard: LevelGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
+        """Return the guard and its first ``order`` derivatives (at most 2) on ``t``, all times one positive factor."""
         state = self.state(t)
         drift = (self.a - self.b * state.s) / self.mu
         slope = state.y + drift
@@ -89,11 +89,11 @@ class MatrixExponential:
             values = state.s - guard.level, slope, drift - self.b / self.mu * slope
         else:
             values = state.z - guard.level, self.a - (self.b - 1) * state.s, (1 - self.b) * slope
-        return tuple(guard.side * value for value in values)
+        return tuple(guard.side * value for value in values[: order + 1])
 
     def newton(self, guard: LevelGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
-        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        (value,), slope = self.jet(guard, middle), self.jet(guard, time, 1)[1]
         return middle - value / slope, certain_sign(value)
 
     def at(self, guard: LevelGuard, t: Ball) -> RodBalls:
@@ -151,16 +151,16 @@ class Exponentials(MatrixExponential):
         z = start.z + self.rest * t + self.coupling * (y - start.y)
         return RodBalls(self.rest + p + q, y, self.rest + (1 + l1) * p + self.lift * q, z)
 
-    def jet(self, guard: LevelGuard, t: Ball) -> tuple[Ball, ...]:
-        """Return the guard's value, slope and slope's slope on ``t``, all times one positive factor."""
+    def jet(self, guard: LevelGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
+        """Return the guard and its first ``order`` derivatives (at most 2) on ``t``, all times one positive factor."""
         (l1, l2), start, arb = self.rates, self.start, flint().arb
         one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.grows else (
             arb(1), (l1 * t).exp(), (l2 * t).exp())
         still, drift = self.rest - guard.level, 0
         if guard.axis == "z":
             still, drift = start.z - guard.level + self.rest * t - self.coupling * start.y, self.rest
-        values = [times(of_fast, p) + times(of_slow, q) for of_fast, of_slow in self._coefficients(guard.axis)]
-        return tuple(guard.side * value for value in (values[0] + still * one, values[1] + drift * one, values[2]))
+        parts = zip(self._coefficients(guard.axis)[: order + 1], (still, drift, 0), strict=False)
+        return tuple(guard.side * (times(fast, p) + times(slow, q) + rest * one) for (fast, slow), rest in parts)
 
     def _coefficients(self, axis):
         """Return the factors of the fast and the slow exponential in s or z, and in its first and second derivative."""
@@ -174,7 +174,7 @@ class Exponentials(MatrixExponential):
 
     def newton(self, guard: LevelGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
         """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
-        value, slope = self.jet(guard, middle)[0], self.jet(guard, time)[1]
+        (value,), slope = self.jet(guard, middle), self.jet(guard, time, 1)[1]
         factor = (self.rates[0] * (middle - time)).exp() if self.grows else 1
         return middle - value / slope * factor, certain_sign(value)
 
@@ -219,12 +219,12 @@ def first_event(
 
 
 def _verdict(segment, guard, lo, hi):
-    value, slope, bend = segment.jet(guard, lo.union(hi))
-    at_start = lo == 0
-    if value > 0 or slope > 0 or (at_start and guard.touching and bend > 0):
+    touching = lo == 0 and guard.touching
+    value, *slopes = segment.jet(guard, lo.union(hi), 2 if touching else 1)
+    if value > 0 or any(slope > 0 for slope in slopes):
         return "positive"
-    if slope < 0 and not (at_start and guard.touching):
-        end = segment.jet(guard, hi)[0]
+    if slopes[0] < 0 and not touching:
+        (end,) = segment.jet(guard, hi)
         return "positive" if end > 0 else "falls" if end < 0 else "unknown"
     return "unknown"
 

@@ -334,6 +334,7 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 def _tidy(expr: sp.Expr) -> sp.Expr:
     """Expand what is not heavy; quotients of polynomials over a common denominator."""
     expanded = _expanded(expr)
-    if _is_rational(expr) and sp.denom(sp.together(expanded)).free_symbols and expanded.is_rational_function():
-        return sp.cancel(expanded)
+    divided = any(power.exp.is_negative for power in expanded.atoms(sp.Pow))
+    if divided and _is_rational(expr) and expanded.is_rational_function():
+        return sp.cancel(expanded) if sp.denom(sp.together(expanded)).free_symbols else expanded
     return expanded

@@ -13,8 +13,10 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.errors import AsympkError
 
+flint = pytest.importorskip("flint")
+
 F, G, t = sp.symbols("F G t", real=True)
-DIGITS = 70
+DIGITS, BITS = 70, 400
 
 
 def random_scene(random, size, mu, forced):
@@ -42,7 +44,7 @@ def random_scene(random, size, mu, forced):
 
 
 class Truth:
-    """A mode at 70 digits by Taylor series of its matrix exponential; forcing in the symbols of the mode is carried."""
+    """A mode at 70 digits by its matrix exponential in balls; forcing in the symbols of the mode is carried."""
 
     def __init__(self, system, values, branch):
         mode = mode_of(system, branch)
@@ -60,7 +62,11 @@ class Truth:
         return [[mpmath.mpf(q.p) / q.q for q in map(e.coeff, self.states)] for e in linear]
 
     def after(self, whole, h):
-        return mpmath.expm(self.matrix * h, method="taylor") * whole
+        with flint.ctx.workprec(BITS):
+            flow = flint.arb_mat((self.matrix * h).tolist()).exp()
+            ends = (flow * flint.arb_mat([[flint.arb(w)] for w in whole])).entries()
+            assert all(end.rad() < flint.arb(10) ** -DIGITS * (1 + abs(end)) for end in ends)
+            return mpmath.matrix([mpmath.ldexp(*map(int, end.mid().man_exp())) for end in ends])
 
     def beside(self, whole, h):
         """Return the state a short time ``h`` later, or earlier, by the series of the state itself."""
