@@ -38,6 +38,7 @@ from asympk.methods import solve
 from asympk.scene import Scene
 from asympk.storage.rows import Stored
 from asympk.symbolic.reading import rational
+from asympk.systems.painleve_klein.modes import cone
 
 SIGMA, UNTIL = 1, 1.0
 EPSILONS = (1e-3, 1e-6, 1e-12)
@@ -135,16 +136,16 @@ def is_single(row: Mapping) -> bool:
 
 def jam_law(epsilon: float, damping: float, sigma: Any = SIGMA) -> float:
     """Return T for z0 = -1, on its side of critical damping and of d^3 = epsilon^2, with the constants."""
-    mu = (epsilon / damping) ** 2
+    mu, (low, high) = (epsilon / damping) ** 2, cone(sigma)
     growing, shrinking = _roots(mu, -sigma)
     landing = growing / (damping * (sigma + 1) * (1 + growing))
     first = log(sigma * landing * (shrinking - growing) / shrinking) / growing
     fast, slow = _roots(mu, 1)
     if damping**3 > epsilon**2:
-        return damping * (first - log((sigma + 3) * (1 + growing) * landing) / fast)
+        return damping * (first - log(high * (1 + growing) * landing) / fast)
     part = mu * slow**2 * (growing - fast) / (slow - fast) * landing
     size = 2 * abs(part) if mu > 1 / 4 else abs(part)
-    return damping * (first - log((sigma + 1) * size) / slow.real)
+    return damping * (first - log(-low * size) / slow.real)
 
 
 def leading_law(epsilon: float, zeta: float, sigma: Any = SIGMA) -> float:
@@ -184,8 +185,8 @@ def loss_per_period(sigma: Any) -> sp.Expr:
     (epsilon/A)^2 times the integral of V (1 - (sigma + 2)|s|).
     """
     sigma = rational("sigma", sigma)
-    falling, rising = sigma + 3, sigma + 1
-    return -sp.simplify(_work(falling, rising, sigma) + _work(rising, falling, sigma))
+    low, high = cone(sigma)
+    return -sp.simplify(_work(high, -low, sigma) + _work(-low, high, sigma))
 
 
 def _work(first, second, sigma):

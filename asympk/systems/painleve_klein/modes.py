@@ -1,8 +1,8 @@
 r"""The modes of the Painlevé-Klein rod in numbers of any kind, floats, mpf and arrays alike.
 
 With s = x + y every mode is ``mu y' = a - b s``, ``z' = a - (b - 1) s`` (2.7)-(2.9). Stick holds on z = 0 where s
-lies in the static cone, which ends at the edges 1/(sigma0 + 3) and -1/(sigma0 + 1). The proofs in ``asympk.certify``
-have their own text; a test compares both with the ``System`` that is derived from the rod.
+lies in the static cone |1 - s| <= (sigma0 + 2)|s|, which is an interval of 1/s. The proofs in ``asympk.certify`` have
+their own text; a test compares both with the ``System`` that is derived from the rod.
 """
 
 from typing import Any
@@ -18,14 +18,15 @@ def coefficients(name: str, sigma: Any) -> tuple[int, Any]:
     return 1, sigma + 4 if name == "slip_same" else -sigma
 
 
-def positive_edge(sigma0: Any) -> Any:
-    """Return the positive edge of the static cone, 1/(sigma0 + 3), above which a load holds."""
-    return 1 / (sigma0 + 3)
+def cone(sigma0: Any) -> tuple[Any, Any]:
+    """Return the ends of the static cone as an interval of 1/s, -(sigma0 + 1) and sigma0 + 3: inverses of its edges."""
+    return -(sigma0 + 1), sigma0 + 3
 
 
-def other_edge(sigma0: Any) -> Any:
-    """Return the other edge, -1/(sigma0 + 1): of the negative loads for sigma0 > -1, beyond the positive one below."""
-    return -1 / (sigma0 + 1)
+def inverse_edges(sigma0: Any, s: Any) -> tuple[Any, Any]:
+    """Return the inverses of the edges (near zero, far from zero) that the cone has on the side of s; 0 for no edge."""
+    low, high = cone(sigma0)
+    return low * (low < 0) * (s < 0) + high * (s >= 0), low * (low > 0) * (s > 0)
 
 
 def grip(sigma0: Any, s: Any) -> Any:

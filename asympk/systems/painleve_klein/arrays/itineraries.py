@@ -37,7 +37,7 @@ from asympk.systems.painleve_klein.arrays.kernels import (
     velocity_zero_slowly,
 )
 from asympk.systems.painleve_klein.arrays.safeguarded import EXTENDED
-from asympk.systems.painleve_klein.modes import coefficients, other_edge, positive_edge
+from asympk.systems.painleve_klein.modes import coefficients, cone
 
 if TYPE_CHECKING:
     from asympk.systems.painleve_klein.arrays.kernels import ModeConstants
@@ -82,11 +82,11 @@ class Setting:
 
     @cached_property
     def upper_edge(self) -> Number:
-        return positive_edge(self.sigma0)
+        return 1 / cone(self.sigma0)[1]
 
     @cached_property
     def lower_edge(self) -> Number:
-        return other_edge(self.sigma0)
+        return 1 / cone(self.sigma0)[0]
 
     @cached_property
     def steep(self) -> Number:
@@ -95,7 +95,7 @@ class Setting:
     @cached_property
     def holds(self) -> Number:
         """Whether z = 0 is met within the static cone by what comes along Pi2, where s = -1/sigma."""
-        return np.greater(self.sigma0 + 3, -self.sigma)
+        return np.greater(cone(self.sigma0)[1], -self.sigma)
 
     @cached_property
     def seldom_misfits(self) -> Number:

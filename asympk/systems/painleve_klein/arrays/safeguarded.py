@@ -18,9 +18,8 @@ from asympk.systems.painleve_klein.modes import (
     MODES,
     coefficients,
     grip,
+    inverse_edges,
     leaving,
-    other_edge,
-    positive_edge,
     signs_after,
 )
 
@@ -189,10 +188,9 @@ class _Flight:
 
 
 def edges(sigma0: Number, s: Number) -> tuple[np.ndarray, np.ndarray]:
-    """Return the edges (near zero, far from zero) of the static cone's part on the side of s, or inf."""
-    other = np.where(sigma0 == -1, np.inf, other_edge(sigma0))
-    near = np.where(s < 0, np.where(other < 0, other, -np.inf), positive_edge(sigma0))
-    return near, np.where((s > 0) & (other > 0), other, np.inf)
+    """Return the edges (near zero, far from zero) of the static cone's part on the side of s, infinite for no edge."""
+    near, far = inverse_edges(sigma0, s)
+    return 1 / near, np.where(far > 0, 1 / far, np.inf)
 
 
 def _sticks(sigma0, s):

@@ -17,7 +17,7 @@ from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
 from asympk.systems.painleve_klein.flow.smooth import SmoothMode, SmoothSegment, slope
-from asympk.systems.painleve_klein.modes import MODES, coefficients, other_edge, positive_edge, signs_after
+from asympk.systems.painleve_klein.modes import MODES, coefficients, inverse_edges, signs_after
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
@@ -32,10 +32,8 @@ class RodFlow:
     def __init__(self, m: Arithmetic, sigma: Number, sigma0: Number, mu: Number):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
         self._modes: dict[str, RodMode] = {}
-        other = other_edge(sigma0) if sigma0 != -1 else None
-        self._edges = {
-            1: (positive_edge(sigma0), other if other and other > 0 else None),
-            -1: (other if other and other < 0 else None, None),
+        self._edges: dict[int, Any] = {
+            sign: tuple(1 / end if end else None for end in inverse_edges(sigma0, sign)) for sign in (1, -1)
         }
 
     def load(self, name: str) -> tuple[int, Number]:
