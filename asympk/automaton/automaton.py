@@ -1,7 +1,7 @@
 """Automaton: a system with numbers for its parameters, which modes there are, and which mode follows."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -102,6 +102,10 @@ class NumericMode:
         """Return the rates of the guards along the field."""
         return self.guard_slopes(t, *state, *self.p)
 
+    def guard_gradient(self, guard: int, t: Any, state: Sequence) -> tuple:
+        """Return the derivatives of one guard by the states."""
+        return self._compiled(self.mode.guard_gradients[guard])(t, *state, *self.p)
+
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps.
 
@@ -110,10 +114,9 @@ class NumericMode:
         """
         if self._closed:
             return self._projected((*self._closed, self.mode.guards[guard].value), t, state)
-        gradient = self._compiled(self.mode.guard_gradients[guard])
         moved = list(state)
         for _ in range(2):
-            slopes = gradient(t, *moved, *self.p)
+            slopes = self.guard_gradient(guard, t, moved)
             sizes = zip(slopes, moved, self.movable, strict=True)
             weights = [abs(slope) * (1 + abs(w)) * free for slope, w, free in sizes]
             k = weights.index(max(weights))

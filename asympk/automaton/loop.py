@@ -16,6 +16,7 @@ class Segment(NamedTuple):
     """One stretch of one mode: the time and state at its end, the guard lost there or None, and how it was followed.
 
     ``short`` says why the segment ends early, "" where it does not; ``work`` and ``samples`` are the flow's own.
+    ``steps`` are times and states from its start to its end, ``branch`` what each friction does in its mode.
     """
 
     t: Any
@@ -24,6 +25,8 @@ class Segment(NamedTuple):
     work: Any = None
     short: str = ""
     samples: tuple = ()
+    steps: tuple = ()
+    branch: Branch = ()
 
 
 class Run(NamedTuple):
@@ -58,7 +61,7 @@ def follow(
     names, marks, segments = [mode.name], list[Event](), list[Segment]()
     while t < until or not segments:
         segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
-        segments.append(segment)
+        segments.append(segment._replace(branch=mode.branch))
         if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
             mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
         if segment.short or segment.hit is None:

@@ -11,7 +11,7 @@ Two runs of different order must agree to the digits asked for (Hairer and Wanne
 from bisect import bisect_left
 from dataclasses import dataclass
 from functools import lru_cache
-from math import inf
+from math import ceil, inf, log10
 from time import monotonic
 from typing import Any
 
@@ -20,10 +20,12 @@ from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.digits import carried, carrier_context
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
+from asympk.integrators.growth import LOST, grown, growth
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost
 from asympk.numbers import whole
 from asympk.path import Event, Path, within
+from asympk.scene import Scene
 from asympk.systems.automata import automaton_of
 
 STEPS = 5000
@@ -32,6 +34,7 @@ GROW, SHRINK = 1.6, 0.4
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
+LARGEST = 1e300  # growth of errors, beyond which it is not told apart
 ORDERS = ((20, 1), (26, 3))  # stages, and digits beyond those asked for, of the two runs
 
 
@@ -61,24 +64,47 @@ def run(
 ) -> Path:
     """Follow ``scene``, right to ``digits`` digits (1 to 200), by two runs of different order.
 
-    ``path.error`` is their difference, relative to the largest of 1 and the states. Raises ``OutOfRange`` when they do
-    not agree, or need too many steps, ``TooManyEvents``, and ``Unfinished`` after so many ``seconds``.
+    ``path.error`` is their difference, relative to the largest of 1 and the states. Where errors grow on the way, the
+    runs carry as many digits more. Raises ``OutOfRange`` when they do not agree, or need too many steps, ``Undecided``
+    when they would have to carry more than 200 digits, ``TooManyEvents``, and ``Unfinished`` after so many ``seconds``.
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
+    deadline, carried_digits = monotonic() + seconds, digits
+    while True:
+        fine, error = _references(scene, carried_digits, events, deadline)
+        segments = [_with_steps(segment) for segment in fine.segments]
+        lost = growth(automaton_of(scene), segments)
+        needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
+        if error <= error.context.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:
+            break
+        if needed <= carried_digits:
+            apart = error.context.nstr(error, 3)
+            raise OutOfRange(f"two references differ by {apart}; ask for fewer than {digits} digits")
+        if needed > MOST_DIGITS:
+            raise grown(lost, fine.last.t)
+        carried_digits = needed
+    final, found = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
+    return Path(scene, method, final, found, fine.modes, CollocationDense(fine, digits), carried(error, 3))
+
+
+def _with_steps(segment: Segment) -> Segment:
+    steps = *((step.t, step.state) for step in segment.samples), (segment.t, segment.state)
+    return segment._replace(steps=steps)
+
+
+def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:
+    """Return the finer one of two runs, and their difference; ``inf`` where their modes differ."""
     automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
     start, until = tuple(decide.converted(ctx, v) for v in scene.start), decide.converted(ctx, scene.until)
     first = automaton.first(scene.start)
-    deadline = monotonic() + seconds
     rough, fine = (_follow(automaton, first, start, until, stages, digits + extra, events, deadline)
                    for stages, extra in ORDERS)  # fmt: skip
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events=")
+    if rough.modes != fine.modes:
+        return fine, ctx.inf
     scale = max(1, *map(abs, fine.last.state))
-    error = max(abs(a - b) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
-    if error > ctx.mpf(10) ** -digits or rough.modes != fine.modes:
-        raise OutOfRange(f"two references differ by {ctx.nstr(error, 3)}; ask for fewer than {digits} digits")
-    final, found = _rounded(fine.last.state, digits), tuple(_event(event, digits) for event in fine.events)
-    return Path(scene, method, final, found, fine.modes, CollocationDense(fine, digits), carried(error, 3))
+    return fine, max(abs(a - b) for a, b in zip(rough.last.state, fine.last.state, strict=True)) / scale
 
 
 def _event(event: Event, digits: int) -> Event:

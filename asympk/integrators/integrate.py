@@ -106,13 +106,17 @@ def run(
     rtol, atol = tolerances(rtol, atol)
     steps, seconds = bounds(steps, seconds)
     events = whole("events", events, 0, MOST_STEPS)
-    options = {"rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, "events": events}
+    return traced(scene, method, rtol=rtol, atol=atol, steps=steps, seconds=seconds, events=events)[0]
+
+
+def traced(scene: Scene, method: str, **options: Any) -> tuple[Path, Run]:
+    """Return the path as ``run`` does, with the segments that it consists of; all ``options`` of ``run`` are given."""
     joined = _trace(scene, method, options)
     work = total(joined)
     info = report(joined.last, work, options)
     at = SteppedDense(endpoints(scene)[0], joined.last.t, partial(_samples, scene, method, options))
     path = Path(scene, method, joined.last.state, joined.events, joined.modes, at, info=info)
-    return finished(path)
+    return finished(path), joined
 
 
 def _trace(scene, method, options, times=()):

@@ -7,13 +7,14 @@ import tomllib
 from importlib.util import find_spec
 from pathlib import Path
 
+import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
 from peers import here
 
 import asympk as ap
-from asympk.errors import InputError, MissingPackage, OutOfRange, Unfinished, UnknownName
+from asympk.errors import InputError, MissingPackage, OutOfRange, Undecided, Unfinished, UnknownName
 from asympk.integrators.integrate import FAMILIES, FINISHED, PEERS, absent
 from asympk.symbolic.branches import Phase
 from asympk.systems import arm, painleve_klein
@@ -280,3 +281,34 @@ def test_an_arm_that_folds_passes_a_pole_of_its_states_and_is_refused_there_by_n
     with pytest.raises(OutOfRange, match=re.escape("a pole, which the motion has passed before t = 0.75")) as stop:
         ap.solve(scene, method)
     assert "sin(a)*cos(b) - sin(b)*cos(a) = 0" in str(stop.value)
+
+
+def _late(mu, until=2, start=1, **options):
+    """x' = 1, mu y' = x y - y^2 from x = -1: y leaves the branch y = 0 late, where x has been positive for as long."""
+    x, y, small = sp.symbols("x y mu", real=True)
+    system = ap.System.smooth({x: 1}, {y: x * y - y**2}, small)
+    return ap.solve(ap.Scene(system=system, values={"mu": mu}, start={"x": -1, "y": start}, until=until), **options)
+
+
+def test_a_late_loss_of_stability_is_refused_in_doubles_and_followed_by_as_many_more_digits_as_errors_grow():
+    """y = E / (1 + int E / mu), E = exp(((t - 1)^2 - 1) / (2 mu)): errors grow by exp(1 / (2 mu)) from t = 1 to 2."""
+    with pytest.raises(Undecided, match=r"errors of the run grow 3e\+21-fold .*ask for digits=20"):
+        _late("1/100")
+    found = _late("1/100", digits=20).final[1]
+    with mp.workdps(40):
+        grown = [mp.exp(((t - 1) ** 2 - 1) * 50) for t in (0, 2)]
+        area = mp.sqrt(mp.pi / 50) * mp.erfi(mp.sqrt(50)) * mp.exp(-50)
+        assert abs(mp.mpf(found) - grown[1] / (1 + 100 * area)) < mp.mpf(10) ** -19
+
+
+def test_a_growth_of_errors_beyond_all_digits_is_refused_with_digits_too():
+    with pytest.raises(Undecided, match="end the run before"):
+        _late("1/1000", digits=15)
+
+
+def test_a_motion_that_is_over_before_its_errors_grow_is_followed():
+    assert _late("1/1000", until=1).final[1] == pytest.approx(0, abs=1e-10)
+
+
+def test_a_state_that_is_zero_and_stays_so_makes_no_errors():
+    assert _late("1/1000", start=0).final == pytest.approx((1, 0))

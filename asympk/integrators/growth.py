@@ -1,0 +1,101 @@
+r"""How much an error that is made on the way has grown at the end of a run.
+
+The error of one step is handed on by w' = J w along the motion, and through an event by the saltation matrix
+(Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7),
+
+    I + (f_after - f_before) (dg/dw)' / g',
+
+with g the guard that is lost. A motion that keeps to a repelling set, as one that is late to leave a branch that has
+lost its stability, hides such errors from every comparison of tolerances: they grow from below what is carried.
+"""
+
+from collections.abc import Sequence
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Any
+
+from asympk.automaton.automaton import Automaton, NumericMode
+from asympk.automaton.loop import Segment
+from asympk.errors import Undecided
+
+if TYPE_CHECKING:
+    import numpy as np
+
+Steps = Sequence[tuple[Any, tuple]]  # times and states
+LOST = 1e-3  # relative error of the end from which a run is refused
+CARRIED = 1e180  # growth that digits can make up for
+
+
+def require_kept(automaton: Automaton, segments: Sequence[Segment], tolerance: Any) -> None:
+    """Raise ``Undecided`` where errors of the size ``tolerance``, made on the way, may be as large as the end."""
+    factor = growth(automaton, segments)
+    if factor * tolerance > LOST:
+        raise grown(factor, segments[-1].t)
+
+
+def grown(factor: float, t: Any) -> Undecided:
+    """Return the error for a run whose errors have grown by ``factor`` at its end."""
+    advice = "ask for digits=20" if factor < CARRIED else "end the run before"
+    return Undecided(f"errors of the run grow {factor:.0e}-fold to its end at t = {float(t):.6g}: the motion keeps to "
+                     f"a repelling set, or is chaotic; {advice}")  # fmt: skip
+
+
+def growth(automaton: Automaton, segments: Sequence[Segment]) -> float:
+    """Return how many times larger an error made on the way is at the end, relative to the largest of 1 and its state.
+
+    A state that is 0 and stays so makes none. ``inf`` where the growth is beyond the range of doubles.
+    """
+    import numpy as np
+
+    factors = list[tuple[Any, Any]]()
+    with np.errstate(all="ignore"):
+        try:
+            for segment, after in zip_longest(segments, segments[1:]):
+                factors += _passed(automaton, segment, after)
+        except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative, as a root has where it vanishes
+            return 0.0
+        total, worst = np.eye(len(segments[-1].state)), 0.0
+        for transition, sizes in reversed(factors):
+            total = total @ transition
+            worst = max(worst, float(np.nan_to_num(np.abs(total) @ sizes, nan=np.inf).max()))
+    return worst / max(1.0, *(abs(float(v)) for v in segments[-1].state))
+
+
+def _passed(automaton: Automaton, segment: Segment, after: Segment | None) -> "list[tuple[np.ndarray, np.ndarray]]":
+    """Return, step by step, what becomes of an error and how large one is; after them the event that ends them."""
+    import numpy as np
+
+    mode = automaton.mode(segment.branch)
+    times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
+    at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
+    slopes = np.array([mode.jac(*here) for here in at], dtype=float)
+    moving = [np.array(mode.rhs(*here), dtype=float) != 0 for here in at]
+    sizes = np.maximum(1, np.abs(states)) * ((states != 0) | moving) * mode.movable
+    means = (slopes[1:] + slopes[:-1]) / 2 * np.diff(times)[:, None, None]
+    found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
+    if after is not None and segment.hit is not None:
+        found.append((_saltation(mode, automaton.mode(after.branch), segment.hit, *at[-1]), 0 * sizes[-1]))
+    return found
+
+
+def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state: tuple) -> "np.ndarray":
+    import numpy as np
+
+    gradient, rate = mode.guard_gradient(hit, t, state), mode.guard_rates(t, state)[hit]
+    change = np.subtract(after.rhs(t, state), mode.rhs(t, state))
+    return np.eye(len(state)) + np.outer(change, gradient) / rate
+
+
+def _exponentials(matrices: "np.ndarray") -> "np.ndarray":
+    """Return the exponentials of many matrices, each by its Taylor series at a part of it and by squaring."""
+    import numpy as np
+
+    size = np.abs(matrices).sum(axis=2).max(initial=0.5)
+    halvings = max(0, int(np.ceil(np.log2(size))) + 1) if np.isfinite(size) else 0
+    part = matrices / 2.0**halvings
+    term = total = np.broadcast_to(np.eye(matrices.shape[-1]), matrices.shape)
+    for k in range(1, 13):
+        term = term @ part / k
+        total = total + term
+    for _ in range(halvings):
+        total = total @ total
+    return total
