@@ -20,6 +20,7 @@ from asympk.errors import OutOfRange
 NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which on the layer is taken to approach it
 OVER = math.log(1e17)
 SETTLED = 1e-7
+STILL = 10  # tolerances from its branch within which a layer stands still
 STEPS = 3000
 FAR = 1e6
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
@@ -155,6 +156,7 @@ def _tolerances(rtol, mu, order, slow, fast, first):
 def _settled(formulas, first, x, y, values, order, tolerances):
     """Step until the layer is over; return the branch's value and the steps."""
     known, until, found, now = None, math.inf, [], y
+    settled = max(SETTLED, STILL * tolerances[0])
     ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances)
     while len(found) < STEPS:
         scale = max(1, *map(abs, now))
@@ -164,7 +166,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
             known, rate = approached(formulas, x, now, scale, values)
             until = _reached(found) + _over(order) / rate if known else math.inf
         if _reached(found) >= until:
-            if max(abs(v - w) for v, w in zip(now, known, strict=True)) < SETTLED * scale:
+            if max(abs(v - w) for v, w in zip(now, known, strict=True)) < settled * scale:
                 return known, tuple(found)
             known, until = None, math.inf
         if (last := next(ahead, None)) is None:

@@ -1,5 +1,6 @@
 """Smooth slow-fast systems: base points, reduced flows and composites against exact solutions and stiff integrators."""
 
+import math
 from functools import cache
 
 import numpy as np
@@ -253,3 +254,11 @@ def test_branches_and_fractional_powers_of_any_kind_have_their_slow_motion():
     system = ap.System.smooth(slow={x: -x}, fast={y: x - y ** sp.Rational(3, 2)}, small=mu)
     path = _solved(system, {mu: "1e-8"}, (1, 2), 1)
     assert path.final[1] == pytest.approx(np.exp(-2 / 3), abs=1e-7)
+
+
+def test_a_layer_that_is_followed_roughly_stands_still_as_near_to_its_branch_as_its_tolerance_lets_it():
+    """x' = -x - tanh(3 y / 2), mu y' = 1 - y: on y = 1, x = -tanh(3/2) (1 - exp(-t))."""
+    system = ap.System.smooth({x: -x - sp.tanh(3 * y / 2)}, {y: 1 - y}, mu)
+    scene = ap.Scene(system=system, values={"mu": "1/50"}, start={"x": 0, "y": "3/2"}, until="3/2")
+    path = ap.solve(scene, method="jump", order=0)
+    assert path.final == pytest.approx((-math.tanh(1.5) * -math.expm1(-1.5), 1), abs=path.error)
