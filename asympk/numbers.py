@@ -11,7 +11,7 @@ from fractions import Fraction
 from numbers import Integral, Rational
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from asympk.errors import InputError
+from asympk.errors import InputError, OrderError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -75,6 +75,16 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
         raise InputError(f"{name} = {short(value)}: it must be a whole number from {least} to {most}")
     return int(value)
+
+
+def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
+    """Return the order of an expansion as an int from 0, at most ``highest``; raises ``OrderError``, saying of what."""
+    counts = isinstance(order, Integral) and not isinstance(order, bool)
+    if highest is None and not (counts and order >= 0):
+        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
+    if highest is not None and not (counts and 0 <= order <= highest):
+        raise OrderError(f"order = {short(order)}: {what} 0 .. {highest}")
+    return int(order)
 
 
 def sign_of(value: Number) -> int:

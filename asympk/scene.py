@@ -52,7 +52,8 @@ class Scene(ShownAsTable):
         put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
         static = self.sigma if self.sigma0 is None else self.sigma0
         put(self, "sigma0", number("sigma0", static, lambda v: v >= self.sigma, f"at least sigma = {self.sigma}"))
-        put(self, "start", _triple(self.start))
+        values = triple(self.start, "(x, y, z)")
+        put(self, "start", tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True)))
         if self.rod is not None and self.rod.numbers != (self.sigma, self.mu, self.sigma0, *self.start, self.until):
             put(self, "rod", None)
 
@@ -150,14 +151,15 @@ def in_doubles(scene: Scene) -> tuple[float, float, float]:
     return sigma, sigma0, mu
 
 
-def _triple(start: Any) -> tuple:
+def triple(start: Any, names: str) -> tuple:
+    """Return a start of the rod as three values, not read yet; raises ``InputError``, which tells their ``names``."""
     try:
         values = () if isinstance(start, str) else tuple(start)
     except TypeError:
         values = ()
     if len(values) != 3:
-        raise InputError(f"start = {short(start)}: it must be three numbers (x, y, z)")
-    return tuple(number(f"start {axis}", value) for axis, value in zip("xyz", values, strict=True))
+        raise InputError(f"start = {short(start)}: it must be three numbers {names}")
+    return values
 
 
 def require_scene(scene: Any, verb: str) -> None:

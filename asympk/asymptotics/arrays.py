@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from asympk.asymptotics import composite
-from asympk.asymptotics.models import arrays, checked_order, itineraries_for, line_of
+from asympk.asymptotics.models import arrays, itineraries_for, line_of, order_taken
 from asympk.asymptotics.validity import validity_conditions
 from asympk.errors import AsympkError, OutOfRange
 from asympk.shown import Card, ShownAsTable
@@ -50,7 +50,7 @@ def solve_many(
     """
     import numpy as np
 
-    order = checked_order(method, order)
+    order = order_taken(method, order)
     shape, job = scene_columns(sigma, mu, x, y, z, until, sigma0)
     for name in "xyz":
         require_finite(name, job[name].values)

@@ -19,7 +19,8 @@ from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import land
 from asympk.asymptotics.series import Series
 from asympk.asymptotics.taylor import Taylor, as_taylor, evaluated
-from asympk.errors import NotDerivable, OrderError, UnknownName
+from asympk.errors import NotDerivable, UnknownName
+from asympk.numbers import known_order
 from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
@@ -77,8 +78,7 @@ def base_point(system: System, order: int = 1) -> BasePoint:
     >>> print(base_point(System.smooth(slow={x: -x + y}, fast={y: x - 2*y}, small=mu))[x])
     (x) + (-(x - 2*y)/4) mu + O(mu^2)
     """
-    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
-        raise OrderError(f"order = {order!r}: the base point is derived to orders 0 .. {HIGHEST_ORDER}")
+    order = known_order(order, HIGHEST_ORDER, "the base point is derived to orders")
     if system.small is None or len(system.modes) > 1 or system.time is not None:
         raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
     if not _is_closed(system.modes[0], order):

@@ -23,8 +23,8 @@ from asympk.asymptotics.layers import LayerEvent, expand_layers, on_slow_line
 from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.ratio import Ratios
 from asympk.asymptotics.series import Series
-from asympk.errors import InputError, NotDerivable, OrderError
-from asympk.numbers import short
+from asympk.errors import InputError, NotDerivable
+from asympk.numbers import known_order
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import follows
@@ -139,11 +139,8 @@ def jump_map(
     """
     if not system.frictions:
         return base_point(system, order)
-    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
-        raise OrderError(
-            f"order = {short(order)}: the jump map is derived in symbols to orders 0 .. {HIGHEST_ORDER}; "
-            "solve(scene, method='jump', order=n) takes higher orders in numbers"
-        )
+    order = known_order(order, HIGHEST_ORDER, "solve(scene, method='jump', order=n) takes higher orders in numbers; "
+                        "in symbols the jump map is derived to orders")  # fmt: skip
     model = linear(system)
     for mode in filter(None, (arrival, near)):
         system.mode(mode)

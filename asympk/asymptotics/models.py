@@ -20,8 +20,8 @@ from asympk.asymptotics.itinerary import LoadLine
 from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.validity import validity_conditions
 from asympk.digits import carried, carrier_context
-from asympk.errors import InputError, NoManifold, NoMotion, OrderError, OutOfRange, TwoMotions
-from asympk.numbers import number, numbers, objects, short, sign_of, whole
+from asympk.errors import InputError, NoManifold, NoMotion, OutOfRange, TwoMotions
+from asympk.numbers import known_order, number, numbers, objects, short, sign_of, whole
 from asympk.path import Event, Path, within
 from asympk.scene import in_doubles
 
@@ -47,7 +47,7 @@ def run(scene: Any, method: str, *, order: int | None = None, digits: int | None
     ``digits`` computes on mpmath numbers. Raises ``OrderError``, ``OutOfRange``; ``"slow"`` also ``NoManifold``,
     ``"rigid"`` also ``NoMotion`` and ``TwoMotions``.
     """
-    order = checked_order(method, order)
+    order = order_taken(method, order)
     m = FLOATS if digits is None else _multiprecision(whole("digits", digits, 1, MOST_DIGITS))
     parameters = in_doubles(scene) if digits is None else (scene.sigma, scene.sigma0, scene.mu)
     sigma, sigma0, mu, x, y, z, until = map(m.number, (*parameters, *scene.start, scene.until))
@@ -105,13 +105,11 @@ def line_of(sigma: Any, sigma0: Any) -> LoadLine:
     return model().map(lambda c: coefficient(c)(sigma, sigma0)[0]).line
 
 
-def checked_order(method: str, order: int | None) -> int:
-    """Return the order to take; raises ``OrderError``."""
+def order_taken(method: str, order: int | None) -> int:
+    """Return the order to take, by default 1, of ``"rigid"`` 0; raises ``OrderError``."""
     highest = 0 if method == "rigid" else HIGHEST_ORDER
     order = min(1, highest) if order is None else order
-    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= highest:
-        raise OrderError(f"order = {short(order)}: method {method!r} is known to the orders 0 .. {highest}")
-    return order
+    return known_order(order, highest, f"method {method!r} is known to the orders")
 
 
 def rigid_modes(line: LoadLine, velocity: Any, sign: Callable[[Any], int]) -> list[str]:

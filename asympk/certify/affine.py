@@ -36,11 +36,11 @@ MOST_EVENTS = 200
 class ExactEntries:
     """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals."""
 
-    def __init__(self, system: System, values: tuple[Number, ...], ranges: Mapping[str, tuple[Number, Number]]):
+    def __init__(self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]]):
         named = dict(zip(system.parameters, values, strict=True))
         self.values = values
-        self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in ranges}
-        self.balls = {s: hull(*ranges[s.name]) for s in named if s.name in ranges}
+        self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in sides}
+        self.balls = {s: hull(*sides[s.name]) for s in named if s.name in sides}
         self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
         self._known: dict[Any, Ball] = {}
 
@@ -124,7 +124,7 @@ class EnclosedMode:
 def enclose(
     system: System,
     values: tuple[Number, ...],
-    ranges: Mapping[str, tuple[Number, Number]],
+    sides: Mapping[str, tuple[Number, Number]],
     start: Sequence[tuple[Ball, Fraction | None]],
     until: Ball,
     finest: float,
@@ -132,9 +132,9 @@ def enclose(
 ) -> tuple[list[str], list[Event], tuple[Ball, ...]]:
     """Return (modes, events, final balls) of a system from enclosures of its start; raises ``Refused``.
 
-    ``ranges`` {name: (low, high)} are those of parameters, ``start`` pairs (ball, Fraction or None).
+    ``sides`` {name: (low, high)} are those of parameters, ``start`` pairs (ball, Fraction or None).
     """
-    modes = _Modes(system, ExactEntries(system, values, ranges))
+    modes = _Modes(system, ExactEntries(system, values, sides))
     state = modes.begun(start)
     phases = [*map(all_phases, system.frictions)]
     mode, touching = modes.chosen(list(product(*phases)), state, "start")

@@ -164,19 +164,27 @@ def _followed(scene, sides, budget):
         return _follow(_case(scene, sides), budget)
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     start = affine.start_of(scene, sides)
-    ranges = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
-    return affine.enclose(scene.system, scene.values, ranges, start, ball(scene.until), finest, budget)
+    turned = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
+    return affine.enclose(scene.system, scene.values, turned, start, ball(scene.until), finest, budget)
 
 
 def _sides_of_system(scene, box):
     """Return the sides of a box of starts and parameters of an affine system."""
     if not is_affine(scene.system):
         raise InputError("a certificate is for the rod and for systems whose modes are all affine; this one is not")
-    known, sides = (*scene.names, *(s.name for s in scene.system.parameters)), {}
+    known = (*scene.names, *(s.name for s in scene.system.parameters))
+    return _exact_sides(box, known, "state and no parameter")
+
+
+def _exact_sides(box, known, what):
+    """Return {name: (low, high)} of a box as Fractions; refuse names that are not ``known``, and what is empty."""
+    sides = {}
     for name, ends in box.items():
         if name not in known:
-            raise InputError(f"box: {name!r} is no state and no parameter; the nearest is {nearest(name, known)!r}")
-        low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
+            raise InputError(f"box: {name!r} is no {what}; the nearest is {nearest(name, known)!r}")
+        if isinstance(ends, str) or len(ends) != 2:
+            raise InputError(f"box: {name} = {ends!r:.60}: it must be two numbers (low, high)")
+        low, high = (Fraction(number(f"box {name}", end)) for end in ends)
         if low > high:
             raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
         sides[name] = (low, high)
@@ -186,14 +194,7 @@ def _sides_of_system(scene, box):
 def _sides(scene, box):
     if scene.system is not None:
         return _sides_of_system(scene, box)
-    sides = {}
-    for name, ends in box.items():
-        if name not in COORDINATES:
-            raise InputError(f"box: {name!r} is no coordinate; the nearest is {nearest(name, COORDINATES)!r}")
-        low, high = (Fraction(number(f"box {name}", end)) for end in _pair(name, ends))
-        if low > high:
-            raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")
-        sides[name] = (low, high)
+    sides = _exact_sides(box, COORDINATES, "coordinate")
     least = {"sigma": -2, "mu": 0, "until": 0}
     for name, bound in least.items():
         if name in sides and not (sides[name][0] > bound or (name == "until" and sides[name][0] == 0)):
@@ -206,12 +207,6 @@ def _sides(scene, box):
         if least < largest:
             raise InputError(f"box: sigma0 must not be below sigma anywhere; it is {least} where sigma is {largest}")
     return sides
-
-
-def _pair(name, ends):
-    if isinstance(ends, str) or len(ends) != 2:
-        raise InputError(f"box: {name} = {ends!r:.60}: it must be two numbers (low, high)")
-    return ends
 
 
 def _case(scene, sides):

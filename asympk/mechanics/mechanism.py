@@ -177,9 +177,9 @@ class Mechanism(ShownAsFormulas):
         """Count the rigid motions on arrays of states and parameters that broadcast; see ``rigid.motion_map``."""
         return rigid.motion_map(self.plain, self.keyed(values))
 
-    def paradox_set(self, ranges: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
+    def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
         """Return where there is a paradox over one or two coordinates or parameters; see ``paradoxset.paradox_set``."""
-        return paradox_set(self.plain, self.keyed(ranges), self.keyed(values or {}))
+        return paradox_set(self.plain, self.keyed(over), self.keyed(values or {}))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate`` and where it is; see ``paradox.least``."""

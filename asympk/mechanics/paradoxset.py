@@ -38,7 +38,7 @@ class Interval:
 
 @dataclass(frozen=True, repr=False)
 class ParadoxSet(ShownAsTable):
-    """Where a mechanism has a paradox over one or two coordinates or parameters, named in ``over``.
+    """Where a mechanism has a paradox over one or two coordinates or parameters ``over``, between their ``ends``.
 
     ``intervals`` is the table; ``edges`` are its ends that lie within the range, to rounding. With ``complete`` every
     interval over the first coordinate is there; without it one may be missed where the condition has two extrema
@@ -46,7 +46,7 @@ class ParadoxSet(ShownAsTable):
     """
 
     over: tuple[str, ...]
-    ranges: tuple[tuple[float, float], ...]
+    ends: tuple[tuple[float, float], ...]
     intervals: tuple[Interval, ...]
     samples: int
     complete: bool
@@ -66,23 +66,23 @@ class ParadoxSet(ShownAsTable):
     def edges(self) -> tuple[float, ...]:
         """The ends of the intervals that are no ends of the range, in order."""
         ends = (end for interval in self.intervals for end in (interval.start, interval.end))
-        return tuple(end for end in ends if end not in self.ranges[0])
+        return tuple(end for end in ends if end not in self.ends[0])
 
 
 def paradox_set(
-    kinetics: Kinetics, ranges: dict[sp.Symbol, Any], values: dict[sp.Symbol, Any], samples: int = 2001
+    kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.Symbol, Any], samples: int = 2001
 ) -> ParadoxSet:
-    """Return the ``ParadoxSet`` over the coordinates or parameters of ``ranges``, ``{name: (low, high)}``, one or two.
+    """Return the ``ParadoxSet`` over the coordinates or parameters of ``over``, ``{name: (low, high)}``, one or two.
 
-    ``values`` gives the others, as numbers or as functions of those of ``ranges``, in their order; the edges over the
+    ``values`` gives the others, as numbers or as functions of those of ``over``, in their order; the edges over the
     first are refined to rounding. Raises ``InputError`` for ranges that are none and for missing values.
     """
-    names = tuple(ranges)
+    names = tuple(over)
     if not 1 <= len(names) <= 2:
         raise InputError(f"{len(names)} ranges; give one or two coordinates or parameters with their (low, high)")
     if not isinstance(samples, int) or samples < 3:
         raise InputError(f"samples = {samples!r:.60}: give a whole number of 3 or more")
-    ends = tuple(_ends(name, ranges[name]) for name in names)
+    ends = tuple(_ends(name, over[name]) for name in names)
     import numpy as np
 
     witnesses = _witnesses(kinetics, names, values)

@@ -76,12 +76,12 @@ def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     with sheet.in_style():
         figure = sheet.blank_sheet(style.COLUMN, 2.6 if len(found.over) == 2 else 1.2)
         ax = figure.subplots()
-        height = (found.ranges[1][1] - found.ranges[1][0]) / (ROWS - 1) if len(found.over) == 2 else 1.0
+        height = (found.ends[1][1] - found.ends[1][0]) / (ROWS - 1) if len(found.over) == 2 else 1.0
         for interval in found.intervals:
             middle = 0.5 if interval.other is None else interval.other
             ax.broken_barh([(interval.start, interval.end - interval.start)], (middle - height / 2, height),
                            facecolors=LOOKS[0][1], linewidth=0)  # fmt: skip
-        ax.set(xlabel=found.over[0], xlim=found.ranges[0], ylim=found.ranges[1] if len(found.over) == 2 else (0, 1))
+        ax.set(xlabel=found.over[0], xlim=found.ends[0], ylim=found.ends[1] if len(found.over) == 2 else (0, 1))
         ax.set_ylabel(found.over[1] if len(found.over) == 2 else "")
         ax.set_yticks(ax.get_yticks() if len(found.over) == 2 else [])
         figure.legend(handles=[Patch(facecolor=LOOKS[0][1], label="paradox")], loc="outside lower center")

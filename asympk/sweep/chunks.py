@@ -38,7 +38,7 @@ def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
     """Follow the trajectories of one chunk and return it as (provenance, bytes of its file)."""
     written = chunk_provenance(sweep, index)
     start, stop = sweep.rows(index)
-    columns = chunk_columns(sweep.family, sweep.columns(start, stop), stop - start, sweep.itineraries)
+    columns = chunk_columns(sweep.family, sweep.quantities(start, stop), stop - start, sweep.itineraries)
     return written, stored.content(columns, written, sweep.format)
 
 

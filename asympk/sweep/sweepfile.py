@@ -93,7 +93,7 @@ class Sweep:
         """Return (first, last + 1) of the trajectories of a chunk."""
         return index * self.chunk, min(self.total, (index + 1) * self.chunk)
 
-    def columns(self, start: int, stop: int) -> dict[str, Any]:
+    def quantities(self, start: int, stop: int) -> dict[str, Any]:
         """Return {field: number, or array of stop - start numbers} of the trajectories from ``start`` on."""
         columns = {}
         for rank, field in enumerate(self.family.fields):

@@ -11,13 +11,12 @@ order by order. In a linear mode with one slow and one fast variable it is a lin
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from numbers import Integral
 
 import sympy as sp
 from sympy.integrals.rationaltools import ratint
 
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
-from asympk.numbers import short
+from asympk.numbers import known_order
 from asympk.shown import Several
 from asympk.symbolic.critical import (
     CriticalManifold,
@@ -70,7 +69,7 @@ class SlowManifold(CriticalManifold):
 
     def coefficient(self, k: int) -> sp.Basic:
         """Return the coefficient of mu**k; raises ``OrderError`` beyond ``order``."""
-        k = _whole(k)
+        k = known_order(k)
         if k > self.order:
             raise OrderError(f"{self.name} is known to order {self.order} in {self.small}, not {k}; ask for order={k}")
         values = self.branch
@@ -107,7 +106,7 @@ def slow_manifold(
     ``mode`` names the mode where there are several. Raises ``OrderError``, ``InputError``, ``BranchError`` when g
     does not vanish on the branch, and ``NotNormallyHyperbolic`` when det dg/dy does.
     """
-    order = _whole(order)
+    order = known_order(order)
     if mode is None and len(system.modes) > 1:
         raise InputError(f"this system has several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
     dynamics = system.mode(mode) if mode else system.modes[0]
@@ -131,7 +130,7 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
 
     Raises what ``critical_manifolds`` and ``slow_manifold`` raise: ``NotDerivable``, ``OrderError``.
     """
-    order = _whole(order)
+    order = known_order(order)
     return Several(
         SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order)
         for c in critical_manifolds(system)
@@ -293,9 +292,3 @@ def _integral(integrand, x):
 
 def _polynomial(coefficients, small):
     return sp.Add(*(c * small**k for k, c in enumerate(coefficients)))
-
-
-def _whole(order):
-    if isinstance(order, bool) or not isinstance(order, Integral) or order < 0:
-        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
-    return int(order)

@@ -12,8 +12,8 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
-from asympk.numbers import short
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.numbers import known_order
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
 from asympk.symbolic.expansion import is_zero
@@ -158,8 +158,7 @@ def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr
     The coefficients follow from p = 0 one linear equation at a time. Raises ``OrderError`` for an order that is not
     a whole number >= 0, ``InputError`` for another value.
     """
-    if isinstance(order, bool) or not isinstance(order, int) or order < 0:
-        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
+    order = known_order(order)
     if value not in ("slow", "fast") or not isinstance(spectrum, Eigenvalues):
         raise InputError(f"{value!r}: give 'slow' or 'fast', and a spectrum of one slow and one fast eigenvalue")
     small = spectrum.small

@@ -56,7 +56,7 @@ def plain(tmp_path_factory):
 
 def test_every_row_is_what_solve_says():
     sweep = _sweep(count=40, chunk=80)
-    columns = sweep.columns(0, 80)
+    columns = sweep.quantities(0, 80)
     story, _ = chunks.compute(sweep, 0)
     found = chunks.chunk_columns(ROD, columns, 80)
     assert (story["start"], story["stop"]) == (0, 80)
@@ -91,7 +91,7 @@ def test_a_grid_runs_through_all_combinations_and_its_decimals_are_exact():
                         "until = {grid = [0, 1], points = 5}\n")  # fmt: skip
     assert (sweep.total, sweep.chunks) == (60, 1)
     assert sweep.axes["until"].values == tuple(Fraction(i, 4) for i in range(5))
-    columns = {field: np.broadcast_to(values, 60) for field, values in sweep.columns(0, 60).items()}
+    columns = {field: np.broadcast_to(values, 60) for field, values in sweep.quantities(0, 60).items()}
     rows = {tuple(float(columns[f][i]) for f in ("sigma", "mu", "y", "until")) for i in range(60)}
     mus = sorted({row[1] for row in rows})
     assert mus == pytest.approx([1e-4, 1e-3, 1e-2], rel=1e-15)
@@ -100,17 +100,17 @@ def test_a_grid_runs_through_all_combinations_and_its_decimals_are_exact():
 
 def test_random_numbers_depend_on_the_row_alone():
     sweep = _sweep(count=1000)
-    whole = sweep.columns(0, 2000)
+    whole = sweep.quantities(0, 2000)
     for start, stop in ((0, 1), (3, 8), (999, 1001), (1234, 2000)):
-        part = sweep.columns(start, stop)
+        part = sweep.quantities(start, stop)
         assert all(np.array_equal(part[f], whole[f][start:stop]) for f in part if np.ndim(part[f]))
-    other = parse_sweep(TEXT.format(count=1000, chunk=100).replace("seed = 11", "seed = 12")).columns(0, 2000)
+    other = parse_sweep(TEXT.format(count=1000, chunk=100).replace("seed = 11", "seed = 12")).quantities(0, 2000)
     assert not np.array_equal(whole["x"], whole["y"])
     assert not np.array_equal(whole["x"], other["x"])
 
 
 def test_random_numbers_fill_their_range_evenly():
-    columns = _sweep(count=20000).columns(0, 40000)
+    columns = _sweep(count=20000).quantities(0, 40000)
     for field, low, high in (("x", -1, 1), ("z", -2, 2)):
         counted = np.histogram(columns[field], 10, (low, high))[0]
         assert counted.sum() == 40000

@@ -38,7 +38,7 @@ def test_every_row_is_what_solve_says_in_physical_quantities(tmp_path, more):
     sweep = parse_sweep(more + TEXT)
     assert run_sweep(sweep, tmp_path) == 1
     found = _whole(tmp_path)
-    columns = {field: np.broadcast_to(values, 24) for field, values in sweep.columns(0, 24).items()}
+    columns = {field: np.broadcast_to(values, 24) for field, values in sweep.quantities(0, 24).items()}
     for row in range(24):
         path = ap.solve(_scene({field: float(values[row]) for field, values in columns.items()}))
         expected = path.physical().final
@@ -54,7 +54,7 @@ def test_other_consistent_units_change_nothing_but_the_units():
     text = TEXT.replace("m = 0.5", "m = 500", 1).replace("[10, 30]", "[1e4, 3e4]").replace("[1e5, 1e7]", "[1e8, 1e10]")
     one, other = (parse_sweep(t.replace("[0, 0.2,", start))
                   for t, start in ((TEXT, "[0, 0.2,"), (text, "[0, 200,")))  # fmt: skip
-    one, other = (chunks.chunk_columns(s.family, s.columns(0, 24), 24) for s in (one, other))
+    one, other = (chunks.chunk_columns(s.family, s.quantities(0, 24), 24) for s in (one, other))
     assert other["u"] == pytest.approx(one["u"], rel=1e-9, abs=1e-10)
     assert other["R_1"] == pytest.approx(1000 * one["R_1"], rel=1e-9, abs=1e-7)
     assert np.array_equal(one["itinerary"], other["itinerary"])

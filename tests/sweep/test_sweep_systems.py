@@ -131,7 +131,7 @@ def _whole(out):
 
 def _paths(sweep):
     """Yield what ``solve`` says of every row."""
-    columns = {field: np.broadcast_to(v, sweep.total) for field, v in sweep.columns(0, sweep.total).items()}
+    columns = {field: np.broadcast_to(v, sweep.total) for field, v in sweep.quantities(0, sweep.total).items()}
     family = sweep.family
     for row in range(sweep.total):
         here = {field: float(values[row]) for field, values in columns.items()}

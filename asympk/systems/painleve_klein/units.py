@@ -15,9 +15,9 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.multiprecision import private_context
-from asympk.numbers import Number, number, short
+from asympk.numbers import Number, number
 from asympk.path import Path
-from asympk.scene import Scene
+from asympk.scene import Scene, triple
 from asympk.shown import number_as_text as shown
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
@@ -194,13 +194,7 @@ def _value(value):
 
 def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scene:
     """Return the ``Scene`` of a physical rod; raises ``InputError``."""
-    try:
-        state = () if isinstance(start, str) else tuple(start)
-    except TypeError:
-        state = ()
-    if len(state) != 3:
-        raise InputError(f"start = {short(start)}: it must be three numbers [R_1, R_1', u]")
-    given = {**given, **dict(zip(STATE, (*state, until), strict=True))}
+    given = {**given, **dict(zip(STATE, (*triple(start, "[R_1, R_1', u]"), until), strict=True))}
     quantities = {key: quantity(key, value) for key, value in given.items()}
     found, scale = nondimensional(quantities)
     numbers = tuple(found[key] for key in RESULTS)
