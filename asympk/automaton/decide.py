@@ -8,7 +8,8 @@ state could have changed its sign; a snapped quantity is never tested again. Dou
 mpmath numbers where one is not.
 
 One consistent combination is the motion. Where several are, at rest stays at rest: combinations in which a contact
-slips that rests in another one are left out. None or several that are left end the motion.
+slips that rests in another one are left out, and those in which a contact breaks loose that its static bound would
+hold if all of them rested. None or several that are left end the motion.
 """
 
 import math
@@ -119,6 +120,10 @@ def _follow_on(
         ties = _ties(system, branch, resting, points, numbers, touching)
         if ties is not None and all(_holds(mode_of(system, branch), k, numbers, nudged, p, touching) for k in ties):
             consistent.append(branch)
+    if len(consistent) > 1:
+        onsets = {k for kind, k in lost if kind == "slip_onset"}
+        broken = partial(_breaks_loose, system, resting, points[0], touching, onsets)
+        consistent = [branch for branch in consistent if not broken(branch)] or consistent
     return _chosen(system, consistent, t, state, [*product(*phases)])
 
 
@@ -348,6 +353,18 @@ def _margins(
             rate = sum(a * b for a, b in zip(point.rows[k], forces, strict=True))
             found["velocity_zero", k, 0] = phase.velocity * (rate if k in resting else contact.velocity)
     return found
+
+
+def _breaks_loose(
+    system: System, resting: set, point: ContactPoint, touching: dict, onsets: set, branch: Branch
+) -> bool:
+    """Tell whether a contact slips in a branch that static friction would hold if all rested that may."""
+    rest = tuple(p._replace(velocity=0) if k in resting and p != OPEN else p for k, p in enumerate(branch))
+    if (solved := _solve(system, rest, point)) is None:
+        return False
+    margins = _margins(system, rest, resting, point, solved, touching)
+    over = {k for (kind, k, _), margin in margins.items() if kind == "slip_onset" and margin < 0}
+    return any(a != b and k not in over | onsets for k, (a, b) in enumerate(zip(branch, rest, strict=True)))
 
 
 def _opening(system: System, k: int, point: ContactPoint, touching: dict) -> Any:

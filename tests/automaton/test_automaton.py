@@ -270,3 +270,18 @@ def test_other_verbs_refuse_what_is_no_scene_as_solve_does(verb, given, match):
         verb(given)
     with pytest.raises(InputError, match="not dict"):
         ap.read_scene({})
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "lsoda", "rtol": 1e-10}])
+def test_of_two_contacts_at_rest_only_that_slips_whose_static_friction_is_used_up(options):
+    """Two blocks, one on the other; the upper is drawn by the force t, the ground holds 1, the blocks one another 6/5.
+
+    At t = 1 they start together, v' = (t - 1/5) / 2; the upper alone could start from then on as well.
+    """
+    v1, v2, F1, F2, t = sp.symbols("v1 v2 F1 F2 t", real=True)
+    ground = ap.Friction(velocity=v1, force=F1, load=2, kinetic=sp.Rational(1, 10), static=sp.Rational(1, 2))
+    between = ap.Friction(velocity=v2 - v1, force=F2, load=1, kinetic=sp.Rational(1, 10), static=sp.Rational(6, 5))
+    blocks = ap.System.with_frictions({v1: F1 - F2, v2: t + F2}, {}, (ground, between), time=t)
+    path = ap.solve(ap.Scene(system=blocks, start={"v1": 0, "v2": 0}, until=2), **options)
+    assert path.modes == ("stick+stick", "slip_same+stick")
+    assert [float(v) for v in path.final] == pytest.approx([0.65, 0.65], abs=1e-9)
