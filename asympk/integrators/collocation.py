@@ -73,7 +73,7 @@ def run(
     while True:
         fine, error = _references(scene, carried_digits, events, deadline)
         segments = [_with_steps(segment) for segment in fine.segments]
-        lost = growth(automaton_of(scene), segments)
+        lost = growth(automaton_of(scene), segments, [1.0] * len(scene.start))
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
         if error <= error.context.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:
             break

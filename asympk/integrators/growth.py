@@ -20,14 +20,13 @@ from asympk.errors import Undecided
 if TYPE_CHECKING:
     import numpy as np
 
-Steps = Sequence[tuple[Any, tuple]]  # times and states
 LOST = 1e-3  # relative error of the end from which a run is refused
 CARRIED = 1e180  # growth that digits can make up for
 
 
-def require_kept(automaton: Automaton, segments: Sequence[Segment], tolerance: Any) -> None:
-    """Raise ``Undecided`` where errors of the size ``tolerance``, made on the way, may be as large as the end."""
-    factor = growth(automaton, segments)
+def require_kept(automaton: Automaton, segments: Sequence[Segment], tolerance: float, scales: Sequence[float]) -> None:
+    """Raise ``Undecided`` where errors of ``tolerance`` may have grown as large as the end; see ``growth``."""
+    factor = growth(automaton, segments, scales)
     if factor * tolerance > LOST:
         raise grown(factor, segments[-1].t)
 
@@ -39,10 +38,11 @@ def grown(factor: float, t: Any) -> Undecided:
                      f"a repelling set, or is chaotic; {advice}")  # fmt: skip
 
 
-def growth(automaton: Automaton, segments: Sequence[Segment]) -> float:
-    """Return how many times larger an error made on the way is at the end, relative to the largest of 1 and its state.
+def growth(automaton: Automaton, segments: Sequence[Segment], scales: Sequence[float]) -> float:
+    """Return how many times larger an error made on the way is at the end, relative to the largest state there.
 
-    A state that is 0 and stays so makes none. ``inf`` where the growth is beyond the range of doubles.
+    An error is relative to its state, or to what ``scales`` has for the state, if that is larger. A state that is 0 and
+    stays so makes none. ``inf`` where the growth is beyond the range of doubles.
     """
     import numpy as np
 
@@ -50,17 +50,19 @@ def growth(automaton: Automaton, segments: Sequence[Segment]) -> float:
     with np.errstate(all="ignore"):
         try:
             for segment, after in zip_longest(segments, segments[1:]):
-                factors += _passed(automaton, segment, after)
+                factors += _passed(automaton, segment, after, np.array(scales))
         except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative, as a root has where it vanishes
             return 0.0
         total, worst = np.eye(len(segments[-1].state)), 0.0
         for transition, sizes in reversed(factors):
             total = total @ transition
             worst = max(worst, float(np.nan_to_num(np.abs(total) @ sizes, nan=np.inf).max()))
-    return worst / max(1.0, *(abs(float(v)) for v in segments[-1].state))
+    return worst / max(*scales, *(abs(float(v)) for v in segments[-1].state))
 
 
-def _passed(automaton: Automaton, segment: Segment, after: Segment | None) -> "list[tuple[np.ndarray, np.ndarray]]":
+def _passed(
+    automaton: Automaton, segment: Segment, after: Segment | None, scales: "np.ndarray"
+) -> "list[tuple[np.ndarray, np.ndarray]]":
     """Return, step by step, what becomes of an error and how large one is; after them the event that ends them."""
     import numpy as np
 
@@ -69,7 +71,7 @@ def _passed(automaton: Automaton, segment: Segment, after: Segment | None) -> "l
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
     slopes = np.array([mode.jac(*here) for here in at], dtype=float)
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 for here in at]
-    sizes = np.maximum(1, np.abs(states)) * ((states != 0) | moving) * mode.movable
+    sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     means = (slopes[1:] + slopes[:-1]) / 2 * np.diff(times)[:, None, None]
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
     if after is not None and segment.hit is not None:

@@ -66,7 +66,7 @@ class Settings(NamedTuple):
 
     method: str
     rtol: float
-    atol: float
+    atol: float | tuple[float, ...]
     steps: int
     deadline: float
     times: Sequence[float] = ()

@@ -22,8 +22,10 @@ def _solver(mode, t, state, until, settings):
     p, n, jac = mode.p, len(start), {}
     if jacobian and settings.method not in EXPLICIT:
         jac = {"jac": lambda t, w: np.reshape(jacobian(t, *w.tolist(), *p), (n, n))}
+    atol = settings.atol
+    if isinstance(atol, tuple):  # guards in time are states as well, of an unknown size
+        atol = (*atol, *[min(atol)] * (n - len(atol)))
     make = getattr(integrate, CLASSES[settings.method])
-    solver = make(lambda t, w: field(t, *w.tolist(), *p), t, start, until, rtol=settings.rtol, atol=settings.atol,
-                  **jac)  # fmt: skip
+    solver = make(lambda t, w: field(t, *w.tolist(), *p), t, start, until, rtol=settings.rtol, atol=atol, **jac)
     solver.made = 1
     return solver

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from asympk.automaton.loop import Run
 from asympk.integrators import collocation, integrate
 from asympk.integrators.growth import require_kept
 from asympk.numbers import whole
@@ -11,6 +12,8 @@ from asympk.systems.automata import automaton_of
 INTEGRATOR = "lsoda"
 TOLERANCE = 1e-10
 STEPS = 100_000
+SMALL = 1e-4  # of its scale, a state's size from which on its errors count as large
+NOISE = 1e-7  # of the largest state, a size that may be rounding
 UNBOUNDED = 1e12  # seconds
 
 
@@ -18,6 +21,8 @@ def run(
     scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000, seconds: float = UNBOUNDED
 ) -> Path:
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or by collocation right to ``digits`` digits.
+
+    Where states stay small beside 1, as in units that are too large, the run is repeated with an atol of their size.
 
     ``path.model`` names what was used; ``seconds`` bounds the time. Raises ``Undecided`` where errors of the run may
     have grown as large as its end, ``Unfinished``, ``Accumulation``, ``NoMotion``, ``TwoMotions`` and what
@@ -27,7 +32,20 @@ def run(
         return collocation.run(scene, digits=digits, events=events, seconds=seconds)
     steps, seconds = integrate.bounds(STEPS, seconds)
     events = whole("events", events, 0, integrate.MOST_STEPS)
-    path, joined = integrate.traced(scene, INTEGRATOR, rtol=TOLERANCE, atol=TOLERANCE, steps=steps, seconds=seconds,
-                                    events=events)  # fmt: skip
-    require_kept(automaton_of(scene), joined.segments, TOLERANCE)
+    options = {"rtol": TOLERANCE, "steps": steps, "seconds": seconds, "events": events}
+    path, joined = integrate.traced(scene, INTEGRATOR, atol=TOLERANCE, **options)
+    scales, found = (1.0,) * len(scene.start), _scales(joined)
+    while any(new < SMALL * old for old, new in zip(scales, found, strict=True)):
+        atol = tuple(TOLERANCE * scale for scale in found)
+        path, joined = integrate.traced(scene, INTEGRATOR, atol=atol, **options)
+        scales, found = found, _scales(joined)
+    require_kept(automaton_of(scene), joined.segments, TOLERANCE, scales)
     return path
+
+
+def _scales(joined: Run) -> tuple[float, ...]:
+    """Return every state's largest size on a run, at most 1; for one that may be rounding the size of the largest."""
+    states = [state for segment in joined.segments for _, state in segment.steps] or [joined.last.state]
+    sizes = [max(map(abs, column)) for column in zip(*states, strict=True)]
+    largest = max(sizes)
+    return tuple(min(1.0, size if size > NOISE * largest else largest or 1.0) for size in sizes)

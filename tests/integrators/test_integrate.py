@@ -312,3 +312,21 @@ def test_a_motion_that_is_over_before_its_errors_grow_is_followed():
 
 def test_a_state_that_is_zero_and_stays_so_makes_no_errors():
     assert _late("1/1000", start=0).final == pytest.approx((1, 0))
+
+
+@pytest.mark.parametrize(("length", "frequency"), [("1e-12", 1), ("1e-6", "1e6"), ("1e-6", "1e3"), ("1e6", "1e-6")])
+def test_a_nonlinear_motion_is_the_same_in_all_units(length, frequency):
+    """A block on a hardening spring, in units of the length a and the time 1/omega."""
+    x, v, F = sp.symbols("x v F", real=True)
+    a, omega = sp.symbols("a omega", positive=True)
+    friction = ap.Friction(velocity=v, force=F, load=omega**2 * a, kinetic=1)
+    spring = ap.System.with_frictions({x: v, v: F - omega**2 * (x + x**3 / a**2 / 1000)}, {}, [friction])
+
+    def end(a, omega):
+        values, start = {"a": a, "omega": omega}, {"x": 5 * float(a), "v": 0}
+        path = ap.solve(ap.Scene(system=spring, values=values, start=start, until=10 / float(omega)))
+        return path.modes, path.final[0] / float(a)
+
+    (modes, place), (others, there) = end(1, 1), end(length, frequency)
+    assert others == modes
+    assert there == pytest.approx(place, abs=1e-7)
