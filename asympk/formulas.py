@@ -52,11 +52,11 @@ def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "form
     return found
 
 
-def read_relation(text: object, symbols: Mapping[str, sp.Expr], what: str = "assumption") -> sp.Basic:
+def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
     """Return the relation that ``text`` spells, such as ``kappa > 0`` or ``0 < r <= 1``; raises ``InputError``."""
-    found = _read(text, symbols, what)
+    found = _read(text, symbols, "assumption")
     if isinstance(found, sp.Expr):
-        raise InputError(f"{what} = {short(text)}: it must be a relation, such as 'kappa > 0'")
+        raise InputError(f"assumption = {short(text)}: it must be a relation, such as 'kappa > 0'")
     return found
 
 

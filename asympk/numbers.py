@@ -60,9 +60,9 @@ def numbers(name: str, value: Any) -> "np.ndarray":
     return values
 
 
-def objects(name: str, value: Any) -> "np.ndarray":
-    """Return ``value`` as an array of what it holds, unread, for ``number``; raises ``InputError`` as ``numbers``."""
-    return _array(name, value, object)
+def times_asked(t: Any) -> "np.ndarray":
+    """Return times as an array of what it holds, unread, for ``number``; raises ``InputError`` as ``numbers``."""
+    return _array("t", t, object)
 
 
 def entry_name(name: str, at: tuple) -> str:

@@ -93,7 +93,7 @@ def _groups(method, sigma, sigma0, mu, x, y, z, until):
 
 def _follow(itineraries, order, layers, sigma, sigma0, mu, x, y, z, until):
     m = arrays()
-    found = composite.composite_motions(itineraries, order, 2, (sigma, sigma0, mu, x, x + y, z), m)
+    found = composite.composite_motions(itineraries, order, (sigma, sigma0, mu, x, x + y, z), m)
     motion, error = composite.chosen(found, layers, until, m)
     problems = validity_conditions(itineraries, found, error, line_of(sigma, sigma0), mu, until, m)
     return m.pick(motion, until, m), error, ((holds, f"{OutOfRange.__name__}: {words}") for holds, words in problems)

@@ -50,19 +50,19 @@ def itineraries_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any
 
 
 def composite_motions(
-    itineraries: LayerItineraries, order: int, extra: int, start: tuple, m: Any
+    itineraries: LayerItineraries, order: int, start: tuple, m: Any
 ) -> list[tuple[CompositeMotion, CompositeMotion]]:
-    """Return the motions to ``order``, ..., ``order + extra`` from ``start`` = (sigma, sigma0, mu, x, s, z).
+    """Return the motions to ``order`` and the next two from ``start`` = (sigma, sigma0, mu, x, s, z).
 
     Each comes twice, with the layers and without them: the slow motion alone.
     """
     sigma, sigma0, mu, x, s, z = start
     large = -m.log(mu)
-    begin = compiled_layers(itineraries.steps, order, extra + bool(itineraries.then))
+    begin = compiled_layers(itineraries.steps, order, 2 + bool(itineraries.then))
     layers = begin(sigma, sigma0, mu, large, x, s, z, m.log)
     if not itineraries.then:
         return [(CompositeMotion(now.segments, now.turns), CompositeMotion((now.landing,), ())) for now in layers]
-    second = compiled_layers(itineraries.then, order, extra, itineraries.steps[-1].mode)
+    second = compiled_layers(itineraries.then, order, 2, itineraries.steps[-1].mode)
     found = []
     for k, (layer, finer) in enumerate(pairwise(layers)):
         # a time right to mu^n is right to mu^(n - 1) in the units of a layer, which takes the next order therefore

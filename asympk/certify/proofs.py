@@ -21,6 +21,7 @@ _TINY, _LARGE = Fraction(1, 10**6), Fraction(10**6)
 STEEP, SHALLOW, ANY = (_TINY, _LARGE), (-2 + _TINY, -_TINY), (-2 + _TINY, _LARGE)
 MU = (Fraction(1, 10**9), Fraction(10**3))
 _MOST_PIECES = 4000
+_BITS = 128
 
 
 @dataclass(frozen=True)
@@ -102,9 +103,9 @@ def _cone(pk):
     return sp.factor(cone.LC()), low, high
 
 
-def prove(inequality: Inequality, bits: int = 128) -> Proof:
+def prove(inequality: Inequality) -> Proof:
     """Return the ``Proof`` of an inequality, halving its box up to some thousand pieces."""
-    with precision(bits):
+    with precision(_BITS):
         pieces = [_pieces(expr, inequality.box) for expr in inequality.positive]
     return Proof(inequality, None not in pieces, sum(n or _MOST_PIECES for n in pieces))
 

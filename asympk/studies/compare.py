@@ -131,11 +131,11 @@ def path_distance(path: Path, truth: Path, scene: Any) -> float | None:
     return max(_distance(state, truth(t)) for state, t in zip(states, times, strict=True))
 
 
-def quiet_times(truth: Path, mu: float, until: float, count: int = GRID) -> list[float]:
+def quiet_times(truth: Path, mu: float, until: float) -> list[float]:
     """Return the equidistant times in (0, until) outside windows of 4 mu log(1/mu) around the start and the events."""
     width = 4 * mu * max(1.0, log(1 / mu))
     centres = [0.0, *(float(e.t) for e in truth.events)]
-    grid = [until * k / count for k in range(1, count)]
+    grid = [until * k / GRID for k in range(1, GRID)]
     return [t for t in grid if all(abs(t - c) > width for c in centres)]
 
 

@@ -149,9 +149,9 @@ def read_sweep(path: str | Path) -> Sweep:
     return sweep_of_table(read_table(path), path)
 
 
-def parse_sweep(text: str, where: str = "sweep") -> Sweep:
+def parse_sweep(text: str) -> Sweep:
     """Return the ``Sweep`` that ``text`` describes."""
-    return sweep_of_table(parse_table(text.encode(), where), where)
+    return sweep_of_table(parse_table(text.encode(), "sweep"), "sweep")
 
 
 def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:
