@@ -273,10 +273,13 @@ def _earliest(guards, fall, left, right):
 
 
 def _certain(guards, lo, hi, until):
-    """Return the point at hi, or at a later time where every guard has a sign; or at ``until``."""
+    """Return the point at hi, or at a later time where every guard has a sign; or at ``until``.
+
+    Where every sign counts as it is, a guard that vanishes at ``until`` is lost there.
+    """
     for _ in range(_MOST_STEPS):
         point = guards.at(hi)
-        if _signs(point):
+        if _signs(point) or (hi >= until and not guards.m.margin):
             return point
         if hi >= until:
             raise Undecided

@@ -156,14 +156,15 @@ def _followed(m, case):
         flow, waves, kept = case.flows.of(m, mode.branch)
         known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
         segment = ClosedSegment(flow, (*state, *(value(m, *wave, t) for wave in waves)), known)
-        span, hit = _span(case, m, mode, segment, until - t, len(segments))
-        found = hit is not None
+        span, hits = _span(case, m, mode, segment, until - t, len(segments))
+        found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
         if (size := max(map(abs, end))) > m.largest:
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")  # fmt: skip
         reached, lost = (t + span, kept[hit]) if found else (until, None)
-        return loop.Segment(reached, tuple(end[: len(state)]), lost, TimedSegment(t, segment, span, hit))
+        timed = TimedSegment(t, segment, span, hit)
+        return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]))
 
     start = tuple(map(m.number, scene.start))
     if not until:
@@ -184,15 +185,14 @@ def _standing(automaton, start, advance):
 
 
 def _span(case, m, mode, segment, left, k):
-    """Return (duration, guard lost or None) of the segment number k; from the known run, if there is one."""
+    """Return (duration, guards lost together) of the segment number k; from the known run, if there is one."""
     if case.known:
         if k >= len(case.known.modes) or case.known.modes[k] != mode.name:
             raise Undecided
         timed = case.known.segments[k].work
         guard = timed.guard
-        return (left, None) if guard is None else (segment.refined(m.number(timed.span), guard), guard)
-    found = segment.first_event(left)
-    return (found[0], found[1][0]) if found else (left, None)
+        return (left, ()) if guard is None else (segment.refined(m.number(timed.span), guard), (guard,))
+    return segment.first_event(left) or (left, ())
 
 
 def _certified(case, digits, largest=None):

@@ -16,7 +16,8 @@ class Segment(NamedTuple):
     """One stretch of one mode: the time and state at its end, the guard lost there or None, and how it was followed.
 
     ``short`` says why the segment ends early, "" where it does not; ``work`` and ``samples`` are the flow's own.
-    ``steps`` are times and states from its start to its end, ``branch`` what each friction does in its mode.
+    ``together`` are other guards lost at the same time. ``steps`` are times and states from its start to its end,
+    ``branch`` is what each friction does in its mode.
     """
 
     t: Any
@@ -25,6 +26,7 @@ class Segment(NamedTuple):
     work: Any = None
     short: str = ""
     samples: tuple = ()
+    together: tuple[int, ...] = ()
     steps: tuple = ()
     branch: Branch = ()
 
@@ -66,7 +68,7 @@ def follow(
             mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
         if segment.short or segment.hit is None:
             break
-        branch, event = _passed(automaton, mode, segment.hit, segment.t, segment.state, slack)
+        branch, event = _passed(automaton, mode, (segment.hit, *segment.together), segment.t, segment.state, slack)
         t, state = event.t, event.state
         if branch == mode.branch:
             _require_progress(segments, mode)
@@ -82,14 +84,15 @@ def follow(
 
 
 def _passed(
-    automaton: Automaton, mode: NumericMode, hit: int, t: Any, state: tuple, slack: Any
+    automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any
 ) -> tuple[Branch, Event]:
-    """Return what follows a guard that is lost, and the event; raises where the motion of a rigid contact ends."""
-    if mode.kinds[hit][0] in _ENDS:
-        raise _ended(mode, hit, t, state)
-    state = mode.snapped(hit, t, state)
-    after = automaton.next(mode.branch, (hit,), t, state, slack)
-    kind, friction = _kind(mode, hit, after)
+    """Return what follows guards that are lost, and the event; raises where the motion of a rigid contact ends."""
+    for hit in hits:
+        if mode.kinds[hit][0] in _ENDS:
+            raise _ended(mode, hit, t, state)
+        state = mode.snapped(hit, t, state)
+    after = automaton.next(mode.branch, hits, t, state, slack)
+    kind, friction = _kind(mode, hits[0], after)
     return after, Event(kind, t, state, friction)
 
 

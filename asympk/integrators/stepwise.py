@@ -69,7 +69,8 @@ def follow_steps(
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
         short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
-    return Segment(t, state, hit, Work(int(solver.nfev), steps, int(solver.njev)), short, tuple(samples), tuple(passed))
+    work = Work(int(solver.nfev), steps, int(solver.njev))
+    return Segment(t, state, hit, work, short, tuple(samples), steps=tuple(passed))
 
 
 class Watch:

@@ -357,3 +357,30 @@ def test_a_path_survives_pickling():
 
     path = spring(1, {"x": 5, "v": 0}, 20)
     assert pickle.loads(pickle.dumps(path))(3.0) == pytest.approx(path(3.0), rel=0)
+
+
+@pytest.mark.parametrize("digits", [None, 20])
+def test_a_block_that_stops_exactly_at_the_end_is_followed_to_it(digits):
+    """v' = -1 from v = 1."""
+    x, v, F = sp.symbols("x v F", real=True)
+    block = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)])
+    path = ap.solve(ap.Scene(system=block, start={"x": 0, "v": 1}, until=1), digits=digits)
+    assert path.modes == ("slip_same", "stick")
+    assert [float(w) for w in path.final] == [0.5, 0]
+
+
+@pytest.mark.parametrize("sides", [(1, 1), (1, -1)])
+def test_two_blocks_that_move_in_symmetry_stop_together(sides):
+    """Both on springs, joined by a spring: each moves as one block does, on a spring of the stiffness 1 or 3."""
+    x1, x2, v1, v2, F, G = sp.symbols("x1 x2 v1 v2 F G", real=True)
+    frictions = [ap.Friction(velocity=v, force=f, load=1, kinetic=1) for v, f in ((v1, F), (v2, G))]
+    pair = ap.System.with_frictions({x1: v1, x2: v2, v1: x2 - 2 * x1 + F, v2: x1 - 2 * x2 + G}, {}, frictions)
+    start = {"x1": 5 * sides[0], "x2": 5 * sides[1], "v1": 0, "v2": 0}
+    path = ap.solve(ap.Scene(system=pair, start=start, until=4))
+    stiffness = 2 - sides[0] * sides[1]
+    alone = ap.System.with_frictions({x1: v1, v1: -stiffness * x1 + F}, {}, frictions[:1])
+    single = ap.solve(ap.Scene(system=alone, start={"x1": 5 * sides[0], "v1": 0}, until=4))
+    assert [event.t for event in path.events] == pytest.approx([event.t for event in single.events])
+    x, _, v, _ = path.final
+    assert path.final == pytest.approx((x, sides[0] * sides[1] * x, v, sides[0] * sides[1] * v), abs=1e-15)
+    assert (x, v) == pytest.approx(single.final)
