@@ -13,20 +13,25 @@ from asympk.output.terminal import claims_as_json, exit_status, summary
 
 MOVES = re.compile(r"(from landing .*)?x (grows|falls|moves|gains)")
 HELD = "x is then what it was: the jump is along y"
-CLAIMS = {claim.id: claim for claim in ledger.claims()}
+IDENTIFIERS = [f"C{n:02d}" for n in range(1, 44)]
 
 
-def test_every_claim_has_a_verdict():
-    assert list(CLAIMS) == [f"C{n:02d}" for n in range(1, 44)]
-    assert {claim.verdict for claim in CLAIMS.values()} == set(verdicts.VERDICTS)
+@pytest.fixture(scope="module")
+def claims():
+    return {claim.id: claim for claim in ledger.claims()}
 
 
-@pytest.mark.parametrize("identifier", sorted(CLAIMS))
-def test_every_claim_has_a_derivation_and_a_number(identifier):
-    evidence = CLAIMS[identifier].evidence
+def test_every_claim_has_a_verdict(claims):
+    assert list(claims) == IDENTIFIERS
+    assert {claim.verdict for claim in claims.values()} == set(verdicts.VERDICTS)
+
+
+@pytest.mark.parametrize("identifier", IDENTIFIERS)
+def test_every_claim_has_a_derivation_and_a_number(claims, identifier):
+    evidence = claims[identifier].evidence
     assert {check.kind for check in evidence} == {"symbolic", "numeric"}
-    assert CLAIMS[identifier].statement
-    assert CLAIMS[identifier].where in ("1", "2", "3")
+    assert claims[identifier].statement
+    assert claims[identifier].where in ("1", "2", "3")
 
 
 @pytest.mark.parametrize(
@@ -34,19 +39,19 @@ def test_every_claim_has_a_derivation_and_a_number(identifier):
     [("C16", "refined"), ("C18", "refined"), ("C23", "corrected"), ("C24", "refined"), ("C26", "corrected"),
      ("C30", "refined"), ("C32", "refined"), ("C35", "refined"), ("C42", "corrected"), ("C43", "corrected")],
 )
-def test_claims_that_do_not_hold_as_written_say_what_does(identifier, verdict):
-    claim = CLAIMS[identifier]
+def test_claims_that_do_not_hold_as_written_say_what_does(claims, identifier, verdict):
+    claim = claims[identifier]
     assert claim.verdict == verdict
     assert any(check.role != "as written" and check.holds for check in claim.evidence)
     assert (verdict == "corrected") == any(not check.holds for check in claim.evidence if check.role == "as written")
 
 
-def test_one_rule_judges_what_the_jumps_do_to_x():
-    along_y = {name for name, claim in CLAIMS.items() if any(check.what == HELD for check in claim.evidence)}
+def test_one_rule_judges_what_the_jumps_do_to_x(claims):
+    along_y = {name for name, claim in claims.items() if any(check.what == HELD for check in claim.evidence)}
     assert along_y == {"C23", "C26"}
     for name in ("C18", "C23", "C24", "C26"):
-        assert ("direction" in CLAIMS[name].statement) is (name in along_y)
-        roles = {check.role for check in CLAIMS[name].evidence if MOVES.match(check.what)}
+        assert ("direction" in claims[name].statement) is (name in along_y)
+        roles = {check.role for check in claims[name].evidence if MOVES.match(check.what)}
         assert roles >= {"instead" if name in along_y else "left out"}
 
 
@@ -73,10 +78,10 @@ def test_the_verdict_follows_from_the_checks(pairs, verdict):
     assert verdicts.verdict(_checks(*pairs)) == verdict
 
 
-def test_an_unsettled_claim_makes_the_exit_status_one():
+def test_an_unsettled_claim_makes_the_exit_status_one(claims):
     lost = verdicts.Claim("C99", "3", "a slow plane in z < 0", verdicts.UNSETTLED, _checks(("as written", False)))
-    assert exit_status(CLAIMS.values()) == 0
-    assert exit_status([*CLAIMS.values(), lost]) == 1
+    assert exit_status(claims.values()) == 0
+    assert exit_status([*claims.values(), lost]) == 1
     assert "Not settled:\n  C99" in summary([lost], 0)
 
 
@@ -88,8 +93,8 @@ def test_a_trend_needs_ever_smaller_deviations_from_one():
     assert not is_zero(1e-39)[0]
 
 
-def test_the_json_of_the_ledger_has_the_fixed_keys():
-    told = json.loads(claims_as_json(CLAIMS.values()))
+def test_the_json_of_the_ledger_has_the_fixed_keys(claims):
+    told = json.loads(claims_as_json(claims.values()))
     assert len(told) == 43
     assert {"id", "where", "statement", "verdict", "evidence"} <= set(told[0])
     assert {"role", "kind", "what", "holds", "value"} == set(told[0]["evidence"][0])

@@ -9,12 +9,15 @@ from asympk.arithmetic import Doubles
 from asympk.errors import Undecided
 from asympk.systems.painleve_klein.flow.exact import RodNumbers, segments_of
 
-SCENES = list(draws(20 * len(FAMILIES), seed=1))
+
+@pytest.fixture(scope="module")
+def scenes():
+    return list(draws(20 * len(FAMILIES), seed=1))
 
 
 @pytest.mark.parametrize("family", [family.__name__ for family in FAMILIES])
-def test_starts_that_touch_go_as_forty_digits_tell(family):
-    for name, numbers in SCENES:
+def test_starts_that_touch_go_as_forty_digits_tell(scenes, family):
+    for name, numbers in scenes:
         if name == family:
             assert differences(numbers) == [], numbers
 
