@@ -6,7 +6,8 @@ known sign however long the interval is. So an interval is free of roots, or the
 while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per mode bounds a
 hundred intervals at once; only those in which something may happen that it cannot tell are looked at one by one.
 
-A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised.
+A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised. At
+``until`` alone it counts as lost: a motion that ends at an event meets it.
 """
 
 from collections.abc import Iterator
@@ -275,14 +276,12 @@ def _earliest(guards, fall, left, right):
 def _certain(guards, lo, hi, until):
     """Return the point at hi, or at a later time where every guard has a sign; or at ``until``.
 
-    Where every sign counts as it is, a guard that vanishes at ``until`` is lost there.
+    A guard that is within its rounding at ``until`` counts as lost there.
     """
     for _ in range(_MOST_STEPS):
         point = guards.at(hi)
-        if _signs(point) or (hi >= until and not guards.m.margin):
+        if hi >= until or _signs(point):
             return point
-        if hi >= until:
-            raise Undecided
         hi = min(lo + (hi - lo) * _FURTHER, until)
     raise Undecided
 

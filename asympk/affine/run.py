@@ -162,7 +162,7 @@ def _followed(m, case):
         if (size := max(map(abs, end))) > m.largest:
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")  # fmt: skip
-        reached, lost = (t + span, kept[hit]) if found else (until, None)
+        reached, lost = (min(t + span, until), kept[hit]) if found else (until, None)
         timed = TimedSegment(t, segment, span, hit)
         return loop.Segment(reached, tuple(end[: len(state)]), lost, timed, together=tuple(kept[q] for q in hits[1:]))
 
@@ -189,9 +189,13 @@ def _span(case, m, mode, segment, left, k):
     if case.known:
         if k >= len(case.known.modes) or case.known.modes[k] != mode.name:
             raise Undecided
-        timed = case.known.segments[k].work
-        guard = timed.guard
-        return (left, ()) if guard is None else (segment.refined(m.number(timed.span), guard), (guard,))
+        timed = case.known.segments[k].work if k < len(case.known.segments) else None  # its last event is at the end
+        if timed is None or timed.guard is None:
+            return left, ()
+        span = segment.refined(m.number(timed.span), timed.guard)
+        if span > left * (1 + m.root_tol):
+            raise Undecided
+        return span, (timed.guard,)
     return segment.first_event(left) or (left, ())
 
 

@@ -15,6 +15,8 @@ from asympk.errors import OutOfRange
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.system import System
 
+DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
+
 State = tuple[Any, ...]
 
 
@@ -109,11 +111,11 @@ class NumericMode:
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps.
 
-        The sliding velocity of a contact that sticks is left at 0, however much it moves the guard.
-        A rigid contact that is closed stays so: g = g' = 0, and the guard vanishes.
+        A contact that sticks stays at rest, however much its velocity moves the guard, and a rigid contact that is
+        closed stays so, g = g' = 0.
         """
-        if self._closed:
-            return self._projected((*self._closed, self.mode.guards[guard].value), t, state)
+        if self._kept:
+            return self._projected((*self._kept, self.mode.guards[guard].value), t, state)
         moved = list(state)
         for _ in range(2):
             slopes = self.guard_gradient(guard, t, moved)
@@ -132,29 +134,35 @@ class NumericMode:
         return tuple(s not in resting for s in self.mode.system.states)
 
     @cached_property
-    def _closed(self) -> tuple[Any, ...]:
-        """The gaps, and their rates, of the rigid contacts that are closed in this mode."""
+    def _kept(self) -> tuple[Any, ...]:
+        """What vanishes in this mode: gaps of rigid contacts, their rates, velocities at rest. () where all are states.
+
+        What follows is decided by velocities that rest, so that not even rounding may move them.
+        """
         system = self.mode.system
-        rigid = (
-            friction
-            for friction, phase in zip(system.frictions, self.branch, strict=True)
-            if friction.constraint is not None and friction.gap is not None and phase != OPEN
-        )
-        return tuple(e for friction in rigid for e in (friction.gap, rate_along(system, friction.gap)))
+        phases = [*zip(system.frictions, self.branch, strict=True)]
+        rigid = (f for f, phase in phases if f.constraint is not None and f.gap is not None and phase != OPEN)
+        closed = tuple(e for f in rigid for e in (f.gap, rate_along(system, f.gap)))
+        resting = tuple(f.velocity for f, phase in phases if phase.mode == "stick")
+        return (*closed, *resting) if closed or not all(v.is_Symbol for v in resting) else ()
 
     def _projected(self, expressions: tuple, t: Any, state: State) -> State:
-        """Return ``state`` moved to where all ``expressions`` vanish; each step leaves those before it at 0."""
+        """Return ``state`` moved to where all ``expressions`` vanish; each step leaves those before it at 0.
+
+        One that depends on those before it is 0 with them, and is passed over.
+        """
         for _ in range(2):
             basis: list[list] = []
             for expr in expressions:
                 at = self._compiled((expr, *(expr.diff(s) for s in self.mode.system.states)))
-                value, *direction = at(t, *state, *self.p)
+                value, *gradient = map(getattr(self.functions, "mpf", float), at(t, *state, *self.p))
+                direction = gradient
                 for other in basis:
                     share = _dot(direction, other) / _dot(other, other)
                     direction = [a - share * b for a, b in zip(direction, other, strict=True)]
-                size = _dot(direction, direction)
-                if size == 0:
-                    break
+                size, whole = _dot(direction, direction), _dot(gradient, gradient)
+                if size <= DEPENDENT * whole:
+                    continue
                 basis.append(direction)
                 state = tuple(w - value * a / size for w, a in zip(state, direction, strict=True))
         return state

@@ -108,7 +108,7 @@ def _follow_on(
     p = tuple(map(numbers.convert, automaton.values))
     nudged = [(t, state), *(_nudged(t, state, signs, slack) for signs in _NUDGES)]
     values = function(system, _expressions(system)[0], numbers.target, numbers.functions)
-    points = [_point(system, values(at, *w, *p)) for at, w in nudged]
+    points = [_point(system, tuple(map(numbers.convert, values(at, *w, *p)))) for at, w in nudged]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     touching = _touching(system, before, lost, (t, state), p, numbers)

@@ -114,11 +114,17 @@ def _state_in_words(system: Any, state: tuple) -> str:
 
 
 def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
-    """Return the kind and the friction of an event; at the tip of the cone the load vanishes and stick goes on."""
+    """Return the kind and the friction of an event.
+
+    A contact sticks on at the edge of its cone where the load vanishes at its tip, or where another begins to slip at
+    the same time, whose event it is.
+    """
     kind, friction = mode.kinds[hit]
-    if kind == "slip_onset" and after[friction].mode == "stick":
-        kind = "force_zero"
-    return kind, friction
+    if kind != "slip_onset" or after[friction].mode != "stick":
+        return kind, friction
+    stuck = (k for k, phase in enumerate(mode.branch) if phase.mode == "stick")
+    freed = [k for k in stuck if after[k].mode != "stick"]
+    return ("slip_onset", freed[0]) if freed else ("force_zero", friction)
 
 
 def _require_progress(segments: list[Segment], mode: NumericMode) -> None:

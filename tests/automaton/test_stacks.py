@@ -1,0 +1,85 @@
+"""Blocks stacked on one another: several frictions that hold each other, and which of them gives way."""
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+
+t = sp.Symbol("t", real=True)
+WAYS = [{}, {"digits": 30}, {"method": "radau"}, {"method": "lsoda", "rtol": 1e-10}]
+exactly = sp.Rational
+
+
+def stack(masses, kinetic, static, until, loads=None, forces=None, springs=None, start=None):
+    """Block i slides on block i - 1, the first on the ground; ``forces`` act on them, by default t on the top one."""
+    n = len(masses)
+    places, velocities, frictions = (sp.symbols(f"{name}0:{n}", real=True) for name in ("x", "v", "F"))
+    forces = forces or [*[0] * (n - 1), t]
+    rates = dict(zip(places, velocities, strict=True)) if springs else {}
+    for i, v in enumerate(velocities):
+        below, above = frictions[i], frictions[i + 1] if i + 1 < n else 0
+        pull = forces[i] - (exactly(springs[i]) * places[i] if springs else 0)
+        rates[v] = (below - above + pull) / exactly(masses[i])
+    contacts = [
+        ap.Friction(velocity=v - (velocities[i - 1] if i else 0), force=frictions[i], load=loads[i] if loads else 1,
+                    kinetic=exactly(kinetic[i]), static=exactly(static[i]))
+        for i, v in enumerate(velocities)
+    ]  # fmt: skip
+    system = ap.System.with_frictions(rates, {}, contacts, None, t)
+    return ap.Scene(system=system, values={}, start=start or [0] * len(rates), until=until)
+
+
+def told(path):
+    return [(event.kind, event.friction) for event in path.events]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_contact_that_static_friction_still_holds_does_not_slip_in_place_of_the_one_that_gave_way(way):
+    # at t = 2 the ground gives way; the upper contact bears 2, more than its kinetic friction and less than its static
+    path = ap.solve(stack([1, 1], [1, 1], [2, 3], 6), **way)
+    assert told(path) == [("slip_onset", 0), ("slip_onset", 1)]
+    assert [float(event.t) for event in path.events] == pytest.approx([2, 5], abs=1e-8)
+    assert [*map(float, path.final)] == pytest.approx([15 / 4, 33 / 4], abs=1e-8)
+
+
+@pytest.mark.parametrize("masses", [[1, "1/2", 1], ["1/2", 1, 1]])
+@pytest.mark.parametrize("way", WAYS)
+def test_three_blocks_begin_to_slide_together_and_then_lose_the_top_one(masses, way):
+    path = ap.solve(stack(masses, [2, 3, 3], [2, 3, 3], 6), **way)
+    assert told(path) == [("slip_onset", 0), ("slip_onset", 2)]
+    assert [float(event.t) for event in path.events] == pytest.approx([2, 11 / 3], abs=1e-8)
+    assert [*map(float, path.final)] == pytest.approx([19 / 9, 19 / 9, 29 / 6], abs=1e-8)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_of_two_contacts_that_reach_their_bounds_at_once_the_event_is_that_of_the_one_that_slips(way):
+    path = ap.solve(stack([1, 1, "1/3"], [2, 3, 4], [2, 3, 4], 6), **way)
+    assert told(path) == [("slip_onset", 0), ("slip_onset", 2)]
+    assert float(path.events[1].t) == pytest.approx(13 / 3, abs=1e-8)
+
+
+@pytest.mark.parametrize("until", [2, "13/3"])
+@pytest.mark.parametrize("digits", [None, 30])
+def test_an_event_at_the_very_end_is_met_and_one_a_little_later_is_not(digits, until):
+    masses, bounds = ([1, 1], [2, 9]) if until == 2 else ([1, 1, "1/3"], [2, 9, 4])
+    path = ap.solve(stack(masses, bounds, bounds, exactly(until)), digits=digits)
+    assert path.events[-1].kind == "slip_onset"
+    assert float(path.events[-1].t) == pytest.approx(float(exactly(until)), abs=1e-15)
+    before = ap.solve(stack(masses, bounds, bounds, exactly(until) - exactly(1, 10**20)), digits=30)
+    assert len(before.events) == len(path.events) - 1
+
+
+
+def test_blocks_that_come_to_rest_on_one_another_rest_exactly_and_are_followed_to_the_end():
+    # times and places of an explicit integrator at 1e-12, one smooth stretch at a time, written without the package
+    kinetic, pulls = ["0.315", "0.245", "0.686"], [("3.44", "2.81"), ("0.889", "3.6"), ("2.46", "2.89")]
+    forces = [exactly(size) * sp.cos(exactly(turn) * t) for size, turn in pulls]
+    start = ["0.578", "-0.942", "0.983", "-1.77", "0.133", "1.17"]
+    loads, springs = (36, 18, exactly("4.5")), ("1.14", "0.76", "1.93")
+    scene = stack([2, "3/2", "1/2"], kinetic, kinetic, 6, loads, forces, springs, start)
+    times = [0.18163755, 0.19139125, 0.27677377, 0.67856662, 1.74416786, 3.13737577, 3.50378925, 5.31966545, 5.66246371]
+    for path in (ap.solve(scene), ap.solve(scene, digits=20)):
+        assert told(path) == [("velocity_zero", k) for k in (2, 0, 1)] + [("slip_onset", 2), ("velocity_zero", 2)] * 3
+        assert [float(event.t) for event in path.events] == pytest.approx(times, abs=2e-8)
+        assert [*map(float, path.final)] == pytest.approx([0.40906975, -0.90737176, 0.38753066, 0, 0, 0], abs=2e-8)
+        assert path.final[3] == path.final[4] == path.final[5] == 0
