@@ -92,6 +92,10 @@ def _plain(text: str) -> str:
     return re.sub(r"\blambda\b", "lambda_", text)
 
 
+def _as_written(name: str) -> str:
+    return "lambda" if name == "lambda_" else name.replace("_prime", "'")
+
+
 class _Reader:
     """One formula: its names, and what a message calls it."""
 
@@ -134,7 +138,9 @@ class _Reader:
             return CONSTANTS[name]
         near = get_close_matches(name, [*self.symbols, *CONSTANTS], 1)
         hint = f"; did you mean {near[0]}?" if near else f"; it has {', '.join(self.symbols) or 'none'}"
-        raise self._refuse(f"the name {name} is unknown{hint}")
+        if name == "t":
+            hint = '; a system that depends on the time says so by time = "t"'
+        raise self._refuse(f"the name {_as_written(name)} is unknown{hint}")
 
     def _operation(self, node: ast.BinOp, depth: int) -> sp.Expr:
         left, right = self._expression(node.left, depth + 1), self._expression(node.right, depth + 1)

@@ -75,11 +75,11 @@ def run(
         segments = [_with_steps(segment) for segment in fine.segments]
         lost = growth(automaton_of(scene), segments, [1.0] * len(scene.start))
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
-        if error <= error.context.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:
+        ctx = fine.last.t.context
+        if error <= ctx.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:
             break
         if needed <= carried_digits:
-            apart = error.context.nstr(error, 3)
-            raise OutOfRange(f"two references differ by {apart}; ask for fewer than {digits} digits")
+            raise OutOfRange(f"two references differ by {ctx.nstr(error, 3)}; ask for fewer than {digits} digits")
         if needed > MOST_DIGITS:
             raise grown(lost, fine.last.t)
         carried_digits = needed
@@ -134,7 +134,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
     mode, steps = scheme.mode, list[CollocationStep]()
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
-    h = min(until - t, 1 / (1 + rate))
+    h = min(until - t, 1 / (until.context.one + rate))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
     tries = list[Any]()
     while len(steps) < STEPS:

@@ -1,6 +1,7 @@
 """What was once a traceback or a long wait is one line, and work is done also where nobody hears of it."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -120,3 +121,20 @@ def test_a_scheduler_that_is_not_there_is_one_line_at_once(tmp_path, address):
     run = _asympk("sweep", str(tmp_path / "sweep.toml"), "--out", str(tmp_path / "out"), "--dask", address)
     assert "--dask" in _in_one_line(run)
     assert time.monotonic() - begun < 5
+
+
+@pytest.mark.parametrize(
+    ("rate", "advice"),
+    [
+        ("-x + sin(t) + F", 'the name t is unknown; a system that depends on the time says so by time = "t"'),
+        ("-x' + F", "the name x' is unknown"),
+        ("-lambda*x + F", "the name lambda is unknown"),
+        ("-x - sign(v) + F", "write what jumps as a friction"),
+    ],
+)
+def test_what_is_mistyped_in_a_system_is_told_as_it_was_written(tmp_path, rate, advice):
+    friction = '[[system.frictions]]\nvelocity = "v"\nforce = "F"\nload = 1\nkinetic = 1\n'
+    text = f'until = 1\n[system.slow]\nx = "v"\nv = "{rate}"\n{friction}[start]\nx = 2\nv = "1/2"\n'
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(InputError, match=re.escape(advice)):
+        ap.solve(ap.read_scene(tmp_path / "mine.toml"), method="lsoda")

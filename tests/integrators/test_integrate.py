@@ -330,3 +330,15 @@ def test_a_nonlinear_motion_is_the_same_in_all_units(length, frequency):
     (modes, place), (others, there) = end(1, 1), end(length, frequency)
     assert others == modes
     assert there == pytest.approx(place, abs=1e-7)
+
+
+def test_a_stick_whose_rates_do_not_depend_on_the_state_is_followed_to_digits():
+    """The block of the page on one's own systems sticks to a belt until its spring draws with the static friction."""
+    x, v, F = sp.symbols("x v F", real=True)
+    kinetic = sp.Rational(4, 5) / (1 + sp.Abs(v - 1))
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(v - 1, F, load=1, kinetic=kinetic, static=1)])
+    scene = ap.Scene(system=block, start={"x": 0, "v": 1}, until=3)
+    path = ap.solve(scene, digits=15)
+    assert path.modes == ("stick", "slip_opposite")
+    assert path.events[0].t == 1
+    assert [float(w) for w in path.final] == pytest.approx(ap.solve(scene).final, abs=1e-8)
