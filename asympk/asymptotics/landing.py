@@ -102,10 +102,10 @@ def _followed(formulas, order, x, y, values, fine, coarse):
         found = formulas.slow(*x, *branch, *base[1:].ravel(), *values)
         levels = zip(found[:count], found[count:], strict=True)
         slowly = np.array([[_padded(c, count) for c in (*s, *h)] for s, h in levels])
-        at_rest = np.broadcast_to(np.array(x)[:, None], (len(x), tau.size))
-        series = np.concatenate([at_rest, finely()(tau.ravel())]).reshape(count, -1, *tau.shape)
+        at_rest, fine = np.broadcast_to(np.array(x)[:, None], (len(x), tau.size)), finely()
+        series = np.concatenate([at_rest, fine(tau.ravel())]).reshape(count, -1, *tau.shape)
         powers = tau ** np.arange(count).reshape(-1, *[1] * tau.ndim)
-        return series - np.tensordot(slowly, powers, 1)
+        return np.where(tau <= fine.steps[-1].after, series - np.tensordot(slowly, powers, 1), 0.0)
 
     return Landing(order, branch, end, base, during)
 

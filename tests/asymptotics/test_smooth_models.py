@@ -262,3 +262,15 @@ def test_a_layer_that_is_followed_roughly_stands_still_as_near_to_its_branch_as_
     scene = ap.Scene(system=system, values={"mu": "1/50"}, start={"x": 0, "y": "3/2"}, until="3/2")
     path = ap.solve(scene, method="jump", order=0)
     assert path.final == pytest.approx((-math.tanh(1.5) * -math.expm1(-1.5), 1), abs=path.error)
+
+
+@pytest.mark.parametrize(("small", "start", "until"), [
+    ("1711/500000", ("5237/10000", "443/10000", "2603/10000", "-137/200"), "17/200"),
+    ("597/50000", ("849/1250", "459/2500", "-29/100", "-13/20"), "2931/10000"),
+])  # fmt: skip
+def test_the_composite_is_right_where_its_layer_is_just_over(small, start, until):
+    # the layer is followed twice, for its base point and for itself, and the two runs end at times of their own
+    scene = ap.Scene(system=FOUR, values={mu: small}, start=start, until=until)
+    truth = ap.solve(scene, "radau", rtol=1e-12, atol=1e-13).final
+    path = ap.solve(scene, "jump", order=1)
+    assert np.abs(np.array(path.final) - truth).max() < path.error < 2e-5
