@@ -70,7 +70,8 @@ def _passed(
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
     slopes = np.array([mode.jac(*here) for here in at], dtype=float)
-    moving = [np.array(mode.rhs(*here), dtype=float) != 0 for here in at]
+    ones = np.ones(len(scales), dtype=bool)
+    moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     means = (slopes[1:] + slopes[:-1]) / 2 * np.diff(times)[:, None, None]
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
