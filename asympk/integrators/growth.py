@@ -10,7 +10,7 @@ lost its stability, hides such errors from every comparison of tolerances: they 
 """
 
 from collections.abc import Sequence
-from itertools import zip_longest
+from itertools import accumulate, zip_longest
 from typing import TYPE_CHECKING, Any
 
 from asympk.automaton.automaton import Automaton, NumericMode
@@ -53,11 +53,10 @@ def growth(automaton: Automaton, segments: Sequence[Segment], scales: Sequence[f
                 factors += _passed(automaton, segment, after, np.array(scales))
         except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative, as a root has where it vanishes
             return 0.0
-        total, worst = np.eye(len(segments[-1].state)), 0.0
-        for transition, sizes in reversed(factors):
-            total = total @ transition
-            worst = max(worst, float(np.nan_to_num(np.abs(total) @ sizes, nan=np.inf).max()))
-    return worst / max(*scales, *(abs(float(v)) for v in segments[-1].state))
+        transitions, sizes = map(np.array, zip(*reversed(factors), strict=True))
+        onward = np.array([*accumulate(transitions, np.matmul)])
+        worst = np.nan_to_num(np.einsum("kij,kj->ki", abs(onward), sizes), nan=np.inf).max(initial=0.0)
+    return float(worst) / max(*scales, *(abs(float(v)) for v in segments[-1].state))
 
 
 def _passed(
