@@ -32,9 +32,7 @@ class RodFlow:
     def __init__(self, m: Arithmetic, sigma: Number, sigma0: Number, mu: Number):
         self.m, self.sigma, self.sigma0, self.mu = m, sigma, sigma0, mu
         self._modes: dict[str, RodMode] = {}
-        self._edges: dict[int, Any] = {
-            sign: tuple(1 / end if end else None for end in inverse_edges(sigma0, sign)) for sign in (1, -1)
-        }
+        self._edges: dict[int, Any] = {}
 
     def load(self, name: str) -> tuple[int, Number]:
         """Return (a, b) of the mode ``mu y' = a - b s``: (2.7), (2.8) or (2.9)."""
@@ -63,6 +61,8 @@ class RodFlow:
 
     def edges(self, s_sign: int) -> tuple[Number | None, Number | None]:
         """Return the edges (near zero, far from zero) of the static cone on one side of s = 0; None for no edge."""
+        if s_sign not in self._edges:
+            self._edges[s_sign] = tuple(1 / end if end else None for end in inverse_edges(self.sigma0, s_sign))
         return self._edges[s_sign]
 
     def nearest_edge(self, s_sign: int, s: Number) -> Number:
