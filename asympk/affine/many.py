@@ -374,8 +374,8 @@ def _chosen(modes, candidates, t, w, velocities, loads):
         holds, known = modes.consistent(candidate, t[rows], w[rows])
         doubtful[rows] |= ~known
         rest = sum(phase.mode == "stick" for phase in candidate)
-        better, same = holds & (rest > rank[rows]), holds & (rest == rank[rows])
-        doubtful[rows] |= same
+        better, other = holds & (rest > rank[rows]), holds & (rank[rows] >= 0)
+        doubtful[rows] |= other if len(candidate) > 1 else holds & (rest == rank[rows])
         found[rows[better]], rank[rows[better]] = modes.index(candidate), rest
     return found, doubtful | (found < 0)
 

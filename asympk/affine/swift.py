@@ -63,7 +63,7 @@ class Swift:
         if isinstance(t, float) and len(hits) == 1:
             kind, friction = event = self.mode(branch).kinds[hits[0]]
             zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
-            table = self._known((branch, hits[0]), lambda: _following(branch, event), zeros)
+            table = self._known((branch, hits[0]), lambda: _following(self.system, branch, event), zeros)
             found = table and _decided(table, t, state)
         return found or self.automaton.next(branch, hits, t, state, slack)
 
@@ -135,8 +135,14 @@ def _begun(table, state):
     return _decided(table._replace(vanishing=tuple(zero)), 0.0, state, possible)
 
 
-def _following(branch, event):
-    """Return the branches that may follow an event of one friction; none where a contact opens or closes."""
+def _following(system, branch, event):
+    """Return the branches that may follow an event of one friction; none where others may change with it.
+
+    They may where a contact opens or closes, and where static friction that exceeds the kinetic one lets one that rests
+    slip in the place of another.
+    """
+    if len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions):
+        return []
     kind, k = event
     load, velocity = branch[k]
     phases = {

@@ -229,8 +229,8 @@ class _Modes:
                 holding.append((branch, touching))
             elif verdict == 0:
                 open_ones.append(branch)
-        rests = [sum(phase.mode == "stick" for phase in branch) for branch, _ in holding]
-        best = [pair for pair, rest in zip(holding, rests, strict=True) if rest == max(rests)]
+        rests = [{k for k, phase in enumerate(branch) if phase.mode == "stick"} for branch, _ in holding]
+        best = [pair for pair, rest in zip(holding, rests, strict=True) if not any(rest < other for other in rests)]
         if open_ones or len(best) != 1:
             names = ", ".join(sorted({branches.mode_name(b) for b in (*open_ones, *(b for b, _ in best))})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
