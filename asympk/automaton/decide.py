@@ -8,8 +8,9 @@ state could have changed its sign; a snapped quantity is never tested again. Dou
 mpmath numbers where one is not.
 
 One consistent combination is the motion. Where several are, at rest stays at rest: combinations in which a contact
-slips that rests in another one are left out, and those in which a contact breaks loose that its static bound would
-hold if all of them rested. None or several that are left end the motion.
+breaks loose that its static bound would hold if all of them rested are left out; then those in which a contact that
+rested before slips and it rests on in another; then those in which any slips that rests in another. None or several
+that are left end the motion.
 """
 
 import math
@@ -124,6 +125,9 @@ def _follow_on(
         onsets = {k for kind, k in lost if kind == "slip_onset"}
         broken = partial(_breaks_loose, system, resting, points[0], touching, onsets)
         consistent = [branch for branch in consistent if not broken(branch)] or consistent
+    held = {k for k, phase in enumerate(before or ()) if phase.mode == "stick"} - {k for _, k in lost}
+    for kept in (held, {*range(len(system.frictions))}):
+        consistent = _most_at_rest(consistent, kept)
     return _chosen(system, consistent, t, state, [*product(*phases)])
 
 
@@ -401,9 +405,13 @@ def _length(expr: sp.Expr) -> int:
 # the choice
 
 
-def _chosen(system: System, consistent: list[Branch], t: Any, state: tuple, tried: list[Branch]) -> Branch:
-    resting = {branch: {k for k, phase in enumerate(branch) if phase.mode == "stick"} for branch in consistent}
-    left = [b for b in consistent if not any(resting[b] < resting[other] for other in consistent)]
+def _most_at_rest(consistent: list[Branch], kept: set[int]) -> list[Branch]:
+    """Leave out branches in which a contact of ``kept`` slips that rests, with all that rest there, in another one."""
+    rest = {b: {k for k in kept if b[k].mode == "stick"} for b in consistent}
+    return [b for b in consistent if not any(rest[b] < rest[other] for other in consistent)]
+
+
+def _chosen(system: System, left: list[Branch], t: Any, state: tuple, tried: list[Branch]) -> Branch:
     if len(left) == 1:
         return left[0]
     distinct = {tuple(mode_of(system, b).rates): b for b in reversed(left)}

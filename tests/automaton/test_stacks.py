@@ -95,3 +95,15 @@ def test_what_follows_does_not_depend_on_how_often_it_was_asked():
     states = {s.name: float(w) for s, w in zip(scene.system.states, scene.start, strict=True)}
     many = ap.solve_many(system=scene.system, values={}, start={name: [w, w] for name, w in states.items()}, until=4)
     assert many.final[:, 0] == pytest.approx(paths[0].final, abs=1e-12)
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "radau"}])
+def test_a_contact_that_rested_before_rests_on_where_another_comes_to_rest(way):
+    # both blocks turn back together, a mass of 2 on a spring of 4: if both rested static friction would hold neither;
+    # of the motions in which one of them gives way it is the one in which the upper block rests on that goes on
+    scene = stack([1, 1], [1, 1], ["7/2", "3/2"], 2.5, (1, 1), (0, 0), (2, 2), ["3/2", "3/2", -1, -1])
+    path = ap.solve(scene, **way)
+    assert told(path)[0] == ("velocity_zero", 0)
+    turn = (sp.pi - sp.atan2(1 / sp.sqrt(2), exactly(5, 4))) / sp.sqrt(2)
+    assert float(path.events[0].t) == pytest.approx(float(turn), abs=1e-7)
+    assert path.modes[:2] == ("slip_opposite+stick", "slip_same+stick")
