@@ -73,7 +73,7 @@ def solve_many(
 ) -> Any:  # fmt: skip
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``method="exact"`` returns an ``Ensemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
+    ``method="exact"`` returns a ``RodEnsemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
     a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
     ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
     ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``FinalStates``: ``final``, the relative ``error`` to expect,

@@ -1,11 +1,12 @@
 r"""The reduced flow: x' = F(x, mu) on a slow manifold, integrated as what it is, a flow that is not stiff.
 
-The branch is carried by its value b, with b' = -g_y^-1 g_x x', so no closed form of it is needed; where g is affine in
-the fast states it is a function of x, and is not carried. The flow to several
-orders is integrated side by side, on the same steps: their differences are the terms that the lower orders omit. It
-stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes within its own time,
-mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold, or where fast and
-slow rates meet, 4 mu |f_y h_x| = |largest real part|, as where a node turns to a focus.
+The branch is carried by its value b, with b' = -g_y^-1 g_x x', so no closed form of it is needed. Where g is affine in
+the fast states, b is a function of x and is not carried.
+
+The flow to several orders is integrated side by side, on the same steps: their differences are the terms that the lower
+orders omit. It stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes
+within its own time, mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold,
+or where fast and slow rates meet, 4 mu |f_y h_x| = |largest real part|, as where a node turns to a focus.
 """
 
 import math

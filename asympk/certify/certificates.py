@@ -322,8 +322,6 @@ def _exact_beginning(case):
     return state, s_sign, 0 if grip > 0 else sign_of(1 - s), touching, None
 
 
-
-
 def _beside_line(case):
     manifold, offset = case.near
     name = MODE_OF[manifold]

@@ -4,7 +4,7 @@ r"""Moreau-Jean time stepping: implicit Euler steps with the friction impulse h 
 
 F opposing z+ with all its strength where z+ is not 0. One step has up to three solutions (slip_same,
 slip_opposite, stick) or none: for h (1 + h) > mu / sigma the determinant of slip_opposite, mu - h (1 + h)
-sigma, has changed its sign_of, and the paradox of the rigid rod is back (Lemma 9).
+sigma, has changed its sign, and the paradox of the rigid rod is back (Lemma 9).
 """
 
 from functools import partial

@@ -1,6 +1,6 @@
 """The ledger: what Fufaev's 1991 paper claims, sentence by sentence, and what holds.
 
-A claim is a function that yields checks; its verdict follows from which of them hold. ``nouns`` has the rule,
+A claim is a function that yields checks; its verdict follows from which of them hold. ``verdicts`` has the rule,
 ``rigid``, ``elastic``, ``geometry``, ``motion`` and ``jumps`` the claims in the paper's order.
 """
 

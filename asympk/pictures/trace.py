@@ -46,7 +46,7 @@ def sampled_modes(path: Path, samples: int) -> list[tuple[str, Any]]:
 
 
 def trace(path: Path, samples: int | None = None) -> list[tuple]:
-    """Return rows of ``columns``, some ``samples`` in all, as ``pieces`` places them.
+    """Return rows of ``column_names``, some ``samples`` in all, as ``sampled_modes`` places them.
 
     Raises ``InputError`` for a number of samples that is none.
     """

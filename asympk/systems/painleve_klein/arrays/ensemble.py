@@ -201,22 +201,22 @@ def _uncommon(arguments, rows, result):
     for name in "xyz":
         if not np.isfinite(given[name]).all():
             require_finite(name, arguments[name].values)
-    story = safeguarded.certain(*given.values())
-    final = np.array([v.astype(float) for v in story.final])
-    doubtful = story.doubtful | ~np.isfinite(final).all(axis=0)
-    endless = ~doubtful & (story.n_events > MOST_EVENTS)
-    result.put(rows, final, story.n_events)
+    followed = safeguarded.certain(*given.values())
+    final = np.array([v.astype(float) for v in followed.final])
+    doubtful = followed.doubtful | ~np.isfinite(final).all(axis=0)
+    endless = ~doubtful & (followed.n_events > MOST_EVENTS)
+    result.put(rows, final, followed.n_events)
     for i in np.flatnonzero(endless).tolist():
-        result.leave(int(rows[i]), _too_many(story, i))
+        result.leave(int(rows[i]), _too_many(followed, i))
     if result.notes is not None:
-        known = ~(doubtful | endless)[story.events[0]]
-        trajectory, kind, *state = (v[known] for v in story.events)
+        known = ~(doubtful | endless)[followed.events[0]]
+        trajectory, kind, *state = (v[known] for v in followed.events)
         result.notes.append((rows[trajectory], kind, *(v.astype(float) for v in state)))
     _one_by_one(arguments, rows[doubtful], result)
 
 
-def _too_many(story, i):
-    t, x, y, z = (float(v[i]) for v in (story.reached, *story.final))
+def _too_many(followed, i):
+    t, x, y, z = (float(v[i]) for v in (followed.reached, *followed.final))
     return TooManyEvents(f"more than {MOST_EVENTS} events by t = {t:.6g}, where (x, y, z) = "
                          f"({x:.6g}, {y:.6g}, {z:.6g}); take a smaller until")  # fmt: skip
 

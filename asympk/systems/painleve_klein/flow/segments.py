@@ -102,7 +102,7 @@ def follow_rod(
     """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
 
     Return the segments of the solution; a state is (x, y, s, z, mu y'). ``known`` are those of the same motion in
-    coarser numbers, to be refined; ``told`` is called with the time of every event.
+    coarser numbers, to be refined; ``on_event`` is called with the time of every event.
     """
     x, y, s, z, s_sign, z_sign = start
     m, t = flow.m, 0 * until

@@ -1,7 +1,7 @@
 r"""The usual segment in doubles: an event in the fast layer of two well separated exponentials, or none at all.
 
-A short cut, nothing else: what it finds is what ``segments`` finds, and whatever is unusual it leaves to
-it by returning None. A root is that of ``rate t = log(r/fast)``, where the fast part balances the rest
+A short cut, nothing else: what it finds is what ``segments`` finds. Whatever is unusual it leaves to ``segments``, by
+returning None. A root is that of ``rate t = log(r/fast)``, where the fast part balances the rest
 r(t) = -(base + k t + slow (e^{slow_rate t} - 1)); so the fast part at the event is known from r, and no exponential of
 it is needed. The root is the first event if s is monotone before it, z is on its way to the plane there, and what does
 not vanish has kept its sign.
