@@ -21,7 +21,7 @@ from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, outcome_of
 from asympk.scene import Scene
-from asympk.symbolic.branches import OPEN, all_phases
+from asympk.symbolic.branches import OPEN, all_phases, at_rest
 
 CHUNK = 4096
 FEW = 3  # rows that cost less one by one
@@ -373,7 +373,7 @@ def _chosen(modes, candidates, t, w, velocities, loads):
             continue
         holds, known = modes.consistent(candidate, t[rows], w[rows])
         doubtful[rows] |= ~known
-        rest = sum(phase.mode == "stick" for phase in candidate)
+        rest = len(at_rest(candidate))
         better, other = holds & (rest > rank[rows]), holds & (rank[rows] >= 0)
         doubtful[rows] |= other if len(candidate) > 1 else holds & (rest == rank[rows])
         found[rows[better]], rank[rows[better]] = modes.index(candidate), rest

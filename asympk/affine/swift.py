@@ -15,7 +15,7 @@ from asympk.affine.forcing import value
 from asympk.arithmetic import Doubles
 from asympk.automaton.modes import function
 from asympk.errors import InputError
-from asympk.symbolic.branches import Branch, Phase
+from asympk.symbolic.branches import Branch, Phase, most_at_rest
 
 _ZERO, _CLEAR = 1e-13, 1e-11
 _ORDERS = 3
@@ -166,13 +166,8 @@ def _decided(table, t, state, possible=None):
         if 0 in mine:
             return None
         holding.append(branch)
-    left = [b for b in holding if not any(_rest(b) < _rest(other) for other in holding)]
+    left = most_at_rest(holding)
     return left[0] if len(left) == 1 else None
-
-
-def _rest(branch):
-    """Return the frictions that rest: at rest stays at rest."""
-    return {k for k, phase in enumerate(branch) if phase.mode == "stick"}
 
 
 def _signs(values, sizes, vanishing):

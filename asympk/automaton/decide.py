@@ -125,10 +125,9 @@ def _follow_on(
         onsets = {k for kind, k in lost if kind == "slip_onset"}
         broken = partial(_breaks_loose, system, resting, points[0], touching, onsets)
         consistent = [branch for branch in consistent if not broken(branch)] or consistent
-    held = {k for k, phase in enumerate(before or ()) if phase.mode == "stick"} - {k for _, k in lost}
-    for kept in (held, {*range(len(system.frictions))}):
-        consistent = _most_at_rest(consistent, kept)
-    return _chosen(system, consistent, t, state, [*product(*phases)])
+    held = branches.at_rest(before or ()) - {k for _, k in lost}
+    left = branches.most_at_rest(branches.most_at_rest(consistent, held))
+    return _chosen(system, left, t, state, [*product(*phases)])
 
 
 def converted(ctx: Any, value: Any) -> Any:
@@ -403,12 +402,6 @@ def _length(expr: sp.Expr) -> int:
 
 
 # the choice
-
-
-def _most_at_rest(consistent: list[Branch], kept: set[int]) -> list[Branch]:
-    """Leave out branches in which a contact of ``kept`` slips that rests, with all that rest there, in another one."""
-    rest = {b: {k for k in kept if b[k].mode == "stick"} for b in consistent}
-    return [b for b in consistent if not any(rest[b] < rest[other] for other in consistent)]
 
 
 def _chosen(system: System, left: list[Branch], t: Any, state: tuple, tried: list[Branch]) -> Branch:

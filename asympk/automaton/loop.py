@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.errors import Accumulation, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
-from asympk.symbolic.branches import Branch
+from asympk.symbolic.branches import Branch, at_rest
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 
@@ -122,9 +122,8 @@ def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
     kind, friction = mode.kinds[hit]
     if kind != "slip_onset" or after[friction].mode != "stick":
         return kind, friction
-    stuck = (k for k, phase in enumerate(mode.branch) if phase.mode == "stick")
-    freed = [k for k in stuck if after[k].mode != "stick"]
-    return ("slip_onset", freed[0]) if freed else ("force_zero", friction)
+    freed = at_rest(mode.branch) - at_rest(after)
+    return ("slip_onset", min(freed)) if freed else ("force_zero", friction)
 
 
 def _require_progress(segments: list[Segment], mode: NumericMode) -> None:

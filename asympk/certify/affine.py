@@ -209,7 +209,7 @@ class _Modes:
             return None
         kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in kept]
         guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
-        sticking = tuple(self._velocity(k) for k, phase in enumerate(branch) if phase.mode == "stick")
+        sticking = tuple(map(self._velocity, sorted(branches.at_rest(branch))))
         return EnclosedMode(mode.name, branch, matrix, guards, sticking, self.field, *self.field.spectrum(matrix))
 
     def _velocity(self, friction):
@@ -222,24 +222,23 @@ class _Modes:
 
     def chosen(self, candidates, state, what):
         """Return (mode, guards that touch) of the one candidate that goes on; at rest stays at rest."""
-        holding, open_ones = [], []
+        holding, open_ones = {}, []
         for branch in candidates:
             verdict, touching = self._verdict(branch, state)
             if verdict > 0:
-                holding.append((branch, touching))
+                holding[branch] = touching
             elif verdict == 0:
                 open_ones.append(branch)
-        rests = [{k for k, phase in enumerate(branch) if phase.mode == "stick"} for branch, _ in holding]
-        best = [pair for pair, rest in zip(holding, rests, strict=True) if not any(rest < other for other in rests)]
+        best = branches.most_at_rest(holding)
         if open_ones or len(best) != 1:
-            names = ", ".join(sorted({branches.mode_name(b) for b in (*open_ones, *(b for b, _ in best))})) or "none"
+            names = ", ".join(sorted({branches.mode_name(b) for b in (*open_ones, *best)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
-        return self.of(best[0][0]), best[0][1]
+        return self.of(best[0]), holding[best[0]]
 
     def _verdict(self, branch, state):
         """Return (1 where a branch holds, -1 where it does not, 0 where that is open; guards that touch)."""
-        for k, phase in enumerate(branch):
-            if phase.mode == "stick" and (moving := _sign(self._velocity(k), state)) != 0:
+        for k in sorted(branches.at_rest(branch)):
+            if (moving := _sign(self._velocity(k), state)) != 0:
                 return (-1 if moving else 0), ()
         mode, verdict, touching = self.of(branch), 1, []
         if mode is None:

@@ -10,7 +10,7 @@ and holds while its guards, expressions that are positive inside it, stay positi
 solves; all else is substitution.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
@@ -53,6 +53,17 @@ class Guard(NamedTuple):
 def mode_name(branch: Branch) -> str:
     """Return the name of the mode: that of every friction, joined by ``+``; ``smooth`` without any."""
     return "+".join(phase.mode for phase in branch) or "smooth"
+
+
+def at_rest(branch: Branch) -> frozenset[int]:
+    """Return the frictions that stick."""
+    return frozenset(k for k, phase in enumerate(branch) if phase.mode == "stick")
+
+
+def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None) -> list[Branch]:
+    """Leave out every branch whose frictions at rest are a part of those in another one; only ``among`` these count."""
+    rest = {b: at_rest(b) if among is None else at_rest(b) & {*among} for b in branches}
+    return [b for b in rest if not any(rest[b] < other for other in rest.values())]
 
 
 def named_branches(system: "System") -> Iterator[Branch]:
