@@ -43,7 +43,7 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
 }
 FINISHED = "finished"
 LEAST_MU = 1e-300
-MOST_STEPS = 10**12
+STEPS, MOST_STEPS = 100_000, 10**12
 
 
 class Work(NamedTuple):
@@ -61,7 +61,8 @@ class Work(NamedTuple):
 class Settings(NamedTuple):
     """How to follow one mode: a method of the family, bounds on the error of a step, and what is left to the run.
 
-    That is a number of steps, and the value of ``time.monotonic`` at which it ends. ``times`` are those to look in at.
+    That is a number of steps, and the value of ``time.monotonic`` at which it ends. ``times`` are those to look in at;
+    with ``keep`` the segment holds all ``steps``.
     """
 
     method: str
@@ -70,6 +71,7 @@ class Settings(NamedTuple):
     steps: int
     deadline: float
     times: Sequence[float] = ()
+    keep: bool = False
 
 
 class Advance(Protocol):
@@ -92,7 +94,7 @@ def run(
     *,
     rtol: float = 1e-6,
     atol: float | None = None,
-    steps: int = 100_000,
+    steps: int = STEPS,
     seconds: float = 60.0,
     events: int = 1000,
 ) -> Path:
@@ -109,9 +111,9 @@ def run(
     return traced(scene, method, rtol=rtol, atol=atol, steps=steps, seconds=seconds, events=events)[0]
 
 
-def traced(scene: Scene, method: str, **options: Any) -> tuple[Path, Run]:
-    """Return the path as ``run`` does, with the segments that it consists of; all ``options`` of ``run`` are given."""
-    joined = _trace(scene, method, options)
+def traced(scene: Scene, method: str, keep: bool = False, **options: Any) -> tuple[Path, Run]:
+    """Return the path as ``run`` does, and the run, with all of its steps to ``keep``; all ``options`` are given."""
+    joined = _trace(scene, method, options, keep=keep)
     work = total(joined)
     info = report(joined.last, work, options)
     at = SteppedDense(endpoints(scene)[0], joined.last.t, partial(_samples, scene, method, options))
@@ -119,7 +121,7 @@ def traced(scene: Scene, method: str, **options: Any) -> tuple[Path, Run]:
     return finished(path), joined
 
 
-def _trace(scene, method, options, times=()):
+def _trace(scene, method, options, times=(), keep=False):
     """Return the ``Run`` of a scene; one that looks in at ``times`` has no limit on its time."""
     start, until = endpoints(scene)
     advance: Advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
@@ -128,7 +130,7 @@ def _trace(scene, method, options, times=()):
 
     def on(mode, t, state, segments):
         left, later = options["steps"] - sum(s.work.steps for s in segments), [v for v in times if v > t]
-        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later)
+        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep)
         try:
             return followed(mode, t, state, until, lambda end: advance(mode, t, state, end, settings))
         except AsympkError:

@@ -1,5 +1,6 @@
 """``method="exact"`` where no closed form is known: a stiff integrator of small tolerance, or collocation."""
 
+from functools import partial
 from typing import Any
 
 from asympk.automaton.loop import Run
@@ -11,7 +12,6 @@ from asympk.systems.automata import automaton_of
 
 INTEGRATOR = "lsoda"
 TOLERANCE = 1e-10
-STEPS = 100_000
 SMALL = 1e-4  # of its scale, a state's size from which on its errors count as large
 NOISE = 1e-7  # of the largest state, a size that may be rounding
 UNBOUNDED = 1e12  # seconds
@@ -30,14 +30,14 @@ def run(
     """
     if digits is not None:
         return collocation.run(scene, digits=digits, events=events, seconds=seconds)
-    steps, seconds = integrate.bounds(STEPS, seconds)
+    steps, seconds = integrate.bounds(integrate.STEPS, seconds)
     events = whole("events", events, 0, integrate.MOST_STEPS)
-    options = {"rtol": TOLERANCE, "steps": steps, "seconds": seconds, "events": events}
-    path, joined = integrate.traced(scene, INTEGRATOR, atol=TOLERANCE, **options)
+    traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=TOLERANCE, steps=steps, seconds=seconds,
+                     events=events)  # fmt: skip
+    path, joined = traced(atol=TOLERANCE)
     scales, found = (1.0,) * len(scene.start), _scales(joined)
     while any(new < SMALL * old for old, new in zip(scales, found, strict=True)):
-        atol = tuple(TOLERANCE * scale for scale in found)
-        path, joined = integrate.traced(scene, INTEGRATOR, atol=atol, **options)
+        path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
         scales, found = found, _scales(joined)
     require_kept(automaton_of(scene), joined.segments, TOLERANCE, scales)
     return path

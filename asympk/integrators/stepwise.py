@@ -50,7 +50,7 @@ def follow_steps(
     watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit = 0, 0, "", None
     samples: list[tuple[float, ...]] = []
-    passed = [(t, state)]
+    passed = [(t, state)] if settings.keep else []
     start, halfway, poles = t, t, mode.pole_values(t, state)
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, settings)
@@ -64,7 +64,8 @@ def follow_steps(
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
         poles = poles if short else mode.require_one_side(poles, t, state)
-        passed.append((t, state))
+        if settings.keep:
+            passed.append((t, state))
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
             samples.append(tuple(solver.dense_output()(times[len(samples)])[:n].tolist()))
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
