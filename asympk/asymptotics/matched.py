@@ -91,6 +91,11 @@ class Slow:
         whole = (*state, t)
         return tuple(whole[k] for k in self.sources)
 
+    def distance(self, order: int, x: tuple, y: tuple, branch: tuple, mu: float) -> float:
+        """Return the largest distance of y from the manifold to ``order``; ``branch`` is its value at x."""
+        height = self.formulas.height[order](*self.formulas.on_branch(x, branch), mu, *self.values)
+        return max(abs(v - h) for v, h in zip(y, height, strict=True))
+
 
 def slow_of(automaton: Automaton, branch: Branch, order: int) -> Slow:
     """Return the slow motion of a branch, its formulas to ``order``."""
@@ -159,8 +164,7 @@ def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: fl
     x, y = point[: slow.slow], point[slow.slow :]
     if abscissa(slow.formulas, x, y, slow.values) <= 0 or (branch := root(slow.formulas, x, y, slow.values)) is None:
         return 1.0
-    height = slow.formulas.height[order](*slow.formulas.on_branch(x, branch), mu, *slow.values)
-    return min(1.0, max(rtol, *(abs(v - h) for v, h in zip(y, height, strict=True))))
+    return min(1.0, max(rtol, slow.distance(order, x, y, branch, mu)))
 
 
 def _fastest(slow: Slow, t: float, state: tuple) -> float:
@@ -215,8 +219,7 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     branch = root(slow.formulas, x, y, slow.values)
     if branch is None or not (rate := -abscissa(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
-    height = slow.formulas.height[order](*slow.formulas.on_branch(x, branch), mu, *slow.values)
-    left = max(abs(v - h) for v, h in zip(y, height, strict=True)) / scale
+    left = slow.distance(order, x, y, branch, mu) / scale
     return t + mu * math.log(max(1.0, left / rtol)) / rate if left < NEAR else math.inf
 
 

@@ -107,10 +107,16 @@ def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, val
     """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
     try:
         turning, *coupling = formulas.slow_rates(*state, mu, *values)
-        largest = abscissa(formulas, state[:slow], formulas.height[0](*state, mu, *values), values)
+        _, largest = _attraction(formulas, state, slow, mu, values)
         return -largest - mu * max(abs(turning), MEETING * math.hypot(*coupling))
     except (ArithmeticError, ValueError):
         return -math.inf
+
+
+def _attraction(formulas, state, slow, mu, values):
+    """Return y on the branch, and the largest real part of an eigenvalue of g_y there."""
+    y = formulas.height[0](*state, mu, *values)
+    return y, abscissa(formulas, state[:slow], y, values)
 
 
 def _check(step, formulas, state, slow, mu, values):
@@ -124,9 +130,8 @@ def _check(step, formulas, state, slow, mu, values):
             t = (low + high) / 2
             low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
         state = step(low)[:size].tolist()
-    y = formulas.height[0](*state, mu, *values)
+    y, largest = _attraction(formulas, state, slow, mu, values)
     where = f"t = {t:.6g}, x = {text(state[:slow])}, y = {text(y)}"
-    largest = abscissa(formulas, state[:slow], y, values)
     raise NotNormallyHyperbolic(
         f"the slow manifold is lost at {where}, by a fold, a change of stability, or slow motion that is not slow: the "
         f"largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller until, or a smaller parameter"
