@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import sympy as sp
 
 from asympk.ledger.runs import evaluated
-from asympk.ledger.trend import is_zero, tends_to_one
+from asympk.ledger.trend import negligible, tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.regimes import thresholds
 from asympk.symbolic.stability import eigenvalues
@@ -45,7 +45,7 @@ def rod_law() -> Iterator[Check]:
     motion = sp.sin(3 * t) / 50
     at = {**_NUMBERS, t: sp.Rational(2, 7)}
     residual = evaluated((law - spring - damper).subs(compression, motion).doit(), at)
-    yield numeric("for Delta l = sin(3 t)/50 at t = 2/7", *is_zero(residual))
+    yield numeric("for Delta l = sin(3 t)/50 at t = 2/7", *negligible(residual))
 
 
 @claim(
@@ -114,7 +114,7 @@ def stick_equation() -> Iterator[Check]:
     (holding,) = sp.solve(elastic.acceleration, rod.F)
     at = {**_NUMBERS, rod.R: 2, rod.ddR1: -3}
     residual = evaluated(elastic.balance.subs(rod.F, holding) - written, at)
-    yield numeric("both agree at numbers", *is_zero(residual))
+    yield numeric("both agree at numbers", *negligible(residual))
 
 
 _SCALES = {
@@ -154,7 +154,7 @@ def _same_acceleration(groups):
     reaction = rod.P * (rho + rate) / sp.cos(rod.alpha)
     physical = rod.elastic_rod().slip(1)[1].subs(rod.R, reaction) * rod.m / rod.P
     scaled = pk.system().mode("slip_same").slow[pk.z].subs({pk.x: rho, pk.y: rate, pk.sigma: groups["sigma"]})
-    return is_zero(evaluated(physical - scaled, _NUMBERS))
+    return negligible(evaluated(physical - scaled, _NUMBERS))
 
 
 @claim("C13", "2", "The value of sigma > 0 does not change the qualitative behaviour")

@@ -9,7 +9,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
 from asympk.ledger.runs import MUS, M, precise, precise_path, ratios
-from asympk.ledger.trend import is_zero, tends_to_one
+from asympk.ledger.trend import negligible, tends_to_one
 from asympk.ledger.verdicts import (
     Check,
     claim,
@@ -203,7 +203,7 @@ def line_of_the_shallow_rod() -> Iterator[Check]:
     near = [abs(end - M.mpf(1) / 5) < 1e-3 for end in ends.values()]
     yield numeric("runs at sigma = -1 and -3/2 end there", all(near))
     yield symbolic_instead("the rest state of Pi1 is x = 1/(sigma + 4)", sp.cancel(rest * (pk.sigma + 4)) == 1, rest)
-    yield numeric_instead("where they do end", all(is_zero(gap)[0] for gap in away.values()))
+    yield numeric_instead("where they do end", all(negligible(gap)[0] for gap in away.values()))
 
 
 @claim(

@@ -8,7 +8,7 @@ from asympk.numbers import Number
 DIGITS = 40
 
 
-def is_zero(residual: Number) -> tuple[bool, str]:
+def negligible(residual: Number) -> tuple[bool, str]:
     """Tell whether a residual, computed to more digits, is zero to 40, and say so."""
     return bool(abs(residual) < 10**-DIGITS), f"zero to {DIGITS} digits"
 

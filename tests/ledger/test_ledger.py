@@ -8,7 +8,7 @@ import pytest
 from asympk import ledger
 from asympk.errors import UnknownName
 from asympk.ledger import verdicts
-from asympk.ledger.trend import is_zero, tends_to_one
+from asympk.ledger.trend import negligible, tends_to_one
 from asympk.output.terminal import claims_as_json, exit_status, summary
 
 MOVES = re.compile(r"(from landing .*)?x (grows|falls|moves|gains)")
@@ -90,7 +90,7 @@ def test_a_trend_needs_ever_smaller_deviations_from_one():
     assert not tends_to_one([1.1, 1.09, 1.08])[0]
     assert not tends_to_one([2.1, 1.001])[0]
     assert not tends_to_one([1 + 1e-5, 1 + 1e-4])[0]
-    assert not is_zero(1e-39)[0]
+    assert not negligible(1e-39)[0]
 
 
 def test_the_json_of_the_ledger_has_the_fixed_keys(claims):
