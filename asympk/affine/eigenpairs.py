@@ -45,7 +45,8 @@ def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | N
     try:
         matrix = (whole / denominator).astype(float)
         values, vectors = _started(matrix, len(whole) - zeros)
-        right, left = _refined(whole, denominator, matrix, values, vectors, bits)
+        with np.errstate(divide="raise", invalid="raise"):  # a matrix of corrections with a row of zeros
+            right, left = _refined(whole, denominator, matrix, values, vectors, bits)
     except (np.linalg.LinAlgError, OverflowError, ArithmeticError):
         return None
     if not _distinct(right.values, bits):

@@ -60,6 +60,7 @@ DEFECTIVE = {
     "resonance": (OSCILLATOR, [0, 0, 0, 0]),
     "two equal oscillators": ([[0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1], [0, 0, -1, 0]], [0, 1, 0, 0]),
     "triple root": ([[-1, 1, 0], [0, -1, 1], [0, 0, -1]], [0, 0, 5]),
+    "triple root left alone": ([[-2, 1, 0], [0, -2, 1], [0, 0, -2]], [0, 0, 0]),
     "nothing moves": ([[0, 0], [0, 0]], [0, 0]),
 }
 
@@ -92,7 +93,7 @@ def test_multiple_eigenvalues_other_than_zero_are_left_to_the_characteristic_pol
     def of(rows, vector):
         return eigenpairs(*in_whole_numbers(AffineMode.of(rows, vector).homogeneous), 320)
 
-    for name in ("coalescence", "resonance", "two equal oscillators", "triple root"):
+    for name in ("coalescence", "resonance", "two equal oscillators", "triple root", "triple root left alone"):
         assert of(*DEFECTIVE[name]) is None
     assert len(of(*DEFECTIVE["free motion"]).zero) == 4
     assert len(of([[0, 1, 0], [-1, 0, 0], [0, 0, 0]], [0, 0, 0]).zero) == 1
