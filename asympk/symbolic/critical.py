@@ -16,7 +16,7 @@ from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
-from asympk.symbolic.signs import nonzero, positive
+from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.system import Mode, System
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
@@ -83,9 +83,7 @@ class CriticalManifold(ShownAsFormulas):
             raise NotNormallyHyperbolic(f"{self._degeneracy()} on {equations(self.branch)}")
         kinds = {"stable": self.attracting, "unstable": self.repelling, "saddle": self.saddle}
         cases = [(sp.Symbol(name), condition) for name, condition in kinds.items() if condition != sp.false]
-        if cases and cases[0][1] == sp.true:
-            return cases[0][0].name
-        return sp.Piecewise(*cases)
+        return cases[0][0].name if len(cases) == 1 else sp.Piecewise(*cases)  # the only one, wherever it exists
 
     @cached_property
     def domain(self) -> sp.Basic:
@@ -207,8 +205,8 @@ def _located(part, states, assumptions):
     if not isinstance(part, (sp.StrictGreaterThan, sp.StrictLessThan)):
         return part
     parameters, rest = sp.factor(part.gts - part.lts).as_independent(*states, as_Add=False)
-    above, below = (positive(sign * parameters, assumptions) for sign in (1, -1))
-    return sp.Or(sp.And(above, positive(rest, assumptions)), sp.And(below, positive(-rest, assumptions)))
+    cases = (conjunction([(parameters, sign), (rest, sign)], assumptions) for sign in (1, -1))
+    return sp.Or(*cases)
 
 
 def _branches(mode, small):

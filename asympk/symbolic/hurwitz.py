@@ -10,7 +10,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.signs import conjunction, nonzero, positive
+from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.values import in_words
 
 _U = sp.Dummy("u", real=True)
@@ -78,9 +78,9 @@ def _no_negative_root(poly, assumptions):
     """Return the condition under which a polynomial in u, not 0 at 0, has no root u < 0."""
     lead, *rest = poly.all_coeffs()
     if len(rest) == 1:
-        return positive(-lead * rest[0], assumptions)
+        return conjunction([(-lead * rest[0], 1)], assumptions)
     if len(rest) == 2:
-        complex_pair = positive(4 * lead * rest[1] - rest[0] ** 2, assumptions)
+        complex_pair = conjunction([(4 * lead * rest[1] - rest[0] ** 2, 1)], assumptions)
         return sp.Or(complex_pair, conjunction([(lead * rest[1], 1), (-lead * rest[0], 1)], assumptions))
     if not poly.free_symbols_in_domain:
         return sp.sympify(poly.count_roots(None, 0) == 0, strict=True)

@@ -13,27 +13,11 @@ import sympy as sp
 from asympk.symbolic.conditions import reduce_under
 
 
-def positive(expr: sp.Expr, assumptions: sp.Basic = sp.true) -> sp.Basic:
-    """Return the condition under which ``expr``, which is not 0, is positive; factors of known sign are left out.
-
-    Symbols are taken as real, and so is ``expr``; a root of something is then positive.
-    """
-    if expr.has(sp.I):
-        return _above(expr)
-    content, factors = factored(expr)
-    rest = sp.sign(content)
-    for factor, power in factors:
-        if power % 2 == 1:
-            rest *= known_sign(factor, assumptions) or factor
-    return _relation(rest, assumptions)
-
-
 def nonzero(expr: sp.Expr, assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which ``expr`` is not 0, factors that never vanish left out."""
-    if expr.has(sp.I) or expr == 0:
-        return sp.Ne(expr, 0)
-    factors = [f for f, _ in factored(expr)[1] if not _never_zero(f, assumptions)]
-    return sp.And(*(_reduced(sp.Ne(f, 0), assumptions) for f in factors))
+    if expr == 0:
+        return sp.false
+    return sp.And(*(_reduced(sp.Ne(f, 0), assumptions) for f, _ in factored(expr)[1] if _vanishes(f, assumptions)))
 
 
 def conjunction(signs: list[tuple[sp.Expr, int]], assumptions: sp.Basic = sp.true) -> sp.Basic:
@@ -42,20 +26,44 @@ def conjunction(signs: list[tuple[sp.Expr, int]], assumptions: sp.Basic = sp.tru
     >>> a, b = sp.symbols("a b", real=True)
     >>> conjunction([(a * b, 1), (a, -1)]), conjunction([(a + b, 1), (-a - b, 1)])
     ((a < 0) & (b < 0), False)
+    >>> conjunction([(a**2 * b, 1)]), conjunction([(a - b, 1)], a >= b)
+    ((b > 0) & Ne(a, 0), a - b > 0)
     """
     known: dict[sp.Expr, int] = {}
-    conditions = []
+    conditions: list[sp.Basic] = []
     for expr, sign in sorted(signs, key=lambda pair: len(factored(pair[0])[1])):
-        rest, unknown = _apart(expr, known, assumptions, even=sign == 0)
-        if not unknown:
-            if rest != sign:
-                return sp.false
-            continue
-        if len(unknown) == 1:
-            known[unknown[0]] = sign * rest
-        left = sp.Mul(*unknown)
-        conditions.append(sp.Eq(left, 0) if sign == 0 else _above(sign * rest * left))
+        conditions += (_of_sign if sign else _vanishing)(expr, sign, known, assumptions)
     return reduce_under(sp.And(*conditions), assumptions)
+
+
+def _of_sign(expr, sign, known, assumptions):
+    """Return relations under which ``expr`` has a sign, 1 or -1; the signs of factors that follow go to ``known``."""
+    content, factors = factored(expr)
+    rest, undecided, conditions = int(sp.sign(content)), [], []
+    for factor, power in factors:
+        told = known.get(factor, known_sign(factor, assumptions))
+        if not (told or factor in known) and power % 2 == 1:
+            undecided.append(factor)
+            continue
+        rest *= told**power if told or factor in known else 1
+        if factor not in known and _vanishes(factor, assumptions):
+            conditions.append(told * factor > 0 if told else sp.Ne(factor, 0))
+    if not undecided:
+        return conditions if rest == sign else [sp.false]
+    if len(undecided) == 1:
+        known[undecided[0]] = sign * rest
+    return [*conditions, _above(sign * rest * sp.Mul(*undecided))]
+
+
+def _vanishing(expr, sign, known, assumptions):
+    """Return the relation under which ``expr`` is 0; a factor that then must be goes to ``known``."""
+    factors = [factor for factor, _ in factored(expr)[1]]
+    if expr == sign or any(known.get(factor) == sign for factor in factors):
+        return []
+    doubtful = [factor for factor in factors if factor not in known and _vanishes(factor, assumptions)]
+    if len(doubtful) == 1:
+        known[doubtful[0]] = sign
+    return [sp.Eq(sp.Mul(*doubtful), sign) if doubtful else sp.false]
 
 
 @lru_cache(maxsize=1024)
@@ -82,28 +90,31 @@ def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
     """Tell whether an inequality follows from bounds on single symbols among ``facts``, put in one for another."""
     if not isinstance(relation, sp.Gt | sp.Lt | sp.Ge | sp.Le):
         return False
-    return _is_known(relation.gts - relation.lts, facts)
+    return _is_known(relation.gts - relation.lts, facts, strict=isinstance(relation, sp.Gt | sp.Lt))
 
 
-def _is_known(difference, facts):
-    """Tell whether ``difference`` is positive by some choice of one bound for each symbol."""
+def _is_known(difference, facts, strict=False):
+    """Tell whether ``difference`` is positive, or not negative, by some choice of one bound for each symbol."""
     for bounds in _bounds(facts):
         moved = difference
         for _ in bounds:  # a bound may name another symbol that has one
             moved = moved.subs(bounds)
-        if sp.factor(moved).is_positive:
+        moved = sp.factor(moved)
+        if moved.is_positive if strict else moved.is_nonnegative:
             return True
     return False
 
 
 def _bounds(relations):
-    """Yield choices of one bound for each symbol, as ``{symbol: bound +- something positive}``."""
+    """Yield choices of one bound for each symbol, as ``{symbol: bound +- something positive, or not negative}``."""
     found = {}
     for r in relations:
-        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.gts.is_Symbol:
-            found.setdefault(r.gts, []).append(r.lts + sp.Dummy(positive=True))
-        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt) and r.lts.is_Symbol:
-            found.setdefault(r.lts, []).append(r.gts - sp.Dummy(positive=True))
+        if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt):
+            beyond = sp.Dummy(positive=True) if isinstance(r, sp.Gt | sp.Lt) else sp.Dummy(nonnegative=True)
+            if r.gts.is_Symbol:
+                found.setdefault(r.gts, []).append(r.lts + beyond)
+            if r.lts.is_Symbol:
+                found.setdefault(r.lts, []).append(r.gts - beyond)
     for choice in product(*found.values()):
         yield dict(zip(found, choice, strict=True))
 
@@ -113,23 +124,12 @@ def _above(expr):
     return sp.StrictGreaterThan(expr, 0, evaluate=False) if expr.has(sp.I) else expr > 0
 
 
-def _never_zero(factor, assumptions):
+def _vanishes(factor, assumptions):
+    """Tell whether a factor may be 0, as far as its symbols and the assumptions tell."""
+    if factor.has(sp.I):
+        return True
     facts = sp.And.make_args(assumptions)
-    signs = (factor, -factor)
-    return any(_relation(f, assumptions) == sp.true for f in signs) or any(_is_known(f, facts) for f in signs)
-
-
-def _apart(expr, known, assumptions, even):
-    """Return the product of the known signs of the factors of ``expr``, and the others, squares only if ``even``."""
-    content, factors = factored(expr)
-    rest, unknown = int(sp.sign(content)), []
-    for factor, power in factors:
-        sign = known.get(factor, known_sign(factor, assumptions))
-        if sign or factor in known:
-            rest *= sign**power
-        elif even or power % 2 == 1:
-            unknown.append(factor)
-    return rest, unknown
+    return not any(_relation(f, assumptions) == sp.true or _is_known(f, facts, strict=True) for f in (factor, -factor))
 
 
 def _relation(expr, assumptions):

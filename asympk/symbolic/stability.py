@@ -246,7 +246,7 @@ def _roots(poly):
 def _pair(spectrum, inertia, damping, stiffness):
     """Return both eigenvalues, the slow one without cancellation, and the mu at which they meet."""
     root = sp.sqrt(1 - sp.cancel(4 * inertia * stiffness / damping**2))
-    meeting = _meeting(damping, sp.cancel(damping**2 - 4 * inertia * stiffness), spectrum.small)
+    meeting = _meeting(sp.cancel(damping**2 - 4 * inertia * stiffness), spectrum.small)
     if meeting is None:
         return spectrum
     return Eigenvalues(
@@ -258,13 +258,11 @@ def _pair(spectrum, inertia, damping, stiffness):
     )
 
 
-def _meeting(damping, discriminant, small):
+def _meeting(discriminant, small):
     """Return the root in mu of the discriminant that is nearest to 0, or None where it is of a higher degree."""
     poly = sp.Poly(discriminant, small)
-    if poly.degree() == 1 and not damping.has(small):
-        return sp.solve(discriminant / damping, small)[0]
     if poly.degree() == 1:
-        return sp.solve(discriminant, small)[0]
+        return sp.cancel(-poly.nth(0) / poly.nth(1))
     if poly.degree() != 2:
         return None
     a, b, c = poly.all_coeffs()
@@ -313,6 +311,6 @@ def _bound(part, small, assumptions):
     if not excess.is_polynomial(small) or sp.degree(excess, small) != 1:
         return part
     slope = sp.Poly(excess, small).coeff_monomial(small)
-    sign = known_sign(slope, assumptions)
+    sign = known_sign(slope, assumptions) if nonzero(slope, assumptions) == sp.true else 0
     end = sp.expand(-sp.cancel(excess.subs(small, 0) / slope))
     return {1: small > end, -1: small < end, 0: part}[sign]

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 import asympk as ap
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic, OrderError
-from asympk.symbolic.critical import critical_manifolds, positive
+from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.manifold import C, integral_curves, invariance_residual, reduced_flow, rest_state
+from asympk.symbolic.signs import conjunction
 
 x, y, z = sp.symbols("x y z", real=True)
 u, v, w = sp.symbols("u v w")
@@ -303,9 +304,9 @@ def test_every_branch_tells_its_stability_or_the_condition_for_it():
 
 
 def test_conditions_keep_only_the_factors_whose_sign_is_open():
-    assert positive((sigma + 4) * sigma / (sigma + 3) ** 2, sigma > -2) == (sigma > 0)
-    assert positive(-(kappa + lam) / sigma**3, sp.true) == (sigma < 0)
-    assert positive(sp.Integer(-3)) == sp.false
+    assert conjunction([((sigma + 4) * sigma / (sigma + 3) ** 2, 1)], sigma > -2) == (sigma > 0)
+    assert conjunction([(-(kappa + lam) / sigma**3, 1)]) == (sigma < 0)
+    assert conjunction([(sp.Integer(-3), 1)]) == sp.false
 
 
 def test_a_coefficient_beyond_the_order_is_an_error_that_says_what_is_known():

@@ -95,3 +95,41 @@ def test_a_nonlinear_mode_is_refused_by_name():
     x, y, mu = sp.symbols("x y mu")
     with pytest.raises(NotDerivable, match="not linear"):
         stability.eigenvalues(System.smooth(slow={x: y}, fast={y: (1 - x**2) * y - x}, small=mu))
+
+
+a, b = sp.symbols("a b", real=True)
+SQUARES_AND_BOUNDS = {
+    "a rate that is a square": ((1, (a - b) ** 2), sp.true),
+    "a stiffness that is a square": ((1, 1, (a - b) ** 2), sp.true),
+    "a stiffness that may reach its bound": ((1, 1, a - b), a >= b),
+    "a damping that may reach its bound": ((1, a, 1), a >= 0),
+    "a damping that is a square": ((1, a**2, 1), sp.true),
+    "three rates": ((1, b**2, 2, a**2), sp.true),
+}
+
+
+@pytest.mark.parametrize("name", SQUARES_AND_BOUNDS)
+def test_a_kind_is_told_just_where_numbers_tell_it_squares_and_closed_bounds_included(name):
+    (_, *coefficients), assumptions = SQUARES_AND_BOUNDS[name]
+    states = sp.symbols(f"x:{len(coefficients)}")
+    last = -sum(c * x for c, x in zip(reversed(coefficients), states, strict=True))
+    system = System.smooth(dict(zip(states, (*states[1:], last), strict=True)), {}, None, assumptions=assumptions)
+    (found,) = stability.eigenvalues(system)
+    for at in ({a: p, b: q} for p in (-1, 0, 1, 3) for q in (0, 1, 3)):
+        if assumptions.subs(at) == sp.true:
+            told = [kind for kind, condition in found.kinds if condition.subs(at) == sp.true]
+            assert told == kind_of_numbers(found, {s: at[s] for s in found.polynomial.free_symbols & {a, b}})
+
+
+def kind_of_numbers(spectrum, values):
+    try:
+        return [spectrum.kind(values)]
+    except InputError:
+        return []
+
+
+def test_eigenvalues_that_meet_at_a_negative_mu_have_that_as_their_radius():
+    x, y = sp.symbols("x y")
+    mu = sp.Symbol("mu", positive=True)
+    (found,) = stability.eigenvalues(System.smooth({x: y}, {y: 2 * x - a * y}, mu))
+    assert (found.coalescence, found.radius) == (-(a**2) / 8, a**2 / 8)
