@@ -31,6 +31,7 @@ def test_the_arrow_names_every_part_and_no_other():
     assert set(ARROW) == {part_of(name, ARROW) for name in MODULES}
 
 
+@pytest.mark.slow
 def test_the_drawing_has_an_arc_for_every_import_and_all_lead_upwards():
     axes = arrow_drawing(ARROW).axes[0]
     assert len(axes.patches) == len(between_parts(ARROW)) > 50

@@ -35,6 +35,7 @@ def test_the_sessions_of_a_page_print_what_it_says(name, least, desk):
     assert runner.failures == 0, "".join(told)
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_pages_run(desk, capsys):
     lines = "\n".join(re.findall(r"```sh\n(.*?)```", "".join(PAGES.values()), re.DOTALL)).splitlines()
     commands = [shlex.split(line, comments=True) for line in lines if line]

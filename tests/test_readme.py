@@ -23,7 +23,11 @@ def test_ci_runs_the_two_commands_of_the_readme():
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert "README.md" in script
     assert install.startswith("python3 -m venv --without-pip .venv")
-    assert test == ".venv/bin/python -m pytest -n auto"
+    assert test == '.venv/bin/python -m pytest -n auto -m "not slow"'
+
+
+def test_ci_runs_the_slow_tests_that_the_readme_leaves_out():
+    assert (ROOT / ".ci" / "run").read_text(encoding="utf-8").endswith("\n.venv/bin/python -m pytest -n auto -m slow\n")
 
 
 def test_ci_installs_the_peers_before_it_runs_the_tests():

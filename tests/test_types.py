@@ -27,6 +27,7 @@ def complaints(tmp_path_factory):
     return [line for line in found.splitlines() if "wrong.py" in line]
 
 
+@pytest.mark.slow
 def test_a_type_checker_refuses_what_is_no_scene_and_names_that_do_not_exist(complaints):
     assert len(complaints) == len(WRONG)
     for line, said in zip(complaints, WRONG.values(), strict=True):
@@ -37,6 +38,7 @@ def test_completion_shows_public_names_alone():
     assert {name for name in dir(ap) if not name.startswith("__")} == set(ap.__all__)
 
 
+@pytest.mark.slow
 def test_a_type_checker_sees_every_public_name():
     text = Path(ap.__file__).read_text(encoding="utf-8")
     for name in ap.__all__:

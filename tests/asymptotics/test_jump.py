@@ -155,6 +155,7 @@ def test_an_arrival_on_the_shallow_side_changes_x_and_z_by_order_mu_alone():
 # against the exact flow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("s", "start", "way"), CASES)
 @pytest.mark.parametrize("order", [0, 1])
 def test_error_of_the_jump_map_tends_to_its_first_omitted_terms(s, start, way, order):

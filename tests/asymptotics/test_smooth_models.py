@@ -82,6 +82,7 @@ def test_the_slow_motion_in_numbers_is_that_of_the_symbolic_expansion():
     assert known.flow[2](1.0, 0.5, *branch, 0.01) == pytest.approx([float(flow[s].subs(at)) for s in (x, w, u, v)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_the_composite_is_wrong_by_mu_to_the_next_power_uniformly(name, order):

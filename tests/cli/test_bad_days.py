@@ -224,6 +224,7 @@ KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile
                         "seed", "count", "chunk"])  # fmt: skip
 
 
+@pytest.mark.slow
 @calm(300)
 @given(table=st.dictionaries(KEYS, VALUES, max_size=9), good=st.booleans(), kind=st.sampled_from(["scene", "sweep"]))
 def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):

@@ -117,6 +117,7 @@ def tiny(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_the_full_chart_writes_the_rows_that_are_kept(tiny, capsys, monkeypatch):
     from asympk.output import paper
 
@@ -135,11 +136,13 @@ def without_rk45(tiny, monkeypatch):
     return tiny
 
 
+@pytest.mark.slow
 def test_the_full_chart_without_a_peer_is_refused_in_one_line(without_rk45, capsys):
     status, out, err = run(capsys, "chart", "--root", str(without_rk45))
     assert (status, out, err) == (2, "", "asympk: the full chart runs rk45 too: pip install 'some-package'\n")
 
 
+@pytest.mark.slow
 def test_the_quick_chart_does_without_a_peer_prints_its_files_and_leaves_the_kept_rows_alone(without_rk45, capsys):
     from asympk.storage.rows import read_rows
 

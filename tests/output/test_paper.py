@@ -190,6 +190,7 @@ def built(tmp_path_factory):
     return root / "paper"
 
 
+@pytest.mark.slow
 def test_what_the_paper_is_made_of_is_as_it_is_committed(built):
     made = [file.relative_to(built) for part in ("rows", "tables") for file in (built / "generated" / part).iterdir()]
     assert len(made) > 20
@@ -197,6 +198,7 @@ def test_what_the_paper_is_made_of_is_as_it_is_committed(built):
         assert (built / name).read_bytes() == (PAPER / name).read_bytes(), name
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("latexmk"), reason="latexmk is not installed")
 @pytest.mark.parametrize("name", paper.DOCUMENTS)
 def test_the_paper_compiles_to_the_same_bytes_twice_without_a_complaint(built, name):

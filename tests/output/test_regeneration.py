@@ -34,6 +34,7 @@ def regenerated(tmp_path_factory):
     return root / "paper" / "generated", run.stdout
 
 
+@pytest.mark.slow
 def test_every_regenerated_file_is_the_committed_one(regenerated):
     out, _ = regenerated
     made = sorted(path.relative_to(out) for path in out.rglob("*") if path.is_file())
@@ -41,6 +42,7 @@ def test_every_regenerated_file_is_the_committed_one(regenerated):
     assert [name for name in made if (out / name).read_bytes() != (COMMITTED / name).read_bytes()] == []
 
 
+@pytest.mark.slow
 def test_no_committed_derivation_or_table_is_left_over(regenerated):
     out, _ = regenerated
     for part in ("derivations", "tables"):
@@ -57,6 +59,7 @@ def test_tables_of_what_was_computed_are_those_of_the_kept_rows():
             assert (COMMITTED / "tables" / f"{table.name}.{end}").read_text(encoding="utf-8") == dress(table)
 
 
+@pytest.mark.slow
 def test_the_summary_tells_the_verdicts_and_the_corrections(regenerated):
     _, screen = regenerated
     assert "43 claims" in screen
@@ -65,6 +68,7 @@ def test_the_summary_tells_the_verdicts_and_the_corrections(regenerated):
     assert max(map(len, screen.splitlines())) <= 120
 
 
+@pytest.mark.slow
 def test_derivations_are_silent_and_end_in_results(regenerated):
     out, screen = regenerated
     assert screen.startswith("Fufaev 1991")

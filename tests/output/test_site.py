@@ -97,6 +97,7 @@ def test_folders_that_a_later_report_leaves_empty_are_removed(tmp_path):
     assert [file.name for file in (tmp_path / "out").iterdir()] == [LIST]
 
 
+@pytest.mark.slow
 def test_every_kind_of_page_is_there(built):
     wanted = ["index", "howto", "own", "models", "api", "glossary", "lemmas", "architecture", "article/index"]
     wanted += [f"systems/{name}" for name in SYSTEMS]
@@ -104,6 +105,7 @@ def test_every_kind_of_page_is_there(built):
     assert [name for name in wanted if not (built / f"{name}.html").is_file()] == []
 
 
+@pytest.mark.slow
 def test_nothing_is_loaded_from_elsewhere(built, pages):
     for file, page in pages.items():
         for load in page.loads:
@@ -113,6 +115,7 @@ def test_nothing_is_loaded_from_elsewhere(built, pages):
         assert not re.search(r"@import|url\([\"']?(?:https?:)?//", sheet.read_text(encoding="utf-8")), sheet
 
 
+@pytest.mark.slow
 def test_every_link_leads_somewhere(pages):
     for file, page in pages.items():
         for link in page.links:
@@ -125,6 +128,7 @@ def test_every_link_leads_somewhere(pages):
                 assert unquote(parts.fragment) in pages[target].ids, f"{file.name}: {link}"
 
 
+@pytest.mark.slow
 def test_every_formula_is_mathml_and_none_is_left_as_latex(built):
     for file in built.rglob("*.html"):
         text = file.read_text(encoding="utf-8")
@@ -134,12 +138,14 @@ def test_every_formula_is_mathml_and_none_is_left_as_latex(built):
     assert (built / "article" / "index.html").read_text("utf-8").count("<math") > 500
 
 
+@pytest.mark.slow
 def test_examples_and_equations_of_docstrings_stand_in_the_reference_as_they_are_written(built):
     words = re.sub(r"<[^>]+>", "", (built / "api.html").read_text(encoding="utf-8"))
     assert "-x + y*(1 - x**2)" in words
     assert re.findall(r"\\[*|]", words) == []
 
 
+@pytest.mark.slow
 def test_every_picture_says_in_words_what_it_shows(pages):
     for file, page in pages.items():
         assert None not in page.alts, file.name
@@ -148,6 +154,7 @@ def test_every_picture_says_in_words_what_it_shows(pages):
             assert min(map(len, page.alts)) > 30
 
 
+@pytest.mark.slow
 def test_every_float_of_the_paper_is_in_the_article(built):
     source = article.with_sections((ROOT / "paper" / "main.tex").read_text(encoding="utf-8"), ROOT / "paper")
     html = (built / "article" / "index.html").read_text(encoding="utf-8")
@@ -159,6 +166,7 @@ def contents(folder):
     return {file.relative_to(folder): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
+@pytest.mark.slow
 def test_the_same_sources_in_another_place_and_at_another_time_are_set_to_the_same_bytes(built, tmp_path):
     shutil.copytree(built.parent / "source", tmp_path / "elsewhere", ignore=shutil.ignore_patterns("derivations"))
     site.set_pages(tmp_path / "elsewhere", tmp_path / "out", tmp_path / "doctrees")
@@ -167,6 +175,7 @@ def test_the_same_sources_in_another_place_and_at_another_time_are_set_to_the_sa
     assert [name for name in first if first[name] != second[name]] == []
 
 
+@pytest.mark.slow
 def test_the_page_and_the_pictures_of_a_system_are_the_same_each_time(built, tmp_path):
     write_page("held_rod", tmp_path)
     first, second = contents(tmp_path), contents(built.parent / "source" / "systems")

@@ -9,6 +9,7 @@ from asympk.pictures.figures import save
 from asympk.pictures.sketches import SKETCHES, sketch
 
 
+@pytest.mark.slow
 def test_every_text_is_on_the_sheet_and_lies_on_no_other():
     assert flaws(drawings.draw_system()) == []
 

@@ -26,6 +26,7 @@ def computed():
     return [vars(row) for row in rows(sigmas=("-1/2", "1/2"), mus=FEW)]
 
 
+@pytest.mark.slow
 def test_the_kept_rows_are_those_that_the_package_computes(kept, computed):
     chosen = [row for row in kept if row["sigma"] in ("-1/2", "1/2") and row["mu"] in map(float, FEW)]
     assert chosen == computed
@@ -37,6 +38,7 @@ def test_every_expansion_order_and_sigma_is_there(kept):
     assert all([row["mu"] for row in group] == list(map(float, MUS)) for group in by_quantity(kept))
 
 
+@pytest.mark.slow
 def test_the_error_over_the_first_omitted_term_tends_to_one_monotonically(computed):
     for group in by_quantity(computed):
         sizes = [abs(row["excess"]) for row in group]

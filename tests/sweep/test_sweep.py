@@ -237,6 +237,7 @@ def whole(tmp_path_factory):
     return folder / "whole"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [(), ("--workers", "2")])
 def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path, whole, workers):
     out = tmp_path / "killed"

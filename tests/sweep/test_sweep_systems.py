@@ -218,6 +218,7 @@ def test_a_dask_cluster_computes_the_same_bits(plain, tmp_path):
     assert _bytes(tmp_path / "out") == _bytes(plain)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("workers", [(), ("--workers", "2")])
 def test_killed_and_resumed_equals_the_uninterrupted_sweep(plain, tmp_path, workers):
     (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))

@@ -85,6 +85,7 @@ def lowest_power_of_the_residual(manifold, point):
     return min((k for (k,), _ in residual.terms()), default=None) if residual else None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_residual_of_the_invariance_equation_vanishes_to_the_order_asked_and_not_beyond(name):
     slow, fast, branch = SYSTEMS[name]
@@ -112,6 +113,7 @@ def test_the_order_in_which_a_branch_names_its_variables_does_not_matter():
     assert turned.expr == straight.expr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Michaelis-Menten", "van der Pol"])
 def test_order_20_satisfies_the_invariance_equation_exactly_at_a_rational_point(name):
     slow, fast, branch = SYSTEMS[name]
@@ -129,6 +131,7 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
         assert sp.simplify(a.subs(u, positive_u) - b.subs(u, positive_u**2)) == 0
 
 
+@pytest.mark.slow
 @settings(derandomize=True, deadline=None, max_examples=12)
 @given(
     st.lists(st.integers(-3, 3), min_size=6, max_size=6),

@@ -165,6 +165,7 @@ def test_the_kinds_of_a_mode_of_many_states_are_those_of_its_eigenvalues():
     assert seen == {"stable", "saddle"}
 
 
+@pytest.mark.slow
 def test_conditions_for_the_kinds_of_three_eigenvalues_hold_where_the_roots_say_so_and_exclude_one_another():
     system, rng, seen = SYSTEMS["oscillating_support"], random.Random(10), set()
     for spectrum in ap.eigenvalues(system):

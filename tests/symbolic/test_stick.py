@@ -18,6 +18,7 @@ SIGMAS = [Fraction(n, 4) for n in (-7, -6, -5, -4, -3, -1, 0, 1, 4, 12)]
 LOADS = [Fraction(n, 12) for n in range(-40, 41)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sigma", SIGMAS)
 @pytest.mark.parametrize("extra", [Fraction(0), Fraction(1, 3), Fraction(3)])
 def test_regions_are_where_the_cone_says_for_every_sigma(sigma, extra):

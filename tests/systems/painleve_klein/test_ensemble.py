@@ -229,6 +229,7 @@ def test_a_trajectory_alone_has_the_same_bits_as_among_others():
         assert events_of(one.events(), 0) == events_of(many.events(), i)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("chunk", "block"), [(7, 3), (64, 64), (333, 10), (10**6, 10**6)])
 def test_results_do_not_depend_on_where_chunks_end(monkeypatch, chunk, block):
     given = mixed()
@@ -411,6 +412,7 @@ def test_an_undecided_trajectory_is_told_by_its_outcome(monkeypatch):
         ap.solve_many(*given, strict=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep", [True, False])
 def test_events_in_chunks_are_the_events(keep):
     given = mixed(300)

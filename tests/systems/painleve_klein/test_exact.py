@@ -376,6 +376,7 @@ def slipping(sigma, mu, start, times):
     return states[:3, : len(times)]
 
 
+@pytest.mark.slow
 def test_no_stop_is_missed_after_the_second_extremum_of_the_load():
     stops = 0
     for sigma, mu, start, until in oscillating(150):
