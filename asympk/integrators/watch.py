@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 PARTS = (0.25, 0.5, 0.75)  # of a step: the times at which the rates are looked at in the search
+STEEPER = 16
 
 
 class Look(NamedTuple):
@@ -20,11 +21,14 @@ class Look(NamedTuple):
 
 
 def near(before: Look, after: Look, k: int) -> Any:
-    """Tell whether guard ``k`` may come to zero between two looks: it turns, or the tangents at the two cross zero."""
+    """Tell whether guard ``k`` may come to zero between two looks: the tangents at the two cross zero, or it turns.
+
+    One that turns so gently that it would have to fall ``STEEPER`` times as fast between the looks as at them does not.
+    """
     start, end = before.rates[k], after.rates[k]
     fastest = (abs(start) + abs(end) + abs(abs(start) - abs(end))) / 2  # the larger, for traced numbers too
-    crosses = before.values[k] + after.values[k] < (after.t - before.t) * fastest
-    return ((start < 0) & (end > 0)) | crosses
+    above, fall = before.values[k] + after.values[k], (after.t - before.t) * fastest
+    return (above < fall) | ((start < 0) & (end > 0) & (above < STEEPER * fall))
 
 
 def first_lost(

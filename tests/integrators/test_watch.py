@@ -1,0 +1,42 @@
+"""What is looked at within a step: guards that may come to zero there, and no others."""
+
+import pytest
+from scipy.optimize import brentq
+
+from asympk.integrators.watch import Look, first_lost
+
+
+def lost(value, rate, low, high, asked=None):
+    looks = (Look(t, [value(t)], [rate(t)]) for t in (low, high))
+
+    def values(t):
+        assert asked is None or asked.append(t) is None
+        return [value(t)]
+
+    return first_lost(*looks, values, lambda t: [rate(t)], brentq)
+
+
+@pytest.mark.parametrize("depth", [1e-12, 1e-3, 0.3])
+def test_a_guard_that_leaves_and_comes_back_within_a_step_is_lost_where_it_leaves(depth):
+    t, guard = lost(lambda t: t * t - depth, lambda t: 2 * t, -1, 1)
+    assert (t, guard) == (pytest.approx(-(depth**0.5), rel=1e-12), 0)
+
+
+def test_a_guard_far_off_its_zero_that_trembles_with_the_steps_is_not_searched_for():
+    asked = []
+    assert lost(lambda t: 1 + 1e-6 * t * t, lambda t: 2e-6 * t, -1, 1, asked) is None
+    assert asked == []
+
+
+def test_a_guard_that_falls_ten_times_as_fast_within_a_step_as_at_its_ends_is_lost():
+    """g = 1.8 - 2 (1 - t^2)^2 (1 + t^2 / 8) - (1 - t^2) / 10 falls by 0.2 at the ends, by 3 between them."""
+    def value(t):
+        return 1.8 - 2 * (1 - t * t) ** 2 * (1 + t * t / 8) + 0.1 * (t * t - 1)
+
+    def rate(t):
+        return 8 * t * (1 - t * t) * (1 + t * t / 8) - t * (1 - t * t) ** 2 / 2 + 0.2 * t
+
+    t, guard = lost(value, rate, -1, 1)
+    assert guard == 0
+    assert value(t) == pytest.approx(0, abs=1e-12)
+    assert t < 0
