@@ -14,7 +14,7 @@ import numpy as np
 
 from asympk.affine.forcing import value
 from asympk.affine.functions import Arrays
-from asympk.affine.rows import follow_rows, rows_of
+from asympk.affine.moderows import follow_rows, rows_of
 from asympk.affine.run import affine, flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function

@@ -173,8 +173,8 @@ def _settled(formulas, first, x, y, values, order, tolerances):
             break
         found.append(last)
         now = last.end[: len(y)]
-    raise OutOfRange(f"the layer from y = {text(y)} at x = {text(x)} does not settle on an attracting branch: after at "
-                     f"most {STEPS} steps, at tau = {_reached(found):.6g}, y = {text(now)}")  # fmt: skip
+    raise OutOfRange(f"the layer from y = {listed(y)} at x = {listed(x)} does not settle on an attracting branch: "
+                     f"after at most {STEPS} steps, at tau = {_reached(found):.6g}, y = {listed(now)}")  # fmt: skip
 
 
 def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:
@@ -187,8 +187,8 @@ def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: t
     branch = root(formulas, x, now, values) if size < NEAR * scale else None
     rate = -abscissa(formulas, x, branch, values) if branch else 0
     if branch and size < 1e-14 * scale and rate <= 0:
-        raise OutOfRange(f"the start y = {text(now)} lies on a branch that does not attract: the largest real part of "
-                         f"an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
+        raise OutOfRange(f"the start y = {listed(now)} lies on a branch that does not attract: the largest real part "
+                         f"of an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
     return (branch if rate > 0 else None), rate
 
 
@@ -196,7 +196,7 @@ def _reached(found):
     return found[-1].after if found else 0.0
 
 
-def text(numbers: Iterable[float]) -> str:
+def listed(numbers: Iterable[float]) -> str:
     """Return numbers for a message."""
     return ", ".join(f"{v:.6g}" for v in numbers)
 

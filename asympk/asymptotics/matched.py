@@ -19,7 +19,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, abscissa, newton, root, text
+from asympk.asymptotics.landing import NEAR, abscissa, listed, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import Automaton, NumericMode
@@ -200,7 +200,7 @@ def _in_mode(
         if lost:
             return tuple(found), lost
     raise OutOfRange(f"the layer of {mode.name} from t = {course.t:.6g} does not settle: at t = {t:.6g} it is at "
-                     f"{text(now)}")  # fmt: skip
+                     f"{listed(now)}")  # fmt: skip
 
 
 def _during(trajectory, began, size):
@@ -244,8 +244,8 @@ def slowly(automaton: Automaton, course: MatchedPath, until: float, mu: float, o
         whole = (*at[: slow.slow], *height(*at, mu, *slow.values))
         return mode.guard_values(course.t + span, tuple(whole[k] for k in slow.places))
 
-    left = until - course.t
-    found = reduced.reduced_flow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
+    follow, left = reduced.follow_reduced_flow, until - course.t
+    found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
     places = list(slow.places)
     stretch = Stretch(course.t, mode.name, lambda u: found.states(u)[0][places])
     t, state = course.t + found.end, tuple(stretch.states(found.end).tolist())

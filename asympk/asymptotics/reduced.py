@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.landing import abscissa, root, text
+from asympk.asymptotics.landing import abscissa, listed, root
 from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
@@ -58,7 +58,7 @@ class Reduced:
         return np.array(found).reshape(len(found), len(found[0]), *t.shape)
 
 
-def reduced_flow(
+def follow_reduced_flow(
     formulas: Formulas,
     orders: tuple[int, ...],
     starts: list[np.ndarray],
@@ -89,7 +89,7 @@ def reduced_flow(
         _check(step, formulas, step.end[:size], slow, mu, values)
     if until > 0 and (not found or found[-1].after < end):
         t, last = (found[-1].after, found[-1].end) if found else (0.0, first)
-        raise OutOfRange(f"the reduced flow ends at t = {t:.6g} near {text(last[:size])}: its states grow beyond "
+        raise OutOfRange(f"the reduced flow ends at t = {t:.6g} near {listed(last[:size])}: its states grow beyond "
                          "bounds, or its steps become too small")  # fmt: skip
     return Reduced(formulas, orders, slow, mu, values, end, guard, Trajectory(first, tuple(found)))
 
@@ -98,7 +98,7 @@ def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], val
     """Return the point of the branch at x that Newton's method finds from ``near``; raises ``OutOfRange``."""
     b = root(formulas, x, near, values)
     if b is None:
-        raise OutOfRange(f"the base point x = {text(x)} is off the branch that the layer settles on; the small "
+        raise OutOfRange(f"the base point x = {listed(x)} is off the branch that the layer settles on; the small "
                          "parameter is not small here")  # fmt: skip
     return np.array(formulas.on_branch(x, b))
 
@@ -131,7 +131,7 @@ def _check(step, formulas, state, slow, mu, values):
             low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
         state = step(low)[:size].tolist()
     y, largest = _attraction(formulas, state, slow, mu, values)
-    where = f"t = {t:.6g}, x = {text(state[:slow])}, y = {text(y)}"
+    where = f"t = {t:.6g}, x = {listed(state[:slow])}, y = {listed(y)}"
     raise NotNormallyHyperbolic(
         f"the slow manifold is lost at {where}, by a fold, a change of stability, or slow motion that is not slow: the "
         f"largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller until, or a smaller parameter"

@@ -98,7 +98,7 @@ def layered_motion(
     orders = tuple(range(order, order + EXTRA + 1))
     powers = mu ** np.arange(order + EXTRA + 1)
     starts = [reduced.branch_at(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
-    flow = reduced.reduced_flow(known, orders, starts, slow, mu, values, until, rtol)
+    flow = reduced.follow_reduced_flow(known, orders, starts, slow, mu, values, until, rtol)
     return LayeredMotion(landing, flow, rtol, kept)
 
 

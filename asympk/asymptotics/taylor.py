@@ -79,7 +79,7 @@ def evaluated(expr: sp.Expr, values: dict, tape: Any) -> Any:
     return _function(expr, values, tape)
 
 
-def scalar(expr: sp.Expr, value: Any, tape: Any) -> Any:
+def at_number(expr: sp.Expr, value: Any, tape: Any) -> Any:
     """Return a function of ``U`` at a node or number, written on the tape."""
     if expr.is_Function and expr.args == (U,) and type(expr).__name__ in FUNCTIONS:
         return tape.call(type(expr).__name__, value)
@@ -105,7 +105,7 @@ class _Scalars(dict):
         )  # fmt: skip
 
     def __missing__(self, expr):
-        return scalar(expr, self[U], self.tape)
+        return at_number(expr, self[U], self.tape)
 
 
 def _function(expr, values, tape):
@@ -114,10 +114,10 @@ def _function(expr, values, tape):
     outer, inner = (U**expr.exp, expr.base) if expr.is_Pow else (expr.func(U), expr.args[0])
     at = evaluated(inner, values, tape)
     if not isinstance(at, Taylor):
-        return scalar(outer, at, tape)
+        return at_number(outer, at, tape)
     rest = Taylor({i: c for i, c in at.terms.items() if i != (0, 0)}, at.degree)
     count = at.degree + 1 if rest.terms else 1
-    return _geometric(rest, [scalar(d, at[0, 0], tape) * Fraction(1, factorial(i))
+    return _geometric(rest, [at_number(d, at[0, 0], tape) * Fraction(1, factorial(i))
                              for i, d in enumerate(_derivatives(outer, count))])  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_scene, meter, scene_file, scene_numbers, whole_number
+from asympk.cli.options import add_scene, given_scene, meter, scene_numbers, whole_number
 
 HELP = "prove what a scene does, in ball arithmetic"
 
@@ -44,7 +44,7 @@ def _prove_scene(options: Namespace) -> int:
     from asympk.output.terminal import certificates_as_json, certificates_as_text
 
     box = {name: ends for name, *ends in options.box or ()}
-    scene = scene_file(options).scene
+    scene = given_scene(options).scene
     with meter("proving"):
         found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))

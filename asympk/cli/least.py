@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_scene, meter, scene_file
+from asympk.cli.options import add_scene, given_scene, meter
 
 HELP = "find the least model that a scene needs"
 
@@ -20,7 +20,7 @@ def run(options: Namespace) -> None:
     from asympk.output.terminal import ladder_as_json, ladder_as_text
     from asympk.studies.least import least_model
 
-    scene = scene_file(options).scene
+    scene = given_scene(options).scene
     with meter("climbing the ladder of models"):
         ladder = least_model(scene, options.rtol, options.seconds)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))

@@ -32,7 +32,7 @@ def scene_numbers(options: Namespace) -> dict:
     return {name: value for name, value in given.items() if value is not None}
 
 
-def scene_file(options: Namespace) -> "SceneFile":
+def given_scene(options: Namespace) -> "SceneFile":
     """Return the ``SceneFile`` that the options name, their own numbers replacing the file's; raises ``InputError``."""
     from asympk.errors import InputError
     from asympk.scene import Scene

@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from asympk.cli.options import add_scene, meter, scene_file, whole_number
+from asympk.cli.options import add_scene, given_scene, meter, whole_number
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
@@ -32,7 +32,7 @@ def run(options: Namespace) -> None:
 
     given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
     given = {name: value for name, value in given.items() if value is not None}
-    scene = scene_file(options).scene
+    scene = given_scene(options).scene
     with meter("following the scene", log=True) as shown:
         path = solve(scene, options.method, **given, **_reaching(scene, options, shown))
     if options.physical:

@@ -32,7 +32,7 @@ FAMILIES = {
     "radau": "scipy_ivp",
     "bdf": "scipy_ivp",
     "lsoda": "scipy_ivp",
-    "heyoka": "taylor",
+    "heyoka": "heyoka_taylor",
     "cvode": "sundials",
     "kvaerno5": "diffrax_dirk",
 }

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from asympk.ledger.runs import evaluated
+from asympk.ledger.runs import value_at
 from asympk.ledger.trend import negligible, tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.regimes import thresholds
@@ -25,7 +25,7 @@ def kinematics() -> Iterator[Check]:
     for name, exact, first in zip(names, rod.geometry(), rod.small_angle(), strict=True):
         yield symbolic(f"{name} is this to first order in x1 - x2", _slope(exact - first) == 0, first)
         second = sp.diff(exact, rod.delta, 2).subs(rod.delta, 0) / 2 * rod.delta**2
-        ratios = [evaluated((exact - first) / second, {**_NUMBERS, rod.delta: tiny}) for tiny in _TINY]
+        ratios = [value_at((exact - first) / second, {**_NUMBERS, rod.delta: tiny}) for tiny in _TINY]
         yield numeric(f"error of {name} over its second-order term tends to 1", *tends_to_one(ratios))
 
 
@@ -44,7 +44,7 @@ def rod_law() -> Iterator[Check]:
     yield symbolic("each of its terms is a force", rod.dimension(rod.kelvin_voigt()) == rod.dimension(rod.P))
     motion = sp.sin(3 * t) / 50
     at = {**_NUMBERS, t: sp.Rational(2, 7)}
-    residual = evaluated((law - spring - damper).subs(compression, motion).doit(), at)
+    residual = value_at((law - spring - damper).subs(compression, motion).doit(), at)
     yield numeric("for Delta l = sin(3 t)/50 at t = 2/7", *negligible(residual))
 
 
@@ -63,7 +63,7 @@ def dropped_term() -> Iterator[Check]:
     yield symbolic("the dropped term is the one stated", sp.cancel(elastic.dropped - stated) == 0, elastic.dropped)
     turned = 1 - sp.cos(rod.alpha + rod.R1 * sp.tan(rod.alpha) / rod.k) / sp.cos(rod.alpha)
     at = [{rod.k: 1000 / tiny, rod.R1: 4} for tiny in _TINY]
-    ratios = [evaluated(turned / elastic.dropped, {**_NUMBERS, **values}) for values in at]
+    ratios = [value_at(turned / elastic.dropped, {**_NUMBERS, **values}) for values in at]
     yield numeric("what is dropped over that term tends to 1 as k -> oo", *tends_to_one(ratios))
     groups = {group.symbol: group.definition for group in pk.groups()}
     share = sp.cancel(elastic.dropped.subs(rod.R1, rod.P * pk.x / sp.cos(rod.alpha)) / groups[pk.mu])
@@ -100,7 +100,7 @@ def slip_equations() -> Iterator[Check]:
         "u < 0 is f -> -f", all(sp.expand(a - b) == 0 for a, b in zip(turned, elastic.slip(-1), strict=True))
     )
     work = [(-direction * friction * direction, {**_NUMBERS, rod.R: R}) for direction in (1, -1) for R in (2, -2)]
-    power = [evaluated(*pair) for pair in work]
+    power = [value_at(*pair) for pair in work]
     yield numeric("friction takes energy for both signs of u and of R", all(p < 0 for p in power))
 
 
@@ -113,7 +113,7 @@ def stick_equation() -> Iterator[Check]:
     )
     (holding,) = sp.solve(elastic.acceleration, rod.F)
     at = {**_NUMBERS, rod.R: 2, rod.ddR1: -3}
-    residual = evaluated(elastic.balance.subs(rod.F, holding) - written, at)
+    residual = value_at(elastic.balance.subs(rod.F, holding) - written, at)
     yield numeric("both agree at numbers", *negligible(residual))
 
 
@@ -154,7 +154,7 @@ def _same_acceleration(groups):
     reaction = rod.P * (rho + rate) / sp.cos(rod.alpha)
     physical = rod.elastic_rod().slip(1)[1].subs(rod.R, reaction) * rod.m / rod.P
     scaled = pk.system().mode("slip_same").slow[pk.z].subs({pk.x: rho, pk.y: rate, pk.sigma: groups["sigma"]})
-    return negligible(evaluated(physical - scaled, _NUMBERS))
+    return negligible(value_at(physical - scaled, _NUMBERS))
 
 
 @claim("C13", "2", "The value of sigma > 0 does not change the qualitative behaviour")

@@ -31,7 +31,7 @@ def reaction_without_bound() -> Iterator[Check]:
     stops = {small: undamped.precise_undamped_path(_BELOW, small, _past_the_stop(small)).events[0] for small in _SMALLS}
     loads = ratios(lambda small: stops[small].state[0], lambda small: 1 / (2 * precise(small)), _SMALLS)
     yield numeric("load at the stop over sqrt(sigma)/((sigma + 1) epsilon), from v = -1", *tends_to_one(loads))
-    times = ratios(lambda small: stops[small].t, lambda small: undamped.growth(small, 1 / precise(small)), _SMALLS)
+    times = ratios(lambda small: stops[small].t, lambda small: undamped.growth_time(small, 1 / precise(small)), _SMALLS)
     yield numeric("time to the stop over epsilon log(2 sigma sqrt(sigma)/((sigma + 1) epsilon))", *tends_to_one(times))
 
 
@@ -52,7 +52,7 @@ def one_limit_is_unstable() -> Iterator[Check]:
     yield symbolic("a saddle where s v < 0", {sp.sign(root.subs(undamped.sigma, 1)) for root in saddle} == {1, -1})
     tiny = Fraction(1, 10**20)
     left = ratios(lambda small: undamped.precise_undamped_path((tiny - 1, 0, 1), small, 100 * small).events[0].t,
-                  lambda small: undamped.growth(small, 2 * 10**20), _SMALLS)  # fmt: skip
+                  lambda small: undamped.growth_time(small, 2 * 10**20), _SMALLS)  # fmt: skip
     near = all(abs(ratio - 1) < M.mpf(10) ** -15 for ratio in left)
     yield numeric("from s = -1 + 1e-20, v = 1 the load turns after epsilon log(2e20)", near)
     turning = {sp.re(root.subs(undamped.sigma, 1)) for root in centre} == {0}

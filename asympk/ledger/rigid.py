@@ -5,7 +5,7 @@ from itertools import product
 
 import sympy as sp
 
-from asympk.ledger.runs import evaluated
+from asympk.ledger.runs import value_at
 from asympk.ledger.trend import negligible
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic
 from asympk.symbolic.lowering import lower
@@ -92,7 +92,7 @@ def friction_opposes() -> Iterator[Check]:
 
 def _value(expr, alpha=_PHYSICAL[rod.alpha]):
     at = {**_PHYSICAL, rod.alpha: alpha, rod.R: 5, rod.kappa: sp.Rational(-3, 2), rod.F: 1}
-    return evaluated(expr, at)
+    return value_at(expr, at)
 
 
 def _listed(numbers):

@@ -49,7 +49,7 @@ def precise(value: Number) -> Number:
     return M.mpf(value.evalf(M.dps)._mpf_) if hasattr(value, "evalf") else in_context(M, value)
 
 
-def evaluated(expr: sp.Expr, values: Mapping[sp.Symbol, Number]) -> Number:
+def value_at(expr: sp.Expr, values: Mapping[sp.Symbol, Number]) -> Number:
     """Return an expression at ``values`` {symbol: number} as a number of ``M``."""
     here = sorted(expr.free_symbols, key=str)
     return M.mpf(lower(here, expr, "mpmath").to_digits(M.dps, *(precise(sp.S(values[s])) for s in here))[0])

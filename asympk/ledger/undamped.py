@@ -67,6 +67,6 @@ def _scene(start, small, until):
     return Scene(system=undamped_system(), values={"epsilon": small, "sigma": 1}, start=begin, until=until)
 
 
-def growth(small: Fraction, ratio: Number) -> Number:
+def growth_time(small: Fraction, ratio: Number) -> Number:
     """Return epsilon log(ratio), the time in which the growing motion of sigma = 1 gains a factor ``ratio``."""
     return M.mpf(small.numerator) / small.denominator * M.log(ratio)

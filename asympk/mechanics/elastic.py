@@ -37,7 +37,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     used = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
     if scaling.small.name in map(str, used):
         raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
-    return timed(System.with_friction(**elastic_fields(kinetics, scaling)), kinetics.time)
+    return with_time(System.with_friction(**elastic_fields(kinetics, scaling)), kinetics.time)
 
 
 @dataclass(frozen=True)
@@ -137,6 +137,6 @@ def _one_sided(kinetics: Kinetics, reaction: sp.Expr) -> dict[str, Any]:
     return {"gap": -reaction, "normal": NORMAL} if kinetics.unilateral else {}
 
 
-def timed(system: System, time: sp.Symbol) -> System:
+def with_time(system: System, time: sp.Symbol) -> System:
     """Return the system with ``time`` as its explicit time where anything in it depends on it."""
     return replace(system, time=time) if time in system.parameters else system

@@ -13,10 +13,10 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.mechanics import elastic, jump, motion, paradox, rigid
+from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed
 from asympk.mechanics.evaluation import evaluate
-from asympk.mechanics.jump import JumpLaw
+from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
 from asympk.mechanics.names import keyed, plain_names, plainly
@@ -187,12 +187,12 @@ class Mechanism(ShownAsFormulas):
         return paradox.least(self.plain, name, self.keyed(values or {}), self.own)
 
     def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
-        """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump.jump_law``."""
-        return jump.jump_law(self.plain, self.own, ratio, damping)
+        """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump_law.jump_law``."""
+        return jump_law.jump_law(self.plain, self.own, ratio, damping)
 
     def rigid(self) -> System:
-        """Return the rigid mechanism as a ``System`` that runs; see ``motion.rigid_system``."""
-        return motion.rigid_system(self.plain)
+        """Return the rigid mechanism as a ``System`` that runs; see ``rigid_system.rigid_system``."""
+        return rigid_system.rigid_system(self.plain)
 
     def elastic(self, compliance: Any = None, damping: Any = None) -> System:
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``; see ``elastic.elastic``."""

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from asympk.output import gallery, numbers, rowtables
+from asympk.output import gallery, macros, rowtables
 from asympk.output import tables as derived
 from asympk.output.tabular import Table
 from asympk.pictures import anymechanism as mechanisms
@@ -46,46 +46,46 @@ class Artefact:
 ARTEFACTS = (
     Artefact("catalogue", draw={"mechanisms": gallery.mechanisms_picture}),
     Artefact("system", draw={"system": drawings.draw_system}),
-    Artefact("phase", draw={"phase": gallery.phase_picture}, numbers=numbers.phase_macros),
-    Artefact("jump", draw={"jump": gallery.jump_picture}, numbers=numbers.example_macros),
+    Artefact("phase", draw={"phase": gallery.phase_picture}, numbers=macros.phase_macros),
+    Artefact("jump", draw={"jump": gallery.jump_picture}, numbers=macros.example_macros),
     Artefact("regimes", draw={"regimes": maps.regime_map}, tabulate=derived.regimes_table),
     Artefact("stick", draw={"stick": partial(maps.stick_over_static_friction, ("1", "-17/10"))}),
     Artefact("groups", tabulate=derived.groups_table),
     Artefact("modes", tabulate=derived.modes_table),
     Artefact("manifolds", tabulate=derived.manifolds_table),
     Artefact("eigenvalues", tabulate=derived.eigenvalues_table),
-    Artefact("claims", tabulate=derived.claims_table, numbers=numbers.claim_macros),
-    Artefact("formulas", numbers=numbers.formula_macros),
-    Artefact("jump map", numbers=numbers.jump_macros),
-    Artefact("divide", numbers=numbers.escape_macros),
-    Artefact("accuracy", numbers=numbers.accuracy_macros),
+    Artefact("claims", tabulate=derived.claims_table, numbers=macros.claim_macros),
+    Artefact("formulas", numbers=macros.formula_macros),
+    Artefact("jump map", numbers=macros.jump_macros),
+    Artefact("divide", numbers=macros.escape_macros),
+    Artefact("accuracy", numbers=macros.accuracy_macros),
     Artefact("mechanisms", anymechanism.stored_formulas, tabulate=rowtables.mechanisms_table),
     Artefact("jumplaw", anymechanism.stored_errors,
              {"jumplaw": partial(mechanisms.draw_errors, names=gallery.MECHANISM_NAMES)},
-             numbers=numbers.of_jump_law),
-    Artefact("rebound", anymechanism.stored_rebounds, {"rebound": mechanisms.draw_rebound}, numbers=numbers.of_rebound),
+             numbers=macros.of_jump_law),
+    Artefact("rebound", anymechanism.stored_rebounds, {"rebound": mechanisms.draw_rebound}, numbers=macros.of_rebound),
     Artefact("convergence", convergence.stored, {"convergence": maps.convergence}, rowtables.convergence_table,
-             numbers.of_convergence),
+             macros.of_convergence),
     Artefact("escape", divide.stored, tabulate=rowtables.escape_table),
-    Artefact("collisions", collisions.stored, {"collisions": maps.collisions}, numbers=numbers.of_collisions),
+    Artefact("collisions", collisions.stored, {"collisions": maps.collisions}, numbers=macros.of_collisions),
     Artefact("least", leastmap.stored, {"least": partial(maps.least_models, names=[*LADDER])},
-             numbers=numbers.of_least),
+             numbers=macros.of_least),
     Artefact("decreasing", decreasing.stored, {"decreasing": decrease.decreasing}, rowtables.decreasing_table),
-    Artefact("peer", peer.stored, numbers=numbers.of_peer),
+    Artefact("peer", peer.stored, numbers=macros.of_peer),
     Artefact("damping", damping.stored, {"damping": gallery.damping_picture}, rowtables.damping_table,
-             numbers.of_damping),
+             macros.of_damping),
     Artefact("work", None, {
         **{f"chart-workprec-{s}": partial(gallery.work_precision_picture, scene=s) for s in chart.SCENES},
         "chart-few": gallery.few_costs_picture,
         f"chart-cost-{gallery.SHOWN}": partial(gallery.cost_picture, only=gallery.SHOWN),
         "chart-cost": gallery.cost_picture,
-    }, rowtables.method_table, numbers.of_work),
-    Artefact("plane", None, {"chart-failures": gallery.failures_picture}, numbers=numbers.of_plane,
+    }, rowtables.method_table, macros.of_work),
+    Artefact("plane", None, {"chart-failures": gallery.failures_picture}, numbers=macros.of_plane,
              beside=("work", "contacts")),
     Artefact("nonlinear", None, {"chart-nonlinear": figures.nonlinear,
-                                 "chart-nonlinear-work": gallery.nonlinear_work_picture}, numbers=numbers.of_nonlinear),
-    Artefact("models", None, {"chart-models": gallery.models_picture}, numbers=numbers.of_models),
-    Artefact("contacts", numbers=numbers.of_contacts),
+                                 "chart-nonlinear-work": gallery.nonlinear_work_picture}, numbers=macros.of_nonlinear),
+    Artefact("models", None, {"chart-models": gallery.models_picture}, numbers=macros.of_models),
+    Artefact("contacts", numbers=macros.of_contacts),
 )  # fmt: skip
 README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures that it shows
 
@@ -105,7 +105,7 @@ def tables(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> list[Callable[[
     return [partial(_made, artefact.tabulate, files) for artefact, files in _there(kept, among) if artefact.tabulate]
 
 
-def macros(kept: Path) -> dict[str, str]:
+def all_macros(kept: Path) -> dict[str, str]:
     """Return all macros, name -> LaTeX, those of rows where the folder ``kept`` has them."""
     made = (_made(artefact.numbers, files) for artefact, files in _there(kept, ARTEFACTS) if artefact.numbers)
     return {name: latex for part in made for name, latex in part.items()}

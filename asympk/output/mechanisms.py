@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.described import Described
-from asympk.mechanics.jump import rebound
+from asympk.mechanics.jump_law import rebound
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described_mechanism
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 
 from asympk.errors import InputError, UnknownName
-from asympk.output import artefacts, numbers
+from asympk.output import artefacts, macros
 from asympk.output.artefacts import ARTEFACTS, README, Artefact, pictures
 from asympk.output.regenerate import project, write_tables
 from asympk.output.tabular import write_table
@@ -32,8 +32,8 @@ def build(root: Path, progress: Callable[[str], None] | None = None) -> list[str
     generated = root / "paper" / "generated"
     made = [*write_paper_rows(generated / "rows", tell), *write_figures(generated, tell), *write_tables(root)]
     tell("writing numbers")
-    found = artefacts.macros(generated / "rows")
-    made.append(write_text(generated / "numbers.tex", numbers.macro_definitions(found)))
+    found = artefacts.all_macros(generated / "rows")
+    made.append(write_text(generated / "numbers.tex", macros.macro_definitions(found)))
     lines = [f"wrote {len(made)} files under {generated}"]
     if not shutil.which("latexmk"):
         return [*lines, f"no PDF, for latexmk is not installed: apt-get install --no-install-recommends {PACKAGES}"]

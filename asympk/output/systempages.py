@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from asympk.mechanics.described import Described
-from asympk.mechanics.jump import jump_law
+from asympk.mechanics.jump_law import jump_law
 from asympk.mechanics.paradox import condition, critical_friction
 from asympk.mechanics.tidy import tidy
 from asympk.output.mechanisms import contact_lines, jump_lines, motion_lines

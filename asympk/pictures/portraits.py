@@ -41,7 +41,7 @@ def plate(height: float, rows: int = 1, columns: int = 1, **options: Any) -> "It
         yield figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
-def traced(path: Path, count: int = 120) -> "tuple[np.ndarray, np.ndarray]":
+def sampled(path: Path, count: int = 120) -> "tuple[np.ndarray, np.ndarray]":
     """Return (t, states) along a path, dense where it jumps: logarithmic from both ends of every mode."""
     import numpy as np
 
@@ -138,7 +138,7 @@ def _octants(ax, sigma):
 
 
 def _trajectory(ax, path, ink, name):
-    _, (x, y, z) = traced(path)
+    _, (x, y, z) = sampled(path)
     ax.plot(x + y, z, color=ink, lw=1.0, zorder=4)
     ax.plot(x[0] + y[0], z[0], "o", mfc="white", mec=ink, ms=3.4, zorder=6)
     ax.annotate(name, (x[0] + y[0], z[0]), (0, 7), textcoords="offset points", ha="center", va="center", color=ink)
@@ -168,7 +168,7 @@ def jump_beside_the_vertical_one(paths: Sequence[Path], paper: "tuple[np.ndarray
     with plate(2.7, subplot_kw={"projection": "3d"}) as (figure, axes):
         ax = axes.flat[0]
         for path, ink, dash in zip(paths, INKS, ((0, (1, 1)), (0, (4, 1.5)), "-"), strict=False):
-            _, (x, y, z) = traced(path)
+            _, (x, y, z) = sampled(path)
             mu = float(path.scene.mu)
             ax.plot(x, z, mu * y, color=ink, ls=dash, label=rf"$\mu = {style.power_of_ten(mu)}$")
             ax.plot(x, z, np.full_like(x, _FLOOR), color=ink, ls=dash, lw=0.4, alpha=0.6)

@@ -73,7 +73,7 @@ class Rebound:
     overdamped: float
 
 
-def formulas() -> list[MechanismFormulas]:
+def formula_rows() -> list[MechanismFormulas]:
     """Return a row for every mechanism of the catalogue, in its order."""
     return [_formulas(name) for name in MECHANISMS]
 
@@ -187,8 +187,8 @@ def _kept(value):
 
 
 def stored_formulas() -> Stored:
-    """Return the rows of ``formulas``, and what they were computed with."""
-    return formulas(), {"kept": KEPT, "examples": "those of the catalogue"}
+    """Return the rows of ``formula_rows``, and what they were computed with."""
+    return formula_rows(), {"kept": KEPT, "examples": "those of the catalogue"}
 
 
 def stored_errors() -> Stored:

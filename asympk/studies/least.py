@@ -14,8 +14,8 @@ from asympk.methods import solve, solve_many
 from asympk.numbers import number, short
 from asympk.scene import require_scene
 from asympk.shown import Card, ShownAsTable
-from asympk.studies import general
-from asympk.studies.general import Rung
+from asympk.studies import ladder
+from asympk.studies.ladder import Rung
 from asympk.systems.kernels import kernel_scene
 from asympk.systems.painleve_klein.arrays.inputs import scene_columns
 
@@ -51,7 +51,7 @@ class Ladder(ShownAsTable):
 def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) -> Ladder:
     """Climb the ladder for ``scene``; return the ``Ladder`` with the lowest rung that predicts an error below ``rtol``.
 
-    The scene of a system that is not the rod has the ladder of ``general.rungs``: rigid, slow, jump-0 .. jump-2, exact.
+    The scene of a system that is not the rod has the ladder of ``ladder.rungs``: rigid, slow, jump-0 .. jump-2, exact.
     After so many ``seconds`` its further rungs are not tried, and its errors not measured; each rung says so. Raises
     ``InputError`` for an rtol or seconds that are no positive number, and for an rtol below what doubles hold.
     """
@@ -74,7 +74,7 @@ def _ladder(rungs: tuple[Rung, ...], rtol: float) -> Ladder:
 
 
 def _general(scene, rtol, allowed):
-    rungs = general.rungs(scene, allowed)
+    rungs = ladder.rungs(scene, allowed)
     if rungs[-1].predicted >= rtol and all(r.predicted is None or r.predicted >= rtol for r in rungs):
         raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
     return _ladder(rungs, rtol)
@@ -109,13 +109,13 @@ def atlas(
 
     Plane by plane: give two of the arguments as ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the
     share of the work that is done. The names of the rungs are the keys of ``LADDER``, in order; those of a ``system``
-    with ``values`` and ``start``, mappings to numbers or arrays, are the keys of ``general.ladder``, and ``"exact"``.
-    The array is of whole numbers, of the shape to which the arguments broadcast. Raises ``InputError`` for an rtol as
-    ``least_model`` does, and for arguments that are no numbers or do not broadcast.
+    with ``values`` and ``start``, mappings to numbers or arrays, are the keys of ``ladder.models_below``, and
+    ``"exact"``. The array is of whole numbers, of the shape to which the arguments broadcast. Raises ``InputError`` for
+    an rtol as ``least_model`` does, and for arguments that are no numbers or do not broadcast.
     """
     rtol = _tolerance(rtol)
     if system is not None:
-        return general.least_places(system, values or {}, start or {}, until, rtol, progress)
+        return ladder.least_places(system, values or {}, start or {}, until, rtol, progress)
     return _least_places(*scene_columns(sigma, mu, x, y, z, until, sigma0), rtol, progress)
 
 
@@ -152,7 +152,7 @@ def _measured(rung, scene, reference):
         return rung
     method, options = LADDER[rung.model]
     final = solve(scene, method, **options).final
-    return replace(rung, measured=_distance(final, reference), cost=general.seconds(scene, method, options))
+    return replace(rung, measured=_distance(final, reference), cost=ladder.seconds(scene, method, options))
 
 
 def _distance(final, reference):

@@ -14,7 +14,7 @@ from asympk.errors import AsympkError
 from asympk.methods import solve
 from asympk.studies.compare import timed
 from asympk.studies.decreasing import five_systems
-from asympk.studies.general import distance
+from asympk.studies.ladder import distance
 
 SYSTEMS = ("nonlinear rod", "enzyme reaction")
 MUS = ("1e-2", "1e-3", "1e-4", "1e-5")

@@ -13,7 +13,7 @@ from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
 from asympk.errors import NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
 from asympk.studies.decreasing import held_rod
-from asympk.studies.general import distance
+from asympk.studies.ladder import distance
 from asympk.systems import nonlinear_rod, painleve_klein
 
 a, b, w, F = sp.symbols("a b w F", real=True)

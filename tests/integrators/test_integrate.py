@@ -152,9 +152,9 @@ def test_a_missing_peer_is_one_line_with_the_way_to_get_it(monkeypatch, method, 
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, module, None)
     if method == "heyoka":
-        from asympk.integrators import taylor
+        from asympk.integrators import heyoka_taylor
 
-        taylor._compiled.cache_clear()
+        heyoka_taylor._compiled.cache_clear()
     with pytest.raises(MissingPackage) as caught:
         ap.solve(scene("i", 0.1), method=method)
     assert str(caught.value).endswith(f"pip install '{package}'")

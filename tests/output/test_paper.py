@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from asympk.errors import InputError, UnknownName
-from asympk.output import artefacts, numbers, paper
+from asympk.output import artefacts, macros, paper
 from asympk.output.article import with_sections
 from asympk.storage.rows import read_rows
 
@@ -99,7 +99,7 @@ def test_the_regimes_of_the_readme_are_those_of_the_package():
 
 def test_the_readme_names_the_integrators_that_fail_beside_the_unstable_plane_as_the_rows_do():
     readme = re.sub(r"\s+", " ", (ROOT / "README.md").read_text(encoding="utf-8"))
-    found = numbers.of_plane(read_rows(PAPER / "generated" / "rows" / "plane.csv"))
+    found = macros.of_plane(read_rows(PAPER / "generated" / "rows" / "plane.csv"))
     assert f"{found['planeWrongNames']} end wrong; {found['planeRightNames']} do not" in readme
 
 
@@ -112,16 +112,16 @@ def test_one_picture_is_drawn_by_its_name_and_an_unknown_one_is_refused(tmp_path
 
 
 def test_numbers_are_set_as_powers_of_ten_and_decimals():
-    assert numbers.power(1.5331e-7) == r"\ensuremath{1.5\times 10^{-7}}"
-    assert numbers.power(1e-8) == r"\ensuremath{10^{-8}}"
-    assert numbers.power(9.99e-4, 2) == r"\ensuremath{10^{-3}}"
-    assert numbers.power(0) == "0"
-    assert numbers.decimal(0.999986, 4) == r"\ensuremath{1.0000}"
+    assert macros.power(1.5331e-7) == r"\ensuremath{1.5\times 10^{-7}}"
+    assert macros.power(1e-8) == r"\ensuremath{10^{-8}}"
+    assert macros.power(9.99e-4, 2) == r"\ensuremath{10^{-3}}"
+    assert macros.power(0) == "0"
+    assert macros.decimal(0.999986, 4) == r"\ensuremath{1.0000}"
 
 
 def test_a_name_with_a_digit_cannot_be_a_macro():
     with pytest.raises(InputError, match="'rate2' cannot name a macro"):
-        numbers.macro_definitions({"rate2": "1"})
+        macros.macro_definitions({"rate2": "1"})
 
 
 def test_the_first_complaint_of_tex_is_told_with_its_line():

@@ -75,7 +75,7 @@ def test_an_edge_or_a_plane_at_infinity_has_no_level():
 
 def test_a_traced_path_passes_through_its_events_and_ends():
     path = solve(Scene(1, "1/50", (0, -2, -1), 2))
-    t, (x, y, z) = portraits.traced(path)
+    t, (x, y, z) = portraits.sampled(path)
     assert {0.0, 2.0, *(event.t for event in path.events)} <= set(t)
     assert (x[0], y[0], z[0]) == pytest.approx((0, -2, -1))
     assert np.abs(z[np.isin(t, [event.t for event in path.events[1:]])]).max() < 1e-12

@@ -9,7 +9,7 @@ import sympy as sp
 import asympk as ap
 from asympk.errors import AsympkError, InputError
 from asympk.integrators import collocation
-from asympk.studies.general import predicted
+from asympk.studies.ladder import predicted
 
 x, y, z, F, t = sp.symbols("x y z F t", real=True)
 mu, kappa, s = sp.symbols("mu kappa s", positive=True)

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asympk.arithmetic import Doubles, flow_context, set_digits
-from asympk.systems.painleve_klein.flow import fastslow, segments, shortcut, smooth, starts
+from asympk.systems.painleve_klein.flow import fastslow, segments, shortcut, starts, superposition
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
 from asympk.systems.painleve_klein.flow.roots import smooth_root
 from asympk.systems.painleve_klein.flow.rounding import largest_state
 from asympk.systems.painleve_klein.flow.segments import RodFlow, follow_rod, on_level, on_plane
-from asympk.systems.painleve_klein.flow.smooth import SmoothMode, short_responses, superposed
 from asympk.systems.painleve_klein.flow.starts import beginning
+from asympk.systems.painleve_klein.flow.superposition import SmoothMode, short_responses, superposed
 
 BOUND = 2e-15
 balance = shortcut._balance
@@ -213,7 +213,8 @@ def state_only(flow_, case, x, s):
 
 SWAPS = {
     "expm1": ([Doubles], "expm1", staticmethod(lambda p: math.exp(p) - 1), (0.6, 0.05, (0.0, 1e9, 1.0), 1e-9)),
-    "superposition": ([smooth, fastslow], "superposed", textbook_superposition, (1e-8, 1e-3, (0.4, 0.3, -0.2), 5.0)),
+    "superposition": ([superposition, fastslow], "superposed", textbook_superposition,
+                      (1e-8, 1e-3, (0.4, 0.3, -0.2), 5.0)),
     "state where z = 0": ([segments], "on_plane", coarse_plane, (1.86, 6.38, (-0.265, 0.0263, -173.6), 11.1)),
     "fast part at an event": ([shortcut], "_balance", exponential_balance, (2.41, 1e-295, (-1.75, 0.46, -1.3), 3.0)),
     "state on an edge": (

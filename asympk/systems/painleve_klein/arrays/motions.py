@@ -11,7 +11,7 @@ import numpy as np
 from asympk.numbers import Number
 from asympk.systems.painleve_klein.arrays.brackets import balance_step, bracketed_roots, newton_step
 from asympk.systems.painleve_klein.flow.fastslow import two_exponentials
-from asympk.systems.painleve_klein.flow.smooth import superposed
+from asympk.systems.painleve_klein.flow.superposition import superposed
 
 MOST_TERMS = 64
 REFINED = 1e-9

@@ -13,7 +13,14 @@ from typing import Any
 
 from asympk.numbers import Arithmetic, Number
 from asympk.systems.painleve_klein.flow.roots import fast_slow_root
-from asympk.systems.painleve_klein.flow.smooth import s_root, short_responses, short_time, slope, superposed, z_root
+from asympk.systems.painleve_klein.flow.superposition import (
+    s_root,
+    short_responses,
+    short_time,
+    slope,
+    superposed,
+    z_root,
+)
 
 SOON = 2.0**-10
 

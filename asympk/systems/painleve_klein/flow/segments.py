@@ -16,7 +16,7 @@ from asympk.errors import TooLarge, TooManyEvents, Undecided
 from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
-from asympk.systems.painleve_klein.flow.smooth import SmoothMode, SmoothSegment, slope
+from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, slope
 from asympk.systems.painleve_klein.modes import MODES, coefficients, inverse_edges, signs_after
 
 RodMode: TypeAlias = FastSlow | SmoothMode

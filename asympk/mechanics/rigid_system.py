@@ -7,7 +7,7 @@ mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMot
 all bounds, with ``UnboundedReaction``.
 """
 
-from asympk.mechanics.elastic import FORCE, NORMAL, timed
+from asympk.mechanics.elastic import FORCE, NORMAL, with_time
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
@@ -24,4 +24,4 @@ def rigid_system(kinetics: Kinetics) -> System:
         static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * NORMAL + G[0, 1] * FORCE,
         gap=kinetics.gap if kinetics.unilateral else None,
     )  # fmt: skip
-    return timed(System.with_frictions(rates, {}, (friction,)), kinetics.time)
+    return with_time(System.with_frictions(rates, {}, (friction,)), kinetics.time)

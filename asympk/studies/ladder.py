@@ -52,7 +52,7 @@ class Rung:
         return ", ".join([*words, self.reason] if self.reason else words)
 
 
-def ladder(system: Any) -> dict[str, tuple[str, dict]]:
+def models_below(system: Any) -> dict[str, tuple[str, dict]]:
     """Return the models below the exact one, lowest first: name -> (method, options)."""
     if system.small is None:
         return {}
@@ -68,7 +68,7 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     """
     end = monotonic() + allowed
     exact = solve(scene)
-    found = [_rung(scene, name, *of, monotonic() > end) for name, of in ladder(scene.system).items()]
+    found = [_rung(scene, name, *of, monotonic() > end) for name, of in models_below(scene.system).items()]
     found.append((Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
     try:
         left: dict[str, Any] = {"seconds": end - monotonic()} if "why" in exact.info else {}
@@ -108,7 +108,7 @@ def least_places(
 
 
 def _least(scene, rtol):
-    models = ladder(scene.system)
+    models = models_below(scene.system)
     for i, of in enumerate(models.values()):
         try:
             if predicted(scene, solve(scene, of[0], **of[1])) < rtol:
