@@ -15,6 +15,16 @@ OLD = {  # word that once stood for a noun -> the noun
 }  # fmt: skip
 
 
+SHARED = {  # what several modules define, for all of them the same
+    "advance": "follows one mode by an integrator", "arguments": "adds the options of a command",
+    "main": "runs what a command line asks for", "mechanism": "of a system of the catalogue",
+    "plot": "draws what was followed", "predicted_error": "to expect of a model", "rows": "of a study",
+    "run": "runs a command, or follows a scene by a method", "scene": "built from numbers",
+    "scenes": "of a system of the catalogue", "solve_many": "follows many trajectories", "stored": "rows of a study",
+    "system": "of a file of the catalogue or of a study",
+}  # fmt: skip
+
+
 def names_in(source):
     """Return the names of the public classes, functions and methods of a module."""
     nodes = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ClassDef | ast.FunctionDef))
@@ -36,6 +46,25 @@ def test_no_module_class_or_function_has_an_old_word_for_a_noun():
 
 def test_an_old_word_in_a_name_is_found():
     assert old_words({"Leg", "follow_legs", "legible", "Segment"}) == {"Leg": {"leg"}, "follow_legs": {"legs"}}
+
+
+def defined(sources):
+    """Return {name: modules} of the public classes and functions at the top of modules."""
+    found = {}
+    for module, source in sources.items():
+        nodes = (node for node in ast.parse(source).body if isinstance(node, ast.ClassDef | ast.FunctionDef))
+        for name in {node.name for node in nodes if not node.name.startswith("_")}:
+            found.setdefault(name, set()).add(module)
+    return found
+
+
+def test_a_class_or_function_of_one_name_has_one_meaning():
+    sources = {str(file.relative_to(ROOT)): file.read_text(encoding="utf-8") for file in ROOT.rglob("*.py")}
+    assert {name for name, modules in defined(sources).items() if len(modules) > 1} == SHARED.keys()
+
+
+def test_a_name_that_two_modules_define_is_found():
+    assert defined({"a": "class Row: ...", "b": "def Row(): ...\ndef other(): ..."})["Row"] == {"a", "b"}
 
 
 def test_the_nouns_that_replace_old_words_stand_in_the_glossary():

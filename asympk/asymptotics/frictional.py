@@ -43,15 +43,15 @@ def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path
     layer = partial(_through_limit, LimitLayers(automaton, system.states.index(next(iter(system.fast))), mu))
     landed = layer(matched.begun(automaton, scene.start))
     matched.require_landed(method, landed)
-    course = matched.onward(automaton, landed, until, mu, 0, RTOL, layer)
-    return Path(scene, method, course.state, course.events, course.modes, StretchedDense(course.stretches, until))
+    path = matched.onward(automaton, landed, until, mu, 0, RTOL, layer)
+    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path.stretches, until))
 
 
-def _through_limit(layers: LimitLayers, course: MatchedPath) -> MatchedPath:
-    """Return the course after its layer in the limit, where that takes no time."""
-    landed = layers.arrive(course.t, course.state, course.branch)
-    return replace(course, state=landed.state, branch=landed.branch, events=course.events + landed.events,
-                   modes=course.modes + landed.modes[1:])  # fmt: skip
+def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
+    """Return the path after its layer in the limit, where that takes no time."""
+    landed = layers.arrive(path.t, path.state, path.branch)
+    return replace(path, state=landed.state, branch=landed.branch, events=path.events + landed.events,
+                   modes=path.modes + landed.modes[1:])  # fmt: skip
 
 
 def _to_order(scene: Any, method: str, order: int) -> Path:
@@ -60,28 +60,28 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
-    course, next_ = matched.matched_paths(scene, method, (order, order + 1), rtol)
-    final = np.array(course.state)
+    path, next_ = matched.matched_paths(scene, method, (order, order + 1), rtol)
+    final = np.array(path.state)
     omitted = np.array(next_.state) - final
     size = SAFETY * np.abs(omitted).max()
     scale = max(1.0, np.abs(final).max() - size)
-    error = float(size / scale + ROUNDING * rtol + _of_layer(scene, course, mu, rtol, scale))
+    error = float(size / scale + ROUNDING * rtol + _of_layer(scene, path, mu, rtol, scale))
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
-    dense = StretchedDense(course.stretches, float(scene.until))
-    return Path(scene, method, course.state, course.events, course.modes, dense, error,
+    dense = StretchedDense(path.stretches, float(scene.until))
+    return Path(scene, method, path.state, path.events, path.modes, dense, error,
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
-def _of_layer(scene: Any, course: MatchedPath, mu: float, rtol: float, scale: float) -> float:
+def _of_layer(scene: Any, path: MatchedPath, mu: float, rtol: float, scale: float) -> float:
     """Return the error to expect in a layer that is not over, relative to ``scale``: in the fast states, and in time.
 
     What the fast states grow by, their errors grow by as well.
     """
-    if not (course.stretches and course.stretches[-1].fast):
+    if not (path.stretches and path.stretches[-1].fast):
         return 0.0
-    rates = Automaton(scene.system, scene.values).mode(course.branch).rhs(course.t, course.state)
+    rates = Automaton(scene.system, scene.values).mode(path.branch).rhs(path.t, path.state)
     late = ROUNDING * matched.late_by(rtol, float(scene.until))
     return SEVERAL * matched.off_by(rtol, mu) + late * max(map(abs, rates)) / scale
 

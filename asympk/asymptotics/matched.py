@@ -61,7 +61,7 @@ class MatchedPath:
     stretches: tuple[Stretch, ...] = ()
 
     def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "MatchedPath":
-        """Return the course beyond a guard that vanishes at (t, state)."""
+        """Return the path beyond a guard that vanishes at (t, state)."""
         mode = automaton.mode(self.branch)
         state = mode.snapped(guard, t, state)
         kind, friction = mode.kinds[guard]
@@ -124,25 +124,25 @@ def _mode(system: System, branch: Branch) -> Mode:
 
 
 def through_layer(
-    automaton: Automaton, course: MatchedPath, until: float, mu: float, order: int, rtol: float
+    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> MatchedPath:
-    """Follow a course through its layer, to where only slow motion is left, or to ``until``.
+    """Follow a path through its layer, to where only slow motion is left, or to ``until``.
 
     Raises ``OutOfRange`` where the fast motion does not settle, and what the next mode of the automaton raises.
     """
     while True:
-        slow, mode = slow_of(automaton, course.branch, order), automaton.mode(course.branch)
-        found, lost = _in_mode(mode, slow, course, until, mu, order, rtol)
+        slow, mode = slow_of(automaton, path.branch, order), automaton.mode(path.branch)
+        found, lost = _in_mode(mode, slow, path, until, mu, order, rtol)
         if not found:
-            return course
-        last, size = found[-1], len(course.state)
-        stretch = Stretch(course.t, mode.name, _during(Trajectory(found[0].state, found), course.t, size), True)
+            return path
+        last, size = found[-1], len(path.state)
+        stretch = Stretch(path.t, mode.name, _during(Trajectory(found[0].state, found), path.t, size), True)
         t, guard = lost or (last.after, None)
         state = last.end[:size] if guard is None else last.shortened(t - last.t)[:size]
-        mode.require_one_side(mode.pole_values(course.t, course.state), t, state)
+        mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
         if guard is None:
-            return replace(course, t=t, state=state, stretches=(*course.stretches, stretch))
-        course = course.met(automaton, guard, t, state, stretch)
+            return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
+        path = path.met(automaton, guard, t, state, stretch)
 
 
 def late_by(rtol: float, until: float) -> float:
@@ -173,20 +173,20 @@ def _fastest(slow: Slow, t: float, state: tuple) -> float:
 
 
 def _in_mode(
-    mode: NumericMode, slow: Slow, course: MatchedPath, until: float, mu: float, order: int, rtol: float
+    mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
     """Return the steps in one mode, and the time and the guard lost in the last, or None where the layer is over."""
     system = mode.mode.system
     fast = {system.states.index(s) for s in system.fast}
-    off = off_by(rtol, mu) * _growing(slow, order, course.t, course.state, mu, rtol)
-    atol = tuple(off if k in fast else rtol for k in range(len(course.state)))
-    flow, now = partial(mode.field, 0.0), course.state
+    off = off_by(rtol, mu) * _growing(slow, order, path.t, path.state, mu, rtol)
+    atol = tuple(off if k in fast else rtol for k in range(len(path.state)))
+    flow, now = partial(mode.field, 0.0), path.state
     if system.time is not None:
-        flow, now = _timed(mode), (*course.state, course.t)
-    along = steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], course.t, late_by(rtol, until),
-                  mu / _fastest(slow, course.t, course.state))  # fmt: skip
+        flow, now = _timed(mode), (*path.state, path.t)
+    along = steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], path.t, late_by(rtol, until),
+                  mu / _fastest(slow, path.t, path.state))  # fmt: skip
     ahead = watched(along, mode.guard_values, len(atol))
-    found, t, over = list[Any](), course.t, math.inf
+    found, t, over = list[Any](), path.t, math.inf
     while len(found) < STEPS:
         state = now[: len(atol)]
         over = _over(slow, order, t, state, mu, rtol) if over == math.inf else over
@@ -199,7 +199,7 @@ def _in_mode(
         t, now = last.after, last.end
         if lost:
             return tuple(found), lost
-    raise OutOfRange(f"the layer of {mode.name} from t = {course.t:.6g} does not settle: at t = {t:.6g} it is at "
+    raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} does not settle: at t = {t:.6g} it is at "
                      f"{listed(now)}")  # fmt: skip
 
 
@@ -230,50 +230,50 @@ def _timed(mode):
     return lambda *arguments: (*mode.field(arguments[size], *arguments[:size], *arguments[size + 1 :]), 1.0)
 
 
-def slowly(automaton: Automaton, course: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
-    """Follow a course by slow motion to ``order`` from where its layer ends, to ``until`` or through the next edge.
+def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
+    """Follow a path by slow motion to ``order`` from where its layer ends, to ``until`` or through the next edge.
 
     Raises ``NotNormallyHyperbolic`` and ``OutOfRange``.
     """
-    slow, mode = slow_of(automaton, course.branch, order), automaton.mode(course.branch)
-    point = slow.point(course.t, course.state)
+    slow, mode = slow_of(automaton, path.branch, order), automaton.mode(path.branch)
+    point = slow.point(path.t, path.state)
     branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
     height = slow.formulas.height[order]
 
     def guards(span, at):
         whole = (*at[: slow.slow], *height(*at, mu, *slow.values))
-        return mode.guard_values(course.t + span, tuple(whole[k] for k in slow.places))
+        return mode.guard_values(path.t + span, tuple(whole[k] for k in slow.places))
 
-    follow, left = reduced.follow_reduced_flow, until - course.t
+    follow, left = reduced.follow_reduced_flow, until - path.t
     found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
     places = list(slow.places)
-    stretch = Stretch(course.t, mode.name, lambda u: found.states(u)[0][places])
-    t, state = course.t + found.end, tuple(stretch.states(found.end).tolist())
-    mode.require_one_side(mode.pole_values(course.t, course.state), t, state)
+    stretch = Stretch(path.t, mode.name, lambda u: found.states(u)[0][places])
+    t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
+    mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
     if found.guard is None:
-        return replace(course, t=until, state=state, stretches=(*course.stretches, stretch))
-    return course.met(automaton, found.guard, t, state, stretch)
+        return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
+    return path.met(automaton, found.guard, t, state, stretch)
 
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:
-    """Return the course that begins at ``start``, exact numbers, at t = 0."""
+    """Return the path that begins at ``start``, exact numbers, at t = 0."""
     branch = automaton.first(start)
     return MatchedPath(0.0, tuple(map(float, start)), branch, modes=(branches.mode_name(branch),))
 
 
 def onward(
-    automaton: Automaton, course: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable
+    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable
 ) -> MatchedPath:
-    """Follow a course from where a layer has landed to ``until``; ``layer(course)`` follows it through a later one."""
-    while course.t < until:
-        course = slowly(automaton, course, until, mu, order, rtol)
-        if course.t < until:
-            course = layer(course)
-    return course
+    """Follow a path from where a layer has landed to ``until``; ``layer(path)`` follows it through a later one."""
+    while path.t < until:
+        path = slowly(automaton, path, until, mu, order, rtol)
+        if path.t < until:
+            path = layer(path)
+    return path
 
 
 def matched_paths(scene: Any, method: str, orders: tuple[int, ...], rtol: float) -> list[MatchedPath]:
-    """Return the course of a scene to every order: the first layer once, then slow motions and later layers.
+    """Return the path of a scene to every order: the first layer once, then slow motions and later layers.
 
     ``"slow"`` raises ``NoManifold`` where the first layer meets an event.
     """

@@ -230,20 +230,20 @@ def _one_by_one(arguments, rows, result):
         given[:, k] = arguments[name].rows(rows)
     for row, numbers in zip(rows.tolist(), given.tolist(), strict=True):
         try:
-            legs, *_ = exact.followed_in_doubles(exact.RodNumbers(*numbers, None))
+            segments, *_ = exact.followed_in_doubles(exact.RodNumbers(*numbers, None))
         except _REFUSALS as reason:
             result.leave(row, reason)
         else:
-            _put(legs, row, result)
+            _put(segments, row, result)
 
 
-def _put(legs, row, result):
+def _put(segments, row, result):
     at = row - result.first
-    x, y, _, z, _ = legs[-1].end
-    result.final[:, at], result.n_events[at] = (x, y, z), len(legs) - 1
-    if result.notes is not None and len(legs) > 1:
-        kinds = np.array([KINDS.index(leg.kind) for leg in legs[:-1]])
-        events = ((after.start, *leg.end) for leg, after in pairwise(legs))
+    x, y, _, z, _ = segments[-1].end
+    result.final[:, at], result.n_events[at] = (x, y, z), len(segments) - 1
+    if result.notes is not None and len(segments) > 1:
+        kinds = np.array([KINDS.index(segment.kind) for segment in segments[:-1]])
+        events = ((after.start, *segment.end) for segment, after in pairwise(segments))
         t, x, y, _, z, _ = map(np.array, zip(*events, strict=True))
         result.notes.append((np.full(kinds.size, row), kinds, t, x, y, z))
 
