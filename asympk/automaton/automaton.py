@@ -73,9 +73,14 @@ class NumericMode:
         """The rates of the guards along the field as a function of (t, *state, *p)."""
         return self._compiled(self.mode.guard_values, (self.mode.flow,))
 
+    @cached_property
+    def poles(self) -> Callable[..., tuple]:
+        """What the rates are divided by as a function of (t, *state, *p)."""
+        return self._compiled(self.mode.poles)
+
     def pole_values(self, t: Any, state: State) -> tuple:
         """Return the values of what the rates are divided by."""
-        return self._compiled(self.mode.poles)(t, *state, *self.p) if self.mode.poles else ()
+        return self.poles(t, *state, *self.p) if self.mode.poles else ()
 
     def require_one_side(self, before: tuple, t: Any, state: State) -> tuple:
         """Return the values of what the rates are divided by; raises ``OutOfRange`` where one has changed its sign."""

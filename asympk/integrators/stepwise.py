@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from functools import cache
+from math import isfinite
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.integrators.integrate import Settings, Work
-from asympk.integrators.watch import Look, first_lost
+from asympk.integrators.watch import Look, first_lost, suspect
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,6 +48,13 @@ def follow_steps(
     solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings
 ) -> Segment:
     """Follow ``mode`` by the steps of ``solver`` until a guard is lost or its end."""
+    from numpy import errstate
+
+    with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
+        return _followed(solver, mode, t, state, settings)
+
+
+def _followed(solver, mode, t, state, settings):
     watch, n, times = Watch(mode, t, state), len(state), settings.times
     steps, idle, short, hit = 0, 0, "", None
     samples: list[tuple[float, ...]] = []
@@ -63,7 +71,8 @@ def follow_steps(
         if not short and (met := watch.lost(solver, t, state)):
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
-        poles = poles if short else mode.require_one_side(poles, t, state)
+        if poles and not short:
+            poles = mode.require_one_side(poles, t, state)
         if settings.keep:
             passed.append((t, state))
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
@@ -81,11 +90,15 @@ class Watch:
         self.mode, self.size = mode, len(state)
         values = [max(v, 0.0) for v in mode.guard_values(t, state)]
         self.floors = [v * UNBOUNDED * (kind == "unbounded") for v, (kind, _) in zip(values, mode.kinds, strict=True)]
+        self.floored = any(self.floors)
         self.last = Look(t, self._above(values), mode.guard_rates(t, state))
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
-        if not self.floors:
+        before, begin = self.last, solver.t_old
+        self.last = Look(t, self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state))
+        one_step, guards = before.t == begin, range(len(self.floors))
+        if not guards or (one_step and not any(suspect(before, self.last, k) for k in guards)):
             return None
         within = cache(solver.dense_output)
 
@@ -95,14 +108,12 @@ class Watch:
         def rates(at):
             return self.mode.guard_rates(at, within()(at)[: self.size].tolist())
 
-        before, begin = self.last, solver.t_old
-        if before.t != begin:  # the solver has made several steps
+        if not one_step:
             before = Look(begin, values(begin), rates(begin))
-        self.last = Look(t, self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state))
         return first_lost(before, self.last, values, rates, _bracketed)
 
     def _above(self, values):
-        return [v - floor for v, floor in zip(values, self.floors, strict=True)]
+        return [v - floor for v, floor in zip(values, self.floors, strict=True)] if self.floored else values
 
 
 def _bracketed(function, low, high):
@@ -139,13 +150,10 @@ def _step(solver, steps, settings):
         return STEP_LIMIT
     if monotonic() > settings.deadline:
         return "time limit reached"
-    from numpy import errstate
-
     try:
-        with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
-            reason = solver.step()
+        reason = solver.step()
     except (ArithmeticError, ValueError):
         return "left the range of floats"
     if solver.status == "failed":
         return f"stalled ({reason.rstrip('.').lower()})"
-    return "" if all(v - v == 0 for v in solver.y.tolist()) else "left the range of floats"
+    return "" if all(map(isfinite, solver.y.tolist())) else "left the range of floats"

@@ -43,13 +43,17 @@ def first_lost(
     found: list[tuple[Any, int]] = []
     looks: list[Look] = []
     for k in range(len(after.values)):
-        crosses = _crosses(before, after, k)
-        if crosses or (before.values[k] > 0 and near(before, after, k)):
+        if suspect(before, after, k):
             times = (before.t + (after.t - before.t) * part for part in parts)
             looks = looks or [before, *(Look(t, values(t), rates(t)) for t in times), after]
-            if (t := _falls(looks, k, values, rates, root, crosses)) is not None:
+            if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k))) is not None:
                 found.append((t, k))
     return min(found, default=None)
+
+
+def suspect(before: Look, after: Look, k: int) -> bool:
+    """Tell whether guard ``k`` may be lost between two looks."""
+    return _crosses(before, after, k) or (before.values[k] > 0 and bool(near(before, after, k)))
 
 
 def _crosses(before: Look, after: Look, k: int) -> bool:
