@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 _EXTENDING = Lock()
 _BITS = 12_000  # of the constants, from the start
+_APART = 1 << 16  # bits between numbers that are added as whole ones
 _extended = 0
 
 
@@ -59,12 +60,17 @@ def whole_product(m: "MPContext", matrix: "np.ndarray", bits: int, vector: "np.n
     """Return ``matrix @ vector`` in numbers of the context ``m``, each entry rounded once.
 
     ``matrix`` (rows, n) is an array of whole numbers, 2^bits being 1, and ``vector`` (n,) one of numbers of ``m``.
+    Numbers of the vector that are smaller than the largest by far are added as numbers of ``m``.
     """
     import numpy as np
     from mpmath.libmp import from_man_exp
 
-    parts = [v._mpf_ for v in vector]
-    low = min(exponent for _, _, exponent, _ in parts)
-    whole = np.array([(-man if sign else man) << (exponent - low) for sign, man, exponent, _ in parts], dtype=object)
-    found = (matrix @ whole).tolist()
-    return np.array([m.make_mpf(from_man_exp(v, low - bits, m.prec, "n")) for v in found], dtype=object)
+    parts = [(-man if sign else man, exponent) for sign, man, exponent, _ in (v._mpf_ for v in vector)]
+    exponents = [exponent for man, exponent in parts if man]
+    low = min((e for e in exponents if e >= max(exponents) - _APART), default=0)
+    whole = np.array([man << (exponent - low) if exponent >= low else 0 for man, exponent in parts], dtype=object)
+    products = (matrix @ whole).tolist()
+    found = np.array([m.make_mpf(from_man_exp(v, low - bits, m.prec, "n")) for v in products], dtype=object)
+    if all(exponent >= low for exponent in exponents):
+        return found
+    return found + whole_product(m, matrix, bits, np.where(whole.astype(bool), m.zero, vector))

@@ -332,6 +332,17 @@ def test_a_huge_motion_is_a_large_one_in_other_units(size, options):
     assert [float(w) / size for w in huge.final] == pytest.approx([float(w) / 1e15 for w in large.final], rel=1e-12)
 
 
+@pytest.mark.parametrize("rate", [10**5, 10**11])
+def test_a_layer_that_died_long_ago_keeps_its_digits_in_digits(rate):
+    x, v = sp.symbols("x v", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=1)
+    system = ap.System.with_frictions({x: -rate * x, v: F}, {}, [friction])
+    path = ap.solve(ap.Scene(system=system, values={}, start={"x": 1, "v": 1}, until=2), digits=30)
+    assert [(e.kind, e.t) for e in path.events] == [("velocity_zero", 1)]
+    with mpmath.workdps(40):
+        assert mpmath.log(path.final[0]) == pytest.approx(-2 * rate, rel=1e-28)
+
+
 def test_what_cannot_be_followed_is_refused_in_one_line():
     with pytest.raises(ValueError, match="from 1 to 1000"):
         spring(1, {"x": 3, "v": -1}, 1, digits=0)
