@@ -29,7 +29,9 @@ from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.reading import expression
 
-BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling)
+BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.frac, sp.Mod)
+_OPEN = (sp.Derivative, sp.Subs, sp.Sum, sp.Product)  # what still is to be worked out
+_LARGEST = 2**1024  # beyond all doubles
 STRICT = {"allow_unknown_functions": False, "strict": True}
 
 
@@ -111,8 +113,12 @@ def lower(args: Any, expr: Any, target: str = "numpy", name: str = "f", branchin
     args, (outputs, keys, single) = _arguments(args), _outputs(expr)
     for output in outputs:
         _check(output, args, branching)
+        if target != "mpmath" and any(abs(n) >= _LARGEST for n in output.atoms(sp.Rational)):
+            raise InputError(f"{short(output)} has a constant beyond all doubles; use target 'mpmath'")
     if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
         raise InputError(f"name {short(name)} cannot name a function; give letters, digits and underscores")
+    if name in _printer(target).reserved_words:
+        raise InputError(f"name {name!r} has a meaning in the source for target {target!r}; give another")
     lowered = Lowered(args, outputs, target, keys, single, name)
     _emission(lowered)
     return _c_source(lowered) if target == "c" else lowered
@@ -147,6 +153,16 @@ class _C(C99CodePrinter):
 
     _print_Pi = _print_Exp1 = _print_EulerGamma = _print_GoldenRatio = _print_Catalan = _print_NumberSymbol
 
+    def _print_Mod(self, expr):
+        """Print a remainder with the sign of the divisor, as in every other target."""
+        a, b = map(self._print, expr.args)
+        rest = f"fmod({a}, {b})"
+        return f"({rest}*({b}) < 0.0 ? {rest} + ({b}) : {rest})"
+
+    def _print_Piecewise(self, expr):
+        whole = expr.args[-1].cond == sp.true
+        return super()._print_Piecewise(expr if whole else sp.Piecewise(*expr.args, (sp.nan, True)))
+
     def _print_Pow(self, expr):
         if expr.base.is_Symbol and expr.exp in (2, 3, 4):
             return f"({'*'.join([self._print(expr.base)] * int(expr.exp))})"
@@ -156,15 +172,22 @@ class _C(C99CodePrinter):
 
 
 _PRINTERS = {"numpy": NumPyPrinter, "math": PythonCodePrinter, "mpmath": MpmathPrinter, "c": _C}
-_EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}}}
-_USED = ("out", "abs", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # names the sources use themselves
+_EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}},
+          "c": {"math_macros": {}}}  # fmt: skip
+_USED = ("out", "abs", "max", "min", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # by the sources
+
+
+def _printer(target):
+    """Return the printer of a target's source; its words are no names there."""
+    printer = _PRINTERS[target](STRICT | _EXTRA.get(target, {}))
+    printer.reserved_words = {*printer.reserved_words, *_USED, target}
+    return printer
 
 
 @lru_cache(maxsize=512)
 def _emission(lowered):
     """Return the text of the arguments, of the shared subexpressions (pairs), and of the outputs."""
-    printer = _PRINTERS[lowered.target](STRICT | _EXTRA.get(lowered.target, {}))
-    printer.reserved_words = {*printer.reserved_words, *_USED, lowered.target}
+    printer = _printer(lowered.target)
     shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
     try:
         arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
@@ -305,6 +328,8 @@ def _check(expr, args, branching):
         raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
     if expr.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise InputError(f"{expr} contains a constant that is not a finite number")
+    if expr.has(*_OPEN):
+        raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
     if expr.has(sp.I):
         raise InputError(f"{expr} is complex; lower its real and imaginary parts")
     if not branching and expr.has(*BRANCHING):

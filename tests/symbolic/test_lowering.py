@@ -1,8 +1,10 @@
 """Every target computes the expression, exactly where it can, and refuses what has no number."""
 
+import ctypes
 import math
 import os
 import pickle
+import shutil
 import subprocess
 import sys
 from fractions import Fraction
@@ -118,6 +120,33 @@ def test_names_that_a_language_reserves_are_changed():
     assert lower((sp.Symbol("math"),), sp.exp(sp.Symbol("math")), "math")(0) == 1.0
 
 
+@pytest.mark.parametrize(
+    ("target", "name"),
+    [("math", "lambda"), ("math", "math"), ("numpy", "numpy"), ("math", "abs"), ("c", "double"), ("c", "sin")],
+)
+def test_a_function_takes_no_name_that_its_source_uses(target, name):
+    with pytest.raises(InputError, match=f"{name!r} has a meaning in the source"):
+        lower((x,), abs(x), target, name=name)
+
+
+C99 = [sp.Mod(x, 3), sp.sqrt(2) * x + sp.pi**2, sp.Mod(x, -3), sp.Piecewise((x, x > -1), (x**2, x < -1)), sp.log(2) * x]
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_c_source_is_c99_and_computes_what_mpmath_does(tmp_path):
+    source = [lower((x,), expr, "c", name=f"f{k}", branching=True) for k, expr in enumerate(C99)]
+    (tmp_path / "f.c").write_text("#include <math.h>\n" + "\n".join(source))
+    strict = ["-std=c99", "-pedantic", "-Wall", "-Wno-missing-prototypes", "-Werror", "-shared", "-fPIC"]
+    subprocess.run(["cc", *strict, "-o", tmp_path / "f.so", tmp_path / "f.c", "-lm"], check=True)
+    library = ctypes.CDLL(str(tmp_path / "f.so"))
+    for k, expr in enumerate(C99):
+        found = library[f"f{k}"]
+        found.restype, found.argtypes = ctypes.c_double, [ctypes.c_double]
+        for value in (-4.25, -3.0, -0.5, 2.75):
+            assert found(value) == pytest.approx(float(lower((x,), expr, "mpmath", branching=True)(value)), rel=1e-15)
+        assert math.isnan(found(-1.0)) == isinstance(expr, sp.Piecewise)
+
+
 @pytest.mark.parametrize("target", TARGETS)
 @pytest.mark.parametrize(("expr", "value"), [(sp.sqrt(x), -1), (1 / x, 0), (sp.log(x), 0), (sp.cbrt(x), -8)])
 def test_a_value_that_is_not_finite_and_real_is_an_error_that_says_where(target, expr, value):
@@ -143,6 +172,10 @@ def test_in_an_array_the_first_bad_place_is_named():
         ((x,), x > 1, "is not an expression"),
         ((x,), sp.Function("phi")(x), "has no phi"),
         ((x,), sp.gamma(x), "would need math"),
+        ((x,), sp.Mod(x, 3), "branches"),
+        ((x,), sp.Sum(x, (mu, 1, 3)), r"worked out first; give Sum\(x, \(mu, 1, 3\)\)\.doit"),
+        ((x,), sp.Derivative(x**2, x), "worked out first"),
+        ((x,), 10**400 * x, "beyond all doubles"),
         ((x, sp.Symbol("x", real=True)), x, "contain one name twice"),
         ((sp.Symbol("x'"),), sp.S.One, "cannot name a variable"),
         (("x",), x, "cannot name a variable"),
