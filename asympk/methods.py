@@ -86,9 +86,10 @@ def solve_many(
     if system is not None:
         if any(given is not None for given in (sigma, mu, x, y, z, sigma0)) or method != "exact":
             raise InputError("sigma, mu, x, y, z, sigma0 and method belong to the rod; a system has values= and start=")
-        return _found("affine.many", "solve_many")(
-            system=system, values={} if values is None else values, start=start, until=until, **options
-        )
+        run = _found("affine.many", "solve_many")
+        _require_known(method, run, options)
+        values = {} if values is None else values
+        return run(system=system, values=values, start=start, until=until, **options)
     if method not in ROD.arrays:
         raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(ROD.arrays)}, "
                           "or solve scene by scene")  # fmt: skip

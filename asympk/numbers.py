@@ -60,9 +60,10 @@ def numbers(name: str, value: Any) -> "np.ndarray":
     return values
 
 
-def times_asked(t: Any) -> "np.ndarray":
-    """Return times as an array of what it holds, unread, for ``number``; raises ``InputError`` as ``numbers``."""
-    return _array("t", t, object)
+def unread(name: str, value: Any) -> "np.ndarray":
+    """Return ``value`` as an array of what it holds, for ``number`` to read; raises ``InputError`` as ``numbers``."""
+    values = _array(name, value, None)
+    return values if values.dtype.kind in "iuf" else _array(name, value, object)
 
 
 def entry_name(name: str, at: tuple) -> str:
@@ -117,8 +118,17 @@ def _exact(name, value):
     if hasattr(value, "_mpf_"):
         return _from_mpf(name, value)
     if type(value).__module__ == "numpy" and value.ndim == 0 and value.dtype.kind in "iuf":
-        return _exact(name, value.item())
+        return _from_scalar(name, value.item())
     raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}")
+
+
+def _from_scalar(name, value):
+    """Return what NumPy holds in a scalar; a long double, which Python has not, as the Fraction that it is."""
+    if type(value) in (float, int):
+        return value
+    if not abs(value) < float("inf"):
+        raise InputError(f"{name} = {short(value)}: {_RANGE}")
+    return Fraction(*value.as_integer_ratio())
 
 
 def _spelt(name, text):

@@ -20,6 +20,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, outcome_of
+from asympk.numbers import entry_name, numbers, unread
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
 
@@ -87,7 +88,7 @@ def solve_many(
     result = _Result(np.empty((len(names), total)), np.zeros(total, dtype=np.int32), first, [], [], {}, strict)
     done = 0
     for chosen, rows in _groups(parameters, total):
-        exact, _ = system.placed(dict(zip(values, chosen, strict=True)), _first(start, states, rows[0]))
+        exact, _ = system.placed(dict(zip(values, chosen, strict=True)), _first(start))
         case = _Case(system, exact)
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
@@ -95,9 +96,10 @@ def solve_many(
             done += mine.size
             if progress:
                 progress(done, total)
-    final, count = result.final.reshape(-1, *shape), result.n_events.reshape(shape)
+    final, count = result.final.reshape(len(names), *shape), result.n_events.reshape(shape)
     events = _in_order(result.notes, len(names))
-    return AffineEnsemble(names, final, count, first.reshape(-1, *shape), len(result.alone), result.left, events)
+    first = first.reshape(len(first), *shape)
+    return AffineEnsemble(names, final, count, first, len(result.alone), result.left, events)
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,8 @@ def _broadcast(system, values, start, until):
     for what, given in (("values", values), ("start", start)):
         if not hasattr(given, "items"):
             raise InputError(f"{what} = {given!r:.60}: it must be a mapping from symbols or names to numbers or arrays")
-    arrays = [np.asarray(v) for v in (*values.values(), *start.values(), until)]
+    states = [_floats(f"start: {key}", v) for key, v in start.items()]
+    arrays = [*(unread(f"values: {key}", v) for key, v in values.items()), *states, _floats("until", until)]
     try:
         shape = np.broadcast_shapes(*(a.shape for a in arrays))
     except ValueError:
@@ -148,32 +151,31 @@ def _broadcast(system, values, start, until):
     parameters = dict(zip(values, flat, strict=False))
     order = {str(key): k + len(values) for k, key in enumerate(start)}
     given = [flat[order[s.name]] for s in system.states if s.name in order]
-    states = np.array([_floats("start", a) for a in given]).T.reshape(flat[-1].size, -1)
-    horizon = _floats("until", flat[-1])
+    horizon = flat[-1]
     if horizon.size and horizon.min() < 0:
         raise InputError(f"until = {horizon.min():g}: it must be zero or positive")
-    return parameters, states, horizon, shape
+    return parameters, np.array(given).T.reshape(horizon.size, len(given)), horizon, shape
 
 
-def _floats(what, array):
-    try:
-        found = array.astype(float)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} = {array!r:.60}: it must be numbers") from None
+def _floats(name, value):
+    found = numbers(name, value).astype(float)
     if not np.isfinite(found).all():
-        raise InputError(f"{what} contains {found[~np.isfinite(found)][0]}; it must be finite numbers")
+        at = tuple(map(int, np.argwhere(~np.isfinite(found))[0]))
+        raise InputError(f"{entry_name(name, at)} = {found[at]}: it must be a finite number")
     return found
 
 
 def _groups(parameters, total):
     """Yield (values, rows) for every set of parameters."""
+    if not total:
+        return
     if not parameters:
         yield (), np.arange(total)
         return
     keys: dict = {}
     columns = list(parameters.values())
     if all((column[1:] == column[:-1]).all() for column in columns):
-        yield tuple(column[0].item() for column in columns), np.arange(total)
+        yield tuple(column[:1].tolist()[0] for column in columns), np.arange(total)
         return
     for row, chosen in enumerate(zip(*(column.tolist() for column in columns), strict=True)):
         keys.setdefault(chosen, []).append(row)
@@ -181,9 +183,8 @@ def _groups(parameters, total):
         yield chosen, np.array(rows)
 
 
-def _first(start, states, row):
-    return {key: np.broadcast_to(np.asarray(v), ()).item() if np.ndim(v) == 0 else float(np.ravel(v)[0])
-            for key, v in start.items()}  # fmt: skip
+def _first(start):
+    return {key: unread(f"start: {key}", v).flat[0] for key, v in start.items()}
 
 
 class _Modes:

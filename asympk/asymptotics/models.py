@@ -21,7 +21,7 @@ from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.validity import validity_conditions
 from asympk.digits import carried, carrier_context
 from asympk.errors import InputError, NoManifold, NoMotion, OutOfRange, TwoMotions
-from asympk.numbers import known_order, number, numbers, short, sign_of, times_asked, whole
+from asympk.numbers import known_order, number, numbers, short, sign_of, unread, whole
 from asympk.path import Event, Path, within
 from asympk.scene import in_doubles
 
@@ -142,7 +142,7 @@ class CompositeDense:
         if self.digits is None:
             times = numbers("t", t).astype(float)
         else:
-            times = np.array([number("t", u) for u in times_asked(t).flat], dtype=object).reshape(np.shape(t))
+            times = np.array([number("t", u) for u in unread("t", t).flat], dtype=object).reshape(np.shape(t))
         if not within(times.min(initial=0), times.max(initial=0), self.until):
             raise InputError(f"t = {short(t)}: it must be within [0, {self.until}]")
         m = FLOATS if self.digits is None else _multiprecision(self.digits)

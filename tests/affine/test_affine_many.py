@@ -1,5 +1,7 @@
 """Arrays of affine trajectories: the scalar flow's results, for one decomposition per set of parameters."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -104,6 +106,45 @@ def test_bad_arrays_are_refused_in_one_line(starts):
     van_der_pol = ap.System.smooth({x: v, v: (1 - x**2) * v - x}, {}, None)
     with pytest.raises(InputError, match="affine"):
         ap.solve_many(system=van_der_pol, values={}, start={"x": 1, "v": 0}, until=1)
+
+
+UNREADABLE = {
+    "masked": np.ma.array([1.0, 2.0], mask=[False, True]),
+    "complex": [1 + 2j, 2],
+    "ragged": [[1, 2], [3]],
+    "beyond doubles": [10**400, 1],
+    "dates": np.array(["2020-01-01"], dtype="datetime64[D]"),
+    "sets": {1},
+}
+
+
+@pytest.mark.parametrize("what", UNREADABLE)
+@pytest.mark.parametrize("name", ["x", "k", "until"])
+def test_what_is_no_array_of_numbers_is_refused_by_name(starts, what, name):
+    given = {"values": {"mu": 1e-3, "k": 0.5}, "start": {key: value[0] for key, value in starts.items()}, "until": 1}
+    home = next((part for part in (given["values"], given["start"]) if name in part), given)
+    home[name] = UNREADABLE[what]
+    with pytest.raises(InputError, match=name):
+        ap.solve_many(system=CHAIN, **given)
+
+
+@pytest.mark.parametrize("shape", [(0,), (0, 3), (2, 0, 1)])
+def test_no_trajectories_have_no_ends_of_their_shape(shape):
+    values, start = {"mu": 1e-3, "k": np.ones(shape)}, dict.fromkeys("xvwy", 1)
+    many = ap.solve_many(system=CHAIN, values=values, start=start, until=1)
+    assert many.final.shape == (4, *shape)
+    assert many.first.shape == (1, *shape)
+    assert many.n_events.shape == many.outcome.shape == many.itineraries().index.shape == shape
+    assert len(many.events().t) == 0
+
+
+@pytest.mark.parametrize("exact", [np.longdouble(1) / 3, Fraction(1, 3), "1/3"])
+def test_arrays_of_exact_numbers_are_read_as_scalars_are(exact):
+    given, start = {"mu": Fraction(1, 1000), "k": exact}, dict.fromkeys("xvwy", exact)
+    twice = {key: [value, value] for key, value in start.items()}
+    many = ap.solve_many(system=CHAIN, values={**given, "k": [exact, exact]}, start=twice, until=1)
+    path = ap.solve(ap.Scene(system=CHAIN, values=given, start=start, until=1))
+    assert many.final[:, 1] == pytest.approx(path.final, rel=1e-14)
 
 
 # a twisting relay: events accumulate at the origin

@@ -3,7 +3,7 @@
 from bisect import bisect_right
 from typing import Any
 
-from asympk.numbers import Number, number, times_asked
+from asympk.numbers import Number, number, unread
 from asympk.path import ClosedForm
 
 
@@ -19,7 +19,7 @@ class RodDense(ClosedForm):
             return self._state(t, starts)
         import numpy as np
 
-        times = times_asked(t)
+        times = unread("t", t)
         states = [self._state(time, starts) for time in times.ravel()]
         kind = float if self.digits is None else object
         return np.array(states, dtype=kind).reshape((*times.shape, 3)).transpose(times.ndim, *range(times.ndim))
