@@ -84,14 +84,20 @@ def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
 
 
 def _powers(matrix, part, pattern, core, outside):
-    """Return the ``P M^k`` of the part P of the eigenvalue 0 that do not vanish by the pattern."""
+    """Return the ``P M^k`` of the part P of the eigenvalue 0 that do not vanish by the pattern.
+
+    The core is invertible, so what is outside drives what is outside through it as well, any number of times.
+    """
     if not any(pattern[i, j] for i in outside for j in core):
         for i, j in product(range(len(pattern)), core):  # nothing outside the core is driven by it
             part[i, j] = 0
-    found, linked = [], np.eye(len(pattern), dtype=bool)
-    while len(found) < len(outside) and linked[np.ix_(outside, outside)].any():
+    within = np.linalg.matrix_power(pattern[np.ix_(core, core)] | np.eye(len(core), dtype=bool), len(core))
+    through = pattern[np.ix_(outside, core)] @ within @ pattern[np.ix_(core, outside)]
+    step, linked = pattern[np.ix_(outside, outside)] | through, np.eye(len(outside), dtype=bool)
+    found = []
+    while linked.any():
         found.append(part)
-        part, linked = part * matrix, linked @ pattern
+        part, linked = part * matrix, linked @ step
     return tuple(found)
 
 

@@ -1,5 +1,7 @@
 """Certificates of affine systems: what is proven holds at seventy digits, and what cannot be proven is refused."""
 
+import math
+
 import mpmath
 import numpy as np
 import pytest
@@ -91,6 +93,20 @@ def test_a_box_of_parameters_contains_what_its_points_do():
             path = ap.solve(ap.Scene(system=CHAIN, values=near, start=start, until=2))
             assert path.modes == proof.modes
             assert inside(proof, path)
+
+
+def test_what_a_decaying_state_carries_on_grows_with_time_in_a_box_too():
+    # x decays to k and w is its integral: the constant drives w through x alone
+    system = ap.System.with_frictions({x: k - x, w: x, v: F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    scene = ap.Scene(system=system, values={"k": 2}, start={"x": 1, "w": 0, "v": 1}, until=3)
+    proof = certify(scene, {"k": ("1.999999", "2.000001")})
+    assert proven(proof)
+    assert proof.modes == ("slip_same", "stick")
+    assert float(proof.final[1].rad()) < 1e-4
+    for level in (1.999999, 2.0, 2.000001):
+        away = (level - 1) * math.expm1(-3)
+        for ball, end in zip(proof.final, (level - (level - 1) * math.exp(-3), 3 * level + away, 0), strict=True):
+            assert abs(float(ball.mid()) - end) <= float(ball.rad()) + 1e-15
 
 
 def test_friction_and_start_may_range_together_down_to_rest():
