@@ -50,25 +50,42 @@ def least(
     critical friction is no such function, has no least value, or its least one depends on signs that are not known.
     """
     critical = critical_friction(kinetics).subs({key: exact_constant(str(key), value) for key, value in values.items()})
-    tangent = sp.Symbol("T", positive=True)
-    turned = _in_tangent(critical, coordinate, tangent)
+    name, tangent = own(coordinate), sp.Symbol("T", real=True)
+    turned = _in_tangent(critical.replace(sp.Abs, lambda inside: inside), coordinate, tangent)
     if turned is None or not turned.has(tangent):
-        raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({own(coordinate)})")
-    slope = sp.fraction(sp.cancel(sp.together(sp.diff(turned, tangent))))[0]
-    places = [root for root in sp.roots(sp.Poly(slope, tangent)) if root.is_positive]
-    values_there = {sp.simplify(turned.subs(tangent, root)): root for root in places}
-    candidates = [value for value in values_there if value.is_positive]
-    if not candidates or (len(candidates) > 1 and not all(value.is_number for value in candidates)):
-        name = own(coordinate)
+        raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({name})")
+    found = _extremes(turned, tangent, name)
+    if 0 in found:
+        raise NotDerivable(f"the critical friction over {name} comes down to 0: there is no least one")
+    for value, place in found.items():
+        if value.is_positive and all(value == other or sp.simplify(other - value).is_nonnegative for other in found):
+            return LeastFriction(value, sp.Eq(sp.tan(name), place) if place.is_finite else sp.Eq(sp.cos(name), 0))
+    raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
+
+
+def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, sp.Expr]:
+    """Return {size: tangent} where a quotient is stationary, and at the tangents 0 and oo where it is finite."""
+    above, below = (sp.Poly(part, tangent) for part in sp.fraction(turned))
+    slope = above.diff() * below - above * below.diff()
+    roots = sp.roots(slope)
+    complete = sum(roots.values()) == slope.degree() and all(root.is_real is not None for root in roots)
+    if not complete and slope.free_symbols_in_domain:
         raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
-    best = min(candidates)
-    return LeastFriction(best, sp.Eq(sp.tan(own(coordinate)), values_there[best]))
+    places = [root for root in roots if root.is_real] if complete else slope.real_roots()
+    found: dict[sp.Expr, sp.Expr] = {}
+    for root in sorted(places, key=lambda root: root.is_positive is not True):
+        found.setdefault(sp.simplify(sp.Abs(turned.subs(tangent, root))), root)
+    if below.nth(0) != 0:
+        found.setdefault(sp.cancel(sp.Abs(above.nth(0) / below.nth(0))), sp.S.Zero)
+    if (degree := below.degree()) >= above.degree():
+        found.setdefault(sp.cancel(sp.Abs(above.nth(degree) / below.nth(degree))), sp.oo)
+    return found
 
 
 def _in_tangent(critical: sp.Expr, coordinate: sp.Symbol, tangent: sp.Symbol) -> sp.Expr | None:
-    """Return a quotient of even degree in sine and cosine in terms of the tangent, between 0 and a right angle."""
+    """Return a quotient of even degree in sine and cosine in terms of the tangent, the cosine not being negative."""
     cosine = sp.Dummy("c", positive=True)
-    put = {sp.sin(coordinate): tangent * cosine, sp.cos(coordinate): cosine}
+    put = {sp.tan(coordinate): tangent, sp.sin(coordinate): tangent * cosine, sp.cos(coordinate): cosine}
     found = sp.cancel(sp.expand_trig(critical).subs(put)).subs(cosine**2, 1 / (1 + tangent**2))
     found = sp.cancel(sp.together(found))
     return None if found.has(cosine, coordinate) or not found.is_rational_function(tangent) else found

@@ -31,9 +31,41 @@ def test_least_critical_friction_of_a_rod_with_any_radius_of_inertia():
     assert rod.least_critical_friction(theta, {"kappa": 3}).friction == sp.Rational(4, 3)
 
 
+def leaning(ratio):
+    """Return a mechanism whose G_NT / G_NN is a given function of an angle."""
+    X, Y = dynamicsymbols("X Y")
+    t = dynamicsymbols._t
+    L = (X.diff(t) ** 2 + Y.diff(t) ** 2 + THETA.diff(t) ** 2) / 2
+    contact = ap.Contact(gap=Y, slip=X.diff(t) + ratio * Y.diff(t), friction=sp.Symbol("f", positive=True))
+    return ap.Mechanism.from_lagrangian(L, (X, Y, THETA), contact=contact)
+
+
+PRODUCT = sp.sin(THETA) * sp.cos(THETA)
+RATIOS = {
+    "the least one at a negative angle": PRODUCT / (1 + PRODUCT),
+    "stationary at positive angles where it is greatest": 1 / (1 + PRODUCT),
+    "the least one where the sine vanishes": sp.cos(THETA) ** 2 / (sp.cos(THETA) ** 2 + 9 * sp.sin(THETA) ** 2),
+    "the least one where the cosine vanishes": sp.sin(THETA) ** 2 / (sp.sin(THETA) ** 2 + 9 * sp.cos(THETA) ** 2),
+    "a tangent": sp.tan(THETA) / (1 + sp.tan(THETA) ** 2),
+}
+
+
+@pytest.mark.parametrize("name", RATIOS)
+def test_the_least_critical_friction_is_the_least_over_all_angles(name):
+    mechanism = leaning(RATIOS[name])
+    least = mechanism.least_critical_friction(THETA)
+    angles = np.linspace(-np.pi, np.pi, 40_002)
+    everywhere = sp.lambdify(THETA, mechanism.critical_friction, "numpy")(angles)
+    assert everywhere.min() == pytest.approx(float(least.friction), rel=1e-7)
+    place = angles[everywhere.argmin()]
+    assert float((least.where.lhs - least.where.rhs).subs(THETA, place)) == pytest.approx(0, abs=1e-3)
+
+
 def test_a_critical_friction_without_a_least_value_is_told():
     with pytest.raises(NotDerivable, match="no rational function"):
         masses_between_guides().least_critical_friction("x1")
+    with pytest.raises(NotDerivable, match="comes down to 0"):
+        leaning(1 / PRODUCT).least_critical_friction(THETA)
 
 
 def test_edges_of_the_paradox_are_where_the_friction_is_critical():
