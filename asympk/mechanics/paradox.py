@@ -71,7 +71,7 @@ def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, s
     complete = sum(roots.values()) == slope.degree() and all(root.is_real is not None for root in roots)
     if not complete and slope.free_symbols_in_domain:
         raise NotDerivable(f"the least critical friction over {name} depends on parameters; give their values")
-    places = [root for root in roots if root.is_real] if complete else slope.real_roots()
+    places = [root for root in (roots if complete else slope.real_roots()) if root.is_real and below.eval(root) != 0]
     found: dict[sp.Expr, sp.Expr] = {}
     for root in sorted(places, key=lambda root: root.is_positive is not True):
         found.setdefault(sp.simplify(sp.Abs(turned.subs(tangent, root))), root)
