@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from asympk.affine.functions import Arrays, functions
-from asympk.numbers import Number, number
+from asympk.numbers import Number, number, numbers, unread
 from asympk.path import ClosedForm
 
 
@@ -20,12 +20,11 @@ class AffineDense(ClosedForm):
         one = isinstance(t, str) or not hasattr(t, "__len__")
         if self.digits is not None and one:
             return self._state(t)
-        times = np.asarray(t, dtype=object)
         if self.digits is None and self.convert is float:
-            return self._states(times.astype(float))
-        kind = float if self.digits is None else object
+            return self._states(numbers("t", t).astype(float))
+        times, size, kind = unread("t", t), len(self.scene.names), float if self.digits is None else object
         states = np.array([self._state(time) for time in times.ravel()], dtype=kind)
-        return states.reshape(-1, len(self.scene.names)).T.reshape(-1, *times.shape)
+        return states.reshape(times.size, size).T.reshape(size, *times.shape)
 
     def _states(self, times):
         self.require_within(times.min(initial=0.0), times.max(initial=0.0))

@@ -11,7 +11,7 @@ import asympk as ap
 from asympk.affine.run import flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
-from asympk.errors import AsympkError
+from asympk.errors import AsympkError, InputError
 
 flint = pytest.importorskip("flint")
 
@@ -244,6 +244,17 @@ def test_a_path_is_dense_and_continuous_at_its_events():
     assert np.abs(path(times).T - states).max() < 1e-9
     assert path(np.array([[0.0, 5.0]]))[:, 0, 1] == pytest.approx(path.final, rel=1e-15)
     assert path(0.0) == pytest.approx((0, 0.2, -1))
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "lsoda"}])
+def test_a_path_reads_its_times_as_numbers_and_none_of_them_is_none(options):
+    path = spring(1, {"x": 3, "v": -1}, 1, **options)
+    assert path([]).shape == (2, 0)
+    assert path(np.zeros((2, 0, 3))).shape == (2, 2, 0, 3)
+    assert path(["1/4", "1/2"])[:, 0] == pytest.approx(path("0.25"), rel=1e-12)
+    for hostile in ([0.5 + 1j], np.ma.array([0.0, 1.0], mask=[True, False]), [[0, 1], [1]], True):
+        with pytest.raises(InputError, match="t "):
+            path(hostile)
 
 
 def test_a_system_that_is_nearly_affine_goes_to_an_integrator_and_the_path_says_so():
