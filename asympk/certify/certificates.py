@@ -165,7 +165,14 @@ def _followed(scene, sides, budget):
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     start = affine.start_of(scene, sides)
     turned = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
-    return affine.enclose(scene.system, scene.values, turned, start, ball(scene.until), finest, budget)
+    values = _values(scene, sides, 0)
+    return affine.enclose(scene.system, values, turned, start, ball(scene.until), finest, budget)
+
+
+def _values(scene, sides, end):
+    """Return the parameters of a scene, those of a box at its low end, 0, or at its high one, 1."""
+    pairs = zip(scene.system.parameters, scene.values, strict=True)
+    return tuple(sides.get(symbol.name, (value, value))[end] for symbol, value in pairs)
 
 
 def _sides_of_system(scene, box):
@@ -173,7 +180,11 @@ def _sides_of_system(scene, box):
     if not is_affine(scene.system):
         raise InputError("a certificate is for the rod and for systems whose modes are all affine; this one is not")
     known = (*scene.names, *(s.name for s in scene.system.parameters))
-    return _exact_sides(box, known, "state and no parameter")
+    sides = _exact_sides(box, known, "state and no parameter")
+    for end in (0, 1):
+        values = dict(zip(scene.system.parameters, _values(scene, sides, end), strict=True))
+        scene.system.placed(values, dict(zip(scene.names, scene.start, strict=True)))
+    return sides
 
 
 def _exact_sides(box, known, what):

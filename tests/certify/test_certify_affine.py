@@ -121,6 +121,21 @@ def test_friction_and_start_may_range_together_down_to_rest():
     assert certify(scene, {"k": ("0.3", "0.9")}).obstacle == "edge"
 
 
+@pytest.mark.parametrize("also", [{}, {"x": ("2.2", "2.2001")}])
+def test_a_side_of_no_length_is_the_parameter_it_names(also):
+    scene = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.2", "v": 0}, until=2)
+    proof = certify(scene, {"k": ("0.6", "0.6"), **also})
+    assert proven(proof)
+    assert inside(proof, ap.solve(ap.Scene(system=COULOMB, values={"k": "0.6"}, start={"x": "2.2", "v": 0}, until=2)))
+
+
+def test_a_box_outside_the_range_of_a_parameter_is_refused():
+    scene = ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": "2.2", "v": 0}, until=2)
+    for box in ({"k": (-1, -1)}, {"k": (-1, 1)}):
+        with pytest.raises(ValueError, match="k = -1 is refused; the symbol is declared positive"):
+            certify(scene, box)
+
+
 def test_eigenvalues_that_meet_within_a_box_are_refused():
     damped = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=damped, values={"k": 1}, start={"x": 3, "v": 0}, until=1)
