@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.integrators.integrate import Settings, Work
-from asympk.integrators.watch import Look, first_lost, suspect
+from asympk.integrators.watch import Look, first_lost, suspects
 
 if TYPE_CHECKING:
     import numpy as np
@@ -97,8 +97,8 @@ class Watch:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
         before, begin = self.last, solver.t_old
         self.last = Look(t, self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state))
-        one_step, guards = before.t == begin, range(len(self.floors))
-        if not guards or (one_step and not any(suspect(before, self.last, k) for k in guards)):
+        one_step = before.t == begin
+        if not self.floors or (one_step and not suspects(before, self.last)):
             return None
         within = cache(solver.dense_output)
 

@@ -25,10 +25,10 @@ def near(before: Look, after: Look, k: int) -> Any:
 
     One that turns so gently that it would have to fall ``STEEPER`` times as fast between the looks as at them does not.
     """
-    start, end = before.rates[k], after.rates[k]
-    fastest = (abs(start) + abs(end) + abs(abs(start) - abs(end))) / 2  # the larger, for traced numbers too
-    above, fall = before.values[k] + after.values[k], (after.t - before.t) * fastest
-    return (above < fall) | ((start < 0) & (end > 0) & (above < STEEPER * fall))
+    start, end, span = before.rates[k], after.rates[k], after.t - before.t
+    above, fall, rise = before.values[k] + after.values[k], span * abs(start), span * abs(end)
+    crosses, turns = (above < fall) | (above < rise), (start < 0) & (end > 0)
+    return crosses | (turns & ((above < STEEPER * fall) | (above < STEEPER * rise)))
 
 
 def first_lost(
@@ -42,18 +42,18 @@ def first_lost(
     """
     found: list[tuple[Any, int]] = []
     looks: list[Look] = []
-    for k in range(len(after.values)):
-        if suspect(before, after, k):
-            times = (before.t + (after.t - before.t) * part for part in parts)
-            looks = looks or [before, *(Look(t, values(t), rates(t)) for t in times), after]
-            if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k))) is not None:
-                found.append((t, k))
+    for k in suspects(before, after):
+        times = (before.t + (after.t - before.t) * part for part in parts)
+        looks = looks or [before, *(Look(t, values(t), rates(t)) for t in times), after]
+        if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k))) is not None:
+            found.append((t, k))
     return min(found, default=None)
 
 
-def suspect(before: Look, after: Look, k: int) -> bool:
-    """Tell whether guard ``k`` may be lost between two looks."""
-    return _crosses(before, after, k) or (before.values[k] > 0 and bool(near(before, after, k)))
+def suspects(before: Look, after: Look) -> list[int]:
+    """Return the guards that may be lost between two looks."""
+    return [k for k in range(len(after.values))
+            if _crosses(before, after, k) or (before.values[k] > 0 and near(before, after, k))]  # fmt: skip
 
 
 def _crosses(before: Look, after: Look, k: int) -> bool:
