@@ -189,9 +189,7 @@ class Automaton:
 
     def first(self, start: State) -> Branch:
         """Return the mode that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``."""
-        context = carrier_context(decide.DIGITS)
-        slack = context.mpf(10) ** -decide.EXACT
-        return decide.follow_on(self, None, (), context.zero, _exact(start, context), slack)
+        return _first(self, tuple(start))
 
     def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48) -> Branch:
         """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``.
@@ -199,6 +197,13 @@ class Automaton:
         ``slack`` is the relative error of the state: what it leaves open is decided by derivatives.
         """
         return decide.follow_on(self, branch, hits, t, state, slack)
+
+
+@lru_cache(maxsize=256)  # a scene is often followed by several methods
+def _first(automaton: Automaton, start: State) -> Branch:
+    context = carrier_context(decide.DIGITS)
+    slack = context.mpf(10) ** -decide.EXACT
+    return decide.follow_on(automaton, None, (), context.zero, _exact(start, context), slack)
 
 
 @lru_cache(maxsize=512)

@@ -51,7 +51,7 @@ def sign(
     seconds: float = 60.0,
 ) -> Path:
     """Follow ``scene`` with F = -kinetic |load| sign(v): right until it sticks, where it chatters."""
-    return _follow(scene, method, sp.sign, solver, rtol, atol, steps, seconds)
+    return _follow(scene, method, None, solver, rtol, atol, steps, seconds)
 
 
 def tanh(
@@ -72,42 +72,41 @@ def tanh(
     eps = float(number("eps", rtol if eps is None else eps))
     if eps <= 0:
         raise InputError(f"eps = {eps:g}: the width of the regularised friction law must be positive")
-    return _follow(scene, method, partial(_regularised, eps), solver, rtol, atol, steps, seconds, eps=eps)
+    return _follow(scene, method, eps, solver, rtol, atol, steps, seconds, eps=eps)
 
 
-def _regularised(eps, velocity):
-    return sp.tanh(velocity / exact_constant("eps", eps))
-
-
-def _follow(scene, method, direction, solver, rtol, atol, steps, seconds, **options):
-    """Follow ``scene`` with F = -kinetic |load| direction(v), by one of scipy's solvers; the ``Path`` has one mode."""
+def _follow(scene, method, width, solver, rtol, atol, steps, seconds, **options):
+    """Follow ``scene`` by one of scipy's solvers with sign(v), or tanh(v / width); the ``Path`` has one mode."""
     if not isinstance(solver, str) or solver not in scipy_ivp.CLASSES:
         raise InputError(f"solver {short(solver)} is unknown; choose one of {', '.join(scipy_ivp.CLASSES)}")
     start, _ = endpoints(scene)
     rtol, atol = tolerances(rtol, atol)
     steps, seconds = bounds(steps, seconds)
     settings = Settings(solver, rtol, atol, steps, monotonic() + seconds)
-    last = _trace(scene, direction, settings)
+    last = _trace(scene, width, settings)
     options = {"solver": solver, "rtol": rtol, "atol": atol, "steps": steps, "seconds": seconds, **options}
-    at = SteppedDense(start, last.t, partial(_samples, scene, direction, settings))
+    at = SteppedDense(start, last.t, partial(_samples, scene, width, settings))
     path = Path(scene, method, last.state, (), ("one_field",), at, None, report(last, last.work, options))
     return finished(path)
 
 
-def _trace(scene, direction, settings):
+def _trace(scene, width, settings):
     start, until = endpoints(scene)
     automaton = automaton_of(scene)
-    field = OneField(*_functions(automaton.system, direction), tuple(map(float, automaton.values)))
+    field = OneField(*_functions(automaton.system, width), tuple(map(float, automaton.values)))
     return scipy_ivp.advance(field, 0.0, start, until, settings)
 
 
-def _samples(scene, direction, settings, times):
-    return _trace(scene, direction, settings._replace(deadline=float("inf"), times=times)).samples
+def _samples(scene, width, settings, times):
+    return _trace(scene, width, settings._replace(deadline=float("inf"), times=times)).samples
 
 
 @lru_cache(maxsize=64)
-def _functions(system, direction):
+def _functions(system, width):
     """Return the field and its Jacobian with every force put in; an open contact has none."""
+    def direction(velocity):
+        return sp.sign(velocity) if width is None else sp.tanh(velocity / exact_constant("eps", width))
+
     if any(f.gap is not None or f.constraint is not None for f in system.frictions):
         raise InputError("one right-hand side has no contacts that open; use a method with events, such as 'lsoda'")
     forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}

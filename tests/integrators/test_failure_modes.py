@@ -2,6 +2,7 @@
 
 import math
 import random
+from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise
 
@@ -119,6 +120,15 @@ def test_a_regularised_sign_has_an_error_floor_proportional_to_its_width_and_we_
     assert looser == pytest.approx(floors[0], rel=0.01)
     assert all(5 < coarse / fine < 13 for coarse, fine in pairwise(floors))
     assert right(exact)
+
+
+@pytest.mark.parametrize("options", [{"method": "sign", "steps": 50}, {"method": "tanh", "eps": 0.01}])
+def test_a_field_without_events_is_derived_once_for_all_scenes_of_a_system(options, monkeypatch):
+    first, second = scene("i", "1e-1"), scene("iii", "1e-2")
+    for one in (first, second):
+        with suppress(Unfinished):
+            ap.solve(one, **options)
+        monkeypatch.setattr(sp.Expr, "diff", None)
 
 
 # time stepping
