@@ -277,6 +277,7 @@ def nearly_defective(x, v, gap):
     yield {x: v, v: -x + 3 * sp.cos((1 + gap) * t) + F}, frictions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", ["1/1000", "1/1000000000000"])
 def test_eigenvalues_that_nearly_coincide_cost_time_but_no_digits(gap):
     x, v = sp.symbols("x v", real=True)

@@ -187,6 +187,7 @@ def test_errors_of_event_times_and_states_tend_to_their_first_omitted_terms(way)
             assert all(b < a for a, b in pairwise(closeness[-4:]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [(0, "1/5", -1), (0, -2, 1)])
 def test_static_friction_enters_at_order_mu_and_as_the_exact_flow_says(start):
     jump, at = derived(1, start, 2, 3), values(1, start, 3)
@@ -239,6 +240,7 @@ def integrated(system, start, jump, small):
     return rest[0] + parts[k] * vectors[0, k] * np.exp(-speeds[k] * t)
 
 
+@pytest.mark.slow
 def test_another_system_jumps_as_its_equations_say():
     system = other_system()
     a, b = sp.symbols("a b", real=True)

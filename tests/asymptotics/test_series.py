@@ -127,6 +127,7 @@ def test_an_equation_with_logarithms_is_solved_to_the_order_asked_for():
     assert residual.remainder == found.remainder == (4, 4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
 def test_error_over_first_omitted_terms_tends_to_one(order):
     equation = w * (1 + mu * sp.log(w / mu)) - 3

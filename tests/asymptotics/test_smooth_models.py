@@ -206,6 +206,7 @@ def test_a_nonlinear_layer_has_its_first_correction_as_an_integral_over_the_fast
     assert found == pytest.approx(integral, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to():
     import mpmath
 

@@ -149,6 +149,7 @@ def test_coincidences_are_refused_by_name(obstacle, start, until):
     assert refused.final == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sigma", [1, 2, 5])
 def test_a_start_on_the_unstable_plane_is_refused(sigma):
     refused = certify(ap.Scene(sigma, "1e-4", (Fraction(-1, sigma), 0, 1), 5))

@@ -247,6 +247,7 @@ def test_any_bytes_are_read_or_refused(raw):
 SIZES = st.one_of(st.floats(-100, 100), st.floats(-1e30, 1e30), st.sampled_from([0.0, -0.0, 5e-324, -1.0, 1.0]))
 
 
+@pytest.mark.slow
 @calm(150)
 @given(
     sigma=st.one_of(st.floats(-1.999999, 10), st.floats(-2, 1e6, exclude_min=True), st.sampled_from([0, -1])),

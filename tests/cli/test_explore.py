@@ -165,6 +165,7 @@ def _known(given):
     return future
 
 
+@pytest.mark.slow
 def test_an_answer_that_takes_too_long_is_ended_and_the_next_question_is_answered():
     worker = Worker(_slow_answer, _known("given"), seconds=20)
     try:
@@ -372,6 +373,7 @@ def test_the_page_opens_before_its_scenes_are_derived_and_tells_why_there_are_no
         running.shutdown()
 
 
+@pytest.mark.slow
 def test_a_mechanism_of_ones_own_is_explored_with_an_elastic_and_with_a_rigid_contact(tmp_path):
     file = tmp_path / "own.toml"
     file.write_text(MECHANISM)

@@ -112,6 +112,7 @@ def test_one_field_with_a_sign_stalls_where_the_motion_sticks_and_we_do_not(solv
     assert right(exact)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ii", "iii"])
 def test_a_regularised_sign_has_an_error_floor_proportional_to_its_width_and_we_have_none(name):
     exact = ap.solve(scene(name, "1e-2"))
@@ -291,6 +292,7 @@ def test_a_search_by_sampling_misses_a_double_crossing_that_ours_brackets():
     assert right(path)
 
 
+@pytest.mark.slow
 def test_the_sum_of_snapped_coordinates_is_off_the_edge_and_ours_does_not_chatter_there():
     rng = random.Random(7)
     still_held = 0

@@ -258,6 +258,7 @@ def _passing(rate):
     return ap.Scene(system=ap.System.smooth({x: 1, y: rate(x)}, {}, None), values={}, start=("-1/2", 0), until=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [*here("exact", *FAMILIES), None])
 def test_a_pole_that_a_motion_meets_is_refused_by_every_method(method):
     options = {"method": method} if method else {"digits": 8}
@@ -270,6 +271,7 @@ def test_a_quotient_that_has_a_limit_where_its_divisor_vanishes_is_followed_thro
     assert path.final[1] == pytest.approx(2 * float(sp.Si(sp.Rational(1, 2))), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["exact", "radau", "lsoda"])
 def test_an_arm_that_folds_passes_a_pole_of_its_states_and_is_refused_there_by_name(method):
     # gap rate and sliding velocity depend on each other where the links are in line; the run beyond was wrong in some

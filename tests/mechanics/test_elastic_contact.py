@@ -16,6 +16,7 @@ c, eps, h = sp.symbols("c eps h", positive=True)
 SCALINGS = [(c, h), (eps**2, sp.Rational(1, 2) * eps), (eps**2, sp.S.Zero)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("compliance", "damping"), SCALINGS)
 @pytest.mark.parametrize("make", MECHANISMS)
 def test_gap_plus_compliance_times_reaction_is_an_invariant(make, compliance, damping):
@@ -160,6 +161,7 @@ def test_impact_without_collision_comes_out_of_the_system():
     assert errors[1] < 0.2 * errors[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MECHANISM_NAMES)
 def test_gap_plus_compliance_times_reaction_is_an_invariant_of_every_mechanism_of_the_catalogue(name):
     """d/dt (g(q, t) + c x) = 0 at random states to rounding, whatever the reaction and the friction force."""

@@ -92,6 +92,7 @@ def test_over_two_coordinates_every_row_is_that_of_one():
     assert min(i.other for i in found.intervals) == pytest.approx(4 / 3, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_coordinate_that_the_contact_ties_is_given_as_a_function():
     """A slider-crank whose rod is as long as its crank: phi = theta while the slider is in its guide."""
     crank = ap.systems.crank_slider.mechanism()

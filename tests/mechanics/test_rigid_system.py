@@ -161,6 +161,7 @@ def test_a_slide_into_the_paradox_of_a_guide_stops_where_the_second_motion_comes
     assert 1 + 3 * c**2 == pytest.approx(4.8 * s * c, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_load_that_vanishes_with_all_its_derivatives_is_undecided_and_not_differentiated_for_ever():
     X, Y, theta = dynamicsymbols("X Y theta")
     t, (f, g) = dynamicsymbols._t, sp.symbols("f g", real=True)

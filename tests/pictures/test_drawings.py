@@ -26,6 +26,7 @@ def test_a_text_on_another_and_one_off_the_sheet_are_found():
     assert flaws(figure) == ["'outside' leaves the sheet", "'upper' lies on 'lower'"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pdf", "svg"])
 def test_the_same_drawing_has_the_same_bytes(kind, tmp_path):
     first, second = (save(drawings.draw_system(), tmp_path / f"{k}.{kind}").read_bytes() for k in (1, 2))

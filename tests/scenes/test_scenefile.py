@@ -202,6 +202,7 @@ def _drawn(path, file):
     return file.read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_a_plot_is_the_same_bytes_every_time(tmp_path, suffix):
     path = ap.solve(ap.read_scene("collisions"))

@@ -50,6 +50,7 @@ def test_mechanisms_that_are_drawn_at_random_jump_as_the_law_says(seed):
     assert abs(errors[2] - errors[1]) < abs(errors[1] - errors[0]) + 1e-3 * errors[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["painleve_rod", "brake_shoe", "crank_slider"])
 def test_the_formulas_in_short_form_are_those_of_the_law(name):
     told = described_mechanism(name)

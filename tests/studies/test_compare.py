@@ -190,6 +190,7 @@ def test_every_run_is_a_mark_in_the_picture_whatever_became_of_it(few):
     assert _drawn(cost) == 2 * (len({row["method"] for row in work}) - never)
 
 
+@pytest.mark.slow
 def test_figures_are_saved_to_the_same_bytes_and_leave_rows_alone(few, tmp_path):
     pytest.importorskip("matplotlib")
     work, plane = few
@@ -201,6 +202,7 @@ def test_figures_are_saved_to_the_same_bytes_and_leave_rows_alone(few, tmp_path)
     assert json.dumps([work, plane]) == before
 
 
+@pytest.mark.slow
 def test_the_chart_is_drawn_from_rows_alone_and_its_table_counts_every_run(few, tmp_path):
     pytest.importorskip("matplotlib")
     work, plane = few

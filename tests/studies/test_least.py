@@ -26,6 +26,7 @@ def _random_scenes(seed, count):
         yield Scene(sigma, 10 ** drawn.uniform(-8, -1), start, drawn.uniform(0.1, 5), sigma0)
 
 
+@pytest.mark.slow
 def test_every_prediction_bounds_the_measured_error_on_random_scenes():
     applied = 0
     for scene in _random_scenes(seed=1991, count=250):

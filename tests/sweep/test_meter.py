@@ -113,6 +113,7 @@ def test_durations_in_words(seconds, words):
     assert duration(seconds) == words
 
 
+@pytest.mark.slow
 def test_a_job_that_says_nothing_more_is_shown_on_a_terminal_while_it_lasts_and_then_cleared():
     code = """
 import sys, time

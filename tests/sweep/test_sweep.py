@@ -76,6 +76,7 @@ def _agrees(found, row, path):
     assert found["collisions"][row] == kinds.count("velocity_zero")
 
 
+@pytest.mark.slow
 def test_starts_on_the_planes_and_on_edges_begin_in_the_mode_that_solve_finds():
     axes = {"sigma": (-1.5, -1.0, 1.0), "x": (-1.0, -0.75, 0.0, 0.25, 0.5, 3.0), "y": (-100.0, -1.0, 0.0, 0.5),
             "z": (-1.0, 0.0, 1.0)}  # fmt: skip
@@ -194,6 +195,7 @@ def test_workers_that_keep_dying_are_given_up(tmp_path):
         run_sweep(_sweep(), tmp_path, Hopeless())
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_dask_worker_killed_midway_loses_nothing(plain, tmp_path, capsys):
     distributed = pytest.importorskip("distributed")
@@ -253,6 +255,7 @@ def test_killed_three_times_and_resumed_equals_the_uninterrupted_sweep(tmp_path,
     assert (out / "summary.json").read_bytes() == (whole / "summary.json").read_bytes()
 
 
+@pytest.mark.slow
 def test_ctrl_c_is_one_line_and_leaves_a_resumable_directory(tmp_path):
     out = tmp_path / "out"
     process = subprocess.Popen(_command(tmp_path, out), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -200,6 +200,7 @@ def test_the_rod_written_by_a_user_ends_where_the_rod_does(tmp_path):
     assert all(np.array_equal(user[name], rod[name]) for name in ("n_events", "collisions", "outcome", "itinerary"))
 
 
+@pytest.mark.slow
 def test_two_worker_processes_compute_the_same_bits(plain, tmp_path):
     (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
     command = [sys.executable, "-m", "asympk", "sweep", str(tmp_path / "chain.toml"), "--out", str(tmp_path / "out")]
@@ -208,6 +209,7 @@ def test_two_worker_processes_compute_the_same_bits(plain, tmp_path):
     assert _bytes(tmp_path / "out") == _bytes(plain)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_dask_cluster_computes_the_same_bits(plain, tmp_path):
     distributed = pytest.importorskip("distributed")
@@ -471,6 +473,7 @@ def test_what_is_no_system_is_refused_by_name(system, said):
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_itineraries_that_do_not_fit_are_refused_unless_they_are_not_asked_for():
     rates = "\n".join(f'v{k} = "F{k}"' for k in range(14))
     frictions = "".join(f'[[system.frictions]]\nvelocity = "v{k}"\nforce = "F{k}"\nload = 1\nkinetic = 1\n'

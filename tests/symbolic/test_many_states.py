@@ -81,6 +81,7 @@ def drawn(system, rng):
     return at, place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_a_place_is_in_the_region_that_the_friction_cone_tells_pointwise(name):
     system, rng, seen = SYSTEMS[name], random.Random(3), set()
@@ -152,6 +153,7 @@ def close(found, expected, tolerance):
     return not left
 
 
+@pytest.mark.slow
 def test_the_kinds_of_a_mode_of_many_states_are_those_of_its_eigenvalues():
     system, rng, seen = SYSTEMS["guide_and_spring"], random.Random(6), set()
     spectra = ap.eigenvalues(system)
@@ -261,6 +263,7 @@ def test_a_linear_mode_whose_slow_rate_is_its_own_has_two_mu_where_rates_meet():
     assert all(abs(spectrum.coalescence) <= abs(value) + 1e-15 for value in sp.Poly(discriminant, mu).nroots())
 
 
+@pytest.mark.slow
 def test_regions_of_one_load_with_symbols_for_coefficients_hold_cell_by_cell():
     d0, d1 = sp.symbols("d0 d1", real=True)
     load = x + y

@@ -22,6 +22,7 @@ over = {{theta = [0.05, 1.5]}}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
     assert main(["mechanism", name]) == 0
@@ -41,6 +42,7 @@ def test_every_example_has_a_paradox_and_starts_on_its_contact(name):
     assert rod.evaluate(rate, {**told.numbers, "t": 0}) == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_every_scene_of_the_catalogue_runs(name):
     for scene in getattr(ap.systems, name).scenes():

@@ -38,6 +38,7 @@ def cases(n, seed, widest=12):
         yield RodNumbers(sigma, sigma, 10 ** random.uniform(-12, 3), *sizes, 10 ** random.uniform(-6, 4), None)
 
 
+@pytest.mark.slow
 def test_what_is_trusted_is_right():
     accounts = [found for found in map(account, cases(250, 1)) if found and found[0] <= TRUSTED]
     assert len(accounts) > 200
