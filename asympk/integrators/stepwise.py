@@ -95,10 +95,12 @@ class Watch:
 
     def lost(self, solver: Solver, t: float, state: tuple[float, ...]) -> tuple[float, int] | None:
         """Return (time, guard) of the first guard lost in the step that ends at (t, state), or None."""
+        if not self.floors:
+            return None
         before, begin = self.last, solver.t_old
         self.last = Look(t, self._above(self.mode.guard_values(t, state)), self.mode.guard_rates(t, state))
         one_step = before.t == begin
-        if not self.floors or (one_step and not suspects(before, self.last)):
+        if one_step and not suspects(before, self.last):
             return None
         within = cache(solver.dense_output)
 
