@@ -86,9 +86,9 @@ def solve_many(
     total = horizon.size
     first = np.zeros((len(system.frictions), total), dtype=np.uint8)
     result = _Result(np.empty((len(names), total)), np.zeros(total, dtype=np.int32), first, [], [], {}, strict)
-    done = 0
+    done, somewhere = 0, _first(start) if total else {}
     for chosen, rows in _groups(parameters, total):
-        exact, _ = system.placed(dict(zip(values, chosen, strict=True)), _first(start))
+        exact, _ = system.placed(dict(zip(values, chosen, strict=True)), somewhere)
         case = _Case(system, exact)
         for at in range(0, rows.size, CHUNK):
             mine = rows[at : at + CHUNK]
