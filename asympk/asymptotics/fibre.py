@@ -29,7 +29,6 @@ from asympk.symbolic.system import Mode
 NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 
 
-
 @dataclass(frozen=True)
 class Formulas:
     """One smooth mode as compiled functions, to one order; x are slow states, y fast ones, b the branch's value.

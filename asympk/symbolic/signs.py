@@ -32,7 +32,7 @@ def conjunction(signs: list[tuple[sp.Expr, int]], assumptions: sp.Basic = sp.tru
     known: dict[sp.Expr, int] = {}
     conditions: list[sp.Basic] = []
     for expr, sign in sorted(signs, key=lambda pair: len(factored(pair[0])[1])):
-        conditions += (_of_sign if sign else _vanishing)(expr, sign, known, assumptions)
+        conditions += _of_sign(expr, sign, known, assumptions) if sign else _vanishing(expr, known, assumptions)
     return reduce_under(sp.And(*conditions), assumptions)
 
 
@@ -55,15 +55,15 @@ def _of_sign(expr, sign, known, assumptions):
     return [*conditions, _above(sign * rest * sp.Mul(*undecided))]
 
 
-def _vanishing(expr, sign, known, assumptions):
+def _vanishing(expr, known, assumptions):
     """Return the relation under which ``expr`` is 0; a factor that then must be goes to ``known``."""
     factors = [factor for factor, _ in factored(expr)[1]]
-    if expr == sign or any(known.get(factor) == sign for factor in factors):
+    if expr == 0 or any(known.get(factor) == 0 for factor in factors):
         return []
     doubtful = [factor for factor in factors if factor not in known and _vanishes(factor, assumptions)]
     if len(doubtful) == 1:
-        known[doubtful[0]] = sign
-    return [sp.Eq(sp.Mul(*doubtful), sign) if doubtful else sp.false]
+        known[doubtful[0]] = 0
+    return [sp.Eq(sp.Mul(*doubtful), 0) if doubtful else sp.false]
 
 
 @lru_cache(maxsize=1024)

@@ -69,7 +69,6 @@ def test_an_event_at_the_very_end_is_met_and_one_a_little_later_is_not(digits, u
     assert len(before.events) == len(path.events) - 1
 
 
-
 def test_blocks_that_come_to_rest_on_one_another_rest_exactly_and_are_followed_to_the_end():
     # times and places of an explicit integrator at 1e-12, one smooth stretch at a time, written without the package
     kinetic, pulls = ["0.315", "0.245", "0.686"], [("3.44", "2.81"), ("0.889", "3.6"), ("2.46", "2.89")]
