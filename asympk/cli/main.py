@@ -19,7 +19,14 @@ _NEGATIVE = re.compile(r"^-(\d|\.\d)")  # -1/2 and -1e-3 are numbers too, where 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status: 0 done, 1 a claim or check does not hold, 2 bad input."""
     _open_streams()
-    whole = parser()
+    try:
+        return _run(parser(), arguments)
+    except KeyboardInterrupt:
+        _complain("asympk: interrupted")
+        return 130
+
+
+def _run(whole, arguments):
     if "_ARGCOMPLETE" in os.environ:
         _complete(whole)
     options = whole.parse_args(arguments)
@@ -33,9 +40,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         _complain(f"asympk: {_one_line(error)}")
         return 2
-    except KeyboardInterrupt:
-        _complain("asympk: interrupted")
-        return 130
 
 
 def _complete(whole: argparse.ArgumentParser) -> None:

@@ -2,13 +2,17 @@
 
 A .npz file depends on its arrays and its provenance alone, so it is whole just when they give the same bytes again.
 A Parquet file has page checksums, and a digest of its columns beside the provenance, since its pages' heads have none.
+An archive that Ctrl-C leaves half written fails in another way once more when it is let go: so Ctrl-C waits for it.
 """
 
 import hashlib
 import io
 import json
+import signal
+import threading
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,11 +24,29 @@ if TYPE_CHECKING:
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Let Ctrl-C wait until the block is done; it is the main thread alone that hears it."""
+    if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is None:
+        yield
+        return
+    heard: list[tuple[Any, ...]] = []
+    before = signal.signal(signal.SIGINT, lambda *told: heard.append(told))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if heard and callable(before):
+            before(*heard[0])
+
+
+@uninterrupted()
 def content(columns: "Mapping[str, np.ndarray]", provenance: Mapping[str, Any], kind: str) -> bytes:
     """Return {name: array} and their provenance as the bytes of a file of the format ``kind``."""
     return (_as_npz if kind == "npz" else _as_parquet)(columns, provenance)
 
 
+@uninterrupted()
 def load_arrays(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
     """Return (provenance, {name: array}) of a file; raises whatever a damaged one leads to."""
     if not path.is_file():
