@@ -24,7 +24,7 @@ import sympy as sp
 
 from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.digits import carrier_context
-from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, Undecided
+from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import Friction, System
@@ -38,6 +38,7 @@ ROUNDING = 2.0**-46  # relative, of a start that was computed in doubles
 WORKING = 40  # digits at which a mode that follows is decided, whatever the digits of the state
 LONGEST = 5_000  # operations of a derivative that is differentiated once more
 MOST = 8  # frictions of which all combinations are tried
+SAME = 1e-12  # relative, of two bounds that count as equal
 _NUDGES = ((1, -1, 1, 1, -1, 1, -1, -1), (1, 1, -1, 1, 1, -1, -1, 1))
 
 
@@ -60,12 +61,16 @@ class ContactPoint(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear."""
+    """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear.
+
+    That is a sign of a value above ``least``, and equations whose pivots are above ``singular``, relative to their row.
+    """
 
     target: str
     functions: Any
     convert: Any
     least: float
+    singular: float = 0.0
 
     def decided_sign(self, values: list) -> int:
         """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
@@ -82,7 +87,7 @@ class _Unclear(Exception):
     """A sign that doubles might have wrong."""
 
 
-DOUBLES = Numbers("math", math, float, 2.0**-20)
+DOUBLES = Numbers("math", math, float, 2.0**-20, 2.0**-36)
 
 
 def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any) -> Branch:
@@ -116,18 +121,21 @@ def _follow_on(
     phases = [_phases(system, k, before, lost, points, numbers, touching) for k in range(len(system.frictions))]
     _require_few(phases)
     resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
-    consistent = []
+    consistent: dict[Branch, list[int]] = {}
     for branch in product(*phases):
         ties = _ties(system, branch, resting, points, numbers, touching)
-        if ties is not None and all(_holds(mode_of(system, branch), k, numbers, nudged, p, touching) for k in ties):
-            consistent.append(branch)
+        signs = [_growth(mode_of(system, branch), k, numbers, nudged, p, touching) for k in ties or ()]
+        if ties is not None and -1 not in signs:
+            consistent[branch] = [k for k, sign in zip(ties, signs, strict=True) if sign == 0]
     if len(consistent) > 1:
         onsets = {k for kind, k in lost if kind == "slip_onset"}
-        broken = partial(_breaks_loose, system, resting, points[0], touching, onsets)
-        consistent = [branch for branch in consistent if not broken(branch)] or consistent
+        broken = partial(_breaks_loose, system, resting, points[0], numbers, touching, onsets)
+        consistent = {branch: still for branch, still in consistent.items() if not broken(branch)} or consistent
     held = branches.at_rest(before or ()) - {k for _, k in lost}
     left = branches.most_at_rest(branches.most_at_rest(consistent, held))
-    return _chosen(system, left, t, state, [*product(*phases)])
+    branch = _chosen(system, left, t, state, [*product(*phases)])
+    _require_shared(system, branch, consistent[branch], points[0], t, state)
+    return branch
 
 
 def converted(ctx: Any, value: Any) -> Any:
@@ -271,7 +279,7 @@ def _ties(
     """Return the guards of the branch that derivatives must decide, or None where one is lost already."""
     margins = []
     for point in points:
-        if (solved := _solve(system, branch, point)) is None:
+        if (solved := _solve(system, branch, point, numbers)) is None:
             return None
         margins.append(_margins(system, branch, resting, point, solved, touching))
     ties = []
@@ -290,14 +298,14 @@ def _side(guards: tuple, k: int) -> int:
     return int(k > 0 and guards[k][:2] == guards[k - 1][:2])
 
 
-def _solve(system: System, branch: Branch, point: ContactPoint) -> dict[sp.Symbol, Any] | None:
+def _solve(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> dict[sp.Symbol, Any] | None:
     """Solve for the forces and reactions in numbers, or return None where they are not determined."""
     _, unknowns, normals = _expressions(system)
     place = {u: j for j, u in enumerate(unknowns)}
     rows = [_law(system, k, phase, point, place) for k, phase in enumerate(branch)]
     for row, k in enumerate(normals, start=len(branch)):
         rows.append(point.rows[row] if branch[k] != OPEN else _unit(place[system.frictions[k].normal], len(unknowns)))
-    return _gauss(rows, unknowns)
+    return _gauss(rows, unknowns, numbers)
 
 
 def _law(system: System, k: int, phase: Phase, point: ContactPoint, place: dict) -> tuple:
@@ -318,17 +326,21 @@ def _unit(place: int, size: int) -> tuple:
     return tuple(int(j == place + 1) for j in range(size + 1))
 
 
-def _gauss(equations: list[tuple], unknowns: tuple) -> dict | None:
-    rows, size = [list(row) for row in equations], len(unknowns)
+def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> dict | None:
+    rows, size = [[*row, max(map(abs, row[1:]))] for row in equations], len(unknowns)
     for j in range(1, size + 1):
         pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
-        if abs(rows[pivot][j]) <= 1e-30 * max(abs(v) for v in rows[pivot][1:]):
+        left = abs(rows[pivot][j])
+        if left <= 1e-30 * rows[pivot][-1]:
             return None
+        if left <= numbers.singular * rows[pivot][-1]:
+            raise _Unclear
         rows[j - 1], rows[pivot] = rows[pivot], rows[j - 1]
         for i in range(size):
             if i != j - 1 and rows[i][j] != 0:
                 factor = rows[i][j] / rows[j - 1][j]
-                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
+                reduced = [a - factor * b for a, b in zip(rows[i][:-1], rows[j - 1], strict=False)]
+                rows[i] = [*reduced, rows[i][-1]]
     return {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
 
 
@@ -359,11 +371,11 @@ def _margins(
 
 
 def _breaks_loose(
-    system: System, resting: set, point: ContactPoint, touching: dict, onsets: set, branch: Branch
+    system: System, resting: set, point: ContactPoint, numbers: Numbers, touching: dict, onsets: set, branch: Branch
 ) -> bool:
     """Tell whether a contact slips in a branch that static friction would hold if all rested that may."""
     rest = tuple(p._replace(velocity=0) if k in resting and p != OPEN else p for k, p in enumerate(branch))
-    if (solved := _solve(system, rest, point)) is None:
+    if (solved := _solve(system, rest, point, numbers)) is None:
         return False
     margins = _margins(system, rest, resting, point, solved, touching)
     over = {k for (kind, k, _), margin in margins.items() if kind == "slip_onset" and margin < 0}
@@ -380,8 +392,8 @@ def _opening(system: System, k: int, point: ContactPoint, touching: dict) -> Any
     return 1 if touching[k] else point.rows[len(system.frictions) + normals.index(k)][0]
 
 
-def _holds(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict) -> bool:
-    """Tell whether a guard that vanishes grows: by its first derivative along the field that does not vanish."""
+def _growth(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict) -> int:
+    """Return the sign of the first derivative along the field, of a guard that vanishes, that does not; else 0."""
     kind, friction, _ = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
     for order in range(first, 2 + min(len(mode.system.states), 5)):
@@ -392,8 +404,8 @@ def _holds(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple],
         derivative = function(mode.system, (before,), numbers.target, numbers.functions, (mode.flow,))
         sign = numbers.decided_sign([derivative(t, *w, *p)[0] for t, w in nudged])
         if sign:
-            return sign > 0
-    return True
+            return sign
+    return 0
 
 
 @lru_cache(maxsize=256)
@@ -402,6 +414,25 @@ def _length(expr: sp.Expr) -> int:
 
 
 # the choice
+
+
+def _require_shared(
+    system: System, branch: Branch, still: list[int], point: ContactPoint, t: Any, state: tuple
+) -> None:
+    """Refuse a branch in which a contact slips in name alone and could bear more than that.
+
+    It rests because others do, on whose velocities its own depends. Any of them may bear what the rates ask for, and
+    one of the branches has all forces that are not determined at their bounds: those of slip, which are less than what
+    the contact holds where static friction exceeds the kinetic one.
+    """
+    guards = mode_of(system, branch).guards if still else ()
+    for k in (guards[j].friction for j in still if guards[j].kind == "velocity_zero"):
+        static, kinetic = point.contacts[k].static, point.contacts[k].kinetic
+        if static - kinetic > SAME * static:
+            raise UnboundedReaction(
+                f"the forces of contacts at rest are not determined {_place(system, t, state)}: friction {k} rests "
+                "where others do, and what its static friction adds is not known; merge frictions of the same "
+                "velocity, or put compliance between them", t, state)  # fmt: skip
 
 
 def _chosen(system: System, left: list[Branch], t: Any, state: tuple, tried: list[Branch]) -> Branch:

@@ -2,8 +2,10 @@
 
 import pytest
 import sympy as sp
+from scipy.integrate import solve_ivp
 
 import asympk as ap
+from asympk.errors import UnboundedReaction
 
 t = sp.Symbol("t", real=True)
 WAYS = [{}, {"digits": 30}, {"method": "radau"}, {"method": "lsoda", "rtol": 1e-10}]
@@ -106,3 +108,46 @@ def test_a_contact_that_rested_before_rests_on_where_another_comes_to_rest(way):
     turn = (sp.pi - sp.atan2(1 / sp.sqrt(2), exactly(5, 4))) / sp.sqrt(2)
     assert float(path.events[0].t) == pytest.approx(float(turn), abs=1e-7)
     assert path.modes[:2] == ("slip_opposite+stick", "slip_same+stick")
+
+
+def pads(static):
+    """A block between two pads, held back by t/10: two frictions of one velocity, each with kinetic friction 1."""
+    x, v, upper, lower = sp.symbols("x v F_1 F_2", real=True)
+    contacts = [ap.Friction(velocity=v, force=force, load=1, kinetic=1, static=static) for force in (upper, lower)]
+    system = ap.System.with_frictions({x: v, v: -t / 10 + upper + lower}, {}, contacts, None, t)
+    return ap.Scene(system=system, values={}, start=[0, 0], until=41)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_two_pads_hold_what_both_bounds_add_up_to(way):
+    assert [float(event.t) for event in ap.solve(pads(1), **way).events] == pytest.approx([20])
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_pads_that_hold_more_than_they_brake_are_refused_and_not_let_go_early(way):
+    # the sum of both static bounds, 4, is not overcome before t = 40; one at its kinetic bound let go at 30
+    with pytest.raises(UnboundedReaction, match="forces of contacts at rest are not determined at t = 0"):
+        ap.solve(pads(2), **way)
+
+
+def test_contacts_at_rest_in_a_ring_share_their_forces_as_the_limit_of_steep_smooth_friction_does():
+    x, y, v, w, between, on_y, on_x = sp.symbols("x y v w F_1:4", real=True)
+    contacts = [
+        ap.Friction(velocity=velocity, force=force, load=1, kinetic=kinetic)
+        for velocity, force, kinetic in zip((v - w, w, v), (between, on_y, on_x), (1, 1, exactly(3, 10)), strict=True)
+    ]
+    rates = {x: v, y: w, v: 2 * sp.cos(t) - x / 10 + between + on_x, w: -between + on_y}
+    system = ap.System.with_frictions(rates, {}, contacts, None, t)
+    scene = ap.Scene(system=system, values={}, start=["1/10", 0, 1, -1], until=12)
+    path = ap.solve(scene, "lsoda", rtol=1e-10)
+    for width in (1e-3, 1e-4, 1e-5):
+        assert path.final == pytest.approx(smoothed(system, width, path), abs=3 * width ** (2 / 3))
+
+
+def smoothed(system, width, path):
+    """Return the end of a motion under frictions -kinetic v / sqrt(v^2 + width^2)."""
+    laws = {f.force: -f.kinetic * f.velocity / sp.sqrt(f.velocity**2 + width**2) for f in system.frictions}
+    rates = sp.lambdify((t, [*system.states]), [rate.subs(laws) for rate in system.rates.values()])
+    start = [float(value) for value in path.scene.start]
+    run = solve_ivp(rates, (0, float(path.scene.until)), start, method="LSODA", rtol=1e-9, atol=1e-12)
+    return tuple(run.y[:, -1])
