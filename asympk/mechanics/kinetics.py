@@ -42,8 +42,7 @@ class Kinetics:
     def response(self) -> sp.ImmutableMatrix:
         """M^-1 (W_N, W_T, Q) as an n x 3 matrix: what a unit reaction, a unit friction force and the forces do."""
         right = sp.Matrix.hstack(self.directions.T, self.forces)
-        inertia = tidy(self.mass.det(method="berkowitz"))
-        return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / inertia)).as_immutable()
+        return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
 
     @cached_property
     def delassus(self) -> sp.ImmutableMatrix:
@@ -66,8 +65,17 @@ class Kinetics:
 
     @cached_property
     def determinant(self) -> sp.Expr:
-        """D = G_NN G_TT - G_NT^2, positive where slip and gap are independent."""
-        return tidy(self.delassus.det(method="berkowitz"))
+        """D = G_NN G_TT - G_NT^2, positive where slip and gap are independent, as det (M, W; W', 0) / det M.
+
+        The border has no fractions; of G's the products are long, and SymPy may expand them for ever.
+        """
+        border = sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
+        return tidy(tidy(sp.expand(border.det(method="berkowitz"))) / self._inertia)
+
+    @cached_property
+    def _inertia(self) -> sp.Expr:
+        """det M."""
+        return tidy(self.mass.det(method="berkowitz"))
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""

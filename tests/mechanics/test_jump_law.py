@@ -212,3 +212,18 @@ def test_rebound_is_continuous_where_stick_is_critically_damped():
 def test_a_law_that_is_none_is_refused(make, match):
     with pytest.raises(InputError, match=match):
         make()
+
+
+@pytest.mark.slow
+def test_the_determinant_of_long_fractions_is_short_and_that_of_the_delassus_matrix():
+    a, u, _ = q = dynamicsymbols("phi u_a theta")
+    p, v, w = (coordinate.diff(T) for coordinate in q)
+    m, n, f = sp.symbols("m0 m2 f", positive=True)
+    L = m * p**2 / 2 + n * (4 * p**2 + w**2) / 2 + (3 * u * v / 2 + w / 5) ** 2 / 4 + (w - p) ** 2 / 10
+    L += (17 * sp.cos(u) * v / 10 + 6 * p / 5) ** 2 / 5 + p**2 + 7 * v**2 / 5
+    contact = ap.Contact(gap=-sp.cos(a), slip=v - p - 9 * w / 10, friction=f)
+    kinetics = ap.Mechanism.from_lagrangian(L, q, contact=contact).plain
+    place = {s: sp.Rational(k + 3, 4) for k, s in enumerate(sorted(kinetics.delassus.free_symbols, key=str))}
+    G = kinetics.delassus.subs(place).evalf(30)
+    assert abs(kinetics.determinant.subs(place).evalf(30) - (G[0, 0] * G[1, 1] - G[0, 1] ** 2)) < 1e-25
+    assert kinetics.determinant.count_ops() < 100
