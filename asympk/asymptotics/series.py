@@ -127,7 +127,7 @@ class Series(ShownAsFormulas):
         return Card("Series", (("", self),))
 
     def _latex(self, printer, **options):
-        mu = "\\mu" if self.small is None else printer.doprint(self.small)
+        mu = "\\mu" if self.small is None else printer.parenthesize_super(printer._print(self.small))
         shown = [_product(printer, c, _powers(mu, *m)) for m, c in self.terms.items()]
         if self.remainder is not None:
             shown.append(rf"O\left({_powers(mu, *self.remainder) or 1}\right)")
@@ -330,8 +330,9 @@ def _product(printer, c, monomial):
 
     if monomial and c in (1, -1):
         return monomial if c == 1 else f"-{monomial}"
-    text = printer.doprint(sp.sympify(c, strict=True))
-    bracketed = monomial and sp.sympify(c, strict=True).is_Add
+    factor = sp.sympify(c, strict=True)
+    text = printer._print(factor)
+    bracketed = monomial and (factor.is_Add or " / " in text)  # a short fraction, which would take the monomial in
     return rf"\left({text}\right) {monomial}" if bracketed else f"{text} {monomial}".strip()
 
 

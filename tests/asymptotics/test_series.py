@@ -165,3 +165,13 @@ def test_ratios_cancel_what_cancels_and_know_zero():
     assert a - ring(1) + ring(s / x) == 0
     assert sp.cancel((1 / a).expr - x / (x - s)) == 0
     assert ring.expr(ring.log(a) * a) == sp.log((-s + x) / x) * (-s + x) / x
+
+
+@pytest.mark.parametrize("mode", ["plain", "inline", "equation"])
+def test_a_series_is_one_formula_in_every_mode_of_the_printer(mode):
+    kappa, small = sp.Symbol("kappa", positive=True), sp.Symbol("mu__0", positive=True)
+    shown = sp.latex(Series({(1, 0): 1 / kappa, (2, 1): 1 + kappa}, (3, 0), small), mode=mode)
+    assert shown.count("$") == 2 * (mode == "inline")
+    assert shown.count("equation") == 2 * (mode == "equation")
+    assert "^{0}^" not in shown  # TeX refuses a superscript of a superscript
+    assert mode != "inline" or r"\left(1 / \kappa\right)" in shown
