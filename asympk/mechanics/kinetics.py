@@ -53,6 +53,12 @@ class Kinetics:
         return sp.ImmutableMatrix([[normal, mixed], [mixed, tangential]])
 
     @cached_property
+    def undivided(self) -> tuple[sp.Expr, sp.Expr]:
+        """(G_NN, G_NT) times det M, which have no fractions where M, gap and slip have none."""
+        products = (self.directions[0, :] * self.mass.adjugate() * self.directions.T).applyfunc(sp.expand)
+        return tidy(products[0]), tidy(products[1])
+
+    @cached_property
     def gap_rate(self) -> sp.Expr:
         """g' as an expression in coordinates and velocities."""
         return self.rate(self.gap)

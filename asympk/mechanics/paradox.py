@@ -25,9 +25,9 @@ def condition(kinetics: Kinetics) -> sp.Basic:
 
 
 def ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
-    """Return G_NN and |G_NT| divided by what they have in common."""
-    normal, mixed = kinetics.delassus[0, 0], kinetics.delassus[0, 1]
-    if mixed == 0:
+    """Return G_NN and |G_NT| divided by what they have in common, det M with the rest."""
+    normal, mixed = kinetics.undivided
+    if mixed == 0 or kinetics.delassus[0, 1] == 0:
         return sp.S.One, sp.S.Zero
     quotient = shortest(tidy(normal / mixed), tidy(-normal / mixed))
     return tuple(map(sp.Abs, sp.fraction(quotient)))

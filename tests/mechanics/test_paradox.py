@@ -8,6 +8,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.paradox import critical_friction
 
 
 def test_least_critical_friction_of_the_slender_rod_is_4_over_3_at_tan_theta_2():
@@ -171,3 +172,19 @@ def test_the_set_is_shown_in_a_few_lines_and_drawn_as_far_as_its_edges(tmp_path,
     assert max(box.x1 for box in drawn) == pytest.approx(max(i.end for i in found.intervals), abs=1e-12)
     with pytest.raises(InputError, match=r"a plot is written as one of"):
         found.plot(tmp_path / "set.gif")
+
+
+@pytest.mark.slow
+def test_the_critical_friction_leaves_out_what_both_its_fractions_are_divided_by():
+    T = dynamicsymbols._t
+    phi, Y, xi, alpha = q = dynamicsymbols("phi Y xi alpha")
+    p, y, x, a = (coordinate.diff(T) for coordinate in q)
+    m0, m1, m2, f = sp.symbols("m0 m1 m2 f", positive=True)
+    L = m0 * ((sp.cos(phi) * p + x) ** 2 + p**2) / 2 + m1 * y**2 / 2 + m2 * (sp.sin(phi) ** 2 * p**2 + x**2) / 2
+    L += (sp.sin(Y) * y + sp.sin(xi) * x) ** 2 + (2 * y + a) ** 2 / 4
+    contact = ap.Contact(gap=phi**2 - xi, slip=alpha + phi, friction=f)
+    kinetics = ap.Mechanism.from_lagrangian(L, q, contact=contact).plain
+    G, critical = kinetics.delassus, critical_friction(kinetics)
+    place = {s: sp.Rational(k + 3, 4) for k, s in enumerate(sorted(G.free_symbols | critical.free_symbols, key=str))}
+    assert abs((critical - G[0, 0] / sp.Abs(G[0, 1])).subs(place).evalf(30)) < 1e-25
+    assert critical.count_ops() < 200 < G[0, 0].count_ops() + G[0, 1].count_ops()
