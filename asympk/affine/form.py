@@ -4,6 +4,7 @@ The form is found once per mode, in symbols; numbers are put in exactly, as Frac
 a root or another function its value is taken to so many digits that its rounding does not show.
 """
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -15,10 +16,12 @@ from asympk.affine.exponential import LARGEST
 from asympk.affine.forcing import CONSTANT, Wave, rate, waves_of, with_derivatives
 from asympk.affine.mode import AffineMode
 from asympk.arithmetic import flow_context, set_digits
-from asympk.automaton.modes import GuardedMode, namespace, source
+from asympk.automaton.modes import GuardedMode, function, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.system import System
+
+ROUGH = 1e-6  # of the size of values, a difference that no rounding makes
 
 
 @dataclass(frozen=True)
@@ -70,9 +73,9 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
 def _linear(mode, expr):
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
     states, time = mode.system.states, mode.system.time
-    slopes = [expr.diff(s) if expr.has(s) else sp.S.Zero for s in states]
-    if any(_varies(slope, (*states, time)) for slope in slopes):
+    if heavy(expr) and expr in _bent(mode):
         return None
+    slopes = [expr.diff(s) if expr.has(s) else sp.S.Zero for s in states]
     slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in slopes)
     if any(slope.free_symbols & {*states, time} for slope in slopes):
         return None
@@ -80,14 +83,32 @@ def _linear(mode, expr):
     return None if forced is None else (slopes, forced)
 
 
-def _varies(slope, moving):
-    """Tell whether a slope that is too long to simplify differs between two points."""
-    if not heavy(slope):
-        return False
-    first = {s: sp.Rational(2 * k + 3, 5 * k + 7) for k, s in enumerate(sorted(slope.free_symbols, key=str))}
-    second = {s: value * sp.Rational(8, 7) if s in moving else value for s, value in first.items()}
-    difference = (slope.subs(first) - slope.subs(second)).evalf(20)
-    return bool(difference.is_number and abs(difference) > 1e-9)
+@lru_cache(maxsize=512)
+def _bent(mode: GuardedMode) -> frozenset[sp.Expr]:
+    """Return the rates and guards that numbers show not to be affine: bent between states, or turned by the time.
+
+    The functions are those that an integrator will want, so that nothing is derived in vain.
+    """
+    rates, guards = (function(mode.system, e, "math", math) for e in (mode.rates, mode.guard_values))
+    p = _parts(len(mode.system.parameters), 5)
+    low, high = _parts(len(mode.system.states), 7), _parts(len(mode.system.states), 9)
+    points = [(t, *((1 - share) * a + share * b for a, b in zip(low, high, strict=True)))
+              for t, share in ((0.3, 0), (0.3, 0.5), (0.3, 1), (0.7, 0), (0.7, 1))]  # fmt: skip
+    try:
+        columns = zip(*((*rates(*point, *p), *guards(*point, *p)) for point in points), strict=True)
+        return frozenset(e for e, v in zip((*mode.rates, *mode.guard_values), columns, strict=True) if _bends(*v))
+    except (ArithmeticError, ValueError):
+        return frozenset()
+
+
+def _parts(count: int, step: int) -> list[float]:
+    return [(2 * k + 3) / (step * k + step + 2) for k in range(count)]
+
+
+def _bends(low: float, mid: float, high: float, low_later: float, high_later: float) -> bool:
+    """Tell whether values of one expression differ from those of an affine one by more than rounding."""
+    size = sum(map(abs, (low, mid, high, low_later, high_later)))
+    return max(abs(low - 2 * mid + high), abs((high - low) - (high_later - low_later))) > ROUGH * size
 
 
 def _row(slopes, forced, needed):

@@ -111,7 +111,7 @@ class NumericMode:
 
     def guard_gradient(self, guard: int, t: Any, state: Sequence) -> tuple:
         """Return the derivatives of one guard by the states."""
-        return self._compiled(self.mode.guard_gradients[guard])(t, *state, *self.p)
+        return self._gradient(self.mode.guards[guard].value)(t, *state, *self.p)
 
     def snapped(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps.
@@ -159,8 +159,8 @@ class NumericMode:
         for _ in range(2):
             basis: list[list] = []
             for expr in expressions:
-                at = self._compiled((expr, *(expr.diff(s) for s in self.mode.system.states)))
-                value, *gradient = map(getattr(self.functions, "mpf", float), at(t, *state, *self.p))
+                at = (*self._compiled((expr,))(t, *state, *self.p), *self._gradient(expr)(t, *state, *self.p))
+                value, *gradient = map(getattr(self.functions, "mpf", float), at)
                 direction = gradient
                 for other in basis:
                     share = _dot(direction, other) / _dot(other, other)
@@ -171,6 +171,9 @@ class NumericMode:
                 basis.append(direction)
                 state = tuple(w - value * a / size for w, a in zip(state, direction, strict=True))
         return state
+
+    def _gradient(self, expr: sp.Expr) -> Callable[..., tuple]:
+        return self._compiled((expr,), self.mode.units)
 
     def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
         return function(self.mode.system, outputs, self.target, self.functions, directions)

@@ -69,11 +69,6 @@ class GuardedMode:
         return tuple(guard.value for guard in self.guards)
 
     @cached_property
-    def guard_gradients(self) -> tuple[tuple[sp.Expr, ...], ...]:
-        """The derivatives of every guard by the states."""
-        return tuple(tuple(value.diff(s) for s in self.system.states) for value in self.guard_values)
-
-    @cached_property
     def poles(self) -> tuple[sp.Expr, ...]:
         """What the rates are divided by, as far as it varies and may vanish: its zeros are poles of the rates."""
         powers = {power for rate in self.rates for power in rate.atoms(sp.Pow) if power.exp.is_negative}

@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine.form import mode_obstacle
 from asympk.affine.run import flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
@@ -267,6 +268,18 @@ def test_a_system_that_is_nearly_affine_goes_to_an_integrator_and_the_path_says_
     assert path.info["why"].startswith("in mode slip_same the rate of v is not affine: ")
     assert "x**3" in repr(path)
     assert "why" not in spring(1, {"x": 3, "v": -1}, 1).info
+
+
+@pytest.mark.parametrize(
+    "bend", [lambda x, v: sp.sin(x) * v, lambda x, v: sp.sqrt(x**2 + v**2), lambda x, v: sp.sin(t**2) * x]
+)
+def test_a_long_rate_that_is_not_affine_is_told_by_numbers_and_not_by_derivatives(bend, monkeypatch):
+    x, v = sp.symbols("x v", real=True)
+    long = sum(sp.cos(sp.Rational(k, 7)) ** k for k in range(1, 40)) * bend(x, v)
+    mode = mode_of(ap.System.smooth({x: v, v: long}, {}, None, time=t), ())
+    derived = sp.Expr.diff
+    monkeypatch.setattr(sp.Expr, "diff", lambda e, *at: derived(e, *at) if e is not mode.rates[1] else 1 / 0)
+    assert mode_obstacle(mode).startswith("in mode smooth the rate of v is not affine: ")
 
 
 def nearly_defective(x, v, gap):
