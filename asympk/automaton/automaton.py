@@ -132,6 +132,10 @@ class NumericMode:
             moved[k] -= self.guard_values(t, tuple(moved))[guard] / slopes[k]
         return tuple(moved)
 
+    def settled(self, t: Any, state: State) -> State:
+        """Return ``state`` moved to where all vanishes that does in this mode: a path may be begun anew from there."""
+        return self._projected(self._kept, t, state) if self._kept else state
+
     @cached_property
     def movable(self) -> tuple[bool, ...]:
         """Whether a state may be moved: all but the sliding velocities of contacts that stick."""

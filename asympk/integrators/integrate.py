@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
+from itertools import starmap
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -132,13 +133,21 @@ def _trace(scene, method, options, times=(), keep=False):
         left, later = options["steps"] - sum(s.work.steps for s in segments), [v for v in times if v > t]
         settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep)
         try:
-            return followed(mode, t, state, until, lambda end: advance(mode, t, state, end, settings))
+            segment = followed(mode, t, state, until, lambda end: advance(mode, t, state, end, settings))
+            return _settled(mode, later, segment)
         except AsympkError:
             raise
         except (ArithmeticError, ValueError):
             return Segment(t, state, None, Work(), "left the range of floats")
 
     return follow(automaton, automaton.first(scene.start), start, until, on, options["events"])
+
+
+def _settled(mode, times, segment):
+    """Return a segment whose samples, and whose end if no event is there, lie where their mode is."""
+    samples = tuple(starmap(mode.settled, zip(times, segment.samples, strict=False)))
+    state = mode.settled(segment.t, segment.state) if segment.hit is None and not segment.short else segment.state
+    return segment._replace(samples=samples, state=state)
 
 
 def _samples(scene, method, options, times):

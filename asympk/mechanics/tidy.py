@@ -65,4 +65,4 @@ def _normal_forms(expr: sp.Expr) -> Iterator[sp.Expr]:
 def _remainder(expr: sp.Expr, relation: tuple[sp.Symbol, sp.Expr]) -> sp.Expr:
     name, circle = relation
     squared = any(power.base == name for power in expr.atoms(sp.Pow))
-    return sp.rem(expr, circle, name) if squared else expr
+    return sp.rem(expr, circle, name) if squared and expr.is_polynomial(name) else expr

@@ -214,3 +214,30 @@ def test_the_look_for_a_singular_point_ends_where_the_mode_ends():
     guard = [kind for kind, _ in mode.kinds].index("unbounded")
     assert approach(mode, guard, 0.0, tuple(map(float, scene.start)), 1.0) is None
     assert max(at[0] for at in calls) < 1.1 * ap.solve(scene).events[0].t
+
+
+@pytest.mark.parametrize("method", ["exact", *here("lsoda", "radau", "heyoka")])
+def test_a_run_begun_anew_from_a_point_of_a_path_goes_on_as_the_path_does(method):
+    # off its ground by the error of the integrator the rod was free there, and hit the ground at once
+    path = _run(1.1, 0.1, 2, 0.5, method=method)
+    middle = path(0.4)
+    again = ap.Scene(system=path.scene.system, values={**GROUND, "f": 0.5}, start=middle.tolist(), until="0.6")
+    found = ap.solve(again, method)
+    assert found.modes == path.modes
+    assert found.final == pytest.approx(path.final, abs=5e-10 if method == "exact" else 2e-6)
+    for _, y, theta, _, rate, turn in (middle, path.final):
+        assert (y, rate) == pytest.approx((np.sin(theta), np.cos(theta) * turn), abs=1e-15)
+
+
+def test_a_bead_on_a_wire_keeps_its_energy_where_its_spring_has_a_length_at_rest():
+    X, Y = dynamicsymbols("X Y")
+    U, V = X.diff(), Y.diff()
+    kinetic, potential = (U**2 + V**2) / 2, Y + (sp.sqrt((X - 1) ** 2 + (Y - 2) ** 2) - 1) ** 2 / 2
+    wire = sp.cos(X) / 3
+    along = (U + wire.diff(X) * V) / sp.sqrt(1 + wire.diff(X) ** 2)
+    bead = ap.Mechanism.from_lagrangian(kinetic - potential, (X, Y), contact=ap.Contact(Y - wire, along, 0))
+    rigid = bead.rigid()
+    start = bead.start(rigid, {"X": 0.3, "Y": math.cos(0.3) / 3, "X'": 1, "Y'": -math.sin(0.3) / 3})
+    path = ap.solve(ap.Scene(system=rigid, values={}, start=start, until=2))
+    energy = sp.lambdify((X, Y, U, V), kinetic + potential)
+    assert energy(*path.final) == pytest.approx(energy(*map(float, path.scene.start)), abs=1e-9)
