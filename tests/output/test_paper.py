@@ -130,11 +130,10 @@ def test_the_first_complaint_of_tex_is_told_with_its_line():
     assert paper.first_complaint("Latexmk: nothing\nlast words\n") == "last words"
 
 
-@pytest.mark.slow
 def test_without_latexmk_one_line_says_what_to_install(monkeypatch, tmp_path):
     for name in ("write_paper_rows", "write_figures", "write_tables"):
         monkeypatch.setattr(paper, name, lambda *_: [])
-    monkeypatch.setattr(artefacts, "macros", lambda _: {"one": "1"})
+    monkeypatch.setattr(artefacts, "all_macros", lambda _: {"one": "1"})
     monkeypatch.setattr(paper.shutil, "which", lambda _: None)
     (tmp_path / "derivations").mkdir()
     *_, last = paper.build(tmp_path)
