@@ -86,8 +86,8 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line, with a sub-command for each of ``COMMANDS``."""
     whole = _Parser(
         prog="asympk",
-        description="Verified asymptotics for the Painlevé-Klein system with dry friction. Without a command: "
-        "regenerate derivations, claims and tables, and summarise them.",
+        description="Verified asymptotics for mechanical systems with dry friction. Without a command: rederive the "
+        "paper of the Painlevé-Klein example, check its claims, write its tables, and summarise them.",
     )
     whole.set_defaults(debug=False)
     whole.add_argument("--version", action="version", version=f"asympk {__version__}")

@@ -25,10 +25,14 @@ if TYPE_CHECKING:
 
 
 class Phase(NamedTuple):
-    """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact."""
+    """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact.
+
+    With ``either`` they may both be the opposite: a name of a mode tells their product alone.
+    """
 
     load: int
     velocity: int
+    either: bool = False
 
     @property
     def mode(self) -> str:
@@ -68,7 +72,22 @@ def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None)
 
 def named_branches(system: "System") -> Iterator[Branch]:
     """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
-    return (branch for branch in product(*map(_choices, system.frictions)) if _determined(system, branch))
+    asked = _asks_for_signs(system)
+    choices = (_choices(f, asked and not _load_sign(f)) for f in system.frictions)
+    return (branch for branch in product(*choices) if _determined(system, branch))
+
+
+def _asks_for_signs(system: "System") -> bool:
+    """Tell whether a formula has an absolute value or a sign in it."""
+    bounds = (e for f in system.frictions for e in (f.load, f.kinetic, f.static))
+    return sp.Tuple(*system.rates.values(), *bounds).has(sp.Abs, sp.sign)
+
+
+def _load_sign(friction: "Friction") -> int:
+    """Return the sign that a load has in every state of a closed contact, 0 where it may have both."""
+    if friction.load.is_negative:
+        return -1
+    return 1 if friction.load.is_positive or lifts(friction) else 0
 
 
 def telling(system: "System") -> Iterator[Branch]:
@@ -76,8 +95,7 @@ def telling(system: "System") -> Iterator[Branch]:
 
     Of the phases of one mode one tells, unless a formula asks for the sign of something.
     """
-    signed = sp.Tuple(*system.rates.values(), *(e for f in system.frictions for e in (f.load, f.kinetic, f.static)))
-    choices = [*map(all_phases if signed.has(sp.Abs, sp.sign) else _choices, system.frictions)]
+    choices = [*map(all_phases if _asks_for_signs(system) else _choices, system.frictions)]
     slip = tuple(choice[0] for choice in choices)
     yield slip
     for k, choice in enumerate(choices):
@@ -87,8 +105,10 @@ def telling(system: "System") -> Iterator[Branch]:
                 yield branch
 
 
-def _choices(friction: "Friction") -> tuple[Phase, ...]:
-    return (Phase(1, 1), Phase(-1, 1), Phase(1, 0), *([OPEN] if friction.gap is not None else []))
+def _choices(friction: "Friction", either: bool = False) -> tuple[Phase, ...]:
+    sign = _load_sign(friction) or 1
+    closed = (Phase(sign, velocity, either) for velocity in (sign, -sign, 0))
+    return (*closed, *([OPEN] if friction.gap is not None else []))
 
 
 def all_phases(friction: "Friction") -> tuple[Phase, ...]:
@@ -337,6 +357,8 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
     known: dict[sp.Basic, sp.Basic] = {}
     for friction, phase in zip(system.frictions, branch, strict=True):
         for quantity, sign in ((friction.velocity, phase.velocity), (friction.load, phase.load)):
+            if phase.either and sign:
+                continue
             known |= {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sp.Integer(sign)}
             known |= {sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): sp.Integer(-sign)}
     return expr.subs({k: v for k, v in known.items() if not k.is_number}) if expr.has(sp.Abs, sp.sign) else expr

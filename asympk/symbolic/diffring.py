@@ -229,7 +229,7 @@ def atoms_of(expr: sp.Expr) -> set[sp.Expr]:
     if expr.has(sp.Float):
         raise InputError(f"{expr} contains a float; give exact numbers, such as sp.Rational(1, 5) for 0.2")
     if expr.has(*NOT_SMOOTH):
-        raise InputError(f"{expr} is not smooth; give each smooth piece as a mode of its own")
+        raise InputError(f"{expr} is not smooth; write one side of it, such as z or -z for Abs(z)")
     if expr.is_Rational:
         return set()
     if expr.is_Add or expr.is_Mul:

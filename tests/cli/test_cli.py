@@ -53,6 +53,30 @@ def test_solve_with_digits_prints_the_final_state_in_full(capsys):
     assert out.splitlines()[-3:] == [f"{axis} = {value}" for axis, value in zip("xyz", full, strict=True)]
 
 
+OWN = """
+until = 1
+system = { slow = { x = "v", v = "F - x" } }
+
+[[system.frictions]]
+velocity = "v"
+force = "F"
+load = 1
+kinetic = "1/(2 + abs(v))"
+"""
+
+
+def test_the_system_of_a_file_is_exported_and_without_a_file_the_rod(capsys, tmp_path):
+    (tmp_path / "own.toml").write_text(OWN + "[start]\nx = 1\nv = 0\n")
+    slides = {}
+    for given in ([], [tmp_path / "own.toml"]):
+        assert run(capsys, "export", *given, "--target", "python", "--out", tmp_path)[0] == 0
+        space = {}
+        exec((tmp_path / "model.py").read_text(), space)
+        slides[len(given)] = space["slip_opposite"]
+    assert slides[1](3, -2) == (-2, -3 + 1 / 4)
+    assert len(slides[0](0, 1, 2, 0.5, 1)) == 3
+
+
 @pytest.mark.parametrize(
     ("option", "method"), [("--rtol=1e-3", "exact"), ("--digits=30", "lsoda"), ("--order=1", "sign")]
 )

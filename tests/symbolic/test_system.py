@@ -1,10 +1,12 @@
 """The symbolic system: how friction turns one field into three modes, and what it refuses."""
 
+import itertools
+
 import pytest
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.symbolic.system import System
+from asympk.symbolic.system import Friction, System
 
 x, y, z, mu, F, k = sp.symbols("x y z mu F k", real=True)
 
@@ -69,3 +71,25 @@ def test_a_system_and_its_modes_are_values():
 def test_what_is_no_system_is_refused_by_name(make, match):
     with pytest.raises(InputError, match=match):
         make()
+
+
+LAWS = {
+    "falls with the speed": ("k/(1 + Abs(z))", 1),
+    "falls with the speed, the load negative": ("k/(1 + Abs(z))", -1),
+    "falls with the speed, the load of either sign": ("k/(1 + Abs(z))", "x + y"),
+    "grows with the load": ("k*(1 + Abs(x + y))", "x + y"),
+    "differs forward and backward": ("k*(2 + sign(z))", "x + y"),
+}
+
+
+@pytest.mark.parametrize(("kinetic", "load"), LAWS.values(), ids=LAWS)
+def test_the_rates_of_a_mode_are_those_of_the_friction_law_wherever_it_holds(kinetic, load):
+    known = {s.name: s for s in (x, y, z, k)}
+    kinetic, load = sp.sympify(kinetic, known), sp.sympify(load, known)
+    law = Friction(force=F, velocity=z, load=load, kinetic=kinetic)
+    system = System.with_frictions({x: y, y: -x, z: F - x}, {}, [law])
+    for place in itertools.product((-2, 3), (-5, 1), (-3, 4)):
+        at = {**dict(zip((x, y, z), place, strict=True)), k: sp.Rational(1, 3)}
+        (mode,) = (m for m in system.modes if m.where.subs(at) == sp.true)
+        friction = (-kinetic * sp.Abs(load) * sp.sign(z)).subs(at)
+        assert mode.slow[z].subs(at) == friction - at[x]
