@@ -55,7 +55,11 @@ def test_solve_with_digits_prints_the_final_state_in_full(capsys):
 
 OWN = """
 until = 1
-system = { slow = { x = "v", v = "F - x" } }
+start = { x = 1, v = 0 }
+
+[system.slow]
+x = "v"
+v = "F - x"
 
 [[system.frictions]]
 velocity = "v"
@@ -66,10 +70,10 @@ kinetic = "1/(2 + abs(v))"
 
 
 def test_the_system_of_a_file_is_exported_and_without_a_file_the_rod(capsys, tmp_path):
-    (tmp_path / "own.toml").write_text(OWN + "[start]\nx = 1\nv = 0\n")
+    (tmp_path / "own.toml").write_text(OWN)
     slides = {}
-    for given in ([], [tmp_path / "own.toml"]):
-        assert run(capsys, "export", *given, "--target", "python", "--out", tmp_path)[0] == 0
+    for given in ([], [str(tmp_path / "own.toml")]):
+        assert run(capsys, "export", *given, "--target", "python", "--out", str(tmp_path))[0] == 0
         space = {}
         exec((tmp_path / "model.py").read_text(), space)
         slides[len(given)] = space["slip_opposite"]
