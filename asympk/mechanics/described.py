@@ -25,6 +25,7 @@ from asympk.formulas import read_formula
 from asympk.mechanics.elastic import completing, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.numbers import number
 from asympk.storage.tomlfile import read_table, refuse_unknown, spelled
 from asympk.symbolic.system import System
 
@@ -54,6 +55,12 @@ class Described:
         """The values of parameters and states, those of the elastic contact left out."""
         own = {str(s) for s in self.mechanism.plain.parameters}
         return {**{name: value for name, value in self.values.items() if name in own}, **self.state}
+
+    @property
+    def mapped(self) -> bool:
+        """Whether the rigid motions can be drawn over ``turn`` and the friction, which is one parameter, another."""
+        friction = self.mechanism.contact.friction
+        return self.turn is not None and friction.is_Symbol and str(friction) != self.turn[0]
 
     def changed(self, changes: dict[str, Any]) -> "Described":
         """Return the description with other numbers; raises ``UnknownName`` for what is no parameter or state."""
@@ -163,7 +170,11 @@ def _table(table, key, path):
 
 
 def _numbers(table, key, path):
-    return {name: spelled(value) for name, value in _table(table, key, path).items()}
+    found = {name: spelled(value) for name, value in _table(table, key, path).items()}
+    for name, value in found.items():
+        if value is not None:  # beside a scene, whose values stand elsewhere
+            number(f"{path}: {key}: {name}", value)
+    return found
 
 
 def _turn(over, path):

@@ -20,11 +20,12 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     missing = [str(symbol) for symbol in needed if symbol not in values]
     if missing:
         raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")
-    numbers = _broadcast({symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed})
+    numbers = broadcast({symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed})
     return tuple(_at(e, tuple(needed), numbers) for e in expressions)
 
 
-def _broadcast(arrays: dict[sp.Symbol, Any]) -> tuple:
+def broadcast(arrays: dict[sp.Symbol, Any]) -> tuple:
+    """Return arrays of one shape; raises ``InputError`` naming those that have none."""
     import numpy as np
 
     try:

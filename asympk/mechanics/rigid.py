@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.errors import InputError, Undecided
-from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.evaluation import broadcast, evaluate
 from asympk.mechanics.kinetics import Kinetics
 
 
@@ -101,16 +101,22 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
 
     parts = (kinetics.directions[1, k] * u for k, u in enumerate(kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
-    arrays = np.broadcast_arrays(*evaluate((*contact_terms(kinetics), size), values))
+    found = evaluate((*contact_terms(kinetics), size), values)
+    given = broadcast({s: np.zeros(np.shape(value)) for s, value in values.items()})  # those that do not matter, too
+    arrays = np.broadcast_arrays(*found, *given)[: len(found)]
     *terms, size = (np.array(a, dtype=float) for a in arrays)
     if (least := min(terms[0].min(initial=0), terms[2].min(initial=0))) < 0:
         raise InputError(f"the mass matrix is not positive at these values: it gives G_NN or G_TT = {least:g}")
+    if (least := terms[_KINETIC].min(initial=0)) < 0:
+        raise InputError(f"friction times its load is {least:g} at these values; it must not be negative")
+    if np.any(terms[_STATIC] < terms[_KINETIC]):
+        raise InputError("static friction is below the kinetic one at these values; make it at least that")
     slip = terms[_SLIP]
     slip[np.abs(slip) <= _ROUNDING * size] = 0.0
     return _Terms(*terms)
 
 
-_SLIP = 5  # the place of gamma among the terms
+_SLIP, _KINETIC, _STATIC = 5, 6, 7  # places among the terms
 _ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
 
 

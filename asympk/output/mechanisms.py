@@ -69,7 +69,8 @@ def _paradox(described):
     formula = str(rod.own(critical)).replace("(t)", "")
     shown = f"{formula} = " if len(formula) < 90 else ""
     found = rod.evaluate(rod.paradox, described.numbers)
-    value = _short(rod.evaluate(critical, described.numbers)) if critical.is_finite is not False else "none"
+    above, below = (rod.evaluate(part, described.numbers) for part in sp.fraction(1 / critical))
+    value = _short(below / above) if above else "none"  # without a coupling of gap and slip there is none
     lines = [f"critical        friction {shown}{value}: {'a paradox' if found else 'no paradox'} here"]
     if described.turn is None:
         return lines
@@ -132,7 +133,7 @@ def _rebounds(described):
 
 def _further(described):
     friction = described.mechanism.contact.friction
-    lines = [f"asympk mechanism {described.name} --plot motions.svg"] if described.turn and friction.is_Symbol else []
+    lines = [f"asympk mechanism {described.name} --plot motions.svg"] if described.mapped else []
     if friction.is_Symbol:
         lines.append(f"asympk mechanism {described.name} --set {friction}=1/2")
     return lines

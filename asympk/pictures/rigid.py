@@ -26,10 +26,10 @@ def motion_plot(described: Described) -> "Figure":
     """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
 
     The contact is closed and slides as in the example. Raises ``InputError`` where friction is no single parameter, or
-    the description names nothing to draw over.
+    the description names nothing else to draw over.
     """
-    if described.turn is None or not described.mechanism.contact.friction.is_Symbol:
-        raise InputError("a map needs [over] in the description and friction that is one parameter")
+    if not described.mapped:
+        raise InputError("a map needs [over] in the description and friction that is one parameter, another one")
     rows = 1 if described.undamped is None else 3
     with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
         shown = draw_motions(axes.flat[0], described)
@@ -43,9 +43,10 @@ def motion_plot(described: Described) -> "Figure":
 def draw_motions(ax: "Axes", described: Described) -> set[int]:
     """Draw the map of a mechanism into ``ax``; return the numbers of motions that it has."""
     import numpy as np
+    import sympy as sp
 
     rod, (name, first, last, *_) = described.mechanism, described.turn or ()
-    most = 2 * float(rod.evaluate(rod.contact.friction, described.numbers))
+    most = 2 * (float(rod.evaluate(rod.contact.friction, described.numbers)) or 1.0)
     at = np.linspace(as_floats(name, first), as_floats(name, last), 241)
     friction = np.linspace(most / 240, most, 240)
     count = rod.motion_map(described.closed(at[None, :], friction[:, None])).count
@@ -53,7 +54,7 @@ def draw_motions(ax: "Axes", described: Described) -> set[int]:
     for number in sorted(shown):
         _, colour, hatch = LOOKS[min(number, 3)]
         ax.contourf(at, friction, count == number, levels=[0.5, 1.5], colors=[colour], hatches=[hatch])
-    ax.set(xlabel=f"${name}$" if len(name) == 1 else rf"$\{name}$", ylabel="friction", ylim=(0, most))
+    ax.set(xlabel=f"${sp.latex(sp.Symbol(name))}$", ylabel="friction", ylim=(0, most))
     return shown
 
 

@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+import sympy as sp
 from mechanisms import masses_between_guides, slender_rod
 
 from asympk.errors import InputError, Undecided
@@ -129,10 +130,24 @@ def test_a_map_counts_on_arrays_what_numbers_count_one_by_one():
         assert (branch.reaction[~branch.exists] == 0).all()
 
 
-def test_a_map_refuses_arrays_that_do_not_fit():
-    values = {**GROUND, "theta": [1.0, 1.1], "theta'": [0.0, 0.1, 0.2], "X'": -1, "f": 2}
+@pytest.mark.parametrize("other", ["theta'", "X"])
+def test_a_map_refuses_arrays_that_do_not_fit(other):
+    values = {**GROUND, "theta": [1.0, 1.1], "theta'": 0.1, "X'": -1, "f": 2, other: [0.0, 0.1, 0.2]}
     with pytest.raises(InputError, match="do not broadcast"):
         slender_rod().motion_map(values)
+
+
+def test_a_map_has_the_shape_of_all_that_is_given_and_not_of_what_matters_alone():
+    values = {**GROUND, "theta": 1.1, "theta'": 0, "X'": -1, "X": np.zeros(3), "f": np.array([[1.0], [2.0]])}
+    assert slender_rod().motion_map(values).count.tolist() == [[1, 1, 1], [0, 0, 0]]
+
+
+@pytest.mark.parametrize(("bounds", "said"), [({"f": -1, "f_s": 2}, "not be negative"), ({"f": 2, "f_s": 1}, "below")])
+def test_friction_that_is_none_is_refused_at_numbers_too(bounds, said):
+    kinetic, static = sp.symbols("f f_s", real=True)
+    rod = slender_rod(friction=kinetic, static=static)
+    with pytest.raises(InputError, match=said):
+        rod.motions({**GROUND, "theta": 1.1, "theta'": 0, "X'": -1, **bounds})
 
 
 def test_where_any_reaction_would_do_the_count_is_undecided():

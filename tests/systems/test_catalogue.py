@@ -133,6 +133,8 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("m = 1", "m = 0"), "an equation of the contact is not finite at m = 0"),
         (("m = 1", "m = -1"), "the mass matrix is not positive at these values"),
         (("values = {", "values = {theta = 1, "), "values: theta is a coordinate or the time"),
+        (("f = 2", "f = -2"), "it must not be negative"),
+        (("f = 2", "f = [2]"), "values: f = [2]: it must be a number"),
         (("Y - l*sin(theta)", "Y - speed"), "the name speed is unknown; it has X, Y, theta, t, X', Y', theta', m"),
     ],
 )
@@ -161,6 +163,32 @@ def test_a_command_that_makes_no_sense_is_refused_in_one_line(arguments, match, 
     told = capsys.readouterr().err
     assert match in told
     assert len(told.splitlines()) == 1
+
+
+def test_where_slip_and_gap_do_not_couple_there_is_no_critical_friction(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace("theta = 1.1", "theta = 0"))
+    assert main(["mechanism", str(file)]) == 0
+    assert "= none: no paradox here" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "change", [("theta = [0.05", "X = [0.05"), ("f = 2", "f = 0"), ("theta", "angle"), ("theta", "q1")]
+)
+def test_a_map_is_drawn_over_any_name_and_around_any_friction(change, tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace(*change))
+    assert main(["mechanism", str(file), "--plot", str(tmp_path / "map.svg")]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_a_map_over_the_friction_itself_is_refused(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace("theta = [0.05, 1.5]", "f = [0.05, 1.5]"))
+    assert main(["mechanism", str(file), "--plot", str(tmp_path / "map.svg")]) == 2
+    assert "friction that is one parameter, another one" in capsys.readouterr().err
+    assert main(["mechanism", str(file)]) == 0
+    assert "--plot" not in capsys.readouterr().out
 
 
 def test_the_map_of_motions_is_the_same_file_each_time(tmp_path):
