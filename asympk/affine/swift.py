@@ -110,8 +110,8 @@ class Swift:
 
 
 def _beginning(system):
-    """Return the branches that may begin; none where contacts open, or where there are too many."""
-    if len(system.frictions) > _MOST or any(f.gap is not None for f in system.frictions):
+    """Return the branches that may begin; none where contacts open, where there are too many, or no friction."""
+    if not 0 < len(system.frictions) <= _MOST or any(f.gap is not None for f in system.frictions):
         return []
     return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
 

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from asympk.affine.form import Form, form_of, is_rational, placed
+from asympk.affine.form import Form, form_of, is_rational
 from asympk.automaton.modes import mode_of
 from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, flint, hull
 from asympk.certify.enclosure import Budget, first_event
@@ -38,7 +38,6 @@ class ExactEntries:
 
     def __init__(self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]]):
         named = dict(zip(system.parameters, values, strict=True))
-        self.values = values
         self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in sides}
         self.balls = {s: hull(*sides[s.name]) for s in named if s.name in sides}
         self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
@@ -60,12 +59,9 @@ class ExactEntries:
     def placed(self, form: Form) -> tuple[tuple, tuple, tuple[int, ...]]:
         """Return (matrix, guards, which guards move) of a form; raises ``InputError`` for a mode that is not entered.
 
-        Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign.
+        Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign, or is 0.
         """
-        if not self.field:
-            found = placed(form, self.values, 24)
-            return found.mode.homogeneous, found.mode.guards, found.kept
-        zero = (self.field.zero,) * (len(form.matrix) + 1)
+        zero = (self.exact(sp.S.Zero),) * (len(form.matrix) + 1)
         matrix = (*(tuple(map(self.exact, row)) for row in form.matrix), zero)
         guards = [tuple(map(self.exact, row)) for row in form.guards]
         kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
@@ -73,13 +69,14 @@ class ExactEntries:
         return matrix, tuple(guards[k] for k in kept), kept
 
     def require_positive(self, entries: Iterable[Any]) -> None:
-        """Raise ``InputError`` where an entry is not positive, ``Refused`` where that is not certain."""
-        for entry in entries:
-            positive = certain_sign(self.ball(entry))
-            if entry and not positive:
-                raise Refused("box: a condition on the parameters of a mode holds in a part of the box only")
-            if positive <= 0:
-                raise InputError("a mode is not entered at these parameters")
+        """Raise ``InputError`` where an entry is negative, ``Refused`` where that is not certain, or it is 0."""
+        signs = [(entry, certain_sign(self.ball(entry))) for entry in entries]
+        if any(sign < 0 for _, sign in signs):
+            raise InputError("a mode is not entered at these parameters")
+        for entry, sign in signs:
+            if not sign:
+                found = "box: it holds in a part of the box only" if entry else "edge: it is met with equality"
+                raise Refused(f"{found}, a condition on the parameters of a mode")
 
     def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
         """Return the roots and residues of a matrix in balls; see ``spectrum``."""

@@ -104,8 +104,8 @@ def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
     lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {covered(found):.6g} of its volume"]
     lines += [f"{count:>6}  {words}" for words, count in outcomes.most_common()]
     if proven:
-        hull = [_hull([piece.final[axis] for piece in proven]) for axis in range(3)]
-        lines += ["  final, over the proven pieces", *_balls("xyz", hull, digits)]
+        hull = [_hull(balls) for balls in zip(*(piece.final for piece in proven), strict=True)]
+        lines += ["  final, over the proven pieces", *_balls(proven[0].scene.names, hull, digits)]
     return "\n".join(lines)
 
 
@@ -127,8 +127,8 @@ def _certificate_as_text(one, digits):
         return f"undecided: {one.reason}"
     lines = [f"proven: {' -> '.join(one.modes)}, with {one.bits} bits"]
     for kind, t, state, _ in one.events:
-        lines += [f"  {kind}", *_balls("txyz", (t, *state), digits)]
-    return "\n".join([*lines, "  final", *_balls("xyz", one.final, digits)])
+        lines += [f"  {kind}", *_balls(("t", *one.scene.names), (t, *state), digits)]
+    return "\n".join([*lines, "  final", *_balls(one.scene.names, one.final, digits)])
 
 
 def _balls(names, values, digits):

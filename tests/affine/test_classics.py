@@ -190,3 +190,8 @@ def test_two_oscillators_that_turn_at_the_same_instant_are_followed_together():
     assert path.events[0].t == pytest.approx(np.pi, rel=1e-15)
     assert path.modes[-1] == "stick+stick"
     assert path.final == pytest.approx((0.1, 0, 0.1, 0), abs=1e-13)
+
+
+def test_a_smooth_system_is_followed_as_well_the_tenth_time_as_the_first():
+    scene = ap.Scene(system=ap.System.smooth({x: -x}, {}, None), values={}, start={"x": 1}, until=2)
+    assert [ap.solve(scene).final for _ in range(10)] == [pytest.approx((np.exp(-2),), rel=1e-15)] * 10

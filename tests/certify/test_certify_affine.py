@@ -1,6 +1,7 @@
 """Certificates of affine systems: what is proven holds at seventy digits, and what cannot be proven is refused."""
 
 import math
+import re
 
 import mpmath
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.__main__ import main
 
 pytest.importorskip("flint")
 
@@ -169,3 +171,40 @@ def test_bad_boxes_are_refused_in_one_line():
     nonlinear = ap.System.smooth({x: v, v: -(x**3)}, {}, None)
     with pytest.raises(ValueError, match="affine"):
         certify(ap.Scene(system=nonlinear, values={}, start={"x": 1, "v": 0}, until=1))
+
+
+def test_friction_that_holds_exactly_at_its_limit_for_ever_is_refused():
+    # on the belt the load x is just what is needed to hold the block: it may stick, as solve says, and it may slip
+    belt = ap.System.with_frictions(
+        {x: v, v: F - x}, {}, [ap.Friction(velocity=v - 1, force=F, load=x, kinetic=k, static=1)]
+    )
+    scene = ap.Scene(system=belt, values={"k": "0.8"}, start={"x": 0, "v": 1}, until=3)
+    assert certify(scene).obstacle == "edge"
+    assert certify(scene, {"k": ("0.8", "0.81")}).obstacle == "edge"
+    assert ap.solve(scene).modes == ("stick",)
+
+
+@pytest.mark.parametrize("box", [(), ("--box", "x", "2.2", "2.3")])
+def test_the_command_tells_a_proof_of_a_system_by_the_names_of_its_states(box, tmp_path, capsys):
+    file = tmp_path / "block.toml"
+    file.write_text("""until = 3
+[system.slow]
+x = "v"
+v = "-x + F"
+[[system.frictions]]
+velocity = "v"
+force = "F"
+load = 1
+kinetic = "k"
+[values]
+k = 0.35
+[start]
+x = 2.25
+v = 1
+""")
+    assert main(["certify", str(file), *box]) == 0
+    told = capsys.readouterr().out
+    assert "  velocity_zero\n    t = [" in told
+    assert re.search(r"  final\n    x = \[.*\]\n    v = \[.*\]\n$", told)
+    assert main(["certify", str(file), "--box", "v", "-1", "1", "--pieces", "4"]) in (0, 1)
+    assert re.search(r"proven pieces\n    x = \[.*\]\n    v = \[.*\]\n$", capsys.readouterr().out)
