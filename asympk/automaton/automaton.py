@@ -158,8 +158,9 @@ class NumericMode:
     def _projected(self, expressions: tuple, t: Any, state: State) -> State:
         """Return ``state`` moved to where all ``expressions`` vanish; each step leaves those before it at 0.
 
-        One that depends on those before it is 0 with them, and is passed over.
+        One that depends on those before it is 0 with them, and is passed over. What cancels to rounding is 0.
         """
+        rounding = 4 * getattr(self.functions, "eps", 2.0**-52)
         for _ in range(2):
             basis: list[list] = []
             for expr in expressions:
@@ -173,7 +174,8 @@ class NumericMode:
                 if size <= DEPENDENT * whole:
                     continue
                 basis.append(direction)
-                state = tuple(w - value * a / size for w, a in zip(state, direction, strict=True))
+                moved = [(w, w - value * a / size) for w, a in zip(state, direction, strict=True)]
+                state = tuple(new if abs(new) > rounding * abs(w) else w - w for w, new in moved)
         return state
 
     def _gradient(self, expr: sp.Expr) -> Callable[..., tuple]:
