@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Number: TypeAlias = Any  # a float, an mpf, a Fraction or a ball, or an array of such numbers
 Arithmetic: TypeAlias = Any  # the functions of one kind of numbers: ``Doubles``, an mpmath context, NumPy
 
+HIGHEST = 1000  # order of an expansion
 _SPELT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
 _LONGEST = 4000  # digits
 _FARTHEST = 9999  # powers of ten
@@ -81,8 +82,8 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
     """Return the order of an expansion as an int from 0, at most ``highest``; raises ``OrderError``, saying of what."""
     counts = isinstance(order, Integral) and not isinstance(order, bool)
-    if highest is None and not (counts and order >= 0):
-        raise OrderError(f"order = {short(order)} is not a whole number >= 0")
+    if highest is None and not (counts and 0 <= order <= HIGHEST):
+        raise OrderError(f"order = {short(order)} is not a whole number >= 0, or beyond {HIGHEST}")
     if highest is not None and not (counts and 0 <= order <= highest):
         raise OrderError(f"order = {short(order)}: {what} 0 .. {highest}")
     return int(order)

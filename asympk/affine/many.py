@@ -20,7 +20,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, outcome_of
-from asympk.numbers import entry_name, numbers, unread
+from asympk.numbers import entry_name, numbers, short, unread
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
 
@@ -76,7 +76,7 @@ def solve_many(
     the index of the trajectory. Raises ``InputError``, also where the system is not affine.
     """
     if not hasattr(system, "placed"):
-        raise InputError(f"system = {system!r:.60}: it must be a System; build it with ap.System")
+        raise InputError(f"system = {short(system)}: it must be a System; build it with ap.System")
     if until is None:
         raise InputError("solve_many needs until=, the time at which the trajectories end")
     if not affine(system):
@@ -140,7 +140,7 @@ def _broadcast(system, values, start, until):
     """Return parameters {key: (rows,)}, states (rows, n), horizon (rows,) and the common shape."""
     for what, given in (("values", values), ("start", start)):
         if not hasattr(given, "items"):
-            raise InputError(f"{what} = {given!r:.60}: it must be a mapping from symbols or names to numbers or arrays")
+            raise InputError(f"{what} = {short(given)}: give a mapping from symbols or names to numbers or arrays")
     states = [_floats(f"start: {key}", v) for key, v in start.items()]
     arrays = [*(unread(f"values: {key}", v) for key, v in values.items()), *states, _floats("until", until)]
     try:

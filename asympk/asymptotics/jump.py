@@ -28,7 +28,7 @@ from asympk.numbers import known_order
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.signs import follows
-from asympk.symbolic.system import System
+from asympk.symbolic.system import System, of_system
 from asympk.symbolic.truth import require_relations
 from asympk.symbolic.values import as_exact, by_symbol
 
@@ -119,6 +119,7 @@ def first_integral(system: System) -> Integral:
     return Integral(z + system.small * solution[beta] * y + solution[gamma] * x, sp.cancel(rate))
 
 
+@of_system
 def jump_map(
     system: System, order: int = 1, start: Mapping | None = None, arrival: str | None = None, near: str | None = None
 ) -> Any:

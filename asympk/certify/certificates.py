@@ -21,7 +21,7 @@ from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, certain_sign, common, flint, hull, precision
 from asympk.certify.enclosure import Budget, LevelGuard, RodBalls, first_event, segment
 from asympk.errors import InputError
-from asympk.numbers import number, sign_of, whole
+from asympk.numbers import number, short, sign_of, whole
 from asympk.path import Event
 from asympk.scene import Scene, require_scene
 from asympk.shown import Card, ShownAsTable
@@ -94,7 +94,7 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
     """
     require_scene(scene, "certify")
     digits = whole("digits", digits, 1, MOST_DIGITS)
-    sides = _sides(scene, box or {})
+    sides = _sides(scene, {} if box is None else box)
     budget = Budget(WORK)
     for bits in _BITS[1:2] if sides else _BITS:
         with precision(bits):
@@ -189,12 +189,14 @@ def _sides_of_system(scene, box):
 
 def _exact_sides(box, known, what):
     """Return {name: (low, high)} of a box as Fractions; refuse names that are not ``known``, and what is empty."""
+    if not isinstance(box, Mapping):
+        raise InputError(f"box = {short(box)}: it must be a mapping from names to (low, high)")
     sides = {}
-    for name, ends in box.items():
+    for name, ends in ((str(key), ends) for key, ends in box.items()):
         if name not in known:
             raise InputError(f"box: {name!r} is no {what}; the nearest is {nearest(name, known)!r}")
-        if isinstance(ends, str) or len(ends) != 2:
-            raise InputError(f"box: {name} = {ends!r:.60}: it must be two numbers (low, high)")
+        if not isinstance(ends, list | tuple) or len(ends) != 2:
+            raise InputError(f"box: {name} = {short(ends)}: it must be two numbers (low, high)")
         low, high = (Fraction(number(f"box {name}", end)) for end in ends)
         if low > high:
             raise InputError(f"box: {name} from {low} to {high} is empty; give the lower end first")

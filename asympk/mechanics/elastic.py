@@ -20,6 +20,7 @@ import sympy as sp
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import tidy, vanishes
+from asympk.numbers import short
 from asympk.symbolic.reading import expression
 from asympk.symbolic.system import System
 
@@ -57,8 +58,8 @@ class Scaling:
 
 def _scaling(compliance: Any, damping: Any) -> Scaling:
     compliance, damping = expression("compliance", compliance), expression("damping", damping)
-    if damping.is_negative:
-        raise InputError(f"damping = {damping}: it must be zero or positive")
+    if not isinstance(damping, sp.Expr) or (not damping.is_finite and damping.is_number) or damping.is_negative:
+        raise InputError(f"damping = {short(damping)}: it must be zero or positive")
     if isinstance(compliance, sp.Symbol):
         if vanishes(damping) or damping.has(compliance):
             raise InputError(
@@ -68,7 +69,8 @@ def _scaling(compliance: Any, damping: Any) -> Scaling:
         return Scaling(compliance, damping, compliance, sp.S.One)
     small = compliance.base if compliance.is_Pow and compliance.exp == 2 else None
     if not isinstance(small, sp.Symbol):
-        raise InputError(f"compliance = {compliance}: it must be a Symbol or the square of one; put numbers in a Scene")
+        raise InputError(f"compliance = {short(compliance)}: it must be a Symbol or the square of one; put numbers in "
+                         "a Scene")  # fmt: skip
     ratio = sp.cancel(damping / small)
     if ratio.has(small):
         raise InputError(f"damping = {damping} with compliance = {compliance}: give 0 or a multiple of {small}")

@@ -6,7 +6,8 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
-from asympk.symbolic.reading import expression
+from asympk.numbers import short
+from asympk.symbolic.reading import expression, listed
 
 
 def equations_of(
@@ -20,7 +21,7 @@ def equations_of(
             raise InputError(f"a {type(source).__name__} has its own coordinates and forces; give the contact alone")
         return (_from_lagrange if isinstance(source, LagrangesMethod) else _from_kane)(source)
     if not isinstance(source, sp.Expr):
-        raise InputError(f"lagrangian = {source!r:.60}: give an expression, a LagrangesMethod or a KanesMethod")
+        raise InputError(f"lagrangian = {short(source)}: give an expression, a LagrangesMethod or a KanesMethod")
     coordinates = _functions(coordinates)
     method = LagrangesMethod(source, coordinates)
     method.form_lagranges_equations()
@@ -28,7 +29,7 @@ def equations_of(
 
 
 def _functions(coordinates: Any) -> tuple:
-    found = tuple(coordinates or ())
+    found = () if coordinates is None else listed("coordinates", coordinates, "a sequence of dynamicsymbols")
     for q in found:
         if not isinstance(q, AppliedUndef) or len(q.args) != 1:
             raise InputError(f"coordinate {q} is not a dynamicsymbol; for plain symbols there is ap.Mechanism")
@@ -44,9 +45,8 @@ def _forces(forces: Any, coordinates: tuple) -> list:
         if unknown := forces.keys() - {*coordinates}:
             raise InputError(f"forces: {', '.join(sorted(map(str, unknown)))} is no coordinate")
         return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
-    if isinstance(forces, str) or not hasattr(forces, "__iter__"):
-        raise InputError(f"forces = {forces!r:.60}: give one for each coordinate, or a dict")
-    forces = [expression(f"the force on {q}", force) for q, force in zip(coordinates, forces, strict=False)]
+    given = listed("forces", forces, "one for each coordinate, or a dict")
+    forces = [expression(f"the force on {q}", force) for q, force in zip(coordinates, given, strict=False)]
     if len(forces) != len(coordinates):
         raise InputError(f"{len(forces)} forces for {len(coordinates)} coordinates; give one for each, or a dict")
     return forces

@@ -23,9 +23,10 @@ from asympk.mechanics.names import keyed, plain_names, plainly
 from asympk.mechanics.paradox import LeastFriction
 from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
+from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.reading import expression
-from asympk.symbolic.system import System
+from asympk.symbolic.reading import expression, listed
+from asympk.symbolic.system import System, require_system
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,7 +52,7 @@ class Contact(ShownAsFormulas):
                             ("load", self.load)):
             object.__setattr__(self, name, _finite(f"contact: {name}", value))
         if not isinstance(self.unilateral, bool):
-            raise InputError(f"contact: unilateral = {self.unilateral!r:.60}: it must be True or False")
+            raise InputError(f"contact: unilateral = {short(self.unilateral)}: it must be True or False")
         check_bounds(self)
 
     @property
@@ -98,12 +99,13 @@ class Mechanism(ShownAsFormulas):
     def __post_init__(self) -> None:
         put = object.__setattr__
         for name in ("coordinates", "velocities", "forces"):
-            put(self, name, tuple(_finite(name, value) for value in _listed(getattr(self, name), name)))
+            given = listed(name, getattr(self, name), "a sequence, one entry for each coordinate")
+            put(self, name, tuple(_finite(name, value) for value in given))
         put(self, "mass", _matrix(self.mass))
         if len(self.velocities) != len(self.coordinates):
             raise InputError(f"{len(self.velocities)} velocities for {len(self.coordinates)} coordinates")
         if not isinstance(self.contact, Contact):
-            raise InputError(f"contact = {self.contact!r:.60}: it must be an ap.Contact")
+            raise InputError(f"contact = {short(self.contact)}: it must be an ap.Contact")
         put(self, "time", _time(self.coordinates) if self.time is None else expression("time", self.time))
         check_mechanism(self.plain, self.contact)
 
@@ -179,12 +181,14 @@ class Mechanism(ShownAsFormulas):
 
     def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
         """Return where there is a paradox over one or two coordinates or parameters; see ``paradoxset.paradox_set``."""
-        return paradox_set(self.plain, self.keyed(over), self.keyed(values or {}))
+        return paradox_set(self.plain, self.keyed(over), self.keyed({} if values is None else values))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
         """Return the least critical friction over ``coordinate`` and where it is; see ``paradox.least``."""
+        if not isinstance(coordinate, str | sp.Basic):
+            raise InputError(f"coordinate = {short(coordinate)}: give one coordinate, by its name or its symbol")
         (name,) = self.keyed({coordinate: 0})
-        return paradox.least(self.plain, name, self.keyed(values or {}), self.own)
+        return paradox.least(self.plain, name, self.keyed({} if values is None else values), self.own)
 
     def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
         """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump_law.jump_law``."""
@@ -207,6 +211,7 @@ class Mechanism(ShownAsFormulas):
         The elastic contact starts without reaction, x = y = 0, with z the sliding velocity. Raises ``InputError`` for
         what is missing, and for a rigid start off a constraint that holds both ways, g = g' = 0.
         """
+        require_system(system, "start")
         given = {self.plain.time: 0} | self.keyed(values)
         if any(f.constraint is not None and f.gap is None for f in system.frictions):
             require_closed(self.plain, given)
@@ -240,16 +245,10 @@ def _time(coordinates):
     return functions[0].args[0] if functions else sp.Symbol("t")
 
 
-def _listed(values, name):
-    if isinstance(values, str) or not hasattr(values, "__iter__"):
-        raise InputError(f"{name} = {values!r:.60}: give a sequence, one entry for each coordinate")
-    return values
-
-
 def _expression(name, value):
     found = expression(name, value)
     if not isinstance(found, sp.Expr):
-        raise InputError(f"{name} = {value!r:.60}: it must be an expression in symbols")
+        raise InputError(f"{name} = {short(value)}: it must be an expression in symbols")
     return _exact(found)
 
 
@@ -268,7 +267,7 @@ def _exact(expr):
 def _matrix(mass):
     rows = mass.tolist() if hasattr(mass, "tolist") else mass
     if not isinstance(rows, list | tuple) or not all(isinstance(row, list | tuple) for row in rows):
-        raise InputError(f"mass = {mass!r:.60}: it must be a square matrix, a list of rows")
+        raise InputError(f"mass = {short(mass)}: it must be a square matrix, a list of rows")
     if len({len(row) for row in rows}) != 1:
-        raise InputError(f"mass = {mass!r:.60}: its rows differ in length")
+        raise InputError(f"mass = {short(mass)}: its rows differ in length")
     return sp.ImmutableMatrix([[_finite("mass", entry) for entry in row] for row in rows])

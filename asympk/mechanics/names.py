@@ -8,6 +8,7 @@ from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError, UnknownName
 from asympk.mechanics.kinetics import Kinetics
+from asympk.numbers import short
 from asympk.storage.tomlfile import nearest
 
 
@@ -41,7 +42,7 @@ def keyed(values: Any, kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> d
     given twice or for ``values`` that are no dict.
     """
     if not isinstance(values, dict):
-        raise InputError(f"values = {values!r:.60}: give a dict such as {{'theta': 1.1, \"theta'\": 0}}")
+        raise InputError(f"values = {short(values)}: give a dict such as {{'theta': 1.1, \"theta'\": 0}}")
     known = _known(kinetics, names)
     found = {}
     for key, value in values.items():

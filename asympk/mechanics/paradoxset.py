@@ -17,6 +17,7 @@ from asympk.errors import InputError
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.paradox import ratio
+from asympk.numbers import short
 from asympk.shown import Card, ShownAsTable
 from asympk.symbolic.reading import as_floats, exact_constant
 
@@ -81,7 +82,7 @@ def paradox_set(
     if not 1 <= len(names) <= 2:
         raise InputError(f"{len(names)} ranges; give one or two coordinates or parameters with their (low, high)")
     if not isinstance(samples, int) or samples < 3:
-        raise InputError(f"samples = {samples!r:.60}: give a whole number of 3 or more")
+        raise InputError(f"samples = {short(samples)}: give a whole number of 3 or more")
     ends = tuple(_ends(name, over[name]) for name in names)
     import numpy as np
 
@@ -105,7 +106,7 @@ def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
     try:
         low, high = given
     except (TypeError, ValueError):
-        raise InputError(f"range of {name} = {given!r:.60}: give (low, high)") from None
+        raise InputError(f"range of {name} = {short(given)}: give (low, high)") from None
     low, high = (as_floats(f"range of {name}", end) for end in (low, high))
     if not low < high:
         raise InputError(f"range of {name} = ({low:g}, {high:g}): give (low, high) with low < high")

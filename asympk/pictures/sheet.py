@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from asympk.errors import InputError
 from asympk.pictures import style
-from asympk.storage.files import write_bytes
+from asympk.storage.files import named_file, write_bytes
 
 UNDATED = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
 
@@ -48,7 +48,7 @@ def kept(figure: Sheet, file: str | Path | None) -> Sheet:
 
 def suffix_of(file: str | Path) -> str:
     """Return what a file ends in; raises ``InputError`` unless a picture can be written as that."""
-    suffix = Path(file).suffix
+    suffix = named_file(file).suffix
     if suffix not in UNDATED:
         raise InputError(f"{file}: a plot is written as one of {', '.join(UNDATED)}")
     return suffix

@@ -2,8 +2,18 @@
 
 import os
 from pathlib import Path
+from typing import Any
 
 from asympk.errors import InputError
+from asympk.numbers import short
+
+
+def named_file(file: Any) -> Path:
+    """Return the ``Path`` of a file's name; raises ``InputError`` for what is no name."""
+    try:
+        return Path(file)
+    except TypeError:
+        raise InputError(f"file = {short(file)}: it must be the name of a file") from None
 
 
 def write_text(path: str | Path, text: str) -> Path:
@@ -17,7 +27,7 @@ def write_bytes(path: str | Path, content: bytes) -> Path:
     A regular file, or the one that a link leads to, is replaced by a finished one; what is no file (a terminal, a
     pipe, /dev/null) is written to where it is. Raises ``InputError`` for a directory, ``OSError`` as the system does.
     """
-    path = Path(path)
+    path = named_file(path)
     if path.is_dir():
         raise InputError(f"{path}: it is a directory; give the name of a file")
     if path.exists() and not path.is_file():

@@ -19,6 +19,7 @@ import sympy as sp
 from sympy.solvers.solveset import NonlinearError
 
 from asympk.errors import InputError
+from asympk.numbers import short
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -278,7 +279,7 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
     which = f"friction {number}" if len(system.frictions) > 1 else "the friction"
     v, states = friction.velocity, system.states
     if not v.free_symbols & {*states}:
-        raise InputError(f"{which}: the velocity {v} must depend on the states {', '.join(map(str, states))}")
+        raise InputError(f"{which}: the velocity {short(v)} must depend on the states {', '.join(map(str, states))}")
     if friction.force in (*states, system.small, system.time):
         raise InputError(f"{which}: the force {friction.force} is also a state, the small parameter or the time")
     entering = [r for r in system.rates.values() if r.has(friction.force)]

@@ -12,12 +12,13 @@ from typing import Any, Self
 import sympy as sp
 
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
+from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.signs import conjunction, nonzero
-from asympk.symbolic.system import Mode, System
+from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
 
@@ -144,6 +145,7 @@ class CriticalManifold(ShownAsFormulas):
         return set().union(*(p.free_symbols for p in parts)) - {*self.dynamics.slow, *self.dynamics.fast, self.small}
 
 
+@of_system
 @lru_cache(maxsize=64)
 def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """Solve g = 0 for the fast variables in every mode.
@@ -165,7 +167,7 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
 def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:
     """Return ``branch`` as a ``Dict`` after checking that it gives every fast variable and solves g = 0."""
     if not isinstance(branch, dict | sp.Dict):
-        raise InputError(f"branch = {branch!r} is not a dict {{fast variable: expression in the slow variables}}")
+        raise InputError(f"branch = {short(branch)} is not a dict {{fast variable: expression in the slow variables}}")
     branch = sp.Dict({y: expression(f"branch {y}", h) for y, h in branch.items()})
     _same_symbols(branch, mode)
     if {*branch} != {*mode.fast}:

@@ -28,7 +28,7 @@ from asympk.symbolic.critical import (
 )
 from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, is_zero, over_fast
-from asympk.symbolic.system import Mode, System
+from asympk.symbolic.system import Mode, System, of_system
 
 C = sp.Symbol("C", real=True)
 
@@ -92,6 +92,7 @@ class RestState:
     rate: sp.Expr | None
 
 
+@of_system
 def slow_manifold(
     system: System,
     branch: Mapping[sp.Symbol, sp.Expr] | None = None,
@@ -125,6 +126,7 @@ def slow_manifold(
     return manifold
 
 
+@of_system
 def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     """Continue to ``order`` every critical manifold that can be normally hyperbolic and lies in its mode.
 

@@ -47,6 +47,16 @@ def as_floats(name: str, value: Any) -> Any:
     return found
 
 
+def listed(name: str, value: Any, entries: str) -> tuple:
+    """Return the entries of a sequence or a set; raises ``InputError`` for what is neither, naming its ``entries``."""
+    try:
+        if isinstance(value, (str, bytes, dict)):
+            raise TypeError
+        return tuple(value)
+    except TypeError:
+        raise InputError(f"{name} = {short(value)}: give {entries}") from None
+
+
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object or a plain number as SymPy has it; raises ``InputError`` for a string or a container."""
     try:

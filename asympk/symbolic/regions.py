@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.conditions import assumed_range
 from asympk.symbolic.truth import as_arrays, holds, require_relations, with_default
@@ -78,7 +79,7 @@ class Plane:
             return given | by_symbol(at, self.states, "this system", "state")
         if not self.alone:
             states = ", ".join(f"{s.name!r}: .." for s in self.states)
-            raise InputError(f"{at!r:.60} is no place: the region depends on more than the load; give {{{states}}}")
+            raise InputError(f"{short(at)} is no place: the region depends on more than the load; give {{{states}}}")
         return given | {self.symbol: at}
 
 

@@ -20,7 +20,7 @@ from asympk.symbolic.expansion import is_zero
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
-from asympk.symbolic.system import Mode, System
+from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
 LAMBDA = sp.Symbol("lambda")
@@ -114,6 +114,7 @@ class Eigenvalues(Spectrum):
         return Card(f"Eigenvalues of mode {self.mode}", (*rows, ("coalescence", self.coalescence)))
 
 
+@of_system
 def eigenvalues(
     system: System,
     *,

@@ -24,7 +24,7 @@ from asympk.symbolic.branches import heavy, velocity_rate
 from asympk.symbolic.conditions import with_implied_bounds
 from asympk.symbolic.regions import Plane, Region, RegionCell, Span
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
-from asympk.symbolic.system import System
+from asympk.symbolic.system import System, of_system
 
 CONVENTION = (
     "at rest stays at rest: wherever static friction can hold (v = 0 and |d| <= static |s|) the motion sticks, on "
@@ -109,6 +109,7 @@ class Cone:
         return set().union(*(part.free_symbols for part in parts)) - {self.load}
 
 
+@of_system
 @cache
 def stick_regions(system: System) -> StickRegions:
     """Solve the friction cone of ``system`` for every range of its parameters.

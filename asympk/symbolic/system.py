@@ -13,10 +13,10 @@ So the system has smooth modes, told apart by the signs of v and of the load, an
 ``modes`` gives their fields; ``asympk.symbolic.branches`` derives them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, wraps
+from typing import Any, TypeVar, cast
 
 import sympy as sp
 
@@ -25,7 +25,7 @@ from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
 from asympk.symbolic.placing import place
-from asympk.symbolic.reading import expression
+from asympk.symbolic.reading import expression, listed
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,6 +72,8 @@ class Friction(ShownAsFormulas):
     def __post_init__(self) -> None:
         static = self.kinetic if self.static is None else self.static
         for name in ("velocity", "load", "kinetic", "gap", "constraint"):
+            if getattr(self, name) is None and name in ("velocity", "load", "kinetic"):
+                raise InputError(f"friction: {name} = None: a friction needs one, an expression or a number")
             _put(self, name, getattr(self, name))
         _put(self, "static", static)
         for name in ("force", "normal"):
@@ -191,9 +193,9 @@ class System(ShownAsFormulas):
         ['slip_same', 'slip_opposite', 'stick']
         """
         slow, fast = _rates("slow", slow), _rates("fast", fast)
-        given = tuple(frictions) if isinstance(frictions, Iterable) else (None,)
-        if not all(isinstance(f, Friction) for f in given):
-            raise InputError("frictions must be a sequence of ap.Friction(velocity=, force=, load=, kinetic=)")
+        given = listed("frictions", frictions, "a sequence of ap.Friction(velocity=, force=, load=, kinetic=)")
+        if wrong := [f for f in given if not isinstance(f, Friction)]:
+            raise InputError(f"frictions: {short(wrong[0])} is no ap.Friction(velocity=, force=, load=, kinetic=)")
         assumed = expression("assumptions", assumptions)
         return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
 
@@ -228,9 +230,9 @@ class System(ShownAsFormulas):
     def mode(self, name: str) -> Mode:
         """Return the mode called ``mode_name``; raises ``InputError`` when there is none."""
         for mode in self.modes:
-            if mode.name == name:
+            if isinstance(name, str) and mode.name == name:
                 return mode
-        raise InputError(f"mode {name!r} is unknown; this system has {', '.join(m.name for m in self.modes)}")
+        raise InputError(f"mode {short(name)} is unknown; this system has {', '.join(m.name for m in self.modes)}")
 
     @cached_property
     def drive(self) -> sp.Expr:
@@ -256,6 +258,27 @@ class System(ShownAsFormulas):
         return place(self, values, start)
 
 
+FUNCTION = TypeVar("FUNCTION", bound=Callable[..., Any])
+
+
+def of_system(function: FUNCTION) -> FUNCTION:
+    """Refuse what is no ``System`` as the first argument of a function, before a cache asks for its hash."""
+
+    @wraps(function)
+    def checked(system: Any, *arguments: Any, **options: Any) -> Any:
+        require_system(system, function.__name__)
+        return function(system, *arguments, **options)
+
+    return cast(FUNCTION, checked)
+
+
+def require_system(system: Any, verb: str) -> None:
+    """Raise ``InputError`` unless ``system`` is one, saying how ``verb`` is given one."""
+    if not isinstance(system, System):
+        raise InputError(f"{verb} takes a System, not {type(system).__name__}; build one with ap.System, or take the "
+                         "rigid() or elastic() one of a mechanism")  # fmt: skip
+
+
 def _put(record: Any, name: str, value: Any) -> None:
     if value is not None:
         value = expression(f"friction: {name}", value)
@@ -279,6 +302,8 @@ def _check(system: System) -> None:
         raise InputError("a system needs states; give slow={x: x'}")
     if not (isinstance(small, sp.Symbol) or (small is None and not system.fast)):
         raise InputError(f"small = {short(small)}: it must be a Symbol; the number is put in later")
+    if not isinstance(system.time, sp.Symbol | None):
+        raise InputError(f"time = {short(system.time)}: it must be a Symbol, or None where nothing depends on the time")
     names = [s.name for s in states]
     if twice := sorted({n for n in names if names.count(n) > 1}):
         raise InputError(f"the state {twice[0]} is given twice")

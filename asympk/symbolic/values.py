@@ -25,7 +25,8 @@ def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: s
     symbols = sorted(symbols, key=str)
     if not isinstance(values, Mapping | sp.Dict):
         example = f"{{{symbols[0].name!r}: 1}}" if symbols else "{}"
-        raise InputError(f"{values!r:.60} is not a mapping from each {kind} of {owner} to its value, such as {example}")
+        raise InputError(f"{short(values)} is not a mapping from each {kind} of {owner} to its value, such as "
+                         f"{example}")  # fmt: skip
     found: dict[sp.Symbol, Any] = {}
     for key, value in values.items():
         meant = [s for s in symbols if s == key or s.name == key]

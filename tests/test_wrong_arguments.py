@@ -1,0 +1,80 @@
+"""Every public function refuses an argument of the wrong kind by a class of ours and in one line."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+from sympy.physics.mechanics import dynamicsymbols
+
+import asympk as ap
+from asympk.certify.certificates import certify
+from asympk.errors import AsympkError
+
+x, y, z, F, t = sp.symbols("x y z F t", real=True)
+mu, k = sp.symbols("mu k", positive=True)
+X, Y, theta = dynamicsymbols("X Y theta")
+SCENE = ap.Scene(sigma=1, mu="1e-3", start=(0, "0.2", -1), until=1)
+PATH = ap.solve(SCENE)
+PK = ap.systems.painleve_klein.system()
+FRICTION = {"velocity": z, "force": F, "load": 1, "kinetic": k}
+BLOCK = {"slow": {x: z, z: -x + F}, "fast": {}, "frictions": [ap.Friction(**FRICTION)]}
+LAGRANGIAN = (X.diff() ** 2 + Y.diff() ** 2) / 2 + theta.diff() ** 2 / 24 - Y
+GROUND = {"gap": Y - sp.sin(theta) / 2, "slip": X - sp.cos(theta) / 2, "friction": sp.Symbol("f", positive=True)}
+ROD = ap.Mechanism.from_lagrangian(LAGRANGIAN, (X, Y, theta), contact=ap.Contact(**GROUND))
+AT = {"X": 0, "Y": "0.4", "theta": "1.1", "X'": -1, "Y'": 0, "theta'": 0}
+SMOOTH = ap.System.smooth({x: -x + y}, {y: x - y}, mu)
+
+CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
+    "slow_manifolds": (ap.slow_manifolds, {"system": PK}),
+    "slow_manifold": (ap.slow_manifold, {"system": SMOOTH, "branch": {y: x}, "order": 1}),
+    "critical_manifolds": (ap.critical_manifolds, {"system": PK}),
+    "eigenvalues": (ap.eigenvalues, {"system": PK}),
+    "stick_regions": (ap.stick_regions, {"system": PK}),
+    "jump_map": (ap.jump_map, {"system": PK}),
+    "System.smooth": (ap.System.smooth, {"slow": {x: -x}, "fast": {y: x - y}, "small": mu, "time": t}),
+    "System.with_frictions": (ap.System.with_frictions, {**BLOCK, "time": t}),
+    "Friction": (ap.Friction, FRICTION),
+    "System.mode": (PK.mode, {"name": "stick"}),
+    "lower": (ap.lower, {"args": (x,)}),
+    "Path.plot": (PATH.plot, {"file": "plot.svg"}),
+    "Path.to_csv": (PATH.to_csv, {"file": "path.csv"}),
+    "certify": (certify, {"scene": SCENE, "box": {"mu": ("0.001", "0.002")}}),
+    "from_lagrangian": (ap.Mechanism.from_lagrangian, {"lagrangian": LAGRANGIAN, "coordinates": (X, Y, theta)}),
+    "elastic": (ROD.elastic, {"compliance": sp.Symbol("c", positive=True), "damping": 1}),
+    "Mechanism.start": (ROD.start, {"system": ROD.rigid(), "values": AT}),
+    "least_critical_friction": (ROD.least_critical_friction, {"coordinate": "theta", "values": {}}),
+    "paradox_set": (ROD.paradox_set, {"over": {"theta": [0.1, 1.5]}, "values": {"f": 2}}),
+}
+FIXED = {"lower": {"expr": x**2}, "from_lagrangian": {"contact": ap.Contact(**GROUND)}}
+WRONG = {
+    "a word": "no such thing", "a number": -1.5, "nan": float("nan"), "inf": float("inf"), "huge": 10**400,
+    "a list": [1, "a", None], "a matrix": np.zeros((2, 3)), "a text of numpy": np.array("a"), "a complex": 1j,
+    "a mapping": {"nothing": None}, "an object": object(), "a scene": SCENE, "a friction": ap.Friction(**FRICTION),
+}  # fmt: skip
+
+
+def refusal(name, argument, value):
+    """Return the words in which a value is refused, "" where it is none that can be."""
+    call, given = CALLS[name]
+    try:
+        call(**{**given, **FIXED.get(name, {}), argument: value})
+    except AsympkError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("kind", WRONG)
+@pytest.mark.parametrize(("name", "argument"), [(name, a) for name, (_, given) in CALLS.items() for a in given])
+def test_a_wrong_argument_is_refused_in_one_line(name, argument, kind, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = refusal(name, argument, WRONG[kind])
+    assert "\n" not in words
+    assert len(words) < 300
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_nothing_where_something_is_needed_is_refused(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert refusal(name, next(iter(CALLS[name][1])), [None])
