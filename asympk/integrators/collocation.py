@@ -125,7 +125,11 @@ def _follow(
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
         doubles = automaton.mode(mode.branch)
         scheme = Scheme(mode, doubles, tableau, tolerance, deadline)
-        return followed(doubles, t, state, until, lambda end: _segment(scheme, t, state, end))
+        try:
+            return followed(doubles, t, state, until, lambda end: _segment(scheme, t, state, end))
+        except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no order
+            raise OutOfRange(f"a rate or its slope is not a finite real number in mode {mode.name} from "
+                             f"t = {float(t):.6g} on; run it without digits, or start elsewhere") from error
 
     return follow(automaton, first, start, until, advance, events, ctx.dps, tolerance * 100)
 

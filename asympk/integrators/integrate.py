@@ -132,15 +132,20 @@ def _trace(scene, method, options, times=(), keep=False):
     def on(mode, t, state, segments):
         left, later = options["steps"] - sum(s.work.steps for s in segments), [v for v in times if v > t]
         settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep)
-        try:
-            segment = followed(mode, t, state, until, lambda end: advance(mode, t, state, end, settings))
-            return _settled(mode, later, segment)
-        except AsympkError:
-            raise
-        except (ArithmeticError, ValueError):
-            return Segment(t, state, None, Work(), "left the range of floats")
+        return in_range(t, state, lambda: _settled(mode, later, followed(
+            mode, t, state, until, lambda end: advance(mode, t, state, end, settings))))
 
     return follow(automaton, automaton.first(scene.start), start, until, on, options["events"])
+
+
+def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment]) -> Segment:
+    """Return a segment from (t, state), or one of no length that says so where a rate there is no finite number."""
+    try:
+        return segment()
+    except AsympkError:
+        raise
+    except (ArithmeticError, ValueError):
+        return Segment(t, state, None, Work(), "left the range of floats")
 
 
 def _settled(mode, times, segment):

@@ -11,7 +11,16 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.integrators import scipy_ivp
-from asympk.integrators.integrate import Settings, SteppedDense, bounds, endpoints, finished, report, tolerances
+from asympk.integrators.integrate import (
+    Settings,
+    SteppedDense,
+    bounds,
+    endpoints,
+    finished,
+    in_range,
+    report,
+    tolerances,
+)
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
@@ -94,7 +103,7 @@ def _trace(scene, width, settings):
     start, until = endpoints(scene)
     automaton = automaton_of(scene)
     field = OneField(*_functions(automaton.system, width), tuple(map(float, automaton.values)))
-    return scipy_ivp.advance(field, 0.0, start, until, settings)
+    return in_range(0.0, start, lambda: scipy_ivp.advance(field, 0.0, start, until, settings))
 
 
 def _samples(scene, width, settings, times):

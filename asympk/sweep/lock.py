@@ -19,7 +19,10 @@ def locked(directory: str | Path) -> Iterator[None]:
     A lock file left by a process that is gone holds nobody up.
     """
     directory = Path(directory)
-    directory.mkdir(parents=True, exist_ok=True)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise InputError(f"{directory}: a file stands in its place; give another directory") from None
     path = directory / NAME
     handle = _take(path)
     try:

@@ -345,3 +345,13 @@ def test_a_stick_whose_rates_do_not_depend_on_the_state_is_followed_to_digits():
     assert path.modes == ("stick", "slip_opposite")
     assert path.events[0].t == 1
     assert [float(w) for w in path.final] == pytest.approx(ap.solve(scene).final, abs=1e-8)
+
+
+@pytest.mark.parametrize("options", [{"method": "tanh"}, {"method": "lsoda"}, {"digits": 20}])
+@pytest.mark.parametrize("rate", ["1/x", "sqrt(x)", "sqrt(x - 1)"])
+def test_a_start_without_a_finite_rate_or_slope_is_refused_by_every_method(rate, options):
+    x, v, F = sp.symbols("x v F", real=True)
+    friction = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=1)
+    system = ap.System.with_frictions({x: v, v: F + sp.sympify(rate, {"x": x})}, {}, [friction])
+    with pytest.raises((OutOfRange, Unfinished), match=r"range of floats|not a finite real number"):
+        ap.solve(ap.Scene(system=system, values={}, start={"x": 0, "v": 1}, until=1), **options)

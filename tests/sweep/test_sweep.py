@@ -415,6 +415,14 @@ def test_two_sweeps_into_one_directory_are_refused(tmp_path):
     assert run_sweep(_sweep(), tmp_path) == 12
 
 
+@pytest.mark.parametrize("below", ["", "deep"])
+def test_a_file_in_the_place_of_the_directory_is_named(tmp_path, below):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(InputError, match="a file stands in its place"):
+        run_sweep(_sweep(), tmp_path / "out" / below)
+    assert (tmp_path / "out").read_text() == "mine"
+
+
 def test_a_lock_left_by_a_dead_process_holds_nobody_up(tmp_path):
     for left in ('{"pid": 999999999, "host": "gone"}', "", "\x00garbage"):
         (tmp_path / ".lock").write_text(left)
