@@ -104,9 +104,13 @@ def _compiled(modes):
     import jax.numpy as jnp
     import numpy as np
 
+    most = max(1, *(len(m.guard_values) for m in modes))
+
+    def padded(m):
+        return (*m.guard_values, *[sp.S.One] * (most - len(m.guard_values)))
+
     field, guards, rates = (_chosen(modes, *which) for which in (
-        (lambda m: m.rates,), (lambda m: m.guard_values or (sp.S.One,),),
-        (lambda m: m.guard_values or (sp.S.One,), lambda m: (m.flow,))))  # fmt: skip
+        (lambda m: m.rates,), (padded,), (padded, lambda m: (m.flow,))))
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
 
     def look(t, w, args):

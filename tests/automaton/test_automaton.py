@@ -6,6 +6,7 @@ import random
 import numpy as np
 import pytest
 import sympy as sp
+from peers import here
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
@@ -285,3 +286,20 @@ def test_of_two_contacts_at_rest_only_that_slips_whose_static_friction_is_used_u
     path = ap.solve(ap.Scene(system=blocks, start={"v1": 0, "v2": 0}, until=2), **options)
     assert path.modes == ("stick+stick", "slip_same+stick")
     assert [float(v) for v in path.final] == pytest.approx([0.65, 0.65], abs=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", here("kvaerno5"))
+def test_modes_that_differ_in_the_number_of_their_guards_are_compiled_together(method):
+    path = follow(block(), {"x": "7.5", "v": 0}, 20, method=method, rtol=1e-9)
+    assert path.modes == ("slip_opposite", "slip_same", "slip_opposite", "slip_same", "stick")
+    assert path.final == pytest.approx((-0.5, 0), abs=1e-6)
+
+
+@pytest.mark.parametrize("method", here("heyoka"))
+@pytest.mark.parametrize("power", [3, 4, 11])
+def test_a_taylor_series_begins_where_a_power_has_a_base_of_zero(method, power):
+    system = ap.System.smooth({x: -v + (v - 2 * x) ** power, v: x}, {}, None)
+    start = {"x": "1/10", "v": "1/5"}
+    expected = follow(system, start, 3, method="dop853", rtol=1e-11).final
+    assert follow(system, start, 3, method=method, rtol=1e-11).final == pytest.approx(expected, abs=1e-8)
