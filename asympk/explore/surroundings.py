@@ -54,10 +54,10 @@ class _Plane:
         self.moved = self._moved()
 
     def _moved(self) -> list[int]:
-        """Return the state that either quantity moves: itself, or the last of its own that the other does not move."""
+        """Return the state that either quantity moves: the last of its own, of those that the other leaves if any."""
         own = [np.flatnonzero(weights).tolist() for weights in self.pair]
         others = (own[1] if len(own[1]) == 1 else [], own[0] if len(own[0]) == 1 else [])
-        return [[k for k in mine if k not in other][-1] for mine, other in zip(own, others, strict=True)]
+        return [([k for k in mine if k not in other] or mine)[-1] for mine, other in zip(own, others, strict=True)]
 
     def placed(self, which: int, grid: np.ndarray) -> np.ndarray:
         """Return states of shape (n, m) in which one quantity of the pair takes the values of ``grid``."""

@@ -147,6 +147,12 @@ def test_a_physical_rod_has_its_slow_planes_in_newtons():
     assert {round(R, 9) for R, u in plane["points"]} == {round(unit / (sigma + 4), 9)}
 
 
+def test_around_a_single_state_stands_nothing():
+    x = ap.systems.painleve_klein.x
+    scene = ap.Scene(system=ap.System.smooth({x: -x}, {}, None), values={}, start={"x": 1}, until=1)
+    assert surroundings(scene, knobs_of(scene)["pair"], [0, 1], [0, 1]) == []
+
+
 # ---- the process that answers ---------------------------------------------------------------------------------------
 
 
