@@ -133,7 +133,7 @@ def _words(value: Any) -> str:
 def _html(value: Any) -> str:
     from html import escape
 
-    return rf"$\displaystyle {_formula(value)}$" if is_formula(value) else escape(_words(value))
+    return escape(rf"$\displaystyle {_formula(value)}$" if is_formula(value) else _words(value))
 
 
 def _formula(value: Any) -> str:

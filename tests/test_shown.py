@@ -19,7 +19,7 @@ from asympk.many import Many
 from asympk.mechanics.paradoxset import ParadoxSet
 from asympk.pictures.paths import shade
 from asympk.pictures.trace import trace
-from asympk.shown import number_as_text
+from asympk.shown import Card, as_html, number_as_text
 
 x, v, F = sp.symbols("x v F", real=True)
 BLOCK = ap.System.with_frictions(
@@ -254,6 +254,11 @@ def test_a_noun_of_formulas_tells_itself_briefly_and_as_latex(nouns, k):
     assert sp.latex(noun)
     assert latex.count("{") == latex.count("}")
     assert pickle.loads(pickle.dumps(noun)) == noun
+
+
+def test_a_formula_in_a_table_is_no_markup():
+    shown = as_html(Card("", (("bound", sp.Symbol("<b>") < 1),)))
+    assert "$\\displaystyle &lt;b&gt; &lt; 1$" in shown
 
 
 @pytest.mark.parametrize(("value", "told"), [
