@@ -14,6 +14,7 @@ import sympy as sp
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, mode_of, namespace
+from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import IDLE, follow_steps
 from asympk.integrators.watch import Look, near
@@ -32,7 +33,11 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
         import jax  # noqa: F401
     except ImportError as error:
         raise missing(settings.method) from error
-    return follow_steps(KvaernoSteps(mode, t, state, until, settings), mode, t, state, settings)
+    try:
+        return follow_steps(KvaernoSteps(mode, t, state, until, settings), mode, t, state, settings)
+    except (AttributeError, TypeError) as reason:
+        words = str(reason).splitlines()[0]
+        raise InputError(f"method {settings.method!r}: the system has a function that JAX lacks ({words})") from None
 
 
 class KvaernoSteps:
@@ -192,6 +197,6 @@ def _attempt(term, control, solver, look, until, args):
 def _functions():
     import jax.numpy as jnp
 
-    names = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
+    names = {f"a{name}": f"arc{name}" for name in ("sin", "cos", "tan", "tan2", "sinh", "cosh", "tanh")}
     plain = ("pi", "e", "sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
     return namespace(**{name: getattr(jnp, name) for name in plain}, **{k: getattr(jnp, v) for k, v in names.items()})

@@ -93,5 +93,6 @@ def _functions():
 
     import heyoka as hy
 
-    names = ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "atan2")
+    names = ("sqrt", "exp", "log", "erf", "sin", "cos", "tan", "asin", "acos", "atan", "atan2",
+             "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")  # fmt: skip
     return namespace(pi=math.pi, e=math.e, **{name: getattr(hy, name) for name in names})

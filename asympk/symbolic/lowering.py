@@ -189,6 +189,9 @@ def _emission(lowered):
     """Return the text of the arguments, of the shared subexpressions (pairs), and of the outputs."""
     printer = _printer(lowered.target)
     shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
+    if unworked := sp.Tuple(*outputs, *(e for _, e in shared)).atoms(sp.Derivative, sp.Subs):
+        raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
+                         "function, or write what jumps as a friction")  # fmt: skip
     try:
         arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
         shared = [(printer.doprint(t), printer.doprint(e)) for t, e in shared]

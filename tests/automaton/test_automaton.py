@@ -303,3 +303,27 @@ def test_a_taylor_series_begins_where_a_power_has_a_base_of_zero(method, power):
     start = {"x": "1/10", "v": "1/5"}
     expected = follow(system, start, 3, method="dop853", rtol=1e-11).final
     assert follow(system, start, 3, method=method, rtol=1e-11).final == pytest.approx(expected, abs=1e-8)
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
+@pytest.mark.parametrize("jumps", [sp.floor, lambda e: sp.Mod(e, 2)])
+def test_a_rate_that_has_no_derivative_is_refused_by_its_name(jumps, way):
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=c)
+    system = ap.System.with_frictions({x: v, v: -jumps(x) + F}, {}, [friction])
+    with pytest.raises(InputError, match=r"^(floor|Mod) has no derivative that can be written"):
+        follow(system, {"x": "1.3", "v": 0}, 5, {c: "0.1"}, **way)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", here("heyoka", "kvaerno5"))
+def test_peers_know_inverse_functions_and_refuse_those_they_lack_in_one_line(method):
+    def block(force):
+        rates = {x: v, v: -force + F}
+        return ap.System.with_frictions(rates, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=c)])
+
+    start, values = {"x": "1.3", "v": 0}, {c: "0.1"}
+    inverse = block(sp.asinh(x) + sp.atanh(x / 4) + sp.acosh(3 + x / 2))
+    expected = follow(inverse, start, 2, values, method="dop853", rtol=1e-10).final
+    assert follow(inverse, start, 2, values, method=method, rtol=1e-9).final == pytest.approx(expected, abs=1e-6)
+    with pytest.raises(InputError, match=r"has a function that (heyoka|JAX) lacks"):
+        follow(block(x * abs(x)), start, 2, values, method=method)
