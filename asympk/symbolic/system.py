@@ -193,9 +193,10 @@ class System(ShownAsFormulas):
         ['slip_same', 'slip_opposite', 'stick']
         """
         slow, fast = _rates("slow", slow), _rates("fast", fast)
-        given = listed("frictions", frictions, "a sequence of ap.Friction(velocity=, force=, load=, kinetic=)")
+        wanted = "a sequence of ap.Friction(velocity=, force=, load=, kinetic=)"
+        given = listed("frictions", frictions, wanted)
         if wrong := [f for f in given if not isinstance(f, Friction)]:
-            raise InputError(f"frictions: {short(wrong[0])} is no ap.Friction(velocity=, force=, load=, kinetic=)")
+            raise InputError(f"frictions: {short(wrong[0])} is none; give {wanted}")
         assumed = expression("assumptions", assumptions)
         return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
 
