@@ -7,7 +7,7 @@ from sympy.core.function import AppliedUndef
 
 from asympk.errors import InputError
 from asympk.numbers import short
-from asympk.symbolic.reading import expression, listed
+from asympk.symbolic.reading import entries_of, expression
 
 
 def equations_of(
@@ -29,7 +29,7 @@ def equations_of(
 
 
 def _functions(coordinates: Any) -> tuple:
-    found = () if coordinates is None else listed("coordinates", coordinates, "a sequence of dynamicsymbols")
+    found = () if coordinates is None else entries_of("coordinates", coordinates, "a sequence of dynamicsymbols")
     for q in found:
         if not isinstance(q, AppliedUndef) or len(q.args) != 1:
             raise InputError(f"coordinate {q} is not a dynamicsymbol; for plain symbols there is ap.Mechanism")
@@ -45,7 +45,7 @@ def _forces(forces: Any, coordinates: tuple) -> list:
         if unknown := forces.keys() - {*coordinates}:
             raise InputError(f"forces: {', '.join(sorted(map(str, unknown)))} is no coordinate")
         return [expression(f"the force on {q}", forces.get(q, 0)) for q in coordinates]
-    given = listed("forces", forces, "one for each coordinate, or a dict")
+    given = entries_of("forces", forces, "one for each coordinate, or a dict")
     forces = [expression(f"the force on {q}", force) for q, force in zip(coordinates, given, strict=False)]
     if len(forces) != len(coordinates):
         raise InputError(f"{len(forces)} forces for {len(coordinates)} coordinates; give one for each, or a dict")

@@ -25,7 +25,7 @@ from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.reading import expression, listed
+from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.system import System, require_system
 
 
@@ -99,7 +99,7 @@ class Mechanism(ShownAsFormulas):
     def __post_init__(self) -> None:
         put = object.__setattr__
         for name in ("coordinates", "velocities", "forces"):
-            given = listed(name, getattr(self, name), "a sequence, one entry for each coordinate")
+            given = entries_of(name, getattr(self, name), "a sequence, one entry for each coordinate")
             put(self, name, tuple(_finite(name, value) for value in given))
         put(self, "mass", _matrix(self.mass))
         if len(self.velocities) != len(self.coordinates):

@@ -27,7 +27,7 @@ from asympk.naming import named
 from asympk.numbers import Number, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import directional_derivatives
-from asympk.symbolic.reading import expression, listed
+from asympk.symbolic.reading import entries_of, expression
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _OPEN = (sp.Derivative, sp.Subs, sp.Sum, sp.Product)  # what still is to be worked out
@@ -302,7 +302,7 @@ def _out_of_range(outputs, args, values):
 def _arguments(args):
     """Check the arguments; a set is sorted, so that the signature is the same in every run."""
     order = partial(sorted, key=str) if isinstance(args, set | frozenset) else tuple
-    args = tuple(order(listed("args", args, "a sequence of Symbols")))
+    args = tuple(order(entries_of("args", args, "a sequence of Symbols")))
     for a in args:
         if not isinstance(a, sp.Symbol) or not (a.name.isidentifier() and a.name.isascii()):
             raise InputError(f"the argument {short(a)} cannot name a variable; give a Symbol with a plain name")

@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.numbers import number, short
-from asympk.symbolic.reading import listed, rational
+from asympk.symbolic.reading import entries_of, rational
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
@@ -27,7 +27,7 @@ def place(system: "System", values: Any, start: Any) -> tuple[tuple, tuple]:
 
 def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -> tuple:
     if isinstance(given, Iterable) and not isinstance(given, Mapping | str):
-        given = listed(what, given, f"one number for each {kind}")
+        given = entries_of(what, given, f"one number for each {kind}")
         if len(given) != len(symbols):
             raise InputError(f"{what} has {len(given)} numbers for {len(symbols)}: {_names(symbols)}")
         given = dict(zip(symbols, given, strict=True))

@@ -47,7 +47,7 @@ def as_floats(name: str, value: Any) -> Any:
     return found
 
 
-def listed(name: str, value: Any, entries: str) -> tuple:
+def entries_of(name: str, value: Any, entries: str) -> tuple:
     """Return the entries of a sequence or a set; raises ``InputError`` for what is neither, naming its ``entries``."""
     try:
         if isinstance(value, (str, bytes, dict)):

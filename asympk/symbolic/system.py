@@ -25,7 +25,7 @@ from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
 from asympk.symbolic.placing import place
-from asympk.symbolic.reading import expression, listed
+from asympk.symbolic.reading import entries_of, expression
 
 
 @dataclass(frozen=True, repr=False)
@@ -194,7 +194,7 @@ class System(ShownAsFormulas):
         """
         slow, fast = _rates("slow", slow), _rates("fast", fast)
         wanted = "a sequence of ap.Friction(velocity=, force=, load=, kinetic=)"
-        given = listed("frictions", frictions, wanted)
+        given = entries_of("frictions", frictions, wanted)
         if wrong := [f for f in given if not isinstance(f, Friction)]:
             raise InputError(f"frictions: {short(wrong[0])} is none; give {wanted}")
         assumed = expression("assumptions", assumptions)
