@@ -18,8 +18,9 @@ from interrupt import hearing
 import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided, WorkersLost
+from asympk.many import PHASES
 from asympk.path import MODES
-from asympk.sweep import chunks, files, results, run_sweep, summary
+from asympk.sweep import chunks, files, results, rods, run_sweep, summary
 from asympk.sweep.executors import Processes
 from asympk.sweep.lock import locked
 from asympk.sweep.rods import RodFamily, first_phases
@@ -85,6 +86,14 @@ def test_starts_on_the_planes_and_on_edges_begin_in_the_mode_that_solve_finds():
     modes = first_phases({**dict(zip(axes, rows, strict=True)), **fixed})
     for mode, (sigma, x, y, z) in zip(modes, rows.T.tolist(), strict=True):
         assert MODES[mode] == ap.solve(ap.Scene(sigma, 0.01, (x, y, z), 0)).modes[0]
+
+
+def test_a_load_that_is_zero_at_the_start_is_decided_in_arrays(monkeypatch):
+    mu, y, z = (a.ravel() for a in np.meshgrid([0.01, 0.5, 3.0], [-150.0, -2.5, -0.1, 0.0, 2.0], [-1.0, 0.0, 1.0]))
+    part = {"sigma": np.full(mu.shape, 0.5), "mu": mu, "x": -y, "y": y, "z": z}
+    names = [ap.solve(ap.Scene(0.5, m, (-b, b, c), 0)).modes[0] for m, b, c in zip(mu, y, z, strict=True)]
+    monkeypatch.setattr(rods, "_first_mode", lambda one: pytest.fail("one by one"))
+    assert [PHASES[k] for k in first_phases(part)] == names
 
 
 def test_a_grid_runs_through_all_combinations_and_its_decimals_are_exact():
