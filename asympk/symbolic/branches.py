@@ -357,12 +357,23 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
     """Put the known sign of every sliding velocity and load into its absolute value and sign."""
     known: dict[sp.Basic, sp.Basic] = {}
     for friction, phase in zip(system.frictions, branch, strict=True):
-        for quantity, sign in ((friction.velocity, phase.velocity), (friction.load, phase.load)):
+        for quantity, sign in _signs(friction, phase):
             if phase.either and sign:
                 continue
             known |= {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sp.Integer(sign)}
             known |= {sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): sp.Integer(-sign)}
     return expr.subs({k: v for k, v in known.items() if not k.is_number}) if expr.has(sp.Abs, sp.sign) else expr
+
+
+def _signs(friction: "Friction", phase: Phase) -> tuple[tuple[sp.Expr, int], ...]:
+    return (friction.velocity, phase.velocity), (friction.load, phase.load)
+
+
+def of_either_sign(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
+    """Return the velocities and loads that keep a sign in a mode, but not one that its name tells."""
+    known = ((q, sign, phase.either) for friction, phase in zip(system.frictions, branch, strict=True)
+             for q, sign in _signs(friction, phase))  # fmt: skip
+    return tuple(q for q, sign, either in known if sign and either and not q.is_number)
 
 
 def _tidy(expr: sp.Expr) -> sp.Expr:

@@ -12,7 +12,7 @@ dy/dx = -g_y^-1 g_x, and takes its value only when a coefficient is asked for. A
 takes it: its coefficients are rational in x and the branch's value y, in y alone where g = 0 is x = phi(y).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import factorial, prod
 
@@ -32,11 +32,13 @@ class Expansion:
     height: dict[sp.Symbol, list[Fraction]]
     flow: dict[sp.Symbol, list[Fraction]]
     branch: dict
+    signs: dict
 
     def expr(self, element: Fraction) -> sp.Expr:
         """Return an element of the ring as an expression in the slow variables."""
         expr = self.ring.expr(element)
-        return expr.subs(self.branch, simultaneous=True) if self.branch else by_powers(expr, tuple(self.flow))
+        expr = expr.subs(self.branch, simultaneous=True) if self.branch else by_powers(expr, tuple(self.flow))
+        return _signed(expr, self.signs)
 
 
 def is_implicit(branch: sp.Dict) -> bool:
@@ -59,8 +61,10 @@ def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, 
 @lru_cache(maxsize=64)
 def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansion:
     """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
+    signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
+    mode = replace(mode, slow=_one_side(mode.slow, signs), fast=_one_side(mode.fast, signs))
     slow, fast = tuple(mode.slow), tuple(mode.fast)
-    branch = {y: sp.sympify(h, strict=True) for y, h in branch.items()}
+    branch = dict(_one_side(branch, signs))
     implicit = is_implicit(branch)
     named = implicit or not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
     over = over_fast(mode, small, branch)
@@ -80,7 +84,23 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     for k in range(1, order + 1):
         recurrence.advance(k)
     height, flow = (dict(zip(*both, strict=True)) for both in ((fast, recurrence.heights), (slow, recurrence.flows)))
-    return Expansion(ring, height, flow, branch if named else {})
+    return Expansion(ring, height, flow, branch if named else {}, signs)
+
+
+def _one_side(rates, signs):
+    """Put s q for |q| and s for sign(q): an expansion with a constant s in it is that on both sides of q = 0."""
+    known = {}
+    for s, q in signs.items():
+        known |= {sp.Abs(q): s * q, sp.Abs(-q): s * q, sp.sign(q): s, sp.sign(-q): -s}
+    return sp.Dict({x: sp.sympify(rate, strict=True).subs(known) for x, rate in rates.items()})
+
+
+def _signed(expr, signs):
+    """Put |q|/q back for s, whose square is 1."""
+    if not signs:
+        return expr
+    odd = expr.replace(lambda e: e.is_Pow and e.base in signs, lambda e: e.base ** (e.exp % 2))
+    return odd.subs({s: sp.Abs(q) / q for s, q in signs.items()})
 
 
 def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:
@@ -100,7 +120,7 @@ def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
 def is_zero(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is identically zero: by algebra, else by 50 digits at points that nothing singles out."""
     reduced = sp.cancel(expr)
-    if reduced == 0 or all(a.is_Symbol for a in atoms_of(reduced)):
+    if reduced == 0 or (not reduced.has(sp.Abs) and all(a.is_Symbol for a in atoms_of(reduced))):
         return reduced == 0
     values = [_value(reduced, k) for k in range(1, 5)]
     finite = [value for value in values if value.is_number and value.is_finite]

@@ -331,10 +331,10 @@ def _check(expr, args, branching):
     if expr.has(sp.Float):
         raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
     if expr.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
-        raise InputError(f"{expr} contains a constant that is not a finite number")
+        raise InputError(f"{short(expr)} contains a constant that is not a finite number")
     if expr.has(*_OPEN):
         raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
     if expr.has(sp.I):
         raise InputError(f"{expr} is complex; lower its real and imaginary parts")
     if not branching and expr.has(*BRANCHING):
-        raise InputError(f"{expr} branches; lower each smooth mode, or each piece, on its own")
+        raise InputError(f"{short(expr)} branches; lower each smooth mode, or each piece, on its own")

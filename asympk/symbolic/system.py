@@ -30,12 +30,16 @@ from asympk.symbolic.reading import entries_of, expression
 
 @dataclass(frozen=True, repr=False)
 class Mode(ShownAsFormulas):
-    """One smooth field ``x' = slow[x]``, ``small y' = fast[y]``, valid on ``where`` (a condition on the states)."""
+    """One smooth field ``x' = slow[x]``, ``small y' = fast[y]``, valid on ``where`` (a condition on the states).
+
+    ``signed`` are the velocities and loads that keep their sign in it, and whose sign its name does not tell.
+    """
 
     name: str
     slow: sp.Dict
     fast: sp.Dict
     where: sp.Basic = sp.true
+    signed: tuple[sp.Expr, ...] = ()
 
     def _card(self) -> Card:
         rates = [(f"{s}'", rate) for s, rate in self.slow.items()]
@@ -224,7 +228,8 @@ class System(ShownAsFormulas):
     def modes(self) -> tuple[Mode, ...]:
         """The smooth modes; with several frictions every combination of theirs, the names joined by ``+``."""
         return tuple(
-            Mode(branches.mode_name(branch), *branches.fields(self, branch), branches.where(self, branch))
+            Mode(branches.mode_name(branch), *branches.fields(self, branch), branches.where(self, branch),
+                 branches.of_either_sign(self, branch))
             for branch in branches.named_branches(self)
         )
 

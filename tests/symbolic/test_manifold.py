@@ -426,3 +426,20 @@ def test_what_needs_an_explicit_branch_says_so():
     for question in (invariance_residual, integral_curves, rest_state):
         with pytest.raises(NotDerivable, match="implicit"):
             question(manifold)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+@pytest.mark.parametrize("name", ["slip_same", "slip_opposite"])
+def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(name, side):
+    """k/(1 + |z|) is k/(1 + z) for z > 0 and k/(1 - z) for z < 0, and a load of either sign keeps both in one mode."""
+    x, y, z, F = sp.symbols("x y z F", real=True)
+    mu, k = sp.symbols("mu k", positive=True)
+
+    def coefficients(kinetic):
+        law = ap.Friction(force=F, velocity=z, load=x + y + 1, kinetic=kinetic)
+        system = ap.System.with_frictions({x: z - x, z: F - x - y}, {y: x - 2 * y + F / 4}, [law], mu)
+        (found,) = (m for m in ap.slow_manifolds(system, order=2) if m.dynamics.name == name)
+        at = {x: sp.Rational(2, 3), z: side * sp.Rational(3, 5), k: sp.Rational(1, 2)}
+        return [c.subs(at) for c in found.coefficients]
+
+    assert coefficients(k / (1 + sp.Abs(z))) == coefficients(k / (1 + side * z))
