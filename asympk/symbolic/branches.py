@@ -10,7 +10,7 @@ and holds while its guards, expressions that are positive inside it, stay positi
 solves; all else is substitution.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
@@ -354,26 +354,40 @@ def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Ex
 
 
 def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
-    """Put the known sign of every sliding velocity and load into its absolute value and sign."""
+    """Put the known sign of every sliding velocity and load into its absolute value and sign.
+
+    Where only their product is known, the sign of the load becomes that of the velocity or its opposite.
+    """
+    if not expr.has(sp.Abs, sp.sign):
+        return expr
     known: dict[sp.Basic, sp.Basic] = {}
     for friction, phase in zip(system.frictions, branch, strict=True):
-        for quantity, sign in _signs(friction, phase):
-            if phase.either and sign:
-                continue
-            known |= {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sp.Integer(sign)}
-            known |= {sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): sp.Integer(-sign)}
-    return expr.subs({k: v for k, v in known.items() if not k.is_number}) if expr.has(sp.Abs, sp.sign) else expr
+        if not phase.either:
+            known |= put_sign(friction.velocity, sp.Integer(phase.velocity))
+            known |= put_sign(friction.load, sp.Integer(phase.load))
+        elif phase.velocity:
+            known |= put_sign(friction.load, phase.load * phase.velocity * sp.sign(friction.velocity))
+        else:
+            known |= put_sign(friction.velocity, sp.S.Zero)
+    found = expr.subs({k: v for k, v in known.items() if not k.is_number})
+    return without_squares(found, {sp.sign(f.velocity) for f in system.frictions})
 
 
-def _signs(friction: "Friction", phase: Phase) -> tuple[tuple[sp.Expr, int], ...]:
-    return (friction.velocity, phase.velocity), (friction.load, phase.load)
+def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
+    """Return what puts ``sign`` for the sign of a quantity, and the quantity times it for its absolute value."""
+    return {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sign,
+            sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): -sign}  # fmt: skip
+
+
+def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:
+    """Put 1 for the square of every one of ``signs``."""
+    return expr.replace(lambda e: e.is_Pow and e.exp.is_Integer and e.base in signs, lambda e: e.base ** (e.exp % 2))
 
 
 def of_either_sign(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
-    """Return the velocities and loads that keep a sign in a mode, but not one that its name tells."""
-    known = ((q, sign, phase.either) for friction, phase in zip(system.frictions, branch, strict=True)
-             for q, sign in _signs(friction, phase))  # fmt: skip
-    return tuple(q for q, sign, either in known if sign and either and not q.is_number)
+    """Return what keeps a sign in a mode whose name does not tell it: velocities, and loads of contacts that stick."""
+    either = ((f, phase) for f, phase in zip(system.frictions, branch, strict=True) if phase.either)
+    return tuple(f.velocity if phase.velocity else f.load for f, phase in either)
 
 
 def _tidy(expr: sp.Expr) -> sp.Expr:

@@ -18,6 +18,7 @@ from math import factorial, prod
 
 import sympy as sp
 
+from asympk.symbolic.branches import put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
 from asympk.symbolic.system import Mode
 
@@ -37,8 +38,9 @@ class Expansion:
     def expr(self, element: Fraction) -> sp.Expr:
         """Return an element of the ring as an expression in the slow variables."""
         expr = self.ring.expr(element)
-        expr = expr.subs(self.branch, simultaneous=True) if self.branch else by_powers(expr, tuple(self.flow))
-        return _signed(expr, self.signs)
+        if not self.branch:
+            return _signed(by_powers(expr, tuple(self.flow)), self.signs)
+        return _signed(expr, self.signs).subs(self.branch, simultaneous=True)
 
 
 def is_implicit(branch: sp.Dict) -> bool:
@@ -64,6 +66,7 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
     mode = replace(mode, slow=_one_side(mode.slow, signs), fast=_one_side(mode.fast, signs))
     slow, fast = tuple(mode.slow), tuple(mode.fast)
+    on_branch = {s: sp.sympify(q).subs(branch) for s, q in signs.items()}
     branch = dict(_one_side(branch, signs))
     implicit = is_implicit(branch)
     named = implicit or not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
@@ -84,23 +87,18 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     for k in range(1, order + 1):
         recurrence.advance(k)
     height, flow = (dict(zip(*both, strict=True)) for both in ((fast, recurrence.heights), (slow, recurrence.flows)))
-    return Expansion(ring, height, flow, branch if named else {}, signs)
+    return Expansion(ring, height, flow, branch if named else {}, on_branch)
 
 
 def _one_side(rates, signs):
     """Put s q for |q| and s for sign(q): an expansion with a constant s in it is that on both sides of q = 0."""
-    known = {}
-    for s, q in signs.items():
-        known |= {sp.Abs(q): s * q, sp.Abs(-q): s * q, sp.sign(q): s, sp.sign(-q): -s}
+    known = {k: v for s, q in signs.items() for k, v in put_sign(q, s).items()}
     return sp.Dict({x: sp.sympify(rate, strict=True).subs(known) for x, rate in rates.items()})
 
 
 def _signed(expr, signs):
-    """Put |q|/q back for s, whose square is 1."""
-    if not signs:
-        return expr
-    odd = expr.replace(lambda e: e.is_Pow and e.base in signs, lambda e: e.base ** (e.exp % 2))
-    return odd.subs({s: sp.Abs(q) / q for s, q in signs.items()})
+    """Put |q|/q back for s."""
+    return without_squares(expr, signs).subs({s: sp.Abs(q) / q for s, q in signs.items()}) if signs else expr
 
 
 def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:

@@ -32,7 +32,7 @@ from asympk.symbolic.reading import entries_of, expression
 class Mode(ShownAsFormulas):
     """One smooth field ``x' = slow[x]``, ``small y' = fast[y]``, valid on ``where`` (a condition on the states).
 
-    ``signed`` are the velocities and loads that keep their sign in it, and whose sign its name does not tell.
+    ``signed`` are what keeps a sign in it that its name does not tell: velocities, and loads of contacts that stick.
     """
 
     name: str
