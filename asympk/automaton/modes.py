@@ -5,10 +5,11 @@ emitted text has arithmetic and functions only: numbers of any kind pass through
 namespace of functions. Lie derivatives of a guard along its field tell what happens where the guard vanishes.
 """
 
+import ast
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from types import ModuleType
 from typing import Any
 
@@ -20,6 +21,7 @@ from asympk.symbolic.lowering import Lowered, lower
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
+MOST = 64  # factors of a product
 _POWER = re.compile(r"\b([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
@@ -105,15 +107,18 @@ def _derivative(mode: GuardedMode, guard: int, order: int) -> sp.Expr:
 
 @lru_cache(maxsize=1024)
 def function(
-    system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any, directions: tuple[Direction, ...] = ()
-) -> Callable[..., tuple]:
+    system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any, directions: tuple[Direction, ...] = (),
+    products: bool = False,
+) -> Callable[..., tuple]:  # fmt: skip
     """Return ``f(t, *state, *p)``, a tuple of ``outputs``, on the numbers of ``functions``; ``target`` says how it is
     spelled: ``"math"`` (rational constants rounded once) or ``"mpmath"`` (divided at their precision).
 
-    With ``directions`` it is the derivatives of the outputs along each of them, output by output.
+    With ``directions`` it is the derivatives of the outputs along each of them, output by output; with ``products``
+    whole powers of whatever base are products.
     """
-    space = {target: functions}
-    exec(source(system, outputs, target, directions), space)
+    space: dict[str, Any] = {target: functions}
+    text = source(system, outputs, target, directions)
+    exec(ast.unparse(_Products().visit(ast.parse(text))) if products else text, space)
     return space["f"]
 
 
@@ -132,6 +137,17 @@ def source(
     else:
         text = lower(arguments, values, target=target, branching=True).source
     return _POWER.sub(lambda found: f"({'*'.join([found[1]] * int(found[2]))})", text) if target == "math" else text
+
+
+class _Products(ast.NodeTransformer):
+    """Writes whole powers as products: the Taylor series of a power divides by its base, which may be 0."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        match node:
+            case ast.BinOp(base, ast.Pow(), ast.Constant(int(power))) if 2 < power <= MOST:
+                return reduce(lambda product, factor: ast.BinOp(product, ast.Mult(), factor), [base] * power)
+        return node
 
 
 @lru_cache(maxsize=64)

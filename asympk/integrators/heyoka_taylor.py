@@ -1,18 +1,16 @@
 """Heyoka: Taylor series, compiled once per mode and tolerance; guards are roots of its polynomials."""
 
-import ast
-from functools import cache, lru_cache, reduce
+from functools import cache, lru_cache
 from time import monotonic
 
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
-from asympk.automaton.modes import namespace, source
+from asympk.automaton.modes import function, namespace
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16
-MOST = 64  # factors of a product
 MARGIN = 8 * 2.0**-52  # a guard that starts on its surface is lost this far below it: rounding is no event
 
 
@@ -59,32 +57,14 @@ def _compiled(method, mode, tol):
     states = states if isinstance(states, list) else [states]
     arguments = (hy.time, *states, *(hy.par[k] for k in range(count)))
     try:
-        rates, guards = (_traced(system, outputs)(*arguments) for outputs in (mode.rates, mode.guard_values))
+        rates, guards = (function(system, outputs, "math", _functions(), products=True)(*arguments)
+                         for outputs in (mode.rates, mode.guard_values))  # fmt: skip
     except (AttributeError, TypeError) as reason:
         raise InputError(f"method {method!r}: the system has a function that heyoka lacks ({reason})") from None
     events = [hy.t_event(g + hy.par[count + k], direction=hy.event_direction.negative) for k, g in enumerate(guards)]
     field = list(zip(states, (hy.expression(0.0) + r for r in rates), strict=True))
     pars = [0.0] * (count + len(guards))
     return hy.taylor_adaptive(field, [0.0] * len(states), tol=tol, t_events=events, pars=pars)
-
-
-def _traced(system, outputs):
-    """Return ``f(t, *state, *p)`` of outputs for the expressions of heyoka."""
-    space = {"math": _functions()}
-    tree = _Products().visit(ast.parse(source(system, outputs, "math")))
-    exec(compile(ast.fix_missing_locations(tree), "<mode>", "exec"), space)
-    return space["f"]
-
-
-class _Products(ast.NodeTransformer):
-    """Writes whole powers as products: the Taylor series of a power divides by its base, which may be 0."""
-
-    def visit_BinOp(self, node):
-        self.generic_visit(node)
-        match node:
-            case ast.BinOp(base, ast.Pow(), ast.Constant(int(power))) if 2 < power <= MOST:
-                return reduce(lambda product, factor: ast.BinOp(product, ast.Mult(), factor), [base] * power)
-        return node
 
 
 @cache
