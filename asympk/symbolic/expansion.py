@@ -66,7 +66,7 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
     mode = replace(mode, slow=_one_side(mode.slow, signs), fast=_one_side(mode.fast, signs))
     slow, fast = tuple(mode.slow), tuple(mode.fast)
-    on_branch = {s: sp.sympify(q).subs(branch) for s, q in signs.items()}
+    on_branch = {s: q.subs(branch) for s, q in signs.items()}
     branch = dict(_one_side(branch, signs))
     implicit = is_implicit(branch)
     named = implicit or not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])

@@ -122,7 +122,7 @@ def _python(name, heading, functions):
     """Return {file name: text} of a Python module that imports math and nothing else."""
     parts = ["\n".join(['r"""', *heading, '"""', ""])]
     for f in functions:
-        head, body = lower(f.args, f.values, "math", name=f.name).source.split("\n", 1)
+        head, body = lower(f.args, f.values, "math", name=f.name, branching=True).source.split("\n", 1)
         parts.append(f'{head}\n    r"""Return {f.meaning}."""\n{body}')
     if any("math." in part for part in parts[1:]):
         parts[0] += "\nimport math\n"
@@ -132,7 +132,7 @@ def _python(name, heading, functions):
 def _c(name, heading, functions):
     """Return {file name: text} of a C99 header and source; every function is called ``name_function``."""
     comment = "\n".join(["/*", *(f" * {line}".rstrip() for line in heading), " */", ""])
-    functions = [(f, lower(f.args, f.values, "c", name=f"{name}_{f.name}")) for f in functions]
+    functions = [(f, lower(f.args, f.values, "c", name=f"{name}_{f.name}", branching=True)) for f in functions]
     prototypes = [f"/* {f.meaning} */\n{text.partition(chr(10))[0]};\n" for f, text in functions]
     guard = f"{name.upper()}_H"
     header = [

@@ -124,3 +124,12 @@ def test_bad_input_is_one_line_and_writes_nothing(tmp_path):
     with pytest.raises(ap.errors.OrderError):
         export(PK, "c", tmp_path, order=-1)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_rate_with_the_sign_of_its_velocity_is_exported_for_both_signs(tmp_path):
+    x, z, F = sp.symbols("x z F", real=True)
+    law = ap.Friction(force=F, velocity=z, load=x, kinetic=3 + sp.sign(z))
+    (path,) = export(ap.System.with_frictions({x: z, z: F}, {}, [law]), "python", tmp_path)
+    space = {}
+    exec(path.read_text(encoding="utf-8"), space)
+    assert (space["slip_same"](2, 1)[1], space["slip_same"](-2, -1)[1]) == (-8, 4)
