@@ -10,7 +10,7 @@ HELP = "tell a mechanism's paradox, and the jump through it"
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("name", nargs="?", help="one of the catalogue (all are entries_of without it), or a TOML file")
+    parser.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
     parser.add_argument("--plot", metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
 
