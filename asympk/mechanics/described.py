@@ -84,7 +84,17 @@ class Described:
         known = {**rod.keyed(placed), sliding: rod.evaluate(rod.sliding_velocity, self.numbers)}
         found = evaluate(tuple(rates.values()), known)
         placed |= {str(rate): value for rate, value in zip(rates, found, strict=True)}
-        return {**placed, str(rod.contact.friction): friction}
+        return {**placed, **self._bounds(friction)}
+
+    def _bounds(self, friction):
+        """Return the kinetic friction, and the static one where it is a number of its own, at least as large."""
+        import numpy as np
+
+        contact = self.mechanism.contact
+        kinetic, static = str(contact.friction), contact.static
+        if not static.is_Symbol or str(static) == kinetic:
+            return {kinetic: friction}
+        return {kinetic: friction, str(static): np.maximum(self.mechanism.evaluate(static, self.numbers), friction)}
 
 
 def read_mechanism(path: Any) -> Described:

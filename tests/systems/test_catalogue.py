@@ -182,6 +182,16 @@ def test_a_map_is_drawn_over_any_name_and_around_any_friction(change, tmp_path, 
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.parametrize("name", ["painleve_klein", "butenin"])
+def test_over_friction_a_static_one_of_its_own_is_at_least_as_large(name):
+    told = described_mechanism(name)
+    kinetic, static = (str(bound) for bound in (told.mechanism.contact.friction, told.mechanism.contact.static))
+    own = float(told.numbers[static])
+    placed = told.closed(np.array([0.5]), np.array([own / 2, 2 * own]))
+    assert (placed[kinetic] == [own / 2, 2 * own]).all()
+    assert (placed[static] == [own, 2 * own]).all()
+
+
 def test_a_map_over_the_friction_itself_is_refused(tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD.replace("theta = [0.05, 1.5]", "f = [0.05, 1.5]"))
