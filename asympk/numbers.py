@@ -120,7 +120,8 @@ def _exact(name, value):
         return _from_mpf(name, value)
     if type(value).__module__ == "numpy" and value.ndim == 0 and value.dtype.kind in "iuf":
         return _from_scalar(name, value.item())
-    raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}")
+    first = "; work it out first, as .evalf(20) does" if getattr(value, "is_number", False) else ""
+    raise InputError(f"{name} = {short(value)}: it must be a number: {_KINDS}{first}")
 
 
 def _from_scalar(name, value):

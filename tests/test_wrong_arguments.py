@@ -10,7 +10,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.certify.certificates import certify
-from asympk.errors import AsympkError
+from asympk.errors import AsympkError, InputError
 
 x, y, z, F, t = sp.symbols("x y z F t", real=True)
 mu, k = sp.symbols("mu k", positive=True)
@@ -78,3 +78,10 @@ def test_a_wrong_argument_is_refused_in_one_line(name, argument, kind, tmp_path,
 def test_nothing_where_something_is_needed_is_refused(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert refusal(name, next(iter(CALLS[name][1])), [None])
+
+
+def test_a_constant_of_sympy_is_to_be_worked_out_first():
+    with pytest.raises(InputError, match=r"start y = sin\(1\): .* work it out first, as \.evalf\(20\) does"):
+        ap.Scene(sigma=1, mu="1e-3", start=(0, sp.sin(1), -1), until=1)
+    read = ap.Scene(sigma=1, mu="1e-3", start=(0, sp.sin(1).evalf(20), -1), until=1)
+    assert abs(read.start[1] - sp.sin(1)) < 1e-20
