@@ -109,11 +109,7 @@ def _compiled(modes):
     import jax.numpy as jnp
     import numpy as np
 
-    most = max(1, *(len(m.guard_values) for m in modes))
-
-    def padded(m):
-        return (*m.guard_values, *[sp.S.One] * (most - len(m.guard_values)))
-
+    padded = _equally_many(modes)
     field, guards, rates = (_chosen(modes, *which) for which in (
         (lambda m: m.rates,), (padded,), (padded, lambda m: (m.flow,))))
     term = diffrax.ODETerm(lambda t, w, args: field(t, w, *args))
@@ -146,6 +142,12 @@ def _compiled(modes):
         return jax.tree_util.tree_map(lambda leaf: np.zeros(leaf.shape, leaf.dtype), shapes)[3:]
 
     return template, run
+
+
+def _equally_many(modes):
+    """Return a function of a mode: its guards, and ones after them, as many as any of the modes has."""
+    most = max(1, *(len(m.guard_values) for m in modes))
+    return lambda m: (*m.guard_values, *[sp.S.One] * (most - len(m.guard_values)))
 
 
 def _chosen(modes, outputs, directions=lambda m: ()):
