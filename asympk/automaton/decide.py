@@ -124,9 +124,9 @@ def _follow_on(
     consistent: dict[Branch, list[int]] = {}
     for branch in product(*phases):
         ties = _ties(system, branch, resting, points, numbers, touching)
-        signs = [_growth(mode_of(system, branch), k, numbers, nudged, p, touching) for k in ties or ()]
-        if ties is not None and -1 not in signs:
-            consistent[branch] = [k for k, sign in zip(ties, signs, strict=True) if sign == 0]
+        still = None if ties is None else _still(mode_of(system, branch), ties, numbers, nudged, p, touching)
+        if still is not None:
+            consistent[branch] = still
     if len(consistent) > 1:
         onsets = {k for kind, k in lost if kind == "slip_onset"}
         broken = partial(_breaks_loose, system, resting, points[0], numbers, touching, onsets)
@@ -327,20 +327,21 @@ def _unit(place: int, size: int) -> tuple:
 
 
 def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> dict | None:
-    rows, size = [[*row, max(map(abs, row[1:]))] for row in equations], len(unknowns)
+    rows, size = [list(row) for row in equations], len(unknowns)
+    largest = [max(map(abs, row[1:])) for row in equations]
     for j in range(1, size + 1):
         pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
         left = abs(rows[pivot][j])
-        if left <= 1e-30 * rows[pivot][-1]:
+        if left <= 1e-30 * largest[pivot]:
             return None
-        if left <= numbers.singular * rows[pivot][-1]:
+        if left <= numbers.singular * largest[pivot]:
             raise _Unclear
-        rows[j - 1], rows[pivot] = rows[pivot], rows[j - 1]
+        for both in (rows, largest):
+            both[j - 1], both[pivot] = both[pivot], both[j - 1]
         for i in range(size):
             if i != j - 1 and rows[i][j] != 0:
                 factor = rows[i][j] / rows[j - 1][j]
-                reduced = [a - factor * b for a, b in zip(rows[i][:-1], rows[j - 1], strict=False)]
-                rows[i] = [*reduced, rows[i][-1]]
+                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
     return {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
 
 
@@ -390,6 +391,20 @@ def _opening(system: System, k: int, point: ContactPoint, touching: dict) -> Any
         return abs(point.contacts[k].gap)
     normals = _expressions(system)[2]
     return 1 if touching[k] else point.rows[len(system.frictions) + normals.index(k)][0]
+
+
+def _still(
+    mode: GuardedMode, ties: list[int], numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict
+) -> list[int] | None:
+    """Return those of the guards that vanish with all derivatives, or None at the first that falls."""
+    still = []
+    for k in ties:
+        sign = _growth(mode, k, numbers, nudged, p, touching)
+        if sign < 0:
+            return None
+        if sign == 0:
+            still.append(k)
+    return still
 
 
 def _growth(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict) -> int:
