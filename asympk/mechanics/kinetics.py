@@ -42,7 +42,7 @@ class Kinetics:
     def response(self) -> sp.ImmutableMatrix:
         """M^-1 (W_N, W_T, Q) as an n x 3 matrix: what a unit reaction, a unit friction force and the forces do."""
         right = sp.Matrix.hstack(self.directions.T, self.forces)
-        return (self.mass.adjugate() * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
+        return (self._adjugate * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
 
     @cached_property
     def delassus(self) -> sp.ImmutableMatrix:
@@ -55,7 +55,7 @@ class Kinetics:
     @cached_property
     def undivided(self) -> tuple[sp.Expr, sp.Expr]:
         """(G_NN, G_NT) times det M, which have no fractions where M, gap and slip have none."""
-        products = (self.directions[0, :] * self.mass.adjugate() * self.directions.T).applyfunc(sp.expand)
+        products = (self.directions[0, :] * self._adjugate * self.directions.T).applyfunc(sp.expand)
         return tidy(products[0]), tidy(products[1])
 
     @cached_property
@@ -77,6 +77,11 @@ class Kinetics:
         """
         border = sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
         return tidy(tidy(sp.expand(border.det(method="berkowitz"))) / self._inertia)
+
+    @cached_property
+    def _adjugate(self) -> sp.Matrix:
+        """det M times M^-1."""
+        return self.mass.adjugate()
 
     @cached_property
     def _inertia(self) -> sp.Expr:

@@ -74,7 +74,7 @@ def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None)
 def named_branches(system: "System") -> Iterator[Branch]:
     """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
     asked = _asks_for_signs(system)
-    choices = (_choices(f, asked and not _load_sign(f)) for f in system.frictions)
+    choices = (_choices(friction, asked) for friction in system.frictions)
     return (branch for branch in product(*choices) if _determined(system, branch))
 
 
@@ -106,9 +106,11 @@ def telling(system: "System") -> Iterator[Branch]:
                 yield branch
 
 
-def _choices(friction: "Friction", either: bool = False) -> tuple[Phase, ...]:
-    sign = _load_sign(friction) or 1
-    closed = (Phase(sign, velocity, either) for velocity in (sign, -sign, 0))
+def _choices(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:
+    """Return a phase for every mode of a contact; where signs are ``asked``, one that leaves open what is not known."""
+    known = _load_sign(friction)
+    sign = known or 1
+    closed = (Phase(sign, velocity, asked and not known) for velocity in (sign, -sign, 0))
     return (*closed, *([OPEN] if friction.gap is not None else []))
 
 

@@ -8,7 +8,7 @@ same expressions give the same source in every run.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from importlib import import_module
 from itertools import chain
 from threading import local
@@ -301,8 +301,8 @@ def _out_of_range(outputs, args, values):
 
 def _arguments(args):
     """Check the arguments; a set is sorted, so that the signature is the same in every run."""
-    order = partial(sorted, key=str) if isinstance(args, set | frozenset) else tuple
-    args = tuple(order(entries_of("args", args, "a sequence of Symbols")))
+    given = entries_of("args", args, "a sequence of Symbols")
+    args = tuple(sorted(given, key=str)) if isinstance(args, set | frozenset) else given
     for a in args:
         if not isinstance(a, sp.Symbol) or not (a.name.isidentifier() and a.name.isascii()):
             raise InputError(f"the argument {short(a)} cannot name a variable; give a Symbol with a plain name")
