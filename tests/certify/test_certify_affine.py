@@ -7,6 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from blocks import spring_block
 
 import asympk as ap
 from asympk.__main__ import main
@@ -187,21 +188,14 @@ def test_friction_that_holds_exactly_at_its_limit_for_ever_is_refused():
 @pytest.mark.parametrize("box", [(), ("--box", "x", "2.2", "2.3")])
 def test_the_command_tells_a_proof_of_a_system_by_the_names_of_its_states(box, tmp_path, capsys):
     file = tmp_path / "block.toml"
-    file.write_text("""until = 3
-[system.slow]
-x = "v"
-v = "-x + F"
-[[system.frictions]]
-velocity = "v"
-force = "F"
-load = 1
-kinetic = "k"
+    numbers = """
 [values]
 k = 0.35
 [start]
 x = 2.25
 v = 1
-""")
+"""
+    file.write_text(f"until = 3\n{spring_block('k')}{numbers}")
     assert main(["certify", str(file), *box]) == 0
     told = capsys.readouterr().out
     assert "  velocity_zero\n    t = [" in told

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
+from blocks import spring_block
 from commandline import run
 
 import asympk
@@ -53,24 +54,10 @@ def test_solve_with_digits_prints_the_final_state_in_full(capsys):
     assert out.splitlines()[-3:] == [f"{axis} = {value}" for axis, value in zip("xyz", full, strict=True)]
 
 
-OWN = """
-until = 1
-start = { x = 1, v = 0 }
-
-[system.slow]
-x = "v"
-v = "F - x"
-
-[[system.frictions]]
-velocity = "v"
-force = "F"
-load = 1
-kinetic = "1/(2 + abs(v))"
-"""
-
-
 def test_the_system_of_a_file_is_exported_and_without_a_file_the_rod(capsys, tmp_path):
-    (tmp_path / "own.toml").write_text(OWN)
+    (tmp_path / "own.toml").write_text(
+        f"until = 1\nstart = {{ x = 1, v = 0 }}\n{spring_block('1/(2 + abs(v))')}"
+    )
     slides = {}
     for given in ([], [str(tmp_path / "own.toml")]):
         assert run(capsys, "export", *given, "--target", "python", "--out", str(tmp_path))[0] == 0

@@ -11,6 +11,7 @@ from socket import SHUT_WR, create_connection
 from threading import Thread
 
 import pytest
+from blocks import spring_block
 from browser import PRESENT, browser
 from interrupt import hearing
 from mechanisms import SLENDER_ROD
@@ -25,16 +26,7 @@ from asympk.explore.surroundings import surroundings
 from asympk.explore.worker import Broken, Late, Worker
 
 ROD = ap.read_scene("backward")
-BLOCK = """until = 8
-[system.slow]
-x = "v"
-v = "-x + F"
-[[system.frictions]]
-velocity = "v - 1"
-force = "F"
-load = 1
-kinetic = "k / (1 + (v - 1)^2)"
-static = 1
+BLOCK = "until = 8\n" + spring_block("k / (1 + (v - 1)^2)", "v - 1") + """static = 1
 [values]
 k = 0.8
 [start]

@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from blocks import spring_block
 from mechanisms import SLENDER_ROD
 
 import asympk as ap
@@ -56,19 +57,7 @@ v = 1
 w = 0
 y = 0.5
 """
-BELT = """
-until = {until}
-
-[system.slow]
-x = "v"
-v = "-x + F"
-
-[[system.frictions]]
-velocity = "v - 1"
-force = "F"
-load = 1
-kinetic = "k / (1 + abs(v - 1))"
-static = "k0"
+BELT = "\nuntil = {until}\n\n" + spring_block("k / (1 + abs(v - 1))", "v - 1") + """static = "k0"
 
 [values]
 k = {k}
