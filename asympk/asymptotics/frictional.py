@@ -16,7 +16,7 @@ import sympy as sp
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers
 from asympk.asymptotics.matched import MatchedPath, Stretch
-from asympk.asymptotics.smooth import checked_order, tolerance
+from asympk.asymptotics.smooth import ROUNDING, checked_order, predicted_error, tolerance
 from asympk.automaton.automaton import Automaton
 from asympk.errors import InputError, NotDerivable, OutOfRange
 from asympk.path import Path
@@ -24,8 +24,6 @@ from asympk.symbolic.system import System
 
 RTOL = 1e-9
 FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
-ROUNDING = 50  # what they lose, in units of their tolerance
-SAFETY = 2
 SEVERAL = 5  # steps of a layer as wrong as they may be
 
 
@@ -60,18 +58,16 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
-    path, next_ = matched.matched_paths(scene, method, (order, order + 1), rtol)
-    final = np.array(path.state)
-    omitted = np.array(next_.state) - final
-    size = SAFETY * np.abs(omitted).max()
-    scale = max(1.0, np.abs(final).max() - size)
-    error = float(size / scale + ROUNDING * rtol + _of_layer(scene, path, mu, rtol, scale))
+    path, *beyond = matched.matched_paths(scene, method, (order, order + 1, order + 2), rtol)
+    final, next_, last = (np.array(found.state) for found in (path, *beyond))
+    scale = max(1.0, np.abs(final).max())
+    error = predicted_error((final, next_, last), rtol=rtol) + _of_layer(scene, path, mu, rtol, scale)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
     dense = StretchedDense(path.stretches, float(scene.until))
     return Path(scene, method, path.state, path.events, path.modes, dense, error,
-                {"omitted": tuple(omitted.tolist())})  # fmt: skip
+                {"omitted": tuple((next_ - final).tolist())})  # fmt: skip
 
 
 def _of_layer(scene: Any, path: MatchedPath, mu: float, rtol: float, scale: float) -> float:

@@ -5,7 +5,7 @@ value of mu that is asked for, until what is left of the fast motion is below th
 all powers of mu and log(1/mu) are included. Where the layer goes matters, and not quite when: an error along the fast
 motion is one in time, which the slow motion after it hardly feels. The slow motion goes on from where the layer ends,
 on the manifold to order n, until a guard of its mode vanishes; there the next layer begins. What is omitted is
-O(mu^(n + 1)), and the run to the order n + 1 tells how much.
+O(mu^(n + 1)), and the runs to the orders n + 1 and n + 2 tell how much.
 """
 
 import math
@@ -235,14 +235,17 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
 
     Raises ``NotNormallyHyperbolic`` and ``OutOfRange``.
     """
-    slow, mode = slow_of(automaton, path.branch, order), automaton.mode(path.branch)
+    known = max(order, 1)  # the rate of a fast state, which tells what follows an edge, is not known to order 0
+    slow, mode = slow_of(automaton, path.branch, known), automaton.mode(path.branch)
     point = slow.point(path.t, path.state)
     branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
-    height = slow.formulas.height[order]
+
+    def at_edge(at):
+        whole = (*at[: slow.slow], *slow.formulas.height[known](*at, mu, *slow.values))
+        return tuple(whole[k] for k in slow.places)
 
     def guards(span, at):
-        whole = (*at[: slow.slow], *height(*at, mu, *slow.values))
-        return mode.guard_values(path.t + span, tuple(whole[k] for k in slow.places))
+        return mode.guard_values(path.t + span, at_edge(at))
 
     follow, left = reduced.follow_reduced_flow, until - path.t
     found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
@@ -252,7 +255,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
-    return path.met(automaton, found.guard, t, state, stretch)
+    return path.met(automaton, found.guard, t, at_edge(found.trajectory(found.end).tolist()), stretch)
 
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:

@@ -255,3 +255,29 @@ def test_what_is_predicted_bounds_the_error_where_a_run_ends_within_a_layer(star
     path = ap.solve(scene, "jump", order=order)
     assert path.modes == truth.modes
     assert distance(path.final, truth.final) < path.error < 1e-6
+
+
+def _turning_rod(values, start, until):
+    x, y, q, v, mu = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "mu"))
+    inner, along, stiffness, kinetic = sp.symbols("a b k f", positive=True)
+    rates = {"slow": {x: y, q: v, v: -sp.sin(q) - stiffness * (x + y) + F},
+             "fast": {y: 1 + along * sp.cos(q) - (1 + stiffness) * (x + y) + inner * F}}  # fmt: skip
+    contact = ap.Friction(velocity=v - sp.Symbol("r"), force=F, load=x + y, kinetic=kinetic)
+    system = ap.System.with_frictions(**rates, frictions=[contact], small=mu)
+    return ap.Scene(system=system, values=values, start=start, until=until)
+
+
+def test_the_limit_passes_an_edge_where_fast_and_slow_part_of_the_load_cancel():
+    # the load grows through 0 on the slow manifold while the fast state at rest alone would have it fall
+    values = {"a": "1.863", "b": "1.756", "k": "1.851", "f": "0.444", "mu": "1e-5", "r": "0.831"}
+    scene = _turning_rod(values, {"x": "0.51", "q": "0.22", "v": "-1.002", "y": "-0.645"}, "2.636")
+    path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+    assert path.modes == truth.modes == ("slip_same", "slip_opposite", "slip_same", "slip_opposite")
+    assert distance(path.final, truth.final) < 1e-5
+
+
+def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
+    values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
+    scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
+    path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene)
+    assert distance(path.final, truth.final) < path.error
