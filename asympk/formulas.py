@@ -137,7 +137,9 @@ class _Reader:
         if name in CONSTANTS:
             return CONSTANTS[name]
         near = get_close_matches(name, [*self.symbols, *CONSTANTS], 1)
-        hint = f"; did you mean {near[0]}?" if near else f"; it has {', '.join(self.symbols) or 'none'}"
+        had = ", ".join(map(_as_written, self.symbols)) or "none"
+        hint = f"; did you mean {_as_written(near[0])}?" if near else f"; it has {had}"
+        hint += "; a parameter needs a number under [values]"
         if name == "t":
             hint = '; a system that depends on the time says so by time = "t"'
         raise self._refuse(f"the name {_as_written(name)} is unknown{hint}")

@@ -25,11 +25,21 @@ def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
 
 def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
     """Raise ``InputError`` where g = g' = 0 does not hold at the time 0, to rounding of the coordinates and rates."""
-    placed = {kinetics.time: 0} | values
+    for name, found in departures(kinetics, values).items():
+        raise InputError(f"the start is off the constraint: {name} = {found:g}; give coordinates and rates with 0")
+
+
+def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, float]:
+    """Return those of g and g', by name, that are not 0 at the time 0, to rounding of the coordinates and rates.
+
+    Raises ``InputError`` naming the symbols that have no value.
+    """
+    placed, found = {kinetics.time: 0} | values, {}
     for name, expr in (("g", kinetics.gap), ("g'", kinetics.gap_rate)):
-        (found,) = evaluate((expr,), placed)
-        if abs(found) > _OFF * (1 + max((abs(as_floats(str(s), placed[s])) for s in expr.free_symbols), default=0.0)):
-            raise InputError(f"the start is off the constraint: {name} = {found:g}; give coordinates and rates with 0")
+        value = float(evaluate((expr,), placed)[0])
+        if abs(value) > _OFF * (1 + max((abs(as_floats(str(s), placed[s])) for s in expr.free_symbols), default=0.0)):
+            found[name] = value
+    return found
 
 
 def check_bounds(contact: Any) -> None:

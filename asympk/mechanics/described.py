@@ -31,7 +31,6 @@ from asympk.symbolic.system import System
 
 KEYS = ("about", "coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral",
         "forces", "values", "state", "over")  # fmt: skip
-_RATE = re.compile(r"([A-Za-z_]\w*)'")
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
@@ -99,7 +98,10 @@ class Described:
 
 def read_mechanism(path: Any) -> Described:
     """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` for what is none, in one line."""
-    return _mechanism_of(read_table(path), path)
+    table = read_table(path)
+    if "until" in table:
+        raise InputError(f"{path}: it is a scene, followed by asympk solve; a mechanism has coordinates and no until")
+    return _mechanism_of(table, path)
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -121,17 +123,13 @@ def _mechanism_of(table, path):
     q = tuple(sp.Symbol(n, real=True) for n in names)
     u = tuple(sp.Symbol(f"{n}'", real=True) for n in names)
     t = sp.Symbol("t", real=True)
-    known = {s.name: s for s in (*q, t)} | {f"{s.name}__rate": v for s, v in zip(q, u, strict=True)}
+    known = {s.name: s for s in (*q, t, *u)}
     if taken := sorted({*names, "t"} & values.keys()):
         raise InputError(f"{path}: values: {taken[0]} is a coordinate or the time; its number belongs under [state]")
     known |= {name: sp.Symbol(name, real=True) for name in values}
 
     def formula(key, text):
-        plain_text = _RATE.sub(r"\1__rate", text) if isinstance(text, str) else text
-        try:
-            return read_formula(plain_text, known, f"{path}: {key}")
-        except InputError as error:
-            raise InputError(str(error).replace("__rate", "'")) from None
+        return read_formula(text, known, f"{path}: {key}")
 
     return Described(str(path), str(table.get("about", "")), _mechanism(table, path, formula, q, u, t), values, state,
                      _turn(table.get("over"), path))  # fmt: skip

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable
 from importlib import import_module
+from shlex import quote
 from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
 from asympk.systems import MECHANISMS
@@ -46,8 +48,20 @@ def mechanism_as_text(described: Described) -> str:
     """Return one screen about a ``Described`` mechanism."""
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
-    lines = [f"{described.name}: {described.about}", f"at {numbers}", "", *rigid, "", *jump_lines(described), ""]
+    place = [f"at {numbers}", *_departure(described)]
+    lines = [f"{described.name}: {described.about}", *place, "", *rigid, "", *jump_lines(described), ""]
     return "\n".join([*lines, *_further(described)])
+
+
+def _departure(described):
+    """Return a line on numbers off the contact, none where a coordinate that does not matter has no number."""
+    rod = described.mechanism
+    try:
+        off = departures(rod.plain, rod.keyed(described.numbers))
+    except InputError:
+        return []
+    given = ", ".join(f"{name} = {_short(value)}" for name, value in off.items())
+    return [f"off the contact: {given}; what follows holds with g = g' = 0 alone"] if off else []
 
 
 def contact_lines(described: Described) -> list[str]:
@@ -68,10 +82,9 @@ def _paradox(described):
     critical = rod.critical_friction
     formula = str(rod.own(critical)).replace("(t)", "")
     shown = f"{formula} = " if len(formula) < 90 else ""
-    found = rod.evaluate(rod.paradox, described.numbers)
     above, below = (rod.evaluate(part, described.numbers) for part in sp.fraction(1 / critical))
     value = _short(below / above) if above else "none"  # without a coupling of gap and slip there is none
-    lines = [f"critical        friction {shown}{value}: {'a paradox' if found else 'no paradox'} here"]
+    lines = [f"critical        friction {shown}{value}: {_verdict(described)}"]
     if described.turn is None:
         return lines
     name, low, high, tied = described.turn
@@ -80,6 +93,15 @@ def _paradox(described):
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in spans) or "nowhere"
     lines.append(f"over {name:11}{where} in {low} .. {high}")
     return lines + _least(rod, name, tied)
+
+
+def _verdict(described):
+    """Tell whether there is a paradox at the numbers; a contact that only pushes has it in one direction of slip."""
+    rod = described.mechanism
+    if not rod.evaluate(rod.paradox, described.numbers):
+        return "no paradox here"
+    into = rod.evaluate(rod.sliding_velocity * rod.delassus[0, 1], described.numbers) > 0
+    return "a paradox here" if into or not rod.contact.unilateral else "a paradox for slip of the sign of G_NT"
 
 
 def _least(rod, name, tied):
@@ -133,11 +155,11 @@ def _rebounds(described):
 
 def _further(described):
     friction = described.mechanism.contact.friction
-    lines = [f"asympk mechanism {described.name} --plot motions.svg"] if described.mapped else []
+    lines = [f"asympk mechanism {quote(described.name)} --plot motions.svg"] if described.mapped else []
     if friction.is_Symbol:
-        lines.append(f"asympk mechanism {described.name} --set {friction}=1/2")
+        lines.append(f"asympk mechanism {quote(described.name)} --set {friction}=1/2")
     return lines
 
 
 def _short(value):
-    return f"{float(value):.6g}" if not isinstance(value, str | int) else str(value)
+    return f"{float(value) + 0.0:.6g}" if not isinstance(value, str | int) else str(value)

@@ -93,6 +93,8 @@ def about(name: str) -> str:
 
 
 def _scene_of(table, where):
+    if "coordinates" in table:
+        raise InputError(f"{where}: it is a mechanism, told by asympk mechanism; a scene has it as [system.mechanism]")
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
     entries = {key: value for key, value in table.items() if key != "about"}
     entries["name"] = word(table, "name", where, Path(where).stem)

@@ -1,5 +1,7 @@
 """The catalogue of mechanisms, and one's own in a TOML file: they are told, drawn and run whole."""
 
+import shlex
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -135,6 +137,8 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("values = {", "values = {theta = 1, "), "values: theta is a coordinate or the time"),
         (("f = 2", "f = -2"), "it must not be negative"),
         (("f = 2", "f = [2]"), "values: f = [2]: it must be a number"),
+        (("f = 2", "F = 2"), "m, l, g, F; a parameter needs a number under [values]"),
+        (("X'^2", "Xx'^2"), "the name Xx' is unknown; did you mean X'?"),
         (("Y - l*sin(theta)", "Y - speed"), "the name speed is unknown; it has X, Y, theta, t, X', Y', theta', m"),
     ],
 )
@@ -163,6 +167,50 @@ def test_a_command_that_makes_no_sense_is_refused_in_one_line(arguments, match, 
     told = capsys.readouterr().err
     assert match in told
     assert len(told.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("setting", "said"), [("Y=1", "g = 0.108793"), ("Y'=0.5", "g' = 0.409281")])
+def test_numbers_off_the_contact_are_said_to_be(setting, said, capsys):
+    assert main(["mechanism", "painleve_rod"]) == 0
+    assert "off the contact" not in capsys.readouterr().out
+    assert main(["mechanism", "painleve_rod", "--set", setting]) == 0
+    assert f"off the contact: {said}; what follows holds with g = g' = 0 alone" in capsys.readouterr().out
+
+
+def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace("Y = 0.8912, ", ""))
+    assert main(["mechanism", str(file)]) == 0
+    assert "off the contact" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("rates", "verdict", "motions"), [
+    ({}, "a paradox here", "none"), ({"X'": 1}, "a paradox for slip of the sign of G_NT", "slip with R"),
+    ({"X'": 0, "Y'": 0, "theta'": 0}, "a paradox for slip of the sign of G_NT", "stick with R")])  # fmt: skip
+def test_a_contact_that_only_pushes_has_the_paradox_in_one_direction_of_slip(rates, verdict, motions, capsys):
+    settings = [word for name, value in rates.items() for word in ("--set", f"{name}={value}")]
+    assert main(["mechanism", "painleve_rod", *settings]) == 0
+    told = capsys.readouterr().out
+    assert f": {verdict}\n" in told
+    assert f"rigid motions   {motions}" in told
+
+
+def test_the_commands_that_a_screen_proposes_can_be_pasted(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my rod.toml").write_text(ROD)
+    assert main(["mechanism", "my rod.toml"]) == 0
+    for line in capsys.readouterr().out.splitlines()[-2:]:
+        assert main(shlex.split(line)[1:]) == 0
+
+
+def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod.toml").write_text(ROD)
+    (tmp_path / "scene.toml").write_text("sigma = 1\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 5\n")
+    assert main(["solve", "rod.toml"]) == 2
+    assert "rod.toml: it is a mechanism, told by asympk mechanism" in capsys.readouterr().err
+    assert main(["mechanism", "scene.toml"]) == 2
+    assert "scene.toml: it is a scene, followed by asympk solve" in capsys.readouterr().err
 
 
 def test_where_slip_and_gap_do_not_couple_there_is_no_critical_friction(tmp_path, capsys):
