@@ -5,7 +5,7 @@ truncated sum, and the exact form where there is one), the slow and the fast eig
 at which stick can end.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import sympy as sp
@@ -48,8 +48,26 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
 
 
 def module_functions(system: System, order: int) -> tuple[Function, ...]:
-    """Return the functions that make up the module, the same for every target."""
-    return (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
+    """Return the functions that make up the module, the same for every target; a rate theta' is called theta_rate."""
+    put = _aliases(system)
+    found = (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
+    return tuple(replace(f, args=_renamed(f.args, put), values=_renamed(f.values, put)) for f in found)
+
+
+def _aliases(system):
+    """Return {theta': theta_rate}, a plain name for every quantity that has none."""
+    named = (*system.states, *system.parameters)
+    taken, found = {s.name for s in named}, {}
+    for rate in (s for s in named if s.name.endswith("'")):
+        plain = rate.name.replace("'", "_rate")
+        while plain in taken:
+            plain += "_"
+        found[rate] = sp.Symbol(plain, **rate.assumptions0)
+    return found
+
+
+def _renamed(values, put):
+    return tuple(v.xreplace(put) for v in values) if isinstance(values, tuple) else values.xreplace(put)
 
 
 def _fields(system):
@@ -115,7 +133,9 @@ def _heading(system, name):
         lines.append(f"{mode.name}:" if mode.where == sp.true else f"{mode.name}, where {mode.where}:")
         lines += [f"    d{x}/dt = {f}" for x, f in mode.slow.items()]
         lines += [f"    {system.small} d{y}/dt = {g}" for y, g in mode.fast.items()]
-    return lines if system.assumptions == sp.true else [*lines, "", f"assumed: {system.assumptions}"]
+    lines += ["", f"assumed: {system.assumptions}"] if system.assumptions != sp.true else []
+    aliases = [f"{plain} stands for {rate}" for rate, plain in _aliases(system).items()]
+    return [*lines, "", *aliases] if aliases else lines
 
 
 def _python(name, heading, functions):

@@ -10,6 +10,7 @@ import sys
 
 import pytest
 import sympy as sp
+from mechanisms import slender_rod
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
@@ -22,7 +23,8 @@ u, v, w, r = sp.symbols("u v w r")
 mu = sp.Symbol("mu", positive=True)
 VAN_DER_POL = ap.System.smooth({u: v}, {v: (1 - u**2) * v - u}, mu)
 TWO_FAST = ap.System.smooth({u: sp.exp(-r * u)}, {v: u - v, w: v - 2 * w}, mu)
-SYSTEMS = {"pk": PK, "vdp": VAN_DER_POL, "two": TWO_FAST}
+LEANING = slender_rod().elastic(compliance=sp.Symbol("eps", positive=True), damping=sp.Symbol("h", positive=True))
+SYSTEMS = {"pk": PK, "vdp": VAN_DER_POL, "two": TWO_FAST, "leaning": LEANING}
 
 
 def points(function, count=20):
@@ -64,6 +66,14 @@ def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(na
             wanted = expected(*values)
             for a, b in zip(found, wanted if isinstance(wanted, tuple) else (wanted,), strict=True):
                 assert math.isclose(a, b, rel_tol=1e-11, abs_tol=1e-12)
+
+
+def test_a_rate_with_a_prime_has_a_plain_name_in_a_module_that_says_so(tmp_path):
+    theta = sp.Symbol("theta'")
+    falling = ap.System.smooth({theta: -theta, sp.Symbol("theta_rate"): theta}, {}, None)
+    (path,) = export(falling, "python", tmp_path)
+    assert "theta_rate_ stands for theta'" in path.read_text()
+    assert python_module(path).smooth(2.0, 3.0) == (-2.0, 2.0)
 
 
 def call(function, values, outputs):
