@@ -30,13 +30,20 @@ def write_bytes(path: str | Path, content: bytes) -> Path:
     path = named_file(path)
     if path.is_dir():
         raise InputError(f"{path}: it is a directory; give the name of a file")
+    try:
+        _put(path, content)
+    except OSError as reason:
+        raise OSError(reason.errno, reason.strerror, str(path)) from None  # not the name of a temporary file
+    return path
+
+
+def _put(path, content):
     if path.exists() and not path.is_file():
         with os.fdopen(_opened(path), "wb", buffering=0) as stream:
             _pour(stream, content)
-        return path
+        return
     path.parent.mkdir(parents=True, exist_ok=True)
     _replace(Path(os.path.realpath(path)), content)
-    return path
 
 
 def _replace(path, content):
