@@ -163,7 +163,10 @@ class Mechanism(ShownAsFormulas):
 
     @property
     def paradox(self) -> sp.Basic:
-        """The condition friction load |G_NT| > G_NN, under which sliding has no motion or more than one."""
+        """The condition friction load |G_NT| > G_NN, under which sliding has no motion or more than one.
+
+        A contact that only pushes has one motion nevertheless where gamma G_NT < 0, sliding the other way.
+        """
         return self.own(paradox.condition(self.plain))
 
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
@@ -208,8 +211,9 @@ class Mechanism(ShownAsFormulas):
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
         """Return a start of its elastic or rigid ``system`` at coordinates, rates and parameters given by name.
 
-        The elastic contact starts without reaction, x = y = 0, with z the sliding velocity. Raises ``InputError`` for
-        what is missing, and for a rigid start off a constraint that holds both ways, g = g' = 0.
+        The elastic contact starts without reaction, x = y = 0, with z the sliding velocity; a constant such as sin(1)
+        has 50 digits. Raises ``InputError`` for what is missing, and for a rigid start off a constraint that holds both
+        ways, g = g' = 0.
         """
         require_system(system, "start")
         given = {self.plain.time: 0} | self.keyed(values)
@@ -221,7 +225,7 @@ class Mechanism(ShownAsFormulas):
         fixed |= {z: float(evaluate((self.plain.slip,), given)[0]) for z in sliding}
         if missing := [str(s) for s in system.states if s in own and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
-        return {s.name: fixed[s] if s in fixed else given[s] for s in system.states}
+        return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}
 
     @cached_property
     def _names(self):
@@ -237,6 +241,11 @@ class Mechanism(ShownAsFormulas):
     def keyed(self, values: dict[Any, Any]) -> dict[sp.Symbol, Any]:
         """Return ``values`` with the plain symbols as keys, from names, symbols and dynamicsymbols."""
         return keyed(values, self.plain, self._names)
+
+
+def _worked_out(value):
+    """Return a constant of SymPy that is no fraction as a number of 50 digits, anything else as it is."""
+    return value.evalf(50) if isinstance(value, sp.Expr) and not value.is_Rational else value
 
 
 def _time(coordinates):

@@ -13,6 +13,8 @@ from asympk.symbolic.reading import entries_of, rational
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
 
+_DOUBLE = 53  # bits; a number of SymPy with more keeps its digits
+
 
 def place(system: "System", values: Any, start: Any) -> tuple[tuple, tuple]:
     """Return (values, start) as exact numbers in the order of the system's parameters and states.
@@ -62,7 +64,7 @@ def _known(what: str, key: Any, symbols: tuple[sp.Symbol, ...], kind: str) -> st
 
 
 def _number(what: str, name: str, value: Any) -> Any:
-    if isinstance(value, sp.Float):
+    if isinstance(value, sp.Float) and value._prec <= _DOUBLE:
         value = float(value)
     return number(f"{what}: {name}", value)
 

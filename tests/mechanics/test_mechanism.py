@@ -1,5 +1,7 @@
 """Mechanism and Contact: the same contact from every way to write it down, and one line for what is none."""
 
+from fractions import Fraction
+
 import pytest
 import sympy as sp
 from mechanisms import THETA, T, X, Y, f, g, l, m, masses_between_guides, slender_rod
@@ -212,6 +214,16 @@ def test_a_mechanism_of_three_freedoms_typed_in_by_a_new_user_is_followed_throug
     after = dict(zip(map(str, path.names), map(float, path.final), strict=True))
     assert after["lean'"] == pytest.approx(float(ladder.evaluate(law.velocities[lean.diff(T)], start)), abs=5e-3)
     assert after["x_"] == pytest.approx(float(ladder.evaluate(law.reaction, start)), abs=5e-3)
+
+
+def test_a_start_at_a_constant_of_sympy_is_one_that_a_scene_takes():
+    rod, c = slender_rod(), sp.Symbol("c", positive=True)
+    system, values = rod.elastic(compliance=c, damping=sp.Rational(1, 2)), {"m": 1, "l": 1, "g": 1, "f": 2}
+    at = {"X": 0, "Y": sp.sin(1), "theta": 1, "X'": -1, "Y'": 0, "theta'": sp.Rational(1, 3), **values}
+    scene = ap.Scene(system=system, values={**values, "c": "1e-3"}, start=rod.start(system, at), until=1)
+    start = dict(zip(scene.names, scene.start, strict=True))
+    assert abs(sp.Rational(start["Y"]) - sp.sin(1)) < sp.Rational(1, 10**49)
+    assert start["theta'"] == Fraction(1, 3)
 
 
 def test_slip_may_be_given_in_the_speeds_of_kanes_method():

@@ -348,3 +348,12 @@ def test_regions_of_several_frictions_and_of_loads_that_are_not_linear_are_refus
     quadratic = ap.System.with_friction({x: y}, {y: 1 - x**2 * y}, {z: 1 - (x + y) ** 2 + F}, F, x + y, f, small=mu)
     with pytest.raises(NotDerivable, match="no union of intervals of the load; ask contains"):
         ap.stick_regions(quadratic).stick.spans()
+
+
+def test_a_number_of_sympy_keeps_its_digits_in_a_scene():
+    x, v, F = sp.symbols("x v F", real=True)
+    block = ap.System.with_frictions({x: v, v: F - x}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)])
+    long, short = (ap.Scene(system=block, values={}, start={x: root, v: 0}, until=1).start[0]
+                   for root in (sp.sqrt(2).evalf(50), sp.sqrt(2).evalf()))  # fmt: skip
+    assert abs(sp.Rational(long) - sp.sqrt(2)) < sp.Rational(1, 10**49)
+    assert short == 2**0.5
