@@ -234,7 +234,7 @@ class System(ShownAsFormulas):
         )
 
     def mode(self, name: str) -> Mode:
-        """Return the mode called ``mode_name``; raises ``InputError`` when there is none."""
+        """Return the mode called ``name``; raises ``InputError`` when there is none."""
         for mode in self.modes:
             if isinstance(name, str) and mode.name == name:
                 return mode

@@ -142,6 +142,24 @@ def test_a_moreau_step_longer_than_the_instability_has_three_solutions_and_a_sho
     assert [phase.mode for phase, _ in _solutions(1.0, 1.0, mu, *start, mu / 2)] == ["slip_opposite"]
 
 
+def _loads_of_slip_opposite(sigma, mu, x, y, z, h):
+    steps = (state for phase, state in _solutions(sigma, sigma, mu, x, y, z, h) if phase.mode == "slip_opposite")
+    return [state[0] + state[1] for state in steps]
+
+
+def test_an_implicit_step_slips_backward_against_the_force_only_from_a_load_that_falls_below_zero():
+    """Lemma 9: for h (1 + h) > mu / sigma the sign of s+ is that of -(mu (s + h y) + h (1 + h))."""
+    rng = np.random.default_rng(9)
+    for _ in range(300):
+        sigma, mu, h = rng.uniform(0.1, 3), 10 ** rng.uniform(-4, 0), 10 ** rng.uniform(-2, 1)
+        if h * (1 + h) <= mu / sigma:
+            continue
+        x, y, z = rng.uniform(-5, 5), rng.uniform(-5, 5), rng.uniform(-1e3, -1)
+        falls = mu * (x + y + h * y) + h * (1 + h) < 0
+        assert all((s > 0) == falls for s in _loads_of_slip_opposite(sigma, mu, x, y, z, h))
+    assert _loads_of_slip_opposite(1, 0.5, 1000.0, -999.0, -1000.0, 1)[0] > 0
+
+
 def test_moreau_steps_bring_the_paradox_back_and_take_a_wrong_branch_and_we_do_not():
     exact = ap.solve(scene("iii", "1e-4"))
     stepped = ap.solve(exact.scene, method="moreau", step="1e-3")
