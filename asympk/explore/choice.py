@@ -7,7 +7,7 @@ from asympk.errors import UnknownName
 from asympk.scene import Scene
 from asympk.scenes.scenefile import read_scene, scene_names
 from asympk.storage.tomlfile import nearest, read_table
-from asympk.systems.catalogue import c, example_scene, h
+from asympk.systems.catalogue import example_scene
 from asympk.systems.kernels import kernel_scene
 
 FIRST = "backward"
@@ -49,6 +49,7 @@ def _of_mechanism(file: str) -> tuple[Scene, ...]:
     from asympk.mechanics.described import read_mechanism
 
     found = read_mechanism(file)
+    c, h = (found.mechanism.plain.spare(name, positive=True) for name in "ch")
     values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
     models = {"elastic contact": found.mechanism.elastic(compliance=c, damping=h), "rigid": found.mechanism.rigid()}
     mechanism, state = found.mechanism, found.state

@@ -24,20 +24,20 @@ from asympk.numbers import short
 from asympk.symbolic.reading import expression
 from asympk.symbolic.system import System
 
-NORMAL, FORCE = sp.symbols("N F", real=True)
-
 
 def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     """Return the ``System`` with the states: coordinates, x, z, the rates that complete a basis, and fast y.
 
     ``compliance`` is a Symbol c, with ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0
-    included. States that would have the name of a coordinate or parameter end in an underscore. Raises ``InputError``
-    for other scalings, ``NotDerivable`` where no rates complete a basis.
+    included. States and forces that would have the name of a coordinate or parameter end in an underscore. Raises
+    ``InputError`` for other scalings, ``NotDerivable`` where no rates complete a basis.
     """
     scaling = _scaling(compliance, damping)
     used = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
     if scaling.small.name in map(str, used):
         raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
+    if other := {str(s) for s in scaling.ratio.free_symbols - {*used}} & {*map(str, used)}:
+        raise InputError(f"damping = {damping}: the mechanism has another {min(other)}; take another Symbol")
     return with_time(System.with_friction(**elastic_fields(kinetics, scaling)), kinetics.time)
 
 
@@ -84,21 +84,26 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     reaction = x + scaling.ratio * y
     rates = velocities(kinetics, rest, -scaling.closing * y, z)
     put = lambda expr: tidy(expr.xreplace(rates))  # noqa: E731
-    normal = NORMAL if kinetics.unilateral else reaction
-    gap, slip, others = _accelerations(kinetics, rest, normal, put)
+    normal, force = forces(kinetics, scaling.small)
+    pushed = normal if kinetics.unilateral else reaction
+    gap, slip, others = _accelerations(kinetics, rest, pushed, force, put)
     slow = {q: put(u) for q, u in zip(kinetics.coordinates, kinetics.velocities, strict=True)}
     fast = {x: y, y: -gap} if scaling.fast_reaction else {y: -gap}
     slow = slow if scaling.fast_reaction else {**slow, x: y}
     bound, limit = (tidy(part * kinetics.load) for part in (kinetics.friction, kinetics.static))
-    found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": FORCE, "load": reaction,
+    found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": force, "load": reaction,
              "kinetic": put(bound), "static": put(limit), "small": scaling.small}  # fmt: skip
-    return {**found, **_one_sided(kinetics, reaction)}
+    return {**found, "gap": -reaction, "normal": normal} if kinetics.unilateral else found
 
 
 def state_names(kinetics: Kinetics, small: sp.Symbol) -> tuple[sp.Symbol, ...]:
     """Return the symbols x, y, z of the elastic contact; a name that is taken gets an underscore."""
-    taken = {str(s) for s in (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time, small)}
-    return tuple(sp.Symbol(name + "_" if name in taken else name, real=True) for name in "xyz")
+    return tuple(kinetics.spare(name, small, real=True) for name in "xyz")
+
+
+def forces(kinetics: Kinetics, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
+    """Return the symbols N, F of the reaction and of the friction force; a name that is taken gets an underscore."""
+    return tuple(kinetics.spare(name, *others, real=True) for name in "NF")
 
 
 def completing(kinetics: Kinetics) -> tuple[int, ...]:
@@ -126,17 +131,13 @@ def velocities(kinetics: Kinetics, rest: tuple[int, ...], closing: sp.Expr, z: s
 
 
 def _accelerations(
-    kinetics: Kinetics, rest: tuple[int, ...], normal: sp.Expr, put: Callable[[sp.Expr], sp.Expr]
+    kinetics: Kinetics, rest: tuple[int, ...], normal: sp.Expr, force: sp.Symbol, put: Callable[[sp.Expr], sp.Expr]
 ) -> tuple[sp.Expr, sp.Expr, dict[sp.Symbol, sp.Expr]]:
-    """Return g'', z' and the rates of the kept velocities with the reaction ``normal`` and the friction force."""
+    """Return g'', z' and the rates of the kept velocities with the reaction ``normal`` and friction."""
     G, response = kinetics.delassus, kinetics.response
     rows = [(kinetics.free[i], G[i, 0], G[i, 1]) for i in (0, 1)] + [(response[k, 2], *response[k, :2]) for k in rest]
-    gap, slip, *others = (put(free) + by_N * normal + by_T * FORCE for free, by_N, by_T in rows)
+    gap, slip, *others = (put(free) + by_N * normal + by_T * force for free, by_N, by_T in rows)
     return gap, slip, {kinetics.velocities[k]: rate for k, rate in zip(rest, others, strict=True)}
-
-
-def _one_sided(kinetics: Kinetics, reaction: sp.Expr) -> dict[str, Any]:
-    return {"gap": -reaction, "normal": NORMAL} if kinetics.unilateral else {}
 
 
 def with_time(system: System, time: sp.Symbol) -> System:

@@ -33,8 +33,6 @@ from asympk.mechanics.kinetics import Kinetics
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.reading import expression
 
-DAMPING = sp.Symbol("h", positive=True)
-
 
 @dataclass(frozen=True, repr=False)
 class JumpLaw(ShownAsFormulas):
@@ -70,7 +68,7 @@ def _name(rate: sp.Expr) -> str:
 def jump_law(
     kinetics: Kinetics, own: Callable[[Any], Any] = lambda expr: expr, ratio: Any = None, damping: Any = None
 ) -> JumpLaw:
-    """Return the ``JumpLaw``; ``damping`` is the damping time h (by default the symbol h), ``ratio`` the ratio b.
+    """Return the ``JumpLaw``; ``damping`` is the damping time, by default a symbol h; ``ratio`` is the ratio b.
 
     Errors are O(c log(1/c)), for a gap rate O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens,
     in the limit of large stiffness. Raises ``InputError`` for a ratio of a two-sided constraint, and for both.
@@ -83,7 +81,7 @@ def jump_law(
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
-        damping = DAMPING if damping is None else expression("damping", damping)
+        damping = kinetics.spare("h", positive=True) if damping is None else expression("damping", damping)
         if not isinstance(damping, sp.Expr) or damping.is_nonpositive or damping.has(sp.oo, sp.nan):
             raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
         return _law(kinetics, own, sp.S.Zero, condition, damping)

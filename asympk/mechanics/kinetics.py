@@ -95,6 +95,14 @@ class Kinetics:
         terms += [sp.diff(expr, u) * rate for u, rate in (accelerations or {}).items()]
         return sp.Add(*terms, sp.diff(expr, self.time))
 
+    def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
+        """Return a Symbol of this ``name``, with underscores where the mechanism or ``others`` have it already."""
+        own = (*self.coordinates, *self.velocities, *self.parameters, self.time)
+        taken = {str(s) for s in (*own, *others)}
+        while name in taken:
+            name += "_"
+        return sp.Symbol(name, **assumptions)
+
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """Every symbol that is neither a coordinate, nor a velocity, nor the time, sorted by name."""

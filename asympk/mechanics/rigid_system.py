@@ -7,21 +7,22 @@ mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMot
 all bounds, with ``UnboundedReaction``.
 """
 
-from asympk.mechanics.elastic import FORCE, NORMAL, with_time
+from asympk.mechanics.elastic import forces, with_time
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
 
 def rigid_system(kinetics: Kinetics) -> System:
     """Return the ``System`` of the rigid mechanism; its flow keeps the constraint g'' = 0, so start at g = g' = 0."""
+    normal, force = forces(kinetics)
     rates = dict(zip(kinetics.coordinates, kinetics.velocities, strict=True))
     for row, u in enumerate(kinetics.velocities):
         by_normal, by_friction, free = kinetics.response[row, :]
-        rates[u] = free + by_normal * NORMAL + by_friction * FORCE
+        rates[u] = free + by_normal * normal + by_friction * force
     G = kinetics.delassus
     friction = Friction(
-        velocity=kinetics.slip, force=FORCE, normal=NORMAL, load=kinetics.load * NORMAL, kinetic=kinetics.friction,
-        static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * NORMAL + G[0, 1] * FORCE,
+        velocity=kinetics.slip, force=force, normal=normal, load=kinetics.load * normal, kinetic=kinetics.friction,
+        static=kinetics.static, constraint=kinetics.free[0] + G[0, 0] * normal + G[0, 1] * force,
         gap=kinetics.gap if kinetics.unilateral else None,
     )  # fmt: skip
     return with_time(System.with_frictions(rates, {}, (friction,)), kinetics.time)

@@ -117,7 +117,8 @@ def _of_mechanism(table: dict, parameters: Any) -> System:
         return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():
         raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
-    symbols = {name: sp.Symbol(name, positive=True) for name in parameters}
+    own = {s.name: s for s in mechanism.plain.parameters}
+    symbols = {name: own.get(name, sp.Symbol(name, positive=True)) for name in parameters}
     return mechanism.elastic(*(read_formula(spelled(table[key]), symbols, key) for key in ("compliance", "damping")))
 
 

@@ -388,6 +388,16 @@ def test_a_mechanism_of_ones_own_is_explored_with_an_elastic_and_with_a_rigid_co
         running.shutdown()
 
 
+def test_a_mechanism_with_a_c_and_an_h_of_its_own_keeps_them_beside_those_of_the_contact(tmp_path):
+    file = tmp_path / "own.toml"
+    named = MECHANISM.replace("l*sin(theta)", "h*sin(theta)").replace('friction = "f"', 'friction = "c"')
+    file.write_text(named.replace("f = 2", "h = 3\nc = 2"))
+    elastic, rigid = (dict(zip(map(str, scene.system.parameters), scene.values, strict=True))
+                      for scene in chosen_scenes(str(file)))  # fmt: skip
+    assert {"h", "h_", "c", "c_"} <= elastic.keys()
+    assert elastic["h"] == rigid["h"] == 3
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent otherwise there")
 def test_ctrl_c_ends_the_command_cleanly():
     command = hearing("explore", "backward", "--no-browser")

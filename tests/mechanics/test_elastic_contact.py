@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from contactmodel import Model, follow
-from mechanisms import masses_between_guides, slender_rod
+from mechanisms import T, X, Y, masses_between_guides, slender_rod
 from test_jump_law import MECHANISMS, bead_rod
 
 import asympk as ap
@@ -129,11 +129,29 @@ def _rebound(b):
         (c, -1, "damping = -1: it must be zero or positive"),
         (sp.Symbol("m"), h, "the mechanism has a m already"),
         (sp.Symbol("X"), h, "the mechanism has a X already"),
+        (c, h * sp.Symbol("m"), "the mechanism has another m"),
     ],
 )
 def test_scalings_without_a_limit_are_refused(compliance, damping, match):
     with pytest.raises(InputError, match=match):
         slender_rod().elastic(compliance=compliance, damping=damping)
+
+
+@pytest.mark.parametrize("contact", ["rigid", "elastic"])
+@pytest.mark.parametrize("name", ["F", "N", "x", "x_", "z"])
+def test_a_parameter_may_have_the_name_of_a_force_or_a_state_of_the_contact(name, contact):
+    final = {}
+    for called in (name, "P"):
+        push = sp.Symbol(called, real=True)
+        ground = ap.Contact(gap=Y, slip=X, friction=sp.Rational(1, 5), unilateral=True)
+        energy = X.diff(T) ** 2 + X.diff(T) * Y.diff(T) + Y.diff(T) ** 2
+        block = ap.Mechanism.from_lagrangian(energy, (X, Y), contact=ground, forces={X: push, Y: -1})
+        system = block.rigid() if contact == "rigid" else block.elastic(compliance=c, damping=h)
+        values = {called: 3} if contact == "rigid" else {called: 3, "c": "1/100", "h": 1}
+        start = block.start(system, {"X": 0, "Y": 0, "X'": 1, "Y'": 0})
+        final[called] = ap.solve(ap.Scene(system=system, values=values, start=start, until=1)).final
+    assert final[name] == pytest.approx(final["P"], rel=1e-12)
+    assert final["P"][0] > 1.5
 
 
 def test_the_undamped_good_side_is_a_centre_and_the_other_side_a_saddle():

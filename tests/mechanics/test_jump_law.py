@@ -227,3 +227,12 @@ def test_the_determinant_of_long_fractions_is_short_and_that_of_the_delassus_mat
     G = kinetics.delassus.subs(place).evalf(30)
     assert abs(kinetics.determinant.subs(place).evalf(30) - (G[0, 0] * G[1, 1] - G[0, 1] ** 2)) < 1e-25
     assert kinetics.determinant.count_ops() < 100
+
+
+def test_the_damping_of_the_law_is_not_a_parameter_of_the_same_name():
+    X, Y = sp.symbols("X Y")
+    height = sp.Symbol("h", positive=True)
+    block = ap.Mechanism((X, Y), sp.symbols("U V"), [[height, 1], [1, 1]], (0, -1), ap.Contact(Y, X, 2))
+    law = block.jump_law()
+    (damping,) = (law.reaction / law.impulses[0]).cancel().free_symbols
+    assert damping.name == "h_"
