@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 DIGITS = 60  # at which a first mode is decided
 EXACT = 45  # digits of an exact start that rounding leaves
 ROUNDING = 2.0**-46  # relative, of a start that was computed in doubles
+BY_HAND = 2.0**-20  # relative, of a start on a contact whose numbers were written with six digits
 WORKING = 40  # digits at which a mode that follows is decided, whatever the digits of the state
 LONGEST = 5_000  # operations of a derivative that is differentiated once more
 MOST = 8  # frictions of which all combinations are tried
@@ -221,16 +222,16 @@ def _touching(
     """Return the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
 
     Raises ``NoMotion`` where one is hit: a rigid contact has no law of impact. The gap and its rate are 0 where the
-    rounding of doubles may have made them differ from it.
+    rounding of doubles, or at a start that of six digits, may have made them differ from it.
     """
-    found = {}
+    found, rounding = {}, BY_HAND if before is None else ROUNDING
     for k, friction in enumerate(system.frictions):
         if friction.constraint is None or friction.gap is None:
             continue
         if before is not None and before[k] != OPEN:
             found[k] = ("lift_off", k) in lost
             continue
-        gap, rate = _gap_signs(system, friction, at, p, numbers)
+        gap, rate = _gap_signs(system, friction, at, p, numbers, rounding)
         if gap < 0 and ("touch_down", k) not in lost:
             raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
         if ("touch_down", k) in lost or gap == 0:
@@ -242,11 +243,13 @@ def _touching(
     return found
 
 
-def _gap_signs(system: System, friction: Friction, at: tuple[Any, tuple], p: tuple, numbers: Numbers) -> list[int]:
-    """Return the signs of the gap and its rate, 0 where the rounding of doubles leaves them open."""
+def _gap_signs(
+    system: System, friction: Friction, at: tuple[Any, tuple], p: tuple, numbers: Numbers, rounding: float
+) -> list[int]:
+    """Return the signs of the gap and its rate, 0 where ``rounding`` leaves them open."""
     expressions = (friction.gap, branches.rate_along(system, friction.gap))
     values = function(system, expressions, numbers.target, numbers.functions)
-    rows = [values(t, *w, *p) for t, w in (at, *(_nudged(*at, signs, ROUNDING) for signs in _NUDGES))]
+    rows = [values(t, *w, *p) for t, w in (at, *(_nudged(*at, signs, rounding) for signs in _NUDGES))]
     return [numbers.decided_sign([row[j] for row in rows]) for j in (0, 1)]
 
 

@@ -130,6 +130,18 @@ def test_a_rod_that_rises_lifts_off_where_its_reaction_vanishes():
     assert path.final[1] > np.sin(path.final[2])
 
 
+@pytest.mark.parametrize("height", ["0.891207", "0.891208"])
+def test_a_rod_whose_numbers_were_rounded_by_hand_starts_on_the_ground(height):
+    """sin(1.1) = 0.8912073..."""
+    rod = slender_rod().rigid()
+    rolls, stands = (ap.solve(ap.Scene(system=rod, values={**GROUND, "f": 1}, start=start, until="0.01"))
+                     for start in ({**_start(1.1, 0, -1), "Y": height}, _start(1.1, 0, -1)))  # fmt: skip
+    assert rolls.modes == stands.modes
+    assert rolls.final == pytest.approx(stands.final, abs=2e-6)
+    with pytest.raises(NoMotion, match="none of slip_opposite, open is consistent"):
+        ap.solve(ap.Scene(system=rod, values={**GROUND, "f": 2}, start={**_start(1.1, 0, -1), "Y": height}, until=1))
+
+
 def test_a_rod_below_the_ground_is_refused():
     start = {**_start(1.1, 0, 0), "Y": 0.5}
     with pytest.raises(InputError, match="gap of friction 0 is negative"):
