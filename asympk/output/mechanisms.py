@@ -49,7 +49,8 @@ def mechanism_as_text(described: Described) -> str:
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
     place = [f"at {numbers}", *_departure(described)]
-    lines = [f"{described.name}: {described.about}", *place, "", *rigid, "", *jump_lines(described), ""]
+    title = ": ".join(filter(None, (described.name, described.about)))
+    lines = [title, *place, "", *rigid, "", *jump_lines(described), ""]
     return "\n".join([*lines, *_further(described)])
 
 
@@ -81,7 +82,7 @@ def _paradox(described):
     rod = described.mechanism
     critical = rod.critical_friction
     formula = str(rod.own(critical)).replace("(t)", "")
-    shown = f"{formula} = " if len(formula) < 90 else ""
+    shown = f"{formula} = " if critical != sp.oo and len(formula) < 90 else ""
     above, below = (rod.evaluate(part, described.numbers) for part in sp.fraction(1 / critical))
     value = _short(below / above) if above else "none"  # without a coupling of gap and slip there is none
     lines = [f"critical        friction {shown}{value}: {_verdict(described)}"]
@@ -133,11 +134,12 @@ def jump_lines(described: Described) -> list[str]:
     least = ROUNDING * max(abs(float(described.numbers[str(rate)])) for rate in rod.plain.velocities)
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))  # fmt: skip
+    h = rod.plain.spare("h")
     beyond = "from beyond the divide of the two motions, " if rod.motions(described.numbers) else ""
     lines = [
         f"jump            {beyond}P_N = {_short(normal)}, P_T = {_short(tangential)}: the contact stops in c log(1/c)",
         f"velocities      {after}",
-        f"reaction        x gains P_N / h = {_short(normal)} / h with the damping time h",
+        f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with the damping time {h}",
     ]
     if described.undamped is not None:
         lines[-1] = "undamped        the contact stops in eps log(1/eps) and rings on; --plot draws its plane (R, R')"

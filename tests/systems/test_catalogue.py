@@ -240,6 +240,16 @@ def test_over_friction_a_static_one_of_its_own_is_at_least_as_large(name):
     assert (placed[static] == [own, 2 * own]).all()
 
 
+def test_a_contact_that_never_couples_slip_and_gap_has_no_critical_friction(tmp_path, capsys):
+    file = tmp_path / "block.toml"
+    file.write_text('coordinates = ["x", "y"]\nlagrangian = "x\'^2 + y\'^2"\ngap = "y"\nslip = "x"\nfriction = 1\n'
+                    'state = {x = 0, y = 0, "x\'" = 1, "y\'" = 0}\n')  # fmt: skip
+    assert main(["mechanism", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith(f"{file}\nat x = 0, ")
+    assert "critical        friction none: no paradox here" in told
+
+
 def test_a_map_over_the_friction_itself_is_refused(tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD.replace("theta = [0.05, 1.5]", "f = [0.05, 1.5]"))
