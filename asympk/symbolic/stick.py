@@ -179,14 +179,20 @@ def _require_order(friction, assumptions):
 
 
 def _in_load(cone, moving):
-    """Return the cone with the load's symbol s in place of one state, or None where no state is linear in the load."""
+    """Return the cone with the load's symbol s in place of one state, or None where none determines the other."""
     load = sp.Symbol("s", real=True)
     states = sorted(cone.load.free_symbols & moving, key=str)
-    state = next((s for s in states if cone.load.is_polynomial(s) and sp.degree(cone.load, s) == 1), None)
+    state = next((s for s in states if cone.load.is_polynomial(s) and _is_determined(s, cone.load, moving)), None)
     if state is None:
         return None
     (solution,) = sp.solve(cone.load - load, state)
     return replace(cone.mapped(lambda part: _with_fewest(part.subs(state, solution), moving)), load=load)
+
+
+def _is_determined(state, load, moving):
+    """Tell whether the load is linear in a state, with a coefficient that vanishes at no other states."""
+    slope = load.diff(state)
+    return sp.degree(load, state) == 1 and (not slope.free_symbols & moving or nonzero(slope) == sp.true)
 
 
 def _with_fewest(expr, moving):

@@ -91,7 +91,7 @@ def _value(expr, numbers):
     """Evaluate an expression at exact numbers or at arrays."""
     used = tuple(sorted(expr.free_symbols, key=str))
     if all(isinstance(numbers[s], sp.Basic) for s in used):
-        found = expr.subs({s: numbers[s] for s in used})
+        found = expr.xreplace({s: numbers[s] for s in used})  # all at once, so that 0/0 is not taken for 0
         if found.is_extended_real is False or found is sp.nan:
             raise InputError(f"{expr} has no value at {_equations({s: numbers[s] for s in used})}")
         return found

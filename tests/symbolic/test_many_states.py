@@ -338,6 +338,14 @@ def test_spans_whose_ends_depend_on_other_states_hold_the_places_that_the_region
     assert met >= {"stick", "up"}
 
 
+def test_a_load_that_is_a_product_of_states_holds_nothing_where_one_of_them_is_0():
+    parts = {"slow": {x: y, w: -x, z: x * y + x + F}, "fast": {y: 1 - 2 * y + F}, "small": mu}
+    regions = ap.stick_regions(ap.System.with_frictions(**parts, frictions=[ap.Friction(z, F, x * y, sp.S.Half)]))
+    for height in ("-1/1000", 0, "1/1000"):
+        place = {x: "-29/10", y: height, w: 0, z: 0}
+        assert (regions.stick.contains(place), regions.down.contains(place)) == (False, True)
+
+
 def test_regions_of_several_frictions_and_of_loads_that_are_not_linear_are_refused_by_name():
     G = sp.Symbol("G", real=True)
     two = ap.System.with_frictions(
