@@ -357,7 +357,7 @@ def _margins(
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         contact = point.contacts[k]
         if phase == OPEN:
-            found["touch_down", k, 0] = _opening(system, k, point, touching)
+            found["touch_down", k, 0] = _opening(system, k, point, forces, touching)
             continue
         load = contact.load + contact.reaction * solved.get(friction.normal, 0)
         if friction.gap is not None:
@@ -369,7 +369,7 @@ def _margins(
         else:
             if not branches.lifts(friction):
                 found["force_zero", k, 0] = phase.load * load
-            rate = sum(a * b for a, b in zip(point.rows[k], forces, strict=True))
+            rate = _along(point.rows[k], forces)
             found["velocity_zero", k, 0] = phase.velocity * (rate if k in resting else contact.velocity)
     return found
 
@@ -386,14 +386,22 @@ def _breaks_loose(
     return any(a != b and k not in over | onsets for k, (a, b) in enumerate(zip(branch, rest, strict=True)))
 
 
-def _opening(system: System, k: int, point: ContactPoint, touching: dict) -> Any:
-    """Return what must be positive for a contact to open: its gap, or, for a rigid one that touches, g'' without R."""
+def _opening(system: System, k: int, point: ContactPoint, forces: tuple, touching: dict) -> Any:
+    """Return what must be positive for a contact to open: its gap, or, for a rigid one that touches, g'' without it.
+
+    The forces of the other contacts are in g''.
+    """
     if system.frictions[k].constraint is None:
         return point.contacts[k].gap
     if k not in touching:
         return abs(point.contacts[k].gap)
     normals = _expressions(system)[2]
-    return 1 if touching[k] else point.rows[len(system.frictions) + normals.index(k)][0]
+    return 1 if touching[k] else _along(point.rows[len(system.frictions) + normals.index(k)], forces)
+
+
+def _along(row: tuple, forces: tuple) -> Any:
+    """Return the value of a row of a point at (1, *forces)."""
+    return sum(a * b for a, b in zip(row, forces, strict=True))
 
 
 def _still(

@@ -227,32 +227,36 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
         else:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
-        if friction.constraint is not None and phase.velocity:
-            found += _unambiguous(system, k, phase)
+    found += _unambiguous(system, branch)
     return [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
 
 
-def _unambiguous(system: "System", k: int, phase: Phase) -> list[Guard]:
-    """Return the guards of a sliding rigid contact: its reaction stays determined, and no second one comes up.
+def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
+    """Return the guards of sliding rigid contacts: their reactions stay determined, and no second motion comes up.
 
     With one contact, 0 = a + p N, and p has the sign that it has without friction where a motion is the only one; in a
-    constraint that holds both ways so has that p which the other sign of N would have. With several contacts the guard
-    is the inverse of the load.
+    constraint that holds both ways so has that p which the other sign of N would have. With several contacts p is the
+    determinant of their equations.
     """
-    friction = system.frictions[k]
-    if len(system.frictions) > 1:
-        return [Guard("unbounded", k, phase.load / friction.load)]
-    found = [Guard("unbounded", k, _stiffness(friction, phase))]
-    if friction.gap is None:
-        found.append(Guard("several", k, _stiffness(friction, phase._replace(load=-phase.load))))
+    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and branch[k].velocity]
+    if not rigid:
+        return []
+    k, *_ = rigid
+    found = [Guard("unbounded", k, _stiffness(system, branch))]
+    if len(system.frictions) == 1 and system.frictions[k].gap is None:
+        found.append(Guard("several", k, _stiffness(system, (branch[k]._replace(load=-branch[k].load),))))
     return found
 
 
-def _stiffness(friction: "Friction", phase: Phase) -> sp.Expr:
-    """Return p, the factor of the reaction in the constraint with the force of slip put in, times that without it."""
-    slip = -phase.load * phase.velocity * friction.kinetic * friction.load
-    alone = friction.constraint.diff(friction.normal)
-    return alone * friction.constraint.subs(friction.force, slip).diff(friction.normal)
+def _stiffness(system: "System", branch: Branch) -> sp.Expr:
+    """Return the determinant of the equations of the forces, times that without the friction of slip."""
+    unknowns, matrix, _ = _equations(system, branch)
+    alone = matrix.as_mutable()
+    for friction, phase in zip(system.frictions, branch, strict=True):
+        if phase.velocity:
+            row = unknowns.index(friction.force)
+            alone[row, :] = sp.eye(len(unknowns))[row, :]
+    return sp.Mul(*(m.det(method="berkowitz") for m in (alone, matrix)))
 
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:

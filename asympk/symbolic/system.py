@@ -56,7 +56,8 @@ class Friction(ShownAsFormulas):
     open, without load, while ``gap > 0``. ``normal`` is the symbol, if any, under which the load enters the rates: it
     is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression linear in
     ``normal`` and the forces that vanishes while the contact is closed, ``normal`` is the reaction that this equation
-    determines, and ``load`` a multiple of it: the rigid contact.
+    determines, and ``load`` a multiple of it: the rigid contact. With a gap g the constraint is g'', and ``normal``,
+    which only pushes, enters it with a positive coefficient.
     """
 
     velocity: sp.Expr

@@ -253,3 +253,44 @@ def test_a_bead_on_a_wire_keeps_its_energy_where_its_spring_has_a_length_at_rest
     path = ap.solve(ap.Scene(system=rigid, values={}, start=start, until=2))
     energy = sp.lambdify((X, Y, U, V), kinetic + potential)
     assert energy(*path.final) == pytest.approx(energy(*map(float, path.scene.start)), abs=1e-9)
+
+
+def _ladder():
+    """Return a rod of the half length 1 that stands on the ground and leans against a wall, both rough."""
+    X, Y, h, U, V, W, N1, N2, F1, F2 = sp.symbols("X Y h U V W N1 N2 F1 F2", real=True)
+    rates, (s, c) = {X: U, Y: V, h: W}, (sp.sin(h), sp.cos(h))
+    gaps, ends = (Y - s, X - c), (X + c, Y + s)
+    turning = 3 * sum(e.diff(h) * r for e, r in zip((*gaps, *ends), (N1, N2, F1, F2), strict=True))
+    rates |= {U: N2 + F1, V: N1 + F2 - 1, W: turning}
+
+    def rate(expr):
+        return sum(expr.diff(q) * r for q, r in rates.items())
+
+    contacts = [ap.Friction(velocity=rate(end), force=F, load=N, kinetic=f, gap=gap, normal=N,
+                            constraint=rate(rate(gap)))
+                for end, gap, F, N, f in zip(ends, gaps, (F1, F2), (N1, N2), sp.symbols("f1 f2", positive=True),
+                                             strict=True)]  # fmt: skip
+    return ap.System.with_frictions(rates, {}, contacts)
+
+
+def test_a_ladder_slides_on_two_contacts_as_its_one_equation_says_until_it_leaves_the_wall():
+    """theta'' and both reactions solve three linear equations where both ends slide down."""
+    f1, f2, theta, rate = 0.35, 0.09, 0.9, -0.5
+
+    def forces(angle, w):
+        s, c = np.sin(angle), np.cos(angle)
+        rows = [[-s, f1, -1], [c, -1, -f2], [1 / 3, c - f1 * s, -s - f2 * c]]
+        return np.linalg.solve(rows, [c * w * w, s * w * w - 1, 0])
+
+    def leaves(_, w):
+        return forces(*w)[2]
+
+    leaves.terminal = True
+    truth = solve_ivp(lambda _, w: [w[1], forces(*w)[0]], (0, 1), [theta, rate], rtol=1e-11, atol=1e-12, events=leaves)
+    s, c = np.sin(theta), np.cos(theta)
+    start = {"X": c, "Y": s, "h": theta, "U": -s * rate, "V": c * rate, "W": rate}
+    path = ap.solve(ap.Scene(system=_ladder(), values={"f1": "0.35", "f2": "0.09"}, start=start, until=1))
+    (event,) = path.events
+    assert path.modes == ("slip_same+slip_opposite", "slip_same+open")
+    assert (event.kind, event.friction, event.t) == ("lift_off", 1, pytest.approx(truth.t[-1], abs=1e-8))
+    assert (event.state[2], event.state[5]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-8)
