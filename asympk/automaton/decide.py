@@ -134,6 +134,8 @@ def _follow_on(
         consistent = {branch: still for branch, still in consistent.items() if not broken(branch)} or consistent
     held = branches.at_rest(before or ()) - {k for _, k in lost}
     left = branches.most_at_rest(branches.most_at_rest(consistent, held))
+    if not left:
+        _require_determined(system, [*product(*phases)], points[0], numbers, t, state)
     branch = _chosen(system, left, t, state, [*product(*phases)])
     _require_shared(system, branch, consistent[branch], points[0], t, state)
     return branch
@@ -440,6 +442,15 @@ def _length(expr: sp.Expr) -> int:
 
 
 # the choice
+
+
+def _require_determined(system: System, tried: list[Branch], point: ContactPoint, numbers: Numbers, *at: Any) -> None:
+    """Refuse a rest in which the forces of contacts are not determined, so that their bounds cannot be tried."""
+    at_rest = (branch for branch in tried if not any(phase.velocity for phase in branch))
+    if branch := next((b for b in at_rest if _solve(system, b, point, numbers) is None), None):
+        raise UnboundedReaction(f"the forces of contacts at rest are not determined {_place(system, *at)}: "
+                                f"{branches.mode_name(branch)} has more of them than equations; merge contacts, or put "
+                                "compliance between them", *at)  # fmt: skip
 
 
 def _require_shared(

@@ -294,3 +294,24 @@ def test_a_ladder_slides_on_two_contacts_as_its_one_equation_says_until_it_leave
     assert path.modes == ("slip_same+slip_opposite", "slip_same+open")
     assert (event.kind, event.friction, event.t) == ("lift_off", 1, pytest.approx(truth.t[-1], abs=1e-8))
     assert (event.state[2], event.state[5]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-8)
+
+
+def test_a_rest_on_more_contacts_than_equations_is_refused_as_not_determined_and_a_push_is_followed():
+    X, Y, h, U, V, W, N1, N2, F1, F2 = sp.symbols("X Y h U V W N1 N2 F1 F2", real=True)
+    f, push = sp.symbols("f P", positive=True)
+    rates, (s, c) = {X: U, Y: V, h: W}, (sp.sin(h), sp.cos(h))
+    feet = [(X + side * c + s / 2, Y + side * s - c / 2) for side in (1, -1)]
+    turning = sum(N * y.diff(h) + F * x.diff(h) for (x, y), N, F in zip(feet, (N1, N2), (F1, F2), strict=True))
+    rates |= {U: F1 + F2 + push, V: N1 + N2 - 1, W: turning * sp.Rational(12, 5)}
+
+    def rate(expr):
+        return sum(expr.diff(q) * r for q, r in rates.items())
+
+    contacts = [ap.Friction(velocity=rate(x), force=F, load=N, kinetic=f, gap=y, normal=N, constraint=rate(rate(y)))
+                for (x, y), N, F in zip(feet, (N1, N2), (F1, F2), strict=True)]  # fmt: skip
+    block, start = ap.System.with_frictions(rates, {}, contacts), {"X": 0, "Y": "1/2", "h": 0, "U": 0, "V": 0, "W": 0}
+    path = ap.solve(ap.Scene(system=block, values={"f": "3/5", "P": "9/10"}, start=start, until=1))
+    assert path.modes == ("slip_same+slip_same",)
+    assert path.final[0] == pytest.approx((0.9 - 0.6) / 2, abs=1e-9)
+    with pytest.raises(UnboundedReaction, match=r"not determined at t = 0.*stick\+stick"):
+        ap.solve(ap.Scene(system=block, values={"f": "3/5", "P": "1/2"}, start=start, until=1))
