@@ -68,7 +68,8 @@ def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], in
     """Return the steps from a start (load, velocity) until the layer has landed on a critical manifold.
 
     ``sign`` returns that of an expression, and may record it. Raises ``OutOfRange`` for a start on the repelling
-    manifold that divides two itineraries, ``NotDerivable`` when no critical manifold is reached.
+    manifold that divides two itineraries or with a critical manifold without load, ``NotDerivable`` when no critical
+    manifold is reached, or not at times that are series.
     """
     steps: list[ItineraryStep] = []
     side, far = sign(velocity), 0
@@ -84,6 +85,9 @@ def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], in
             side = side or _direction(line, load, sign)
             step, load, far = _slip(line, load, side, sign)
             side = 0 if far else side
+            if far and any(earlier.event == "velocity_zero" for earlier in steps):
+                raise NotDerivable(f"{step.mode}: the velocity, of order mu since it left rest, vanishes again at a "
+                                   "time that is no series in mu and log(1/mu)")  # fmt: skip
         steps.append(step)
     return tuple(steps)
 
@@ -96,7 +100,9 @@ def _slip(line, load, side, sign):
     if attracts == 0:
         raise OutOfRange(f"{mode}: the load neither settles nor grows at a fast rate (mu s' = {p} + {q} s)")
     if attracts < 0:
-        if sign(line.rest(mode)) == of_load:
+        if not (rest := sign(line.rest(mode))):
+            raise OutOfRange(f"{mode}: the load settles where it vanishes; terms of order mu decide whether it passes")
+        if rest == of_load:
             return ItineraryStep(mode, side), load, 0
         return ItineraryStep(mode, side, "force_zero", "load"), 0 * p, 0
     away = sign(p + q * load)

@@ -384,3 +384,20 @@ def test_at_sigma_0_the_jump_takes_the_root_of_mu_and_so_does_its_error():
     for found in (late, moved):
         assert abs(found[2] - found[1]) < 0.2 * abs(found[1] - found[0])
         assert 0.1 < abs(found[2]) < 2
+
+
+def _contact(fast, rate, kinetic, static):
+    return System.with_friction({x: y}, {y: fast}, {z: rate}, F, x + y, kinetic, static, mu)
+
+
+def test_a_load_that_settles_where_it_vanishes_is_refused_and_not_said_to_pass():
+    system = _contact(F / 2 - 2 * (x + y), 2 * F + x + y, sp.Rational(7, 2), None)
+    with pytest.raises(OutOfRange, match="settles where it vanishes"):
+        jump_map(system, start={x: 3, y: 2, z: -2})
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_velocity_that_leaves_rest_and_vanishes_again_within_the_layer_has_no_series(order):
+    system = _contact(F - sp.Rational(5, 3) * (x + y) + sp.S.Half, 2 * F + 2 * (x + y) - 1, sp.Rational(7, 3), 4)
+    with pytest.raises(NotDerivable, match=r"slip_opposite: .* vanishes again at a time that is no series"):
+        jump_map(system, order, start={x: -3, y: "1/3", z: 1})
