@@ -33,7 +33,7 @@ from asympk.symbolic.truth import require_relations
 from asympk.symbolic.values import as_exact, by_symbol
 
 HIGHEST_ORDER = 3
-LOAD, OFFSET = sp.symbols("s delta", real=True)
+LOAD, OFFSET = sp.Dummy("s", real=True), sp.Symbol("delta", real=True)
 SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))
 
 
@@ -106,7 +106,7 @@ def first_integral(system: System) -> Integral:
     """Find ``z + mu beta y + gamma x`` whose rate is the same in all modes and free of y; or raise ``NotDerivable``."""
     model = linear(system)
     x, y, z = model.states
-    beta, gamma = sp.symbols("beta gamma")
+    beta, gamma = sp.symbols("beta gamma", cls=sp.Dummy)
     rates = [
         [h + beta * g + gamma * f for f, g, h in zip(*m, strict=True)] for m in model.fields.values()
     ]
@@ -145,6 +145,8 @@ def jump_map(
     model = linear(system)
     for mode in filter(None, (arrival, near)):
         system.mode(mode)
+    if near and OFFSET.name in map(str, (*model.states, *model.parameters)):
+        raise InputError(f"near: the system has a {OFFSET} already, as the offset is called; give it another name")
     given = _given(model, {} if start is None else start)
     values = _sample(system, model, given, arrival)
     velocity = model.states[2] if values[model.states[2]] != 0 else sp.S.Zero

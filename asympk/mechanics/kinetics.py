@@ -13,6 +13,7 @@ from functools import cached_property
 import sympy as sp
 
 from asympk.mechanics.tidy import tidy
+from asympk.symbolic.reading import spare
 
 
 @dataclass(frozen=True)
@@ -98,10 +99,7 @@ class Kinetics:
     def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
         """Return a Symbol of this ``name``, with underscores where the mechanism or ``others`` have it already."""
         own = (*self.coordinates, *self.velocities, *self.parameters, self.time)
-        taken = {str(s) for s in (*own, *others)}
-        while name in taken:
-            name += "_"
-        return sp.Symbol(name, **assumptions)
+        return spare(name, (*own, *others), **assumptions)
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:

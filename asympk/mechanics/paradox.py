@@ -50,7 +50,7 @@ def least(
     critical friction is no such function, has no least value, or its least one depends on signs that are not known.
     """
     critical = critical_friction(kinetics).subs({key: exact_constant(str(key), value) for key, value in values.items()})
-    name, tangent = own(coordinate), sp.Symbol("T", real=True)
+    name, tangent = own(coordinate), sp.Dummy("T", real=True)
     turned = _in_tangent(critical.replace(sp.Abs, lambda inside: inside), coordinate, tangent)
     if turned is None or not turned.has(tangent):
         raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({name})")

@@ -28,6 +28,7 @@ from asympk.symbolic.critical import (
 )
 from asympk.symbolic.diffring import DifferentialRing
 from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, is_zero, over_fast
+from asympk.symbolic.reading import spare
 from asympk.symbolic.system import Mode, System, of_system
 
 C = sp.Symbol("C", real=True)
@@ -212,8 +213,8 @@ def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.
 def integral_curves(manifold: SlowManifold) -> sp.Dict:
     r"""Return {z: z(x) + C} on the manifold for every other slow variable z, truncated to its order in mu.
 
-    dz/dx = z'/x' is expanded in mu and integrated. Raises ``NotDerivable`` unless one slow variable x determines
-    the flow, or where SymPy has no integral.
+    dz/dx = z'/x' is expanded in mu and integrated; the constant is called C_ where the system has a C. Raises
+    ``NotDerivable`` unless one slow variable x determines the flow, or where SymPy has no integral.
     """
     name, active = manifold.name, active_slow(manifold.dynamics)
     if is_implicit(manifold.branch):
@@ -228,7 +229,9 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
     if coupled := set().union(*(rate.free_symbols for rates in flow.values() for rate in rates)) & {*flow}:
         raise NotDerivable(f"{name}: rates depend on {in_words(coupled)}; curves are known where {x} alone matters")
     curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
-    return sp.Dict({z: _polynomial(terms, manifold.small) + C for z, terms in curves.items()})
+    found = {z: _polynomial(terms, manifold.small) for z, terms in curves.items()}
+    constant = spare(C.name, (*flow, *sp.Tuple(*found.values()).free_symbols), real=True)
+    return sp.Dict({z: curve + constant for z, curve in found.items()})
 
 
 def rest_state(manifold: SlowManifold) -> RestState | None:

@@ -1,5 +1,6 @@
 """What a caller gives to a symbolic function: exact numbers and expressions; a string is never read as a formula."""
 
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import Any
 
@@ -13,6 +14,14 @@ def rational(name: str, value: Any) -> sp.Rational:
     """Return a number as the rational that it is exactly; raises ``InputError`` as ``numbers.number`` does."""
     exact = Fraction(number(name, value))
     return sp.Rational(exact.numerator, exact.denominator)
+
+
+def spare(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symbol:
+    """Return a Symbol of this ``name``, with underscores where one of ``taken`` has it already."""
+    names = {*map(str, taken)}
+    while name in names:
+        name += "_"
+    return sp.Symbol(name, **assumptions)
 
 
 def exact_value(name: str, value: Any) -> sp.Expr:

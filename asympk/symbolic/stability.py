@@ -216,6 +216,8 @@ def _at_rest(system, modes, at):
 
 def _spectrum(system, mode, jacobian):
     small, assumptions = system.small, system.assumptions
+    if taken := {LAMBDA, NU} & jacobian.free_symbols:
+        raise InputError(f"{min(taken, key=str)} is an eigenvalue here; declare the parameter as real=True")
     full = sp.Poly(characteristic_polynomial(mode, small, jacobian), LAMBDA)
     neutral = min((power for (power,), _ in full.terms()), default=0)
     sign = (-1) ** full.degree()

@@ -22,6 +22,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.branches import heavy, velocity_rate
 from asympk.symbolic.conditions import with_implied_bounds
+from asympk.symbolic.reading import spare
 from asympk.symbolic.regions import Plane, Region, RegionCell, Span
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import System, of_system
@@ -30,7 +31,7 @@ CONVENTION = (
     "at rest stays at rest: wherever static friction can hold (v = 0 and |d| <= static |s|) the motion sticks, on "
     "arrival too, although kinetic friction alone would let it cross"
 )
-_STANDING = (*sp.symbols("d_0 d_1", real=True), *sp.symbols("slip hold", nonnegative=True))
+_STANDING = (*sp.symbols("d_0 d_1", real=True, cls=sp.Dummy), *sp.symbols("slip hold", nonnegative=True, cls=sp.Dummy))
 _RULES: dict[str, Callable] = {
     "stick": lambda drive, slip, hold: _size(drive) <= hold,
     "up": lambda drive, slip, hold: drive > hold,
@@ -180,7 +181,7 @@ def _require_order(friction, assumptions):
 
 def _in_load(cone, moving):
     """Return the cone with the load's symbol s in place of one state, or None where none determines the other."""
-    load = sp.Symbol("s", real=True)
+    load = spare("s", {*cone.used, *cone.load.free_symbols, *moving}, real=True)
     states = sorted(cone.load.free_symbols & moving, key=str)
     state = next((s for s in states if cone.load.is_polynomial(s) and _is_determined(s, cone.load, moving)), None)
     if state is None:

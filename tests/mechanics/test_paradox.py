@@ -188,3 +188,9 @@ def test_the_critical_friction_leaves_out_what_both_its_fractions_are_divided_by
     place = {s: sp.Rational(k + 3, 4) for k, s in enumerate(sorted(G.free_symbols | critical.free_symbols, key=str))}
     assert abs((critical - G[0, 0] / sp.Abs(G[0, 1])).subs(place).evalf(30)) < 1e-25
     assert critical.count_ops() < 200 < G[0, 0].count_ops() + G[0, 1].count_ops()
+
+
+def test_the_least_friction_of_a_mechanism_with_a_parameter_called_T_is_that_of_any_other_name():
+    for name in sp.symbols("T k", real=True):
+        least = slender_rod(load=1 + name**2).least_critical_friction(THETA)
+        assert sp.simplify(least.friction * (1 + name**2)) == sp.Rational(4, 3)

@@ -1,0 +1,63 @@
+"""What is derived of a system does not depend on the names that its states and parameters have."""
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.errors import InputError
+
+x, y, z, F, kappa, r = sp.symbols("x y z F kappa r", real=True)
+mu = sp.Symbol("mu", positive=True)
+NUMBERS = {x: sp.Rational(1, 7), y: sp.Rational(2, 9), z: -sp.Rational(5, 4), kappa: sp.Rational(9, 2),
+           r: sp.Rational(2, 5), mu: sp.Rational(1, 100)}  # fmt: skip
+
+
+def _named(state, parameter):
+    load = state + y
+    return ap.System.with_friction(
+        slow={state: y}, fast={y: 1 - (1 + parameter) * load + F}, velocity={z: 1 - parameter * load + F}, force=F,
+        load=load, kinetic=kappa, static=kappa, small=mu, assumptions=sp.And(kappa > 0, parameter > 0),
+    )  # fmt: skip
+
+
+def _curves(system):
+    return [curve for plane in ap.slow_manifolds(system) for curve in ap.integral_curves(plane).values()]
+
+
+def _eigenvalues(system):
+    return [value for mode in ap.eigenvalues(system) for value in (mode.slow, mode.fast)]
+
+
+def _jump(system):
+    parameter = next(s for s in system.parameters if s not in (kappa, mu))
+    found = ap.jump_map(system, order=1, start={kappa: 5, parameter: "2/5"})
+    return [series.coefficient(*m) for series in (found.x, found.z) for m in ((0, 0), (1, 1), (1, 0))]
+
+
+def _edges(system):
+    return ap.stick_regions(system).edges
+
+
+def _at_numbers(values, state, parameter):
+    own = {s: NUMBERS[{state: x, parameter: r}.get(s, s)] for s in (state, parameter, y, z, kappa, mu)}
+    found = [sp.sympify(value).subs(own) for value in values]
+    return [complex(value.subs(dict.fromkeys(value.free_symbols, 3))) for value in found]
+
+
+@pytest.mark.parametrize("derived", [_curves, _eigenvalues, _jump, _edges])
+@pytest.mark.parametrize("other", [*sp.symbols("s C d_0 beta delta"), *sp.symbols("s C d_0 lambda nu", real=True)])
+def test_names_do_not_matter(derived, other):
+    plain = _at_numbers(derived(_named(x, r)), x, r)
+    for state, parameter in ((x, other), (other, r)):
+        assert _at_numbers(derived(_named(state, parameter)), state, parameter) == pytest.approx(plain, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["lambda", "nu"])
+def test_an_eigenvalue_is_not_taken_for_a_parameter_of_its_name(name):
+    with pytest.raises(InputError, match=f"{name} is an eigenvalue here; declare the parameter as real=True"):
+        ap.eigenvalues(_named(x, sp.Symbol(name)))
+
+
+def test_an_offset_is_not_taken_for_a_parameter_of_its_name():
+    with pytest.raises(InputError, match="near: the system has a delta already"):
+        ap.jump_map(_named(x, sp.Symbol("delta", real=True)), near="slip_opposite")
