@@ -1,8 +1,11 @@
 """How the tests are shared among workers: a file to a worker, which computes once what its tests share."""
 
+import os
 from pathlib import Path
 
 import pytest
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a worker to a core; more threads than cores wait for one another
 
 # these come first, so that no worker ends alone on one of them
 LONGEST = ("test_site", "test_paper", "test_regeneration", "test_affine_scenes", "test_asymptotic", "test_cli")

@@ -10,15 +10,15 @@ Two runs of different order must agree to the digits asked for (Hairer and Wanne
 
 from bisect import bisect_left
 from dataclasses import dataclass
-from functools import lru_cache
-from math import ceil, inf, log10
+from functools import lru_cache, partial
+from math import ceil, inf, log2, log10
 from time import monotonic
 from typing import Any
 
 from asympk.automaton import decide
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Run, Segment, follow
-from asympk.digits import carried, carrier_context
+from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth
 from asympk.integrators.singular import followed
@@ -34,8 +34,10 @@ GROW, SHRINK = 1.6, 0.4
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
+DOUBLE_DIGITS = 7  # to which a root that is found in doubles is surely right
 LARGEST = 1e300  # growth of errors, beyond which it is not told apart
-ORDERS = ((20, 1), (26, 3))  # stages, and digits beyond those asked for, of the two runs
+STAGES, PER_DIGIT = 20, 0.8  # the fewest, and how many for each digit: as it grows, more cost less than shorter steps
+ORDERS = ((0, 1), (6, 3))  # stages, and digits, beyond those, of the two runs
 
 
 @dataclass(frozen=True)
@@ -51,12 +53,12 @@ class Scheme:
 
 @dataclass(frozen=True)
 class CollocationStep:
-    """One step: its start, its length and its stage derivatives."""
+    """One step: its start, its length and its stage derivatives, in fixed point state by state."""
 
     t: Any
     state: tuple
     h: Any
-    slopes: list
+    slopes: list[FixedPoint]
 
 
 def run(
@@ -97,8 +99,9 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
     start, until = tuple(decide.converted(ctx, v) for v in scene.start), decide.converted(ctx, scene.until)
     first = automaton.first(scene.start)
-    rough, fine = (_follow(automaton, first, start, until, stages, digits + extra, events, deadline)
-                   for stages, extra in ORDERS)  # fmt: skip
+    stages = max(STAGES, ceil(PER_DIGIT * digits))
+    rough, fine = (_follow(automaton, first, start, until, stages + more, digits + extra, events, deadline)
+                   for more, extra in ORDERS)  # fmt: skip
     if fine.last.short:
         raise TooManyEvents(f"{fine.last.short} at t = {float(fine.last.t):.6g}; take a smaller until, or more events=")
     if rough.modes != fine.modes:
@@ -214,8 +217,8 @@ def _root(function: Any, low: Any, high: Any, tolerance: Any) -> Any:
     return high if above > 0 else low
 
 
-def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list | None:
-    """Return the stage derivatives of a step, or None when the sweeps do not converge."""
+def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | None:
+    """Return the stage derivatives of a step, state by state, or None when the sweeps do not converge."""
     import numpy as np
 
     a, mode, n = scheme.tableau.a, scheme.mode, len(state)
@@ -223,11 +226,12 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list | None:
     slopes = [mode.rhs(t, state)] * len(a)
     previous = None
     for _ in range(60):
-        stages = [_moved(state, row, slopes, h) for row in a]
+        columns = _by_state(h.context, slopes)
+        stages = [_moved(state, row, columns, h) for row in a]
         residual = [_minus(mode.rhs(c, w), k) for c, w, k in zip(times, stages, slopes, strict=True)]
         exponent = max(abs(v) for row in residual for v in row)
         if exponent == 0:
-            return slopes
+            return columns
         jacobians = (scheme.doubles.jac(float(c), tuple(map(float, w))) for c, w in zip(times, stages, strict=True))
         blocks = np.array([*jacobians])
         steps = scheme.tableau.floats * float(h)
@@ -237,7 +241,7 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list | None:
         slopes = [_minus(k, [-exponent * v for v in d]) for k, d in zip(slopes, change, strict=True)]
         size = h * exponent * max(abs(v) for d in change for v in d)
         if size <= scheme.tolerance * 1e-4:
-            return slopes
+            return _by_state(h.context, slopes)
         if not size < (1e30 if previous is None else 2 * previous):
             return None
         previous = size
@@ -248,9 +252,12 @@ def _minus(left: Any, right: Any) -> tuple:
     return tuple(a - b for a, b in zip(left, right, strict=True))
 
 
-def _moved(state: tuple, weights: Any, slopes: list, h: Any) -> tuple:
-    dot = h.context.fdot
-    return tuple(w + h * dot(weights, column) for w, column in zip(state, zip(*slopes, strict=True), strict=True))
+def _by_state(ctx: Any, slopes: list) -> list[FixedPoint]:
+    return [fixed_point(ctx, column) for column in zip(*slopes, strict=True)]
+
+
+def _moved(state: tuple, weights: FixedPoint, slopes: list[FixedPoint], h: Any) -> tuple:
+    return tuple(w + h * dot(h.context, weights, column) for w, column in zip(state, slopes, strict=True))
 
 
 def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
@@ -258,10 +265,9 @@ def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
     return _moved(step.state, tableau.weights(at / step.h), step.slopes, step.h)
 
 
-def _tail(slopes: list, tableau: "_Tableau", h: Any) -> Any:
+def _tail(slopes: list[FixedPoint], tableau: "_Tableau", h: Any) -> Any:
     """Return what the last two Legendre coefficients of the derivatives amount to over the step."""
-    columns = [*zip(*slopes, strict=True)]
-    return h * max(abs(h.context.fdot(row, column)) for row in tableau.last for column in columns)
+    return h * max(abs(dot(h.context, row, column)) for row in tableau.last for column in slopes)
 
 
 @dataclass(frozen=True)
@@ -279,7 +285,6 @@ class CollocationDense:
         return np.array(columns, dtype=object).T.reshape(-1, *t.shape)
 
     def _state(self, t: Any) -> tuple:
-        tableau = _tableau(ORDERS[1][0], self.digits + SPARE)
         steps = [step for segment in self.joined.segments for step in segment.samples]
         until = self.joined.last.t
         t = decide.converted(until.context, t)
@@ -288,6 +293,7 @@ class CollocationDense:
         if not steps:
             return _rounded(self.joined.last.state, self.digits)
         step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]
+        tableau = _tableau(len(step.slopes[0].multiples), self.digits + SPARE)
         return _rounded(_at(tableau, step, t - step.t), self.digits)
 
 
@@ -298,36 +304,61 @@ class _Tableau:
         import numpy as np
 
         self.ctx = carrier_context(digits)
-        self.nodes = _nodes(self.ctx, stages)
-        basis = self.ctx.matrix([[self._legendre(k, t) for k in range(stages)] for t in self.nodes])
-        self.inverse = (basis**-1).T.tolist()
-        self.a = [self.weights(t) for t in self.nodes]
-        self.floats = np.array([[float(v) for v in row] for row in self.a])
-        self.last = [[column[k] for column in self.inverse] for k in (stages - 2, stages - 1)]
+        self._fixed_point = partial(fixed_point, self.ctx)
+        places = _radau_places(self.ctx, stages)
+        self.nodes = [(u + 1) / 2 for u in places]
+        coefficients = [_lagrange(_legendre(u, stages), u) for u in places]
+        self.inverse = [self._fixed_point(of) for of in coefficients]
+        rows = [self._integrals(t) for t in self.nodes]
+        self.a, self.floats = [*map(self._fixed_point, rows)], np.array([[float(v) for v in row] for row in rows])
+        self.last = [self._fixed_point([of[k] for of in coefficients]) for k in (stages - 2, stages - 1)]
 
-    def weights(self, t: Any) -> list:
+    def weights(self, t: Any) -> FixedPoint:
         """Return the integrals from 0 to t of the Lagrange polynomials of the nodes."""
-        stages = len(self.nodes)
-        values = [t - t + 1, 2 * t - 1]
-        for k in range(1, stages):
-            values.append(((2 * k + 1) * (2 * t - 1) * values[k] - k * values[k - 1]) / (k + 1))
-        primitive = [t, *((after - before) / (2 * (2 * k + 1)) for k, (before, after) in
-                          enumerate(zip(values, values[2:], strict=False), start=1))]  # fmt: skip
-        return [self.ctx.fdot(primitive, column) for column in self.inverse]
+        return self._fixed_point(self._integrals(t))
 
-    def _legendre(self, k: int, t: Any) -> Any:
-        return self.ctx.legendre(k, 2 * t - 1)
+    def _integrals(self, t: Any) -> list:
+        values = _legendre(2 * t - 1, len(self.nodes) + 1)
+        primitive = self._fixed_point([t, *((after - before) / (2 * (2 * k + 1)) for k, (before, after) in
+                                            enumerate(zip(values, values[2:], strict=False), start=1))])  # fmt: skip
+        return [dot(self.ctx, primitive, of) for of in self.inverse]
 
 
-def _nodes(ctx: Any, stages: int) -> list:
-    """Return the Radau nodes in (0, 1]: the roots of P_s - P_(s-1) in 2 t - 1."""
+def _legendre(u: Any, count: int) -> list:
+    """Return the Legendre polynomials P_0 .. P_(count - 1) at u."""
+    values = [u - u + 1, u]
+    for k in range(1, count - 1):
+        values.append(((2 * k + 1) * u * values[k] - k * values[k - 1]) / (k + 1))
+    return values
+
+
+def _lagrange(values: list, u: Any) -> list:
+    """Return the Legendre coefficients of the Lagrange polynomial of a Radau place u: (2 k + 1) w P_k(u).
+
+    ``values`` are P_k(u), w = (1 + u)/(2 (s P_(s-1)(u))^2) is the weight of u: Radau's quadrature with s places is
+    exact to the degree 2 s - 2.
+    """
+    weight = (1 + u) / (2 * (len(values) * values[-1]) ** 2)
+    return [(2 * k + 1) * weight * value for k, value in enumerate(values)]
+
+
+def _radau_places(ctx: Any, stages: int) -> list:
+    """Return the Radau places in (-1, 1], the roots of P_s - P_(s-1), by Newton's method from doubles."""
     import numpy as np
 
     coefficients = np.zeros(stages + 1)
     coefficients[-2:] = -1, 1
-    rough = np.sort(np.polynomial.legendre.legroots(coefficients).real)[:-1]
-    difference = lambda u: ctx.legendre(stages, u) - ctx.legendre(stages - 1, u)  # noqa: E731
-    return [(ctx.findroot(difference, ctx.mpf(float(u))) + 1) / 2 for u in rough] + [ctx.mpf(1)]
+    places = [ctx.mpf(u) for u in np.sort(np.polynomial.legendre.legroots(coefficients).real)[:-1].tolist()]
+    for _ in range(ceil(log2(ctx.dps / DOUBLE_DIGITS)) + 1):
+        places = [_newton(_legendre(u, stages + 1), u) for u in places]
+    return [*places, ctx.mpf(1)]
+
+
+def _newton(values: list, u: Any) -> Any:
+    """Return a better root of P_s - P_(s-1) than u; (u^2 - 1) P_k' = k (u P_k - P_(k-1))."""
+    *_, before, low, high = values
+    s = len(values) - 1
+    return u - (high - low) * (u * u - 1) / (s * (u * high - low) - (s - 1) * (u * low - before))
 
 
 @lru_cache(maxsize=8)

@@ -1,0 +1,34 @@
+"""Collocation: the tableau of any number of stages, and runs whose stages grow with the digits asked for."""
+
+from itertools import chain
+
+import pytest
+import sympy as sp
+from mpmath import mp
+
+import asympk as ap
+from asympk.integrators.collocation import _Tableau
+
+
+@pytest.mark.parametrize(("stages", "digits"), [(3, 30), (20, 33), (26, 60), (60, 90)])
+def test_the_rows_of_the_tableau_integrate_polynomials_up_to_their_degree(stages, digits):
+    tableau = _Tableau(stages, digits)
+    ctx = tableau.ctx
+    for place, row in zip(tableau.nodes, tableau.a, strict=True):
+        weights = [ctx.mpf(m) * ctx.mpf(2) ** row.exponent for m in row.multiples]
+        for power in chain(range(0, stages, 7), [stages - 1]):
+            found = sum(w * t**power for w, t in zip(weights, tableau.nodes, strict=True))
+            assert abs(found - place ** (power + 1) / (power + 1)) < ctx.mpf(10) ** (2 - digits)
+    assert tableau.nodes[-1] == 1
+
+
+@pytest.mark.parametrize("digits", [20, pytest.param(60, marks=pytest.mark.slow)])
+def test_a_pendulum_comes_back_after_its_period_to_all_digits(digits):
+    """From rest at 1 rad it takes 4 K(sin(1/2)^2), with the parameter m = k^2."""
+    q, p = sp.symbols("q p", real=True)
+    pendulum = ap.System.smooth({q: p, p: -sp.sin(q)}, {}, None)
+    with mp.workdps(digits + 15):
+        period = mp.nstr(4 * mp.ellipk(mp.sin(mp.mpf(1) / 2) ** 2), digits + 12)
+    path = ap.solve(ap.Scene(system=pendulum, values={}, start={"q": 1, "p": 0}, until=period), digits=digits)
+    with mp.workdps(digits + 15):
+        assert max(abs(mp.mpf(path.final[0]) - 1), abs(mp.mpf(path.final[1]))) < mp.mpf(10) ** (1 - digits)
