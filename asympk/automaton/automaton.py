@@ -16,6 +16,7 @@ from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
+FARTHEST = 1e-3  # relative, that an event moves a state; beyond it the guard's gradient is rounding
 
 State = tuple[Any, ...]
 
@@ -114,13 +115,19 @@ class NumericMode:
         return self._gradient(self.mode.guards[guard].value)(t, *state, *self.p)
 
     def snapped(self, guard: int, t: Any, state: State) -> State:
-        """Return ``state`` moved onto the zero of a guard, along the state that moves it most; two Newton steps.
+        """Return ``state`` moved onto the zero of a guard, where that is near: one of the time alone has none.
 
         A contact that sticks stays at rest, however much its velocity moves the guard, and a rigid contact that is
         closed stays so, g = g' = 0.
         """
-        if self._kept:
-            return self._projected((*self._kept, self.mode.guards[guard].value), t, state)
+        rest = self.settled(t, state)
+        expressions = (*self._kept, self.mode.guards[guard].value)
+        moved = self._projected(expressions, t, state) if self._kept else self._on_zero(guard, t, state)
+        near = all(abs(new - old) <= FARTHEST * (1 + abs(old)) for new, old in zip(moved, rest, strict=True))
+        return moved if near else rest
+
+    def _on_zero(self, guard: int, t: Any, state: State) -> State:
+        """Return ``state`` after two Newton steps along the state that moves a guard most."""
         moved = list(state)
         for _ in range(2):
             slopes = self.guard_gradient(guard, t, moved)

@@ -315,3 +315,21 @@ def test_a_rest_on_more_contacts_than_equations_is_refused_as_not_determined_and
     assert path.final[0] == pytest.approx((0.9 - 0.6) / 2, abs=1e-9)
     with pytest.raises(UnboundedReaction, match=r"not determined at t = 0.*stick\+stick"):
         ap.solve(ap.Scene(system=block, values={"f": "3/5", "P": "1/2"}, start=start, until=1))
+
+
+def test_a_joint_at_rest_keeps_its_angle_where_the_time_alone_makes_another_contact_slip():
+    # a cart on rough ground carries a pendulum with friction in its joint; while both rest the force needed is a cos wt
+    X, Y, h, U, V, W, N, F, G = sp.symbols("X Y h U V W N F G", real=True)
+    f, f0, q, a, w, t = sp.symbols("f f0 q a w t", positive=True)
+    (s, c), m = (sp.sin(h), sp.cos(h)), sp.S.Half
+    mass = sp.Matrix([[1 + m, 0, m * c], [0, 1 + m, m * s], [m * c, m * s, m]])
+    load = sp.Matrix([a * sp.cos(w * t) + F + m * W**2 * s, N - 1 - m - m * W**2 * c, G - m * s])
+    rates = {X: U, Y: V, h: W} | dict(zip((U, V, W), map(sp.expand, sp.simplify(mass.inv()) * load), strict=True))
+    ground = ap.Friction(U, F, N, f, f0, gap=Y, normal=N, constraint=rates[V])
+    cart = ap.System.with_frictions(rates, {}, [ground, ap.Friction(W, G, 1, q)], time=t)
+    values = {"f": "0.56", "f0": "0.66", "q": "0.27", "a": "1.13", "w": "1.9"}
+    start = {"X": 0, "Y": 0, "h": "-1.06", "U": "0.79", "V": 0, "W": 0}
+    events = ap.solve(ap.Scene(system=cart, values=values, start=start, until="4.7")).events[3:]
+    assert [(e.kind, e.friction) for e in events] == [("velocity_zero", 1), ("velocity_zero", 0), ("slip_onset", 0)]
+    assert [e.state[2] for e in events] == pytest.approx([0.3629594] * 3, abs=1e-6)
+    assert 1.13 * np.cos(1.9 * events[-1].t) == pytest.approx(-0.66 * 1.5, abs=1e-12)
