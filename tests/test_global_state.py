@@ -14,12 +14,11 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from mpmath.ctx_mp_python import PythonMPContext
+from precision import precisions_set
 
 import asympk as ap
 from asympk import sweep
 from asympk.certify import certify, cover
-from asympk.ledger import claims
 from asympk.scenes import scenefile
 from asympk.storage.files import write_text
 from asympk.studies import convergence, divide
@@ -71,25 +70,20 @@ CALLS = {
     "jump_map": lambda _: ap.jump_map(pk.system(), order=2).x,
     "escapes": lambda _: divide.escapes(1, "1e-3", "1/3", 1, ["1e-12", "0"]),
     "convergence": lambda _: convergence.rows(sigmas=("1",), mus=("1e-2", "1e-3"), orders=(0, 1)),
-    "claims": lambda _: claims(),
 }
 
 
 @pytest.mark.parametrize("call", CALLS)
-def test_mpmaths_own_precision_is_never_set(call, tmp_path, monkeypatch):
-    set_, set_digits = [], []
-    for name, log in (("prec", set_), ("dps", set_digits)):
-        kept = getattr(PythonMPContext, name)
+def test_mpmaths_own_precision_is_never_set(call, tmp_path):
+    with precisions_set() as found:
+        CALLS[call](tmp_path)
+    assert not found
 
-        def put(context, value, kept=kept, log=log):
-            if context is mpmath.mp:
-                log.append(value)
-            kept.fset(context, value)
 
-        monkeypatch.setattr(PythonMPContext, name, property(kept.fget, put))
-    CALLS[call](tmp_path)
-    assert not set_
-    assert not set_digits
+def test_setting_mpmaths_own_precision_is_seen():
+    with precisions_set() as found, mpmath.workdps(8):
+        pass
+    assert found
 
 
 def test_what_units_and_digits_give_does_not_depend_on_the_precision_of_the_user(tmp_path):

@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from precision import precisions_set
 
 from asympk import ledger
 from asympk.errors import UnknownName
@@ -17,8 +18,19 @@ IDENTIFIERS = [f"C{n:02d}" for n in range(1, 44)]
 
 
 @pytest.fixture(scope="module")
-def claims():
-    return {claim.id: claim for claim in ledger.claims()}
+def judged():
+    """Judge every claim; return them by name, and what mpmath's own precision was set to meanwhile."""
+    with precisions_set() as found:
+        return {claim.id: claim for claim in ledger.claims()}, found
+
+
+@pytest.fixture(scope="module")
+def claims(judged):
+    return judged[0]
+
+
+def test_judging_never_sets_mpmaths_own_precision(judged):
+    assert not judged[1]
 
 
 def test_every_claim_has_a_verdict(claims):
