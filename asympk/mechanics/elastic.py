@@ -84,7 +84,7 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     reaction = x + scaling.ratio * y
     rates = velocities(kinetics, rest, -scaling.closing * y, z)
     put = lambda expr: tidy(expr.xreplace(rates))  # noqa: E731
-    normal, force = forces(kinetics, scaling.small)
+    normal, force = force_names(kinetics, scaling.small)
     pushed = normal if kinetics.unilateral else reaction
     gap, slip, others = _accelerations(kinetics, rest, pushed, force, put)
     slow = {q: put(u) for q, u in zip(kinetics.coordinates, kinetics.velocities, strict=True)}
@@ -101,7 +101,7 @@ def state_names(kinetics: Kinetics, small: sp.Symbol) -> tuple[sp.Symbol, ...]:
     return tuple(kinetics.spare(name, small, real=True) for name in "xyz")
 
 
-def forces(kinetics: Kinetics, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
+def force_names(kinetics: Kinetics, *others: sp.Symbol) -> tuple[sp.Symbol, ...]:
     """Return the symbols N, F of the reaction and of the friction force; a name that is taken gets an underscore."""
     return tuple(kinetics.spare(name, *others, real=True) for name in "NF")
 

@@ -7,14 +7,14 @@ mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMot
 all bounds, with ``UnboundedReaction``.
 """
 
-from asympk.mechanics.elastic import forces, with_time
+from asympk.mechanics.elastic import force_names, with_time
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
 
 
 def rigid_system(kinetics: Kinetics) -> System:
     """Return the ``System`` of the rigid mechanism; its flow keeps the constraint g'' = 0, so start at g = g' = 0."""
-    normal, force = forces(kinetics)
+    normal, force = force_names(kinetics)
     rates = dict(zip(kinetics.coordinates, kinetics.velocities, strict=True))
     for row, u in enumerate(kinetics.velocities):
         by_normal, by_friction, free = kinetics.response[row, :]
