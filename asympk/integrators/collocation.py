@@ -9,6 +9,7 @@ Two runs of different order must agree to the digits asked for (Hairer and Wanne
 """
 
 from bisect import bisect_left
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from math import ceil, inf, log2, log10
@@ -37,6 +38,7 @@ SPARE = 10
 DOUBLE_DIGITS = 7  # to which a root that is found in doubles is surely right
 LARGEST = 1e300  # growth of errors, beyond which it is not told apart
 STAGES, PER_DIGIT = 20, 0.8  # the fewest, and how many for each digit: as it grows, more cost less than shorter steps
+ROUGH, ROUGH_SWEEPS = 1e-10, 12  # relative, to which sweeps in doubles get in so many, where they do
 ORDERS = ((0, 1), (6, 3))  # stages, and digits, beyond those, of the two runs
 
 
@@ -219,11 +221,9 @@ def _root(function: Any, low: Any, high: Any, tolerance: Any) -> Any:
 
 def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | None:
     """Return the stage derivatives of a step, state by state, or None when the sweeps do not converge."""
-    import numpy as np
-
-    a, mode, n = scheme.tableau.a, scheme.mode, len(state)
+    a, mode = scheme.tableau.a, scheme.mode
     times = [t + h * c for c in scheme.tableau.nodes]
-    slopes = [mode.rhs(t, state)] * len(a)
+    slopes = _in_doubles(scheme, times, state, h) or [mode.rhs(t, state)] * len(a)
     previous = None
     for _ in range(60):
         columns = _by_state(h.context, slopes)
@@ -232,20 +232,42 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
         exponent = max(abs(v) for row in residual for v in row)
         if exponent == 0:
             return columns
-        jacobians = (scheme.doubles.jac(float(c), tuple(map(float, w))) for c, w in zip(times, stages, strict=True))
-        blocks = np.array([*jacobians])
-        steps = scheme.tableau.floats * float(h)
-        matrix = np.eye(n * len(a)) - np.einsum("ikl,ij->ikjl", blocks, steps).reshape(2 * (n * len(a),))
-        scaled = np.array([float(v / exponent) for row in residual for v in row])
-        change = np.linalg.solve(matrix, scaled).reshape(-1, n).tolist()
-        slopes = [_minus(k, [-exponent * v for v in d]) for k, d in zip(slopes, change, strict=True)]
-        size = h * exponent * max(abs(v) for d in change for v in d)
+        change = _correction(scheme, times, stages, [[float(v / exponent) for v in row] for row in residual], h)
+        slopes = [_minus(k, [-exponent * v for v in d]) for k, d in zip(slopes, change.tolist(), strict=True)]
+        size = h * exponent * float(abs(change).max())
         if size <= scheme.tolerance * 1e-4:
             return _by_state(h.context, slopes)
         if not size < (1e30 if previous is None else 2 * previous):
             return None
         previous = size
     return None
+
+
+def _in_doubles(scheme: Scheme, times: list, state: tuple, h: Any) -> list | None:
+    """Return the stage derivatives as far as doubles tell them, or None; sweeps in many digits begin there."""
+    import numpy as np
+
+    floats, moments = np.array([float(v) for v in state]), [float(t) for t in times]
+    slopes = np.zeros((len(times), len(state)))
+    with np.errstate(all="ignore"), suppress(ArithmeticError, ValueError, TypeError):
+        for _ in range(ROUGH_SWEEPS):
+            stages = (floats + float(h) * scheme.tableau.floats @ slopes).tolist()
+            residual = [scheme.doubles.rhs(t, tuple(w)) for t, w in zip(moments, stages, strict=True)] - slopes
+            change = _correction(scheme, moments, stages, residual, h)
+            slopes = slopes + change
+            if abs(change).max() <= ROUGH * abs(slopes).max():
+                return slopes.tolist()
+    return None
+
+
+def _correction(scheme: Scheme, times: list, stages: list, residual: Any, h: Any) -> Any:
+    """Return the Newton step of the stage derivatives in doubles: (stages, states)."""
+    import numpy as np
+
+    jacobians = [scheme.doubles.jac(float(t), tuple(map(float, w))) for t, w in zip(times, stages, strict=True)]
+    residual, steps = np.array(residual, dtype=float), scheme.tableau.floats * float(h)
+    coupling = np.einsum("ikl,ij->ikjl", np.array(jacobians, dtype=float), steps).reshape(2 * (residual.size,))
+    return np.linalg.solve(np.eye(residual.size) - coupling, residual.ravel()).reshape(residual.shape)
 
 
 def _minus(left: Any, right: Any) -> tuple:
