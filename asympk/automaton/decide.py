@@ -123,9 +123,14 @@ def _follow_on(
     _require_few(phases)
     resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
     consistent: dict[Branch, list[int]] = {}
+    require_determined = partial(_require_determined, system, [*product(*phases)], points[0], numbers, t, state)
     for branch in product(*phases):
         ties = _ties(system, branch, resting, points, numbers, touching)
-        still = None if ties is None else _still(mode_of(system, branch), ties, numbers, nudged, p, touching)
+        try:
+            still = None if ties is None else _still(mode_of(system, branch), ties, numbers, nudged, p, touching)
+        except Undecided:
+            require_determined()
+            raise
         if still is not None:
             consistent[branch] = still
     if len(consistent) > 1:
@@ -135,7 +140,7 @@ def _follow_on(
     held = branches.at_rest(before or ()) - {k for _, k in lost}
     left = branches.most_at_rest(branches.most_at_rest(consistent, held))
     if not left:
-        _require_determined(system, [*product(*phases)], points[0], numbers, t, state)
+        require_determined()
     branch = _chosen(system, left, t, state, [*product(*phases)])
     _require_shared(system, branch, consistent[branch], points[0], t, state)
     return branch

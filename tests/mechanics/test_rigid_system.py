@@ -333,3 +333,10 @@ def test_a_joint_at_rest_keeps_its_angle_where_the_time_alone_makes_another_cont
     assert [(e.kind, e.friction) for e in events] == [("velocity_zero", 1), ("velocity_zero", 0), ("slip_onset", 0)]
     assert [e.state[2] for e in events] == pytest.approx([0.3629594] * 3, abs=1e-6)
     assert 1.13 * np.cos(1.9 * events[-1].t) == pytest.approx(-0.66 * 1.5, abs=1e-12)
+
+
+def test_a_ladder_that_jams_has_forces_that_are_not_determined():
+    s, c, rate = np.sin(0.64), np.cos(0.64), -0.18
+    start = {"X": c, "Y": s, "h": 0.64, "U": -s * rate, "V": c * rate, "W": rate}
+    with pytest.raises(UnboundedReaction, match=r"not determined at t = 0\.00410303.*stick\+stick"):
+        ap.solve(ap.Scene(system=_ladder(), values={"f1": "1.39", "f2": "2.85"}, start=start, until=1))
