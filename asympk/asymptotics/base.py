@@ -25,7 +25,7 @@ from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
 HIGHEST_ORDER = 3
-TAU = sp.Symbol("tau")
+TAU = sp.Dummy("tau")
 
 
 @dataclass(frozen=True)

@@ -175,34 +175,56 @@ class Mechanism(ShownAsFormulas):
         return found
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
-        """Return the rigid motions at numbers, with the contact closed; see ``rigid.motions``."""
+        """Return the rigid motions at numbers, the contact closed: none, or two, where there is a paradox.
+
+        Each is a pair (name, reaction), the name ``"slip"``, ``"stick"`` or ``"lift_off"``. Raises ``InputError`` for
+        missing values, ``Undecided`` where any reaction would do.
+        """
         return rigid.motions(self.plain, self.keyed(values))
 
     def motion_map(self, values: dict[Any, Any]) -> MotionMap:
-        """Count the rigid motions on arrays of states and parameters that broadcast; see ``rigid.motion_map``."""
+        """Return where each rigid motion exists on arrays that broadcast: ``.count``, ``.count_of("slip")``."""
         return rigid.motion_map(self.plain, self.keyed(values))
 
     def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
-        """Return where there is a paradox over one or two coordinates or parameters; see ``paradoxset.paradox_set``."""
+        """Return where there is a paradox over one or two coordinates or parameters, ``over = {name: (low, high)}``.
+
+        Over one its ``.intervals`` have the ends ``.start`` and ``.end``; ``values`` gives the others.
+        """
         return paradox_set(self.plain, self.keyed(over), self.keyed({} if values is None else values))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
-        """Return the least critical friction over ``coordinate`` and where it is; see ``paradox.least``."""
+        """Return the least critical friction over ``coordinate``, ``.friction``, and where it is, ``.where``.
+
+        Raises ``NotDerivable`` where the critical friction is no rational function of the tangent of ``coordinate``.
+        """
         if not isinstance(coordinate, str | sp.Basic):
             raise InputError(f"coordinate = {short(coordinate)}: give one coordinate, by its name or its symbol")
         (name,) = self.keyed({coordinate: 0})
         return paradox.least(self.plain, name, self.keyed({} if values is None else values), self.own)
 
     def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
-        """Return the jump through the paradox, for fixed damping or fixed damping ratio; see ``jump_law.jump_law``."""
+        """Return the jump through the paradox: ``.impulses`` (P_N, P_T), ``.velocities`` after it, ``.condition``.
+
+        ``damping`` is the damping time, by default a symbol h, ``.reaction`` what the elastic reaction x gains. With a
+        damping ``ratio`` a contact that only pushes opens at the ``.gap_rate``. Errors are of order c log(1/c).
+        """
         return jump_law.jump_law(self.plain, self.own, ratio, damping)
 
     def rigid(self) -> System:
-        """Return the rigid mechanism as a ``System`` that runs; see ``rigid_system.rigid_system``."""
+        """Return the rigid mechanism as a ``System`` in all coordinates and velocities; start it at g = g' = 0.
+
+        Its runs raise ``NoMotion`` or ``TwoMotions`` where no motion goes on, or several do.
+        """
         return rigid_system.rigid_system(self.plain)
 
     def elastic(self, compliance: Any = None, damping: Any = None) -> System:
-        """Return the mechanism with an elastic, damped contact as a slow-fast ``System``; see ``elastic.elastic``."""
+        """Return the mechanism with an elastic, damped contact as a slow-fast ``System``.
+
+        ``compliance`` is a Symbol c, with ``damping`` a time, or ``eps**2`` with ``damping`` a multiple of eps, 0
+        included. States are the coordinates, the reaction x, its rate y, the sliding velocity z, and the rates of the
+        last coordinates that complete these to a basis. Raises ``InputError`` for other scalings, ``NotDerivable``.
+        """
         if compliance is None or damping is None:
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
                              "and a multiple of eps, 0 included")  # fmt: skip

@@ -52,6 +52,14 @@ def test_names_do_not_matter(derived, other):
         assert _at_numbers(derived(_named(state, parameter)), state, parameter) == pytest.approx(plain, rel=1e-9)
 
 
+def test_a_parameter_may_be_called_as_the_fast_time_is():
+    states = {}
+    for p in sp.symbols("tau p"):
+        system = ap.System.smooth({x: p * y - x}, {y: p * x - (2 + p) * y + x**2 / 3}, mu)
+        states[p.name] = ap.jump_map(system, order=2).states[x].coefficient(2).subs(p, r)
+    assert sp.simplify(states["tau"] - states["p"]) == 0
+
+
 @pytest.mark.parametrize("name", ["lambda", "nu"])
 def test_an_eigenvalue_is_not_taken_for_a_parameter_of_its_name(name):
     with pytest.raises(InputError, match=f"{name} is an eigenvalue here; declare the parameter as real=True"):
