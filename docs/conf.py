@@ -14,6 +14,7 @@ myst_enable_extensions = ["dollarmath", "deflist", "colon_fence", "attrs_inline"
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = "asympk"
+smartquotes = False  # a prime is a rate, and no apostrophe
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = html_show_sourcelink = html_show_copyright = False

@@ -8,7 +8,7 @@ from asympk.errors import InputError
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import vanishes
-from asympk.symbolic.reading import as_floats
+from asympk.symbolic.reading import as_floats, require_names
 
 _OFF = 1e-6  # relative to coordinates and rates: numbers rounded by hand are still a closed contact
 
@@ -16,6 +16,7 @@ _OFF = 1e-6  # relative to coordinates and rates: numbers rounded by hand are st
 def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
     """Raise ``InputError`` for the first thing that keeps ``kinetics`` from being a mechanism with a contact."""
     _check_sizes(kinetics)
+    require_names((*kinetics.coordinates, *kinetics.parameters))
     if kinetics.mass.free_symbols & {*kinetics.velocities}:
         raise InputError("mass contains a velocity; the terms of inertia in velocities belong to the forces")
     _check_mass(kinetics.mass)

@@ -16,6 +16,13 @@ def rational(name: str, value: Any) -> sp.Rational:
     return sp.Rational(exact.numerator, exact.denominator)
 
 
+def require_names(symbols: Iterable[sp.Symbol]) -> None:
+    """Raise ``InputError`` for the first of ``symbols`` whose name LaTeX cannot set."""
+    for name in sorted({*map(str, symbols)}):
+        if {*"%#&$"} & {*name} or name.count("{") != name.count("}"):
+            raise InputError(f"{short(name)} cannot name a quantity; give letters, digits and underscores")
+
+
 def spare(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symbol:
     """Return a Symbol of this ``name``, with underscores where one of ``taken`` has it already."""
     names = {*map(str, taken)}

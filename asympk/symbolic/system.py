@@ -25,7 +25,7 @@ from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
 from asympk.symbolic.placing import place
-from asympk.symbolic.reading import entries_of, expression
+from asympk.symbolic.reading import entries_of, expression, require_names
 
 
 @dataclass(frozen=True, repr=False)
@@ -316,6 +316,7 @@ def _check(system: System) -> None:
         raise InputError(f"the state {twice[0]} is given twice")
     if small in states:
         raise InputError(f"{small} is the small parameter and a state; give one of them another name")
+    require_names((*states, *system.parameters))
     _require_one_symbol_each(system)
     for s, rate in system.rates.items():
         if rate.has(sp.Float):

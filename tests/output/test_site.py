@@ -146,6 +146,12 @@ def test_examples_and_equations_of_docstrings_stand_in_the_reference_as_they_are
 
 
 @pytest.mark.slow
+def test_a_rate_keeps_its_prime_and_can_be_copied(built):
+    text = (built / "systems" / "painleve_rod.html").read_text(encoding="utf-8")
+    assert re.search(r"X(?:'|&#39;|&#x27;) = -1\.178", text)
+    assert "\u2019" not in text
+
+
 def test_every_picture_says_in_words_what_it_shows(pages):
     for file, page in pages.items():
         assert None not in page.alts, file.name

@@ -52,6 +52,16 @@ def test_names_do_not_matter(derived, other):
         assert _at_numbers(derived(_named(state, parameter)), state, parameter) == pytest.approx(plain, rel=1e-9)
 
 
+@pytest.mark.parametrize("name", ["X%", "{f", "x$", "m&n", "k#1"])
+def test_a_name_that_latex_cannot_set_is_refused_where_it_is_given(name):
+    odd = sp.Symbol(name, real=True)
+    for build in (lambda: _named(odd, r), lambda: _named(x, odd),
+                  lambda: ap.Mechanism((x, odd), (y, z), sp.eye(2), (0, 0), ap.Contact(odd, x, 1)),
+                  lambda: ap.Mechanism((x, r), (y, z), sp.eye(2), (0, 0), ap.Contact(r, x, odd))):  # fmt: skip
+        with pytest.raises(InputError, match="cannot name a quantity; give letters, digits and underscores"):
+            build()
+
+
 def test_a_parameter_may_be_called_as_the_fast_time_is():
     states = {}
     for p in sp.symbols("tau p"):
