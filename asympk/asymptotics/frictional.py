@@ -24,6 +24,7 @@ from asympk.symbolic.system import System
 
 RTOL = 1e-9
 FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
+FALLING, TAKEN = 0.1, 1 / 3  # ratio of terms of slow motion that spares a third run, and what it is taken for then
 SEVERAL = 5  # steps of a layer as wrong as they may be
 
 
@@ -58,16 +59,19 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
-    path, *beyond = matched.matched_paths(scene, method, (order, order + 1, order + 2), rtol)
-    final, next_, last = (np.array(found.state) for found in (path, *beyond))
-    scale = max(1.0, np.abs(final).max())
-    error = predicted_error((final, next_, last), rtol=rtol) + _of_layer(scene, path, mu, rtol, scale)
+    paths = matched.matched_paths(scene, method, order, rtol)
+    path, next_ = next(paths), next(paths)
+    final, beyond = np.array(path.state), np.array(next_.state)
+    omitted, scale = beyond - final, max(1.0, np.abs(final).max())
+    falls = matched.decay(scene, path, order) <= FALLING
+    last = beyond + TAKEN * omitted if falls else np.array(next(paths).state)
+    error = predicted_error((final, beyond, last), rtol=rtol) + _of_layer(scene, path, mu, rtol, scale)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
     dense = StretchedDense(path.stretches, float(scene.until))
     return Path(scene, method, path.state, path.events, path.modes, dense, error,
-                {"omitted": tuple((next_ - final).tolist())})  # fmt: skip
+                {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
 def _of_layer(scene: Any, path: MatchedPath, mu: float, rtol: float, scale: float) -> float:
@@ -75,7 +79,7 @@ def _of_layer(scene: Any, path: MatchedPath, mu: float, rtol: float, scale: floa
 
     What the fast states grow by, their errors grow by as well.
     """
-    if not (path.stretches and path.stretches[-1].fast):
+    if not path.stretches or path.stretches[-1].points:
         return 0.0
     rates = Automaton(scene.system, scene.values).mode(path.branch).rhs(path.t, path.state)
     late = ROUNDING * matched.late_by(rtol, float(scene.until))

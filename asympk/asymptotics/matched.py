@@ -5,14 +5,15 @@ value of mu that is asked for, until what is left of the fast motion is below th
 all powers of mu and log(1/mu) are included. Where the layer goes matters, and not quite when: an error along the fast
 motion is one in time, which the slow motion after it hardly feels. The slow motion goes on from where the layer ends,
 on the manifold to order n, until a guard of its mode vanishes; there the next layer begins. What is omitted is
-O(mu^(n + 1)), and the runs to the orders n + 1 and n + 2 tell how much.
+O(mu^(n + 1)), and the run to the order n + 1 tells how much; where terms fall slowly, that to n + 2 as well.
 """
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -38,15 +39,15 @@ EVENTS = 1000
 
 
 class Stretch(NamedTuple):
-    """Motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since then.
+    """Motion in one branch from the time ``began`` on; ``states(t)`` takes an array of times since then.
 
-    ``fast`` tells whether it is a layer.
+    ``points`` are (x, b) at both ends of a slow motion; a layer has none.
     """
 
     began: float
-    mode: str
+    branch: Branch
     states: Callable
-    fast: bool = False
+    points: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def through_layer(
         if not found:
             return path
         last, size = found[-1], len(path.state)
-        stretch = Stretch(path.t, mode.name, _during(Trajectory(found[0].state, found), path.t, size), True)
+        stretch = Stretch(path.t, path.branch, _during(Trajectory(found[0].state, found), path.t, size))
         t, guard = lost or (last.after, None)
         state = last.end[:size] if guard is None else last.shortened(t - last.t)[:size]
         mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
@@ -250,12 +251,13 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     follow, left = reduced.follow_reduced_flow, until - path.t
     found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
     places = list(slow.places)
-    stretch = Stretch(path.t, mode.name, lambda u: found.states(u)[0][places])
+    points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
+    stretch = Stretch(path.t, path.branch, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
-    return path.met(automaton, found.guard, t, at_edge(found.trajectory(found.end).tolist()), stretch)
+    return path.met(automaton, found.guard, t, at_edge(points[1]), stretch)
 
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:
@@ -275,19 +277,34 @@ def onward(
     return path
 
 
-def matched_paths(scene: Any, method: str, orders: tuple[int, ...], rtol: float) -> list[MatchedPath]:
-    """Return the path of a scene to every order: the first layer once, then slow motions and later layers.
+def matched_paths(scene: Any, method: str, order: int, rtol: float) -> Iterator[MatchedPath]:
+    """Yield the path of a scene to ``order`` and to the two beyond: the first layer once, then all that follows it.
 
     ``"slow"`` raises ``NoManifold`` where the first layer meets an event.
     """
     automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), small_number(scene)
-    landed = through_layer(automaton, begun(automaton, scene.start), until, mu, orders[-1], rtol)
+    landed = through_layer(automaton, begun(automaton, scene.start), until, mu, order + 1, rtol)
     require_landed(method, landed)
-    found = []
-    for order in orders:
-        layer = partial(through_layer, automaton, until=until, mu=mu, order=order, rtol=rtol)
-        found.append(onward(automaton, landed, until, mu, order, rtol, layer))
-    return found
+    for known in range(order, order + 3):
+        layer = partial(through_layer, automaton, until=until, mu=mu, order=known, rtol=rtol)
+        yield onward(automaton, landed, until, mu, known, rtol, layer)
+
+
+def decay(scene: Any, path: MatchedPath, order: int) -> float:
+    """Return the second term of slow motion that ``order`` omits over the first, the largest at the ends of a path."""
+    automaton, mu, worst = Automaton(scene.system, scene.values), small_number(scene), 0.0
+    for stretch in path.stretches:
+        slow = slow_of(automaton, stretch.branch, order + 2)
+        for at in stretch.points:
+            known = [_slow_motion(slow, k, at, mu) for k in range(order, order + 3)]
+            first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))
+            worst = max(worst, second / first if first > 0 else math.inf if second > 0 else 0.0)
+    return worst
+
+
+def _slow_motion(slow: Slow, order: int, at: tuple, mu: float) -> tuple:
+    """Return y and the rates of (x, b) on the manifold to ``order``."""
+    return *slow.formulas.height[order](*at, mu, *slow.values), *slow.formulas.flow[order](*at, mu, *slow.values)
 
 
 def small_number(scene: Any) -> float:
