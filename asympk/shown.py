@@ -115,6 +115,14 @@ def as_latex(card: Card) -> str:
     return rf"\begin{{array}}{{ll}} {body} \end{{array}}"
 
 
+def latex_of(value: Any) -> str:
+    """Return LaTeX of a formula; a rate in plain symbols, such as theta', is a Greek letter with a prime."""
+    import sympy as sp
+
+    rates = [s for s in getattr(value, "free_symbols", ()) if str(s).endswith("'")]
+    return sp.latex(value, symbol_names={s: f"{sp.latex(sp.Symbol(str(s)[:-1]))}'" for s in rates})
+
+
 def is_formula(value: Any) -> bool:
     """Tell whether SymPy's LaTeX printer sets the value as mathematics."""
     return hasattr(value, "_latex") or hasattr(value, "_eval_simplify") or hasattr(value, "free_symbols")
@@ -137,11 +145,7 @@ def _html(value: Any) -> str:
 
 
 def _formula(value: Any) -> str:
-    if not is_formula(value):
-        return _text(_words(value))
-    import sympy as sp
-
-    return sp.latex(value)
+    return latex_of(value) if is_formula(value) else _text(_words(value))
 
 
 def _text(words: str) -> str:

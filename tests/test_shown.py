@@ -1,6 +1,7 @@
 """What a person meets first: how nouns show themselves, a path's picture, frame and file, and how all of it is kept."""
 
 import pickle
+import re
 import sys
 import threading
 from fractions import Fraction
@@ -339,3 +340,10 @@ def test_a_phase_picture_is_over_the_states_that_are_chosen(what, options, label
 def test_what_is_no_phase_picture_is_refused_by_name(what, options, said):
     with pytest.raises(ap.AsympkError, match=said):
         ap.phase(what, **options)
+
+
+def test_a_rate_is_set_as_its_greek_letter_with_a_prime():
+    rod = ap.systems.painleve_rod.system()
+    for shown in (rod._repr_latex_(), ap.stick_regions(rod).stick.latex()):
+        assert r"\theta'" in shown
+        assert re.search(r"[^\\{]theta'", shown) is None

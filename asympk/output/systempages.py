@@ -15,6 +15,7 @@ from asympk.output.mechanisms import contact_lines, jump_lines, motion_lines
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
 from asympk.pictures.sketches import SKETCHES, sketch
+from asympk.shown import latex_of
 from asympk.storage.files import write_text
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described_mechanism
@@ -86,14 +87,6 @@ def displayed_formula(label: str, value: Any, instead: str) -> list[str]:
     if len(latex) > LONGEST:
         return [f"{label}: too long for a page; it is ``{instead}``.", ""]
     return [f"{label}:", "", ".. math::", "", f"   {latex}", ""]
-
-
-def latex_of(value: Any) -> str:
-    """Return LaTeX of an expression in plain symbols: a rate such as theta' is a Greek letter with a prime."""
-    import sympy as sp
-
-    rates = [s for s in value.free_symbols if s.name.endswith("'")]
-    return sp.latex(value, symbol_names={s: f"{sp.latex(sp.Symbol(s.name[:-1]))}'" for s in rates})
 
 
 def _contact(described: Described) -> list[str]:

@@ -9,7 +9,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
 from asympk.numbers import short
-from asympk.shown import Card, ShownAsFormulas
+from asympk.shown import Card, ShownAsFormulas, latex_of
 from asympk.symbolic.conditions import assumed_range
 from asympk.symbolic.truth import as_arrays, holds, require_relations, with_default
 from asympk.symbolic.values import as_exact, by_symbol, in_words, is_exact
@@ -158,7 +158,7 @@ class Region(ShownAsFormulas):
     def latex(self) -> str:
         """Return the region as LaTeX, one line for each cell of the parameters, or as its condition."""
         if not self._shown:
-            return sp.latex(self.condition)
+            return latex_of(self.condition)
         lines = [rf"{_latex_union(cell.spans)} & {_latex_condition(cell.condition)}" for cell in self._shown]
         return r"\begin{cases} " + r" \\ ".join(lines) + r" \end{cases}"
 
@@ -183,9 +183,9 @@ def _spans_in_words(spans: tuple[Span, ...]) -> str:
 
 
 def _latex_union(spans):
-    return r" \cup ".join(sp.latex(span.as_set()) for span in spans) or r"\varnothing"
+    return r" \cup ".join(latex_of(span.as_set()) for span in spans) or r"\varnothing"
 
 
 def _latex_condition(condition):
     relations = sorted(sp.And.make_args(condition), key=sp.default_sort_key)
-    return r",\ ".join(sp.latex(relation) for relation in relations)
+    return r",\ ".join(latex_of(relation) for relation in relations)
