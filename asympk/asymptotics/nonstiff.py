@@ -24,20 +24,16 @@ Flow = Callable[..., tuple]
 
 @dataclass(frozen=True)
 class Step:
-    """One accepted step of ``flows`` from (t, state) over ``span`` to ``end``, with its stages."""
+    """One accepted step of ``flows`` from (t, state) over ``span`` to ``end`` at ``after``, with its stages."""
 
     flows: tuple[Flow, ...]
     parameters: tuple
     t: float
     span: float
+    after: float
     state: tuple
     end: tuple
     stages: tuple = field(repr=False)
-
-    @property
-    def after(self) -> float:
-        """The time at the end of the step."""
-        return self.t + self.span
 
     def shortened(self, span: float) -> tuple:
         """Return the state after a part ``span`` of the step, to the accuracy of a step."""
@@ -113,9 +109,9 @@ def steps(
         error, new, stages = _tried(take, flows, parameters, span, state, first, rtol, atol, late)
         factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW
         if error < 1:
-            yield Step(flows, parameters, t, span, state, new, stages)
-            t = until if span == until - t else t + span
-            state, first, span = new, stages[-1], span * min(grow, factor)
+            after = until if span == until - t else t + span
+            yield Step(flows, parameters, t, span, after, state, new, stages)
+            t, state, first, span = after, new, stages[-1], span * min(grow, factor)
             grow = GROW
         else:
             span, grow = span * min(factor, SAFETY), 1.0
@@ -171,7 +167,7 @@ def _compiled(size: int, groups: int, timeless: bool = False) -> Callable:
         lines += [f"    e{i} = ({_sum(row, i)})/s{i}" for i in every]
         lines.append(f"    {name} = {_dot('e', 'e', every)}")
         if timeless:
-            lines.append(f"    {name} = max(0.0, {name} - part*({_dot('e', 'u', every)})**2)")
+            lines.append(f"    {name} = max({name} - part*({_dot('e', 'u', every)})**2, 0.0)")  # what is nan stays so
     lines.append(f"    return ({_names('v', every)}), ({stages}), high, low")
     space: dict = {}
     exec("\n".join(lines), space)

@@ -281,3 +281,29 @@ def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_bett
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
     path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene)
     assert distance(path.final, truth.final) < path.error
+
+
+def _on_cubic(values, start, until):
+    x, y, v, mu, c, f = (sp.Symbol(n, real=True) for n in ("x", "y", "v", "mu", "c", "f"))
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=f)
+    system = ap.System.with_frictions({x: v, v: F - x - y}, {y: y - y**3 / 3 - x - 2 * c}, [contact], small=mu)
+    return ap.Scene(system=system, values=values, start=start, until=until)
+
+
+@pytest.mark.parametrize(
+    ("values", "start"),
+    [({"c": "0.6", "f": "1.801", "mu": "1e-3"}, {"x": "1.432", "v": "1.044", "y": "1.012"}),
+     ({"c": "1.167", "f": "1.072", "mu": "1e-5"}, {"x": "0.513", "v": "0.626", "y": "-0.917"})],
+)  # fmt: skip
+def test_a_layer_that_begins_beside_a_fold_is_followed(values, start):
+    # g_y is small there, so that the first try of a step leaves the numbers
+    scene = _on_cubic(values, start, "0.9")
+    path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene)
+    assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error + 1e-8
+
+
+def test_the_last_step_ends_at_the_end_whatever_the_rounding():
+    for until in np.random.default_rng(1).uniform(0.3, 5, 200).tolist():
+        *_, last = steps((lambda y: (-y,),), (), (1.0,), until, 1e-9, (1e-9,))
+        assert last.after == until
