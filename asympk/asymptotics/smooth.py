@@ -24,7 +24,7 @@ from asympk.path import Path
 
 HIGHEST_ORDER = 4
 EXTRA = 2  # the orders beyond the one asked for, which tell its error
-STALLED = 0.5  # the ratio of omitted terms beyond which the series is not taken to converge
+STEADY, STALLED = 0.1, 0.5  # between them the ratio of omitted terms tells how the series goes on
 FINEST, COARSEST = 1e-13, 1e-7
 FINER = 1e-5  # how much finer than mu^(n + 1) the integrations are
 ROUNDING = 50  # what the integrations lose, in units of their tolerance
@@ -114,8 +114,8 @@ def predicted_error(composites: Sequence[np.ndarray], left: Any = 0.0, rtol: flo
     """
     now, next_, last = composites
     first, second = np.abs(next_ - now).max(), np.abs(last - next_).max()
-    ratio = min(STALLED, second / first) if first > 0 else STALLED
-    error = first + 2 * second / (1 - ratio) + np.abs(left).max()
+    ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
+    error = (first + 2 * second / (1 - ratio)) / (1 - ratio) + np.abs(left).max()
     scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + ROUNDING * rtol)
 

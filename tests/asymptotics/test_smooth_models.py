@@ -13,6 +13,7 @@ from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land, root
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
+from asympk.studies.ladder import distance
 
 x, y, u, v, w = sp.symbols("x y u v w", real=True)
 mu = sp.Symbol("mu", positive=True)
@@ -276,3 +277,12 @@ def test_the_composite_is_right_where_its_layer_is_just_over(small, start, until
     truth = ap.solve(scene, "radau", rtol=1e-12, atol=1e-13).final
     path = ap.solve(scene, "jump", order=1)
     assert np.abs(np.array(path.final) - truth).max() < path.error < 2e-5
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_what_is_predicted_bounds_the_error_where_the_series_hardly_converges(order):
+    cubic = ap.System.smooth(slow={x: u - a * y, u: -b * x}, fast={y: x - y - y**3}, small=mu)
+    values, start = {a: "1.854", b: "0.722", mu: "1/10"}, {x: "-0.405", u: "-1.158", y: "-0.931"}
+    scene = ap.Scene(system=cubic, values=values, start=start, until="2.576")
+    path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene)
+    assert distance(path.final, truth.final) < path.error
