@@ -347,3 +347,10 @@ def test_a_rate_is_set_as_its_greek_letter_with_a_prime():
     for shown in (rod._repr_latex_(), ap.stick_regions(rod).stick.latex()):
         assert r"\theta'" in shown
         assert re.search(r"[^\\{]theta'", shown) is None
+
+
+def test_one_interval_is_told_as_one():
+    rod = ap.systems.painleve_rod.mechanism()
+    found = (rod.paradox_set({"theta": ends}, {"f": 2, "m": 1}) for ends in ((0, 1.5), (0, 3), (0, 0.1)))
+    told = [repr(one).splitlines()[0] for one in found]
+    assert told == [f"Paradox over theta: {words}" for words in ("1 interval", "2 intervals", "0 intervals")]

@@ -61,7 +61,8 @@ class ParadoxSet(ShownAsTable):
                   "" if interval.other is None else f"{self.over[1]} = {interval.other:.6g}")
                  for interval in self.intervals]  # fmt: skip
         shown = spans if len(spans) < 9 else [*spans[:7], (f"{len(spans) - 7} more", "")]
-        return Card(f"Paradox over {' and '.join(self.over)}: {len(spans)} intervals", tuple(shown))
+        counted = f"{len(spans)} interval{'s' * (len(spans) != 1)}"
+        return Card(f"Paradox over {' and '.join(self.over)}: {counted}", tuple(shown))
 
     @property
     def edges(self) -> tuple[float, ...]:

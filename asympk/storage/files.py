@@ -32,8 +32,8 @@ def write_bytes(path: str | Path, content: bytes) -> Path:
         raise InputError(f"{path}: it is a directory; give the name of a file")
     try:
         _put(path, content)
-    except OSError as reason:
-        raise OSError(reason.errno, reason.strerror, str(path)) from None  # not the name of a temporary file
+    except OSError as reason:  # its file is a temporary one
+        raise OSError(reason.errno, reason.strerror or str(reason), str(path)) from None
     return path
 
 

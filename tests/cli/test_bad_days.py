@@ -73,7 +73,7 @@ BAD_LINES = [
     ("solve backward --plot x.gif", ".pdf, .svg, .png"),
     ("solve backward --plot absent/../file/x.png", ""),
     ("solve backward --csv file/x.csv", ""),
-    ("solve backward --physical", "no physical quantities"),
+    ("solve backward --physical", "no physical quantities; give its scene or file in m, P, f"),
     ("solve chalk --sigma 1", "tied to"),
     ("solve backward extra", "unrecognized"),
     ("scenes nonsense", "nearest"),

@@ -212,7 +212,7 @@ def physical(path: Path) -> Path:
     """Return ``path`` told in physical quantities: times, and (R_1, R_1', u) in place of (x, y, z)."""
     scene = path.scene
     if getattr(scene, "rod", None) is None:
-        raise InputError("the path has no physical quantities; give its scene as ap.Scene.physical(m=, P=, f=, ...)")
+        raise InputError("the path has no physical quantities; give its scene or file in m, P, f, alpha, l, k, h")
     units, physical = scene.rod.units, scene_in_units(scene)
     events = tuple(e._replace(t=units.moment(e.t), state=units.state(*e.state)) for e in path.events)
     reached = {"reached": units.moment(path.info["reached"])} if "reached" in path.info else {}
