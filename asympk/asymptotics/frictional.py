@@ -24,7 +24,7 @@ from asympk.symbolic.system import System
 
 RTOL = 1e-9
 FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
-FALLING, TAKEN = 0.1, 1 / 3  # ratio of terms of slow motion that spares a third run, and what it is taken for then
+FALLING, TAKEN = 0.1, 0.22  # ratio of terms of slow motion that spares a third run, and what it is taken for then
 SEVERAL = 5  # steps of a layer as wrong as they may be
 
 
