@@ -7,6 +7,11 @@ J = int |y| dt carries the slow states, dx/dJ = +-dx'/dy, and mu y, until slidin
     velocity -> 0,    mu y -> 0,    x -> x + (impulses),    errors O(mu log(1/mu)),
 
 which is the jump law of a mechanism with a stiff damped contact. Afterwards y falls in stick from infinity on.
+
+A velocity that leaves 0 in a layer is of order mu there, V = mu s, and may come back. Its rate r is affine in y, and
+y - y_* = (y_0 - y_*) e^(q tau) with the rest y_*, so that with r_0 and r_* at y_0 and y_*
+
+    s = s_0 + r_* tau + (r_0 - r_*) (e^(q tau) - 1)/q.
 """
 
 import math
@@ -15,6 +20,7 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from asympk.automaton.automaton import Automaton
 from asympk.errors import OutOfRange
@@ -22,6 +28,8 @@ from asympk.path import Event
 from asympk.symbolic.branches import Branch, Phase, mode_name
 
 PASSAGES = 20  # modes that one layer may pass
+AT_REST = 1e-9  # a velocity that is 0, relative to the state
+OVER = 36  # fast times q tau after which a layer is over to rounding
 REACH = 1e6  # of an impulse, in units of the state
 
 
@@ -36,6 +44,37 @@ class Arrival:
 
 
 @dataclass(frozen=True)
+class Creep:
+    """A velocity over mu within a layer, as a function of tau: that at its start, its rates, and q."""
+
+    start: float
+    rate: float
+    rate_at_rest: float
+    growth: float
+
+    def __call__(self, tau: float) -> float:
+        fading = (self.rate - self.rate_at_rest) * math.expm1(self.growth * tau) / self.growth
+        return self.start + self.rate_at_rest * tau + fading
+
+    def returns(self, end: float) -> float | None:
+        """Return the first tau within (0, end] at which the velocity falls to 0, or None.
+
+        Its rate is monotone, so that it is least or largest where that vanishes, at the turn.
+        """
+        if self.start == 0 and self.rate <= 0:
+            return None
+        fading = self.rate - self.rate_at_rest
+        share = -self.rate_at_rest / fading if fading else 0.0
+        turn = math.log(share) / self.growth if share > 0 else 0.0
+        low = 0.0
+        for high in ([turn] if 0 < turn < end else []) + [end]:
+            if self(high) < 0:
+                return brentq(self, low, high, xtol=1e-300, rtol=1e-14)
+            low = high
+        return None
+
+
+@dataclass(frozen=True)
 class LimitLayers:
     """The layers of an automaton with one friction and one fast state, at index ``fast``, for one ``mu``."""
 
@@ -46,9 +85,9 @@ class LimitLayers:
     def arrive(self, t: float, state: tuple, branch: Branch) -> Arrival:
         """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle."""
         events: list[Event] = []
-        modes = [mode_name(branch)]
+        modes, speed = [mode_name(branch)], 0.0
         for _ in range(PASSAGES):
-            target, guard = self._ahead(branch, t, state)
+            target, guard, speed = self._ahead(branch, t, state, speed)
             if guard is None and not math.isinf(target):
                 return Arrival(branch, self._with(state, target), tuple(events), tuple(modes))
             if guard is None:
@@ -63,8 +102,11 @@ class LimitLayers:
             modes.append(mode_name(branch))
         raise OutOfRange(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
 
-    def _ahead(self, branch: Branch, t: float, state: tuple) -> tuple[float, int | None]:
-        """Return where y goes, and the guard that it meets before, if any: then y is that of the guard."""
+    def _ahead(self, branch: Branch, t: float, state: tuple, speed: float) -> tuple[float, int | None, float]:
+        """Return where y goes, and the guard that it meets before, if any: then y is that of the guard.
+
+        ``speed`` is the velocity over mu, if that is of this order; the one that is left at the guard comes last.
+        """
         mode, y = self.automaton.mode(branch), state[self.fast]
         slope = self.mu * mode.jac(t, state)[self.fast][self.fast]
         force = self.mu * mode.rhs(t, state)[self.fast]
@@ -75,7 +117,24 @@ class LimitLayers:
             raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
                              "motions; move the start off it")  # fmt: skip
         target = rest if slope < 0 else math.copysign(math.inf, y - rest)
-        return self._first_guard(mode, t, state, target)
+        target, guard = self._first_guard(mode, t, state, target)
+        sliding = self._sliding(mode, t, state)
+        if sliding is None or y == rest:
+            return target, guard, 0.0
+        at_start, at_rest = (mode.guard_rates(t, self._with(state, v))[sliding] for v in (y, rest))
+        end = OVER / abs(slope) if guard is None else math.log((target - rest) / (y - rest)) / slope
+        creep = Creep(speed, at_start, at_rest, slope)
+        if (back := creep.returns(end)) is None:
+            return target, guard, creep(end)
+        return rest + (y - rest) * math.exp(slope * back), sliding, 0.0
+
+    def _sliding(self, mode: Any, t: float, state: tuple) -> int | None:
+        """Return the guard of a velocity that is 0, and no function of y, in a mode that slides; else None."""
+        k = next((k for k, (kind, _) in enumerate(mode.kinds) if kind == "velocity_zero"), None)
+        if k is None:
+            return None
+        now, moved = (mode.guard_values(t, self._with(state, state[self.fast] + d))[k] for d in (0.0, 1.0))
+        return k if now == moved and abs(now) <= AT_REST * max(1.0, *map(abs, state)) else None
 
     def _first_guard(self, mode: Any, t: float, state: tuple, target: float) -> tuple[float, int | None]:
         y = state[self.fast]

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import THETA, T, X, Y, f, g, l, m, slender_rod
+from scipy.integrate import solve_ivp
 
 import asympk as ap
+from asympk.asymptotics.impact import Creep
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
 from asympk.errors import NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
@@ -281,6 +283,35 @@ def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_bett
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
     path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene)
     assert distance(path.final, truth.final) < path.error
+
+
+@pytest.mark.parametrize(("mu", "part"), [("1e-4", 1e-2), ("1e-5", 1e-3), ("1e-6", 1e-4)])
+def test_the_limit_sees_a_velocity_that_comes_back_within_its_layer(mu, part):
+    # the velocity passes 0, is of order mu for as long as the load falls, and comes to rest in the same layer
+    x, y, q, v, small = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "mu"))
+    values = dict(zip("abcf", map(sp.Rational, ("0.933", "1.132", "0.786", "1.285")), strict=True))
+    a, b, c, f = values.values()
+    contact = ap.Friction(velocity=v, force=F, load=x + y, kinetic=f)
+    rates = {x: y + b * v, q: v, v: 1 - q - c * (x + y) + F}
+    system = ap.System.with_frictions(rates, {y: 1 - (1 + c) * (x + y) + a * F}, [contact], small=small)
+    start = {"x": "0.4", "q": "-0.099", "v": "1.12", "y": "-0.223"}
+    scene = ap.Scene(system=system, values={"mu": mu}, start=start, until="1.975")
+    path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+    assert path.modes == truth.modes == ("slip_same", "slip_opposite", "stick")
+    assert distance(path.final, truth.final) / part == pytest.approx(0.00824, rel=0.01)
+    assert path.events[1].state[3] == pytest.approx(truth.events[1].state[3], abs=part)
+
+
+def test_a_creeping_velocity_returns_where_its_integral_says():
+    for start, rate, at_rest, growth in ((0, 1, -1, -2), (0, 1, 1.5, 0.5), (0.5, -2, 1, -1), (0.1, 1, -3, -0.3)):
+        creep = Creep(start, rate, at_rest, growth)
+        back = creep.returns(1e3)
+        speed = solve_ivp(lambda t, _, c=creep: [c.rate_at_rest + (c.rate - c.rate_at_rest) * math.exp(c.growth * t)],
+                          (0, back), [start], rtol=1e-11, atol=1e-13).y[0]  # fmt: skip
+        assert abs(speed[-1]) < 1e-8
+        assert min(speed[1:-1]) > 0
+    assert Creep(0, 1, 1, -1).returns(1e3) is None
+    assert Creep(1, -1, 0, -2).returns(1e3) is None
 
 
 def _on_cubic(values, start, until):
