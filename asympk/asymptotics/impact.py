@@ -69,7 +69,7 @@ class Creep:
         low = 0.0
         for high in ([turn] if 0 < turn < end else []) + [end]:
             if self(high) < 0:
-                return brentq(self, low, high, xtol=1e-300, rtol=1e-14)
+                return brentq(self, low, high, xtol=1e-15 * high)
             low = high
         return None
 

@@ -310,6 +310,7 @@ def test_a_creeping_velocity_returns_where_its_integral_says():
                           (0, back), [start], rtol=1e-11, atol=1e-13).y[0]  # fmt: skip
         assert abs(speed[-1]) < 1e-8
         assert min(speed[1:-1]) > 0
+    assert Creep(0, 1.7e-9, 2456.1, 2.2).returns(16) < 1e-9  # it has hardly left 0
     assert Creep(0, 1, 1, -1).returns(1e3) is None
     assert Creep(1, -1, 0, -2).returns(1e3) is None
 
