@@ -16,7 +16,8 @@ from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
-FARTHEST = 1e-3  # relative, that an event moves a state; beyond it the guard's gradient is rounding
+FARTHEST = 1e-3  # of the largest state, that a guard of forces moves one; beyond it the guard's gradient is rounding
+OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
 
 State = tuple[Any, ...]
 
@@ -115,7 +116,7 @@ class NumericMode:
         return self._gradient(self.mode.guards[guard].value)(t, *state, *self.p)
 
     def snapped(self, guard: int, t: Any, state: State) -> State:
-        """Return ``state`` moved onto the zero of a guard, where that is near: one of the time alone has none.
+        """Return ``state`` moved onto the zero of a guard, where that is near: one of forces may depend on time alone.
 
         A contact that sticks stays at rest, however much its velocity moves the guard, and a rigid contact that is
         closed stays so, g = g' = 0.
@@ -123,8 +124,9 @@ class NumericMode:
         rest = self.settled(t, state)
         expressions = (*self._kept, self.mode.guards[guard].value)
         moved = self._projected(expressions, t, state) if self._kept else self._on_zero(guard, t, state)
-        near = all(abs(new - old) <= FARTHEST * (1 + abs(old)) for new, old in zip(moved, rest, strict=True))
-        return moved if near else rest
+        farthest = FARTHEST * max(map(abs, rest))
+        near = all(abs(new - old) <= farthest for new, old in zip(moved, rest, strict=True))
+        return moved if near or self.kinds[guard][0] in OF_STATES else rest
 
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` after two Newton steps along the state that moves a guard most."""
