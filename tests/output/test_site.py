@@ -152,6 +152,7 @@ def test_a_rate_keeps_its_prime_and_can_be_copied(built):
     assert "\u2019" not in text
 
 
+@pytest.mark.slow
 def test_every_picture_says_in_words_what_it_shows(pages):
     for file, page in pages.items():
         assert None not in page.alts, file.name

@@ -44,7 +44,7 @@ def _at_numbers(values, state, parameter):
     return [complex(value.subs(dict.fromkeys(value.free_symbols, 3))) for value in found]
 
 
-@pytest.mark.parametrize("derived", [_curves, _eigenvalues, _jump, _edges])
+@pytest.mark.parametrize("derived", [pytest.param(_curves, marks=pytest.mark.slow), _eigenvalues, _jump, _edges])
 @pytest.mark.parametrize("other", [*sp.symbols("s C d_0 beta delta"), *sp.symbols("s C d_0 lambda nu", real=True)])
 def test_names_do_not_matter(derived, other):
     plain = _at_numbers(derived(_named(x, r)), x, r)
