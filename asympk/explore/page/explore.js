@@ -31,15 +31,19 @@ async function ask(name, question, show) {
   attend();
 }
 
-const attend = () => document.body.setAttribute("aria-busy", Object.values(lanes).some(lane => lane.busy));
+function attend() {
+  document.body.setAttribute("aria-busy", Object.values(lanes).some(lane => lane.busy));
+  sayWhatIsComputed(); // at once, so that nothing moves on the page when all is there
+}
 
 // What has been computed for more than half a second, and for how long.
 const WORDS = { scenes: "equations of motion", motion: "motion", surroundings: "slow manifolds and stick regions", least: "ladder of models" };
-setInterval(() => {
+function sayWhatIsComputed() {
   const busy = Object.entries(lanes).filter(([, lane]) => lane.busy && performance.now() - lane.since > 500);
   const told = busy.map(([name, lane]) => `${WORDS[name]} ${((performance.now() - lane.since) / 1000).toFixed(0)} s`);
   $("busy").textContent = told.length ? `computing: ${told.join(", ")}` : "";
-}, 250);
+}
+setInterval(sayWhatIsComputed, 250);
 
 const turned = () => ({ scene: scenes.indexOf(scene), ...given });
 function refuse(name, words) {
