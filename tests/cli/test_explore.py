@@ -427,6 +427,18 @@ def window(server):
         yield found
 
 
+def _drag_ring(window, before, tries=3):
+    """Drag the ring until the path is no longer ``before``: a picture that is drawn meanwhile takes the press away."""
+    x, y = window.run(f"return {RING}")
+    window.drag((x, y), (x + 40, y - 30))
+    try:
+        window.wait(f"{PATH} !== {json.dumps(before)}", seconds=20)
+    except TimeoutError:
+        if tries == 1:
+            raise
+        _drag_ring(window, before, tries - 1)
+
+
 @pytest.mark.parametrize("width", [1280, 390])
 def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, width):
     window.open(server.address, width)
@@ -439,9 +451,7 @@ def test_a_slider_moves_the_picture_and_a_drag_moves_the_start(server, window, w
     turned = window.run(f"return {PATH}")
     assert window.run("return document.querySelector('[data-box=sigma0]').value") \
         == window.run("return document.querySelector('[data-box=sigma]').value")  # fmt: skip
-    x, y = window.run(f"return {RING}")
-    window.drag((x, y), (x + 40, y - 30))
-    window.wait(f"{PATH} !== {json.dumps(turned)}")
+    _drag_ring(window, turned)
     assert float(window.run("return document.querySelector('[data-box=z]').value")) > -1
     assert window.complaints() == []
 
