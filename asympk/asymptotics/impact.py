@@ -117,8 +117,9 @@ class LimitLayers:
             raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
                              "motions; move the start off it")  # fmt: skip
         target = rest if slope < 0 else math.copysign(math.inf, y - rest)
-        target, guard = self._first_guard(mode, t, state, target)
-        sliding = self._sliding(mode, t, state)
+        values, slopes = self._guards(mode, t, state)
+        target, guard = self._first_guard(values, slopes, y, target)
+        sliding = self._sliding(mode, values, slopes, state)
         if sliding is None or y == rest:
             return target, guard, 0.0
         at_start, at_rest = (mode.guard_rates(t, self._with(state, v))[sliding] for v in (y, rest))
@@ -128,18 +129,20 @@ class LimitLayers:
             return target, guard, creep(end)
         return rest + (y - rest) * math.exp(slope * back), sliding, 0.0
 
-    def _sliding(self, mode: Any, t: float, state: tuple) -> int | None:
-        """Return the guard of a velocity that is 0, and no function of y, in a mode that slides; else None."""
-        k = next((k for k, (kind, _) in enumerate(mode.kinds) if kind == "velocity_zero"), None)
-        if k is None:
-            return None
-        now, moved = (mode.guard_values(t, self._with(state, state[self.fast] + d))[k] for d in (0.0, 1.0))
-        return k if now == moved and abs(now) <= AT_REST * max(1.0, *map(abs, state)) else None
-
-    def _first_guard(self, mode: Any, t: float, state: tuple, target: float) -> tuple[float, int | None]:
-        y = state[self.fast]
+    def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
+        """Return the values of the guards, and their slopes in y, of which they are affine functions."""
         values = np.array(mode.guard_values(t, state))
-        slopes = np.array(mode.guard_values(t, self._with(state, y + 1))) - values
+        return values, np.array(mode.guard_values(t, self._with(state, state[self.fast] + 1))) - values
+
+    def _sliding(self, mode: Any, values: np.ndarray, slopes: np.ndarray, state: tuple) -> int | None:
+        """Return the guard of a velocity that is 0, and no function of y, in a mode that slides; else None."""
+        k = _of_velocity(mode)
+        still = k is not None and slopes[k] == 0 and abs(values[k]) <= AT_REST * max(1.0, *map(abs, state))
+        return k if still else None
+
+    def _first_guard(
+        self, values: np.ndarray, slopes: np.ndarray, y: float, target: float
+    ) -> tuple[float, int | None]:
         direction = math.copysign(1, target - y)
         met = [(abs(v / s), k) for k, (v, s) in enumerate(zip(values, slopes, strict=True))
                if s * direction < 0 and v > 0 and abs(v / s) < abs(target - y)]  # fmt: skip
@@ -155,7 +158,7 @@ class LimitLayers:
         if not phase.velocity:
             raise OutOfRange(f"the load grows without bounds in stick at t = {t:.6g}; the contact law does not hold it")
         slip = self.automaton.mode(branch)
-        sliding = next(k for k, (kind, _) in enumerate(slip.kinds) if kind == "velocity_zero")
+        sliding = _of_velocity(slip)
         stopped, large = self._carried(slip, t, state, 0.0, side, lambda w: slip.guard_values(t, (*w[:-1],))[sliding])
         stopped = slip.snapped(sliding, t, stopped)
         event = Event("velocity_zero", t, self._with(stopped, large / self.mu), 0)
@@ -190,11 +193,14 @@ class LimitLayers:
     def _from_infinity(self, stick: Branch, t: float, state: tuple, side: float) -> float:
         """Return a y beyond every guard of stick."""
         mode = self.automaton.mode(stick)
-        at = self._with(state, 0.0)
-        values = np.array(mode.guard_values(t, at))
-        slopes = np.array(mode.guard_values(t, self._with(state, 1.0))) - values
+        values, slopes = self._guards(mode, t, self._with(state, 0.0))
         roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
         return side * 2 * (1 + float(max([*roots, *map(abs, state)])))
 
     def _with(self, state: tuple, y: float) -> tuple:
         return (*state[: self.fast], y, *state[self.fast + 1 :])
+
+
+def _of_velocity(mode: Any) -> Any:
+    """Return the guard of the sliding velocity of a mode; None where it does not slide."""
+    return next((k for k, (kind, _) in enumerate(mode.kinds) if kind == "velocity_zero"), None)
