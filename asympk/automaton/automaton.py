@@ -121,12 +121,13 @@ class NumericMode:
         A contact that sticks stays at rest, however much its velocity moves the guard, and a rigid contact that is
         closed stays so, g = g' = 0.
         """
-        rest = self.settled(t, state)
         expressions = (*self._kept, self.mode.guards[guard].value)
         moved = self._projected(expressions, t, state) if self._kept else self._on_zero(guard, t, state)
-        farthest = FARTHEST * max(map(abs, rest))
-        near = all(abs(new - old) <= farthest for new, old in zip(moved, rest, strict=True))
-        return moved if near or self.kinds[guard][0] in OF_STATES else rest
+        if self.kinds[guard][0] in OF_STATES:
+            return moved
+        farthest = FARTHEST * max(map(abs, state))
+        near = all(abs(new - old) <= farthest for new, old in zip(moved, state, strict=True))
+        return moved if near else self.settled(t, state)
 
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` after two Newton steps along the state that moves a guard most."""

@@ -123,8 +123,9 @@ def _follow_on(
     _require_few(phases)
     resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
     consistent: dict[Branch, list[int]] = {}
-    require_determined = partial(_require_determined, system, [*product(*phases)], points[0], numbers, t, state)
-    for branch in product(*phases):
+    tried = [*product(*phases)]
+    require_determined = partial(_require_determined, system, tried, points[0], numbers, t, state)
+    for branch in tried:
         ties = _ties(system, branch, resting, points, numbers, touching)
         try:
             still = None if ties is None else _still(mode_of(system, branch), ties, numbers, nudged, p, touching)
@@ -141,7 +142,7 @@ def _follow_on(
     left = branches.most_at_rest(branches.most_at_rest(consistent, held))
     if not left:
         require_determined()
-    branch = _chosen(system, left, t, state, [*product(*phases)])
+    branch = _chosen(system, left, t, state, tried)
     _require_shared(system, branch, consistent[branch], points[0], t, state)
     return branch
 
