@@ -33,7 +33,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     ``InputError`` for other scalings, ``NotDerivable`` where no rates complete a basis.
     """
     scaling = _scaling(compliance, damping)
-    used = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
+    used = kinetics.symbols
     if scaling.small.name in map(str, used):
         raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
     if other := {str(s) for s in scaling.ratio.free_symbols - {*used}} & {*map(str, used)}:

@@ -98,8 +98,12 @@ class Kinetics:
 
     def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
         """Return a Symbol of this ``name``, with underscores where the mechanism or ``others`` have it already."""
-        own = (*self.coordinates, *self.velocities, *self.parameters, self.time)
-        return spare(name, (*own, *others), **assumptions)
+        return spare(name, (*self.symbols, *others), **assumptions)
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        """Every symbol: coordinates, velocities, parameters, the time."""
+        return (*self.coordinates, *self.velocities, *self.parameters, self.time)
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:

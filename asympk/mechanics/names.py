@@ -57,8 +57,8 @@ def keyed(values: Any, kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> d
 
 
 def _known(kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> dict[str, sp.Symbol]:
-    symbols = (*kinetics.coordinates, *kinetics.velocities, *kinetics.parameters, kinetics.time)
     rates = zip(kinetics.coordinates, kinetics.velocities, strict=True)
     return {
-        **{f"{q}'": u for q, u in rates}, **{str(s): s for s in symbols}, **{str(own): s for own, s in names.items()},
+        **{f"{q}'": u for q, u in rates}, **{str(s): s for s in kinetics.symbols},
+        **{str(own): s for own, s in names.items()},
     }  # fmt: skip

@@ -16,6 +16,7 @@ from asympk.naming import named
 from asympk.storage.files import write_text
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifolds
+from asympk.symbolic.reading import spare
 from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
 from asympk.symbolic.system import System
@@ -57,13 +58,8 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
 def _aliases(system):
     """Return {theta': theta_rate}, a plain name for every quantity that has none."""
     named = (*system.states, *system.parameters)
-    taken, found = {s.name for s in named}, {}
-    for rate in (s for s in named if s.name.endswith("'")):
-        plain = rate.name.replace("'", "_rate")
-        while plain in taken:
-            plain += "_"
-        found[rate] = sp.Symbol(plain, **rate.assumptions0)
-    return found
+    return {rate: spare(rate.name.replace("'", "_rate"), named, **rate.assumptions0)
+            for rate in named if rate.name.endswith("'")}  # fmt: skip
 
 
 def _renamed(values, put):
