@@ -37,8 +37,8 @@ def first_lost(
     """Return (time, guard) of the first guard lost between two looks, or None.
 
     ``values(t)`` and ``rates(t)`` are the guards on the polynomial of the step, ``root(function, low, high)`` is where
-    a function changes its sign. A guard that starts at zero is lost only where it falls again: it may grow from there
-    by its rounding.
+    a function changes its sign. A guard that starts at zero, or below it by the error of a step, is lost only where it
+    falls again: it may grow from there by its rounding.
     """
     found: list[tuple[Any, int]] = []
     looks: list[Look] = []
@@ -58,14 +58,16 @@ def suspects(before: Look, after: Look) -> list[int]:
 
 def _crosses(before: Look, after: Look, k: int) -> bool:
     start, end = before.values[k], after.values[k]
-    return start >= 0 >= end and start != end and (start > 0 or after.rates[k] < 0)
+    if start < 0:
+        return end <= 0 and before.rates[k] > 0 > after.rates[k]
+    return end <= 0 and start != end and (start > 0 or after.rates[k] < 0)
 
 
 def _falls(looks: list[Look], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool) -> Any:
     """Return the first time at which guard ``k`` falls through zero, piece by piece of a step, or None."""
     for a, b in pairwise(looks):
-        low = root(lambda t: rates(t)[k], a.t, b.t) if a.values[k] == 0 and a.rates[k] > 0 > b.rates[k] else a.t
-        if b.values[k] < 0 or (crosses and b is looks[-1]):
+        low = root(lambda t: rates(t)[k], a.t, b.t) if a.values[k] <= 0 and a.rates[k] > 0 > b.rates[k] else a.t
+        if (b.values[k] < 0 and (a.values[k] > 0 or b.rates[k] < 0)) or (crosses and b is looks[-1]):
             return root(lambda t: values(t)[k], low, b.t)
         if a.values[k] > 0 and a.rates[k] < 0 < b.rates[k]:
             least = root(lambda t: rates(t)[k], a.t, b.t)

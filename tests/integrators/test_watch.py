@@ -1,8 +1,8 @@
 """What is looked at within a step: guards that may come to zero there, and no others."""
 
 import pytest
-from scipy.optimize import brentq
 
+from asympk.integrators.stepwise import _bracketed
 from asympk.integrators.watch import Look, first_lost
 
 
@@ -13,7 +13,7 @@ def lost(value, rate, low, high, asked=None):
         assert asked is None or asked.append(t) is None
         return [value(t)]
 
-    return first_lost(*looks, values, lambda t: [rate(t)], brentq)
+    return first_lost(*looks, values, lambda t: [rate(t)], _bracketed)
 
 
 @pytest.mark.parametrize("depth", [1e-12, 1e-3, 0.3])
@@ -40,3 +40,10 @@ def test_a_guard_that_falls_ten_times_as_fast_within_a_step_as_at_its_ends_is_lo
     assert guard == 0
     assert value(t) == pytest.approx(0, abs=1e-12)
     assert t < 0
+
+
+@pytest.mark.parametrize("low", [-1.0, -0.9, -0.5])
+def test_a_guard_that_the_error_of_a_step_left_below_zero_is_lost_where_it_falls(low):
+    assert lost(lambda t: 0.25 - t * t, lambda t: -2 * t, low, 1) == (pytest.approx(0.5, rel=1e-12), 0)
+    assert lost(lambda t: 0.25 - t * t, lambda t: -2 * t, low, -0.1) is None
+    assert lost(lambda t: -1e-11 - t * t, lambda t: -2 * t, low, 1) == (pytest.approx(0, abs=1e-12), 0)
