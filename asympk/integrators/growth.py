@@ -74,7 +74,7 @@ def _passed(
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     means = (slopes[1:] + slopes[:-1]) / 2 * np.diff(times)[:, None, None]
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
-    if after is not None and segment.hit is not None:
+    if after is not None and segment.hit is not None and after.branch != segment.branch:
         found.append((_saltation(mode, automaton.mode(after.branch), segment.hit, *at[-1]), 0 * sizes[-1]))
     return found
 
