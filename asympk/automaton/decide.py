@@ -118,6 +118,7 @@ def _follow_on(
     points = [_point(system, tuple(map(numbers.convert, values(at, *w, *p)))) for at, w in nudged]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
+    lost |= set() if before else _resting_rigid(system, (t, state), p, numbers)
     touching = _touching(system, before, lost, (t, state), p, numbers)
     phases = [_phases(system, k, before, lost, points, numbers, touching) for k in range(len(system.frictions))]
     _require_few(phases)
@@ -239,7 +240,8 @@ def _touching(
         if before is not None and before[k] != OPEN:
             found[k] = ("lift_off", k) in lost
             continue
-        gap, rate = _gap_signs(system, friction, at, p, numbers, rounding)
+        expressions = (friction.gap, branches.rate_along(system, friction.gap))
+        gap, rate = _signs(system, expressions, at, p, numbers, rounding)
         if gap < 0 and ("touch_down", k) not in lost:
             raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
         if ("touch_down", k) in lost or gap == 0:
@@ -251,14 +253,23 @@ def _touching(
     return found
 
 
-def _gap_signs(
-    system: System, friction: Friction, at: tuple[Any, tuple], p: tuple, numbers: Numbers, rounding: float
+def _resting_rigid(system: System, at: tuple[Any, tuple], p: tuple, numbers: Numbers) -> set[tuple[str, int]]:
+    """Return the rigid contacts whose sliding velocity is 0 or may be the rounding of a start, as velocities lost.
+
+    It is a sum of several states as a rule, which doubles can not make vanish, and no state that is given as 0.
+    """
+    rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
+    signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, p, numbers, ROUNDING)
+    return {("velocity_zero", k) for k, sign in zip(rigid, signs, strict=True) if sign == 0}
+
+
+def _signs(
+    system: System, expressions: tuple, at: tuple[Any, tuple], p: tuple, numbers: Numbers, rounding: float
 ) -> list[int]:
-    """Return the signs of the gap and its rate, 0 where ``rounding`` leaves them open."""
-    expressions = (friction.gap, branches.rate_along(system, friction.gap))
+    """Return the signs of expressions in the states and the time, 0 where ``rounding`` leaves them open."""
     values = function(system, expressions, numbers.target, numbers.functions)
     rows = [values(t, *w, *p) for t, w in (at, *(_nudged(*at, signs, rounding) for signs in _NUDGES))]
-    return [numbers.decided_sign([row[j] for row in rows]) for j in (0, 1)]
+    return [numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]
 
 
 def _closed(

@@ -130,6 +130,41 @@ def test_a_rod_that_rises_lifts_off_where_its_reaction_vanishes():
     assert path.final[1] > np.sin(path.final[2])
 
 
+def test_a_rod_that_barely_lifts_off_comes_down_again():
+    """The steps that follow it from the ground leave it within their error, on either side: here it begins below."""
+    theta, rate = 0.3989730656014805, -1.629363061200547
+    with pytest.raises(NoMotion, match="the contact is hit") as stop:
+        _run(theta, rate, 0, 1)
+    t = float(stop.value.t)
+    height = np.sin(theta) + t * np.cos(theta) * rate - t * t / 2
+    assert 0.02 < t < 0.03
+    assert height == pytest.approx(np.sin(theta + t * rate), abs=1e-9)
+
+
+def test_errors_do_not_grow_at_a_touch_that_opens_again_at_once():
+    """The gap grows with the cube of the time from where the rod lifts off: there the steps find it touching again."""
+    theta, rate, t = 0.16567167807565086, 1.3798407308792577, 1.5
+    path = _run(theta, rate, 0.14748678012848926, 2.346545724889712, until=t)
+    assert path.modes == ("slip_same", "open")
+    (lift,) = path.events
+    assert path.final[1] == pytest.approx(
+        lift.state[1] + (t - lift.t) * lift.state[4] - (t - lift.t) ** 2 / 2, abs=1e-8)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("theta", "rate", "friction", "modes"),
+    [(2.2353619718598337, -0.6426325846760959, 2.5289954360590987, ("stick",)),
+     (2.4018907047129474, -1.7890714264937957, 2.9310776552119533, ("open",))],
+)  # fmt: skip
+def test_a_sliding_velocity_that_is_the_rounding_of_a_start_is_rest(theta, rate, friction, modes):
+    """X' + sin(theta) theta' is some 1e-17 in doubles: a rod that slid would have no motion here, or two."""
+    start = {**_start(theta, rate, 0), **GROUND, "f": friction}
+    ((name, _),) = slender_rod().motions(start)
+    assert name == modes[0].replace("open", "lift_off")
+    for digits in (None, 20):
+        assert _run(theta, rate, 0, friction, until=0.1, digits=digits).modes == modes
+
+
 @pytest.mark.parametrize("height", ["0.891207", "0.891208"])
 def test_a_rod_whose_numbers_were_rounded_by_hand_starts_on_the_ground(height):
     """sin(1.1) = 0.8912073..."""
