@@ -4,7 +4,10 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
+settings.register_profile("calm", derandomize=True, deadline=None, database=None, suppress_health_check=[*HealthCheck])
+settings.load_profile("calm")  # the same examples in every run, however busy the machine is
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a worker to a core; more threads than cores wait for one another
 
 # these come first, so that no worker ends alone on one of them

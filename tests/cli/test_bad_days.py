@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from commandline import run
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import asympk as ap
@@ -20,12 +20,6 @@ from asympk.sweep import sweepfile
 
 ROOT = Path(ap.__file__).parent.parent
 SWEEP = "sigma = 1\nmu = 1e-3\nstart = [0, [0, 0.2], -1]\nuntil = 5\n"
-
-
-def calm(examples):
-    """Return settings for that many examples, the same in every run."""
-    return settings(max_examples=examples, derandomize=True, deadline=None, database=None,
-                    suppress_health_check=[*HealthCheck])  # fmt: skip
 
 
 def _refusal(function, *arguments):
@@ -176,7 +170,7 @@ WORDS = st.sampled_from(
 )  # fmt: skip
 
 
-@calm(300)
+@settings(max_examples=300)
 @given(st.sampled_from(["solve", "scenes", "certify", "sweep", "nonsense"]), st.lists(WORDS, max_size=9))
 def test_no_command_line_ends_in_a_traceback(tmp_path_factory, first, rest):
     place = tmp_path_factory.mktemp("fuzz")
@@ -226,7 +220,7 @@ KEYS = st.sampled_from([*scenefile.COMMON, *scenefile.NONDIMENSIONAL, *scenefile
 
 
 @pytest.mark.slow
-@calm(300)
+@settings(max_examples=300)
 @given(table=st.dictionaries(KEYS, VALUES, max_size=9), good=st.booleans(), kind=st.sampled_from(["scene", "sweep"]))
 def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
     base = {"sigma": 1, "mu": "1e-3", "start": [0, 0, -1], "until": 5} if good else {}
@@ -236,7 +230,7 @@ def test_any_table_is_read_or_refused_in_one_sentence(table, good, kind):
     assert len(str(refusal)) < 400
 
 
-@calm(300)
+@settings(max_examples=300)
 @given(raw=st.one_of(st.binary(max_size=200), st.text(max_size=200).map(lambda s: s.encode("utf-8", "replace"))))
 def test_any_bytes_are_read_or_refused(raw):
     from asympk.storage.tomlfile import parse_table
@@ -249,7 +243,7 @@ SIZES = st.one_of(st.floats(-100, 100), st.floats(-1e30, 1e30), st.sampled_from(
 
 
 @pytest.mark.slow
-@calm(150)
+@settings(max_examples=150)
 @given(
     sigma=st.one_of(st.floats(-1.999999, 10), st.floats(-2, 1e6, exclude_min=True), st.sampled_from([0, -1])),
     mu=st.one_of(st.floats(1e-8, 10), st.floats(1e-12, 1e6)),

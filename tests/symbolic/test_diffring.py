@@ -51,7 +51,7 @@ def test_roots_sines_and_integers_obey_their_relations():
     assert ring.expr(ring.dot([(ring(x / 6), ring(4))])) == 2 * x / 3
 
 
-@settings(derandomize=True, deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(*[st.lists(st.integers(-4, 4), min_size=3, max_size=3)] * 2, st.integers(0, 2), st.integers(0, 2))
 def test_sums_products_and_derivatives_agree_with_sympy(p, q, m, n):
     left = sp.Poly(p, x).as_expr() / (x + a) ** m

@@ -132,7 +132,7 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
 
 
 @pytest.mark.slow
-@settings(derandomize=True, deadline=None, max_examples=12)
+@settings(max_examples=12)
 @given(
     st.lists(st.integers(-3, 3), min_size=6, max_size=6),
     st.lists(st.integers(-3, 3), min_size=4, max_size=4),

@@ -18,7 +18,7 @@ from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.systems.painleve_klein.flow.exact import RodNumbers, segments_of
 
 BOUND = 2e-15
-theorem = settings(derandomize=True, deadline=None, max_examples=60, phases=[Phase.explicit, Phase.generate])
+theorem = settings(max_examples=60, phases=[Phase.explicit, Phase.generate])
 
 unit = st.floats(-2, 2)
 starts = st.tuples(unit, unit, unit)
