@@ -139,7 +139,7 @@ def through_layer(
         last, size = found[-1], len(path.state)
         stretch = Stretch(path.t, path.branch, _during(Trajectory(found[0].state, found), path.t, size))
         t, guard = lost or (last.after, None)
-        state = last.end[:size] if guard is None else last.shortened(t - last.t)[:size]
+        state = last.end[:size] if guard is None else last.state_at(t)[:size]
         mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
         if guard is None:
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
@@ -251,7 +251,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     follow, left = reduced.follow_reduced_flow, until - path.t
     found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
     places = list(slow.places)
-    points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
+    points = found.trajectory.start, tuple(found.trajectory(found.end).tolist())
     stretch = Stretch(path.t, path.branch, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     mode.require_one_side(mode.pole_values(path.t, path.state), t, state)

@@ -35,10 +35,12 @@ class Step:
     end: tuple
     stages: tuple = field(repr=False)
 
-    def shortened(self, span: float) -> tuple:
-        """Return the state after a part ``span`` of the step, to the accuracy of a step."""
+    def state_at(self, t: float) -> tuple:
+        """Return the state at a time ``t`` within the step, to the accuracy of a step."""
+        if t in (self.t, self.after):
+            return self.state if t == self.t else self.end
         take, ones = _compiled(len(self.state), len(self.flows)), (1.0,) * len(self.state)
-        return take(self.flows, self.parameters, span, self.state, self.stages[0], 1.0, ones, 0.0)[0]
+        return take(self.flows, self.parameters, t - self.t, self.state, self.stages[0], 1.0, ones, 0.0)[0]
 
     def __call__(self, t: Any) -> np.ndarray:
         """Return the states at the array ``t`` of times within the step: (states,) + t.shape."""

@@ -95,8 +95,8 @@ def follow_reduced_flow(
 
 
 def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
-    """Return the point of the branch at x that Newton's method finds from ``near``; raises ``OutOfRange``."""
-    b = root(formulas, x, near, values)
+    """Return the point of the branch at x, its value found from ``near`` where it is carried; raises ``OutOfRange``."""
+    b = () if formulas.field.affine else root(formulas, x, near, values)
     if b is None:
         raise OutOfRange(f"the base point x = {listed(x)} is off the branch that the layer settles on; the small "
                          "parameter is not small here")  # fmt: skip

@@ -55,7 +55,7 @@ def _first_lost(step: Step, guards: Guards, size: int, before: tuple, after: tup
 
 
 def _guard_within(step: Step, guards: Guards, size: int, k: int, t: float) -> float:
-    return guards(t, step.shortened(t - step.t)[:size])[k]
+    return guards(t, step.state_at(t)[:size])[k]
 
 
 def _may_dip(a: float, b: float, fall: float, rise: float) -> bool:
