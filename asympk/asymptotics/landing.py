@@ -30,14 +30,15 @@ LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
 class Landing:
     """A layer in numbers: it is over at the fast time ``end``, when the fast states have come to ``branch`` at x_0.
 
-    ``base[k]`` multiplies mu**k in the base point, for k = 0 .. order. ``during(tau)`` is what ``corrections`` are
-    until the layer is over.
+    ``base[k]`` multiplies mu**k in the base point, for k = 0 .. order, and ``rest[k]`` in the fast states at rest
+    there. ``during(tau)`` is what ``corrections`` are until the layer is over.
     """
 
     order: int
     branch: tuple
     end: float
     base: Any
+    rest: Any
     during: Callable[[np.ndarray], np.ndarray]
 
     def corrections(self, tau: Any) -> np.ndarray:
@@ -76,7 +77,7 @@ def _in_closed_form(rate, table, y):
         p, j = (np.arange(size).reshape(-1, *[1] * tau.ndim) for size in table.shape[2:])
         return np.einsum("ksij,i...,j...->ks...", fading, np.exp(rate * tau * p), tau**j)
 
-    return Landing(order, (branch,), _over(order, far) / -rate, table[:, :-1, 0, 0], during)
+    return Landing(order, (branch,), _over(order, far) / -rate, table[:, :-1, 0, 0], table[:, -1:, 0, 0], during)
 
 
 def _over(order, far=1.0):
@@ -92,22 +93,23 @@ def _followed(formulas, order, x, y, values, fine, coarse):
     slow = formulas.slow(*x, *branch, *jets, *values)
     count = order + 1
     base = np.array([[_horner(c, -end) for c in level] for level in slow[:count]])
+    motion = formulas.slow(*x, *branch, *base[1:].ravel(), *values)  # in powers of tau from the base point
+    rest = np.array([[c[0] for c in level] for level in motion[count:]])
 
     @cache
     def finely():
         return Trajectory(first, _settled(formulas, first, x, y, values, order, fine)[1])
 
     def during(tau):
-        # the slow motion in powers of tau from its base point: the terms X_k and Y_k less it fade
-        found = formulas.slow(*x, *branch, *base[1:].ravel(), *values)
-        levels = zip(found[:count], found[count:], strict=True)
+        # the terms X_k and Y_k less the slow motion fade
+        levels = zip(motion[:count], motion[count:], strict=True)
         slowly = np.array([[_padded(c, count) for c in (*s, *h)] for s, h in levels])
         at_rest, fine = np.broadcast_to(np.array(x)[:, None], (len(x), tau.size)), finely()
         series = np.concatenate([at_rest, fine(tau.ravel())]).reshape(count, -1, *tau.shape)
         powers = tau ** np.arange(count).reshape(-1, *[1] * tau.ndim)
         return np.where(tau <= fine.steps[-1].after, series - np.tensordot(slowly, powers, 1), 0.0)
 
-    return Landing(order, branch, end, base, during)
+    return Landing(order, branch, end, base, rest, during)
 
 
 def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tuple | None:

@@ -6,8 +6,11 @@ layer. ``"jump"`` is the uniform composite: layer + slow - common part,
     x = S(t) + sum mu^k (X_k - S_k)(t/mu),    y = h(S(t)) + sum mu^k (Y_k - H_k)(t/mu),    error O(mu^(n+1)).
 
 The error that a path carries is what the next order changes at ``until``, and what the one after that may still add.
+Where the terms do not fall, they may be small at ``until`` by chance. By how much a composite misses the start is known
+exactly, and tells so.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -50,6 +53,12 @@ class LayeredMotion:
         sums = np.cumsum(terms * mu ** np.arange(count).reshape(-1, *[1] * (terms.ndim - 1)), axis=0)
         return sums[list(self.reduced.orders)][:, self.kept]
 
+    def misses(self) -> np.ndarray:
+        """Return what the composite of every order misses of the start, in the fast states: (orders, fast states)."""
+        rest, orders = self.landing.rest, self.reduced.orders
+        slowly = (rest.T * self.reduced.mu ** np.arange(len(rest))).cumsum(axis=1).T
+        return np.array(self.reduced.heights()) - slowly[orders[0] :]
+
 
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
@@ -73,7 +82,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, last = slow + layer
     layered = method == "jump"
-    error = predicted_error((now, next_, last), 0.0 if layered else layer[0], motion.rtol)
+    error = predicted_error((now, next_, last), 0.0 if layered else layer[0], motion.rtol, motion.misses())
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
@@ -107,17 +116,30 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
     return min(max(finer * mu ** (order + 1), FINEST), COARSEST)
 
 
-def predicted_error(composites: Sequence[np.ndarray], left: Any = 0.0, rtol: float = 0.0) -> float:
+def predicted_error(
+    composites: Sequence[np.ndarray], left: Any = 0.0, rtol: float = 0.0, misses: Any = ((0.0,),)
+) -> float:
     """Return the error to expect of the first of three composites, relative to the largest of 1 and the states.
 
-    ``left`` is what a motion without its layer lacks, ``rtol`` the tolerance of the integrations.
+    ``left`` is what a motion without its layer lacks, ``rtol`` the tolerance of the integrations, ``misses`` what each
+    composite misses of the start.
     """
     now, next_, last = composites
     first, second = np.abs(next_ - now).max(), np.abs(last - next_).max()
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
-    error = (first + 2 * second / (1 - ratio)) / (1 - ratio) + np.abs(left).max()
+    error = (first + 2 * second / (1 - ratio)) / (1 - ratio)
+    error = max(error, first + second + _beyond(max(first, second), np.asarray(misses))) + np.abs(left).max()
     scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + ROUNDING * rtol)
+
+
+def _beyond(omitted: float, misses: np.ndarray) -> float:
+    """Return the error of the last composite, which misses the start by ``misses[-1]``.
+
+    It is taken to fade half as fast as the terms that were omitted at the start and are now ``omitted``.
+    """
+    begun = np.abs(misses[1:] - misses[:-1]).max(initial=0)
+    return math.sqrt(min(1.0, omitted / begun) if begun > 0 else 1.0) * np.abs(misses[-1]).max()
 
 
 def checked_order(method: str, order: int) -> int:

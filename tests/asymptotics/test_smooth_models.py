@@ -286,3 +286,23 @@ def test_what_is_predicted_bounds_the_error_where_the_series_hardly_converges(or
     scene = ap.Scene(system=cubic, values=values, start=start, until="2.576")
     path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene)
     assert distance(path.final, truth.final) < path.error
+
+
+@pytest.mark.parametrize(("slow", "fast", "start", "small", "until", "order"), [
+    ("1.587 - x*y", "x*exp(-y) - 0.8303*y", ("0.2087", "1.616"), "0.0821", "0.05711", 2),
+    ("-x - 0.7732*y", "x - sin(y)", ("0.03291", "-1.404"), "0.201", "1.022", 1),
+    ("-0.7802*y", "x - exp(y)", ("0.6116", "1.187"), "0.0814", "0.8624", 0),
+])  # fmt: skip
+def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_chance(
+    slow, fast, start, small, until, order
+):
+    rates = {x: sp.sympify(slow, {"x": x, "y": y}, rational=True)}, {y: sp.sympify(fast, {"x": x, "y": y}, rational=True)}
+    scene = ap.Scene(system=ap.System.smooth(*rates, small=mu), values={mu: small}, start=start, until=until)
+    path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene, "radau", rtol=1e-11, atol=1e-12)
+    assert distance(path.final, truth.final) < path.error
+
+
+def test_what_a_composite_misses_of_the_start_is_what_it_is_wrong_by_there():
+    path = _path("cubic", "1/10", "1/2", order=0)
+    wrong = [path(0.0)[1] - 2, *(_path("cubic", "1/10", "1/2", order=k)(0.0)[1] - 2 for k in (1, 2))]
+    assert path.at.motion.misses().ravel() == pytest.approx(wrong, abs=1e-9)
