@@ -41,9 +41,12 @@ def _prove_claims() -> int:
 
 def _prove_scene(options: Namespace) -> int:
     from asympk.certify import certify, cover
+    from asympk.errors import InputError
     from asympk.output.terminal import certificates_as_json, certificates_as_text
 
     box = {name: ends for name, *ends in options.box or ()}
+    if len(box) < len(options.box or ()):
+        raise InputError("--box: a name is given twice; give each one range")
     scene = given_scene(options).scene
     with meter("proving"):
         found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)

@@ -48,6 +48,18 @@ def given_scene(options: Namespace) -> "SceneFile":
     return SceneFile(Scene(**{**given, "start": tuple(given["start"])}))
 
 
+def require_other_file(written: str | None, read: str | None) -> None:
+    """Raise ``InputError`` where a file to be written has no name, or is the one that is read."""
+    from pathlib import Path
+
+    from asympk.errors import InputError
+
+    if written == "":
+        raise InputError("the file to write has no name; give one")
+    if written and read and Path(read).is_file() and Path(written).exists() and Path(written).samefile(read):
+        raise InputError(f"{written}: it is the scene's own file; give another to write")
+
+
 def whole_number(text: str) -> int:
     """Read a whole number; argparse tells what it was."""
     from asympk.numbers import short

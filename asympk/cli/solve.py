@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from asympk.cli.options import add_scene, given_scene, meter, whole_number
+from asympk.cli.options import add_scene, given_scene, meter, require_other_file, whole_number
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
@@ -32,6 +32,8 @@ def run(options: Namespace) -> None:
 
     given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
     given = {name: value for name, value in given.items() if value is not None}
+    for written in (options.csv, options.plot):
+        require_other_file(written, options.scene)
     scene = given_scene(options).scene
     with meter("following the scene", log=True) as shown:
         path = solve(scene, options.method, **given, **_reaching(scene, options, shown))

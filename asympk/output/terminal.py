@@ -1,6 +1,7 @@
 """What the command line prints: paths, the ledger and the summary, as JSON or as lines that a person reads."""
 
 import json
+import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from math import prod
@@ -66,7 +67,15 @@ def scenes_as_text(names: Iterable[str]) -> str:
 
 
 def _columns(numbers):
-    return "  ".join(f"{float(number):14.8g}" for number in numbers)
+    return "  ".join(f"{_shortly(number):>14}" for number in numbers)
+
+
+def _shortly(number):
+    """Return eight digits of a number; an mpf may be beyond the doubles."""
+    near = float(number)
+    if not hasattr(number, "_mpf_") or not number or sys.float_info.min <= abs(near) <= sys.float_info.max:
+        return f"{near:.8g}"
+    return _plain(number, 8)
 
 
 def _plain(value, digits):

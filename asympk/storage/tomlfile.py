@@ -23,9 +23,12 @@ def read_table(path: str | Path) -> dict[str, Any]:
 
 
 def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
-    """Return the table in the bytes ``raw``, every decimal a ``Decimal``, so that 0.2 stays 1/5."""
+    """Return the table in the bytes ``raw``, every decimal a ``Decimal``, so that 0.2 stays 1/5.
+
+    A byte order mark, which some editors put first, is passed over.
+    """
     try:
-        return tomllib.loads(raw.decode("utf-8"), parse_float=Decimal)
+        return tomllib.loads(raw.decode("utf-8-sig"), parse_float=Decimal)
     except (ValueError, RecursionError, ArithmeticError) as reason:
         raise InputError(f"{where}: not TOML in UTF-8: {str(reason)[:200]}") from None
 

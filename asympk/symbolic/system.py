@@ -307,7 +307,10 @@ def _check(system: System) -> None:
     states, small = system.states, system.small
     if not states:
         raise InputError("a system needs states; give slow={x: x'}")
-    if not (isinstance(small, sp.Symbol) or (small is None and not system.fast)):
+    if small is None and system.fast:
+        raise InputError(f"small is missing: the fast states {', '.join(map(str, system.fast))} need a small parameter; "
+                         "give its symbol, in a file its name")  # fmt: skip
+    if not isinstance(small, sp.Symbol | None):
         raise InputError(f"small = {short(small)}: it must be a Symbol; the number is put in later")
     if not isinstance(system.time, sp.Symbol | None):
         raise InputError(f"time = {short(system.time)}: it must be a Symbol, or None where nothing depends on the time")

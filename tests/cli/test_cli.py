@@ -54,6 +54,12 @@ def test_solve_with_digits_prints_the_final_state_in_full(capsys):
     assert out.splitlines()[-3:] == [f"{axis} = {value}" for axis, value in zip("xyz", full, strict=True)]
 
 
+def test_what_is_beyond_the_doubles_is_printed_as_what_it_is(capsys):
+    _, out, _ = run(capsys, *_with("--mu", "1e-400"), "--digits", "20")
+    assert "e+399 " in out
+    assert "inf" not in out
+
+
 def test_the_system_of_a_file_is_exported_and_without_a_file_the_rod(capsys, tmp_path):
     (tmp_path / "own.toml").write_text(
         f"until = 1\nstart = {{ x = 1, v = 0 }}\n{spring_block('1/(2 + abs(v))')}"

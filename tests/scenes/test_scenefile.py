@@ -27,6 +27,13 @@ def _file(tmp_path, entries, name="scene.toml"):
     return path
 
 
+def test_a_byte_order_mark_is_passed_over(tmp_path):
+    path = _file(tmp_path, {**PLAIN, "start": "[0, 0.2, -1]"})
+    plain = ap.read_scene(path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert ap.read_scene(path) == plain
+
+
 def test_a_decimal_in_a_file_is_the_number_it_spells(tmp_path):
     scene = ap.read_scene(_file(tmp_path, {**PLAIN, "start": '[1_0.1, "1/3", -1]'}))
     assert scene.start == (Fraction(101, 10), Fraction(1, 3), -1)
