@@ -308,8 +308,8 @@ def _check(system: System) -> None:
     if not states:
         raise InputError("a system needs states; give slow={x: x'}")
     if small is None and system.fast:
-        raise InputError(f"small is missing: the fast states {', '.join(map(str, system.fast))} need a small parameter; "
-                         "give its symbol, in a file its name")  # fmt: skip
+        fast = ", ".join(map(str, system.fast))
+        raise InputError(f"small is missing: fast states ({fast}) need a small parameter; give its symbol or name")
     if not isinstance(small, sp.Symbol | None):
         raise InputError(f"small = {short(small)}: it must be a Symbol; the number is put in later")
     if not isinstance(system.time, sp.Symbol | None):

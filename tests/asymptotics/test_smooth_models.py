@@ -296,8 +296,9 @@ def test_what_is_predicted_bounds_the_error_where_the_series_hardly_converges(or
 def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_chance(
     slow, fast, start, small, until, order
 ):
-    rates = {x: sp.sympify(slow, {"x": x, "y": y}, rational=True)}, {y: sp.sympify(fast, {"x": x, "y": y}, rational=True)}
-    scene = ap.Scene(system=ap.System.smooth(*rates, small=mu), values={mu: small}, start=start, until=until)
+    drift, force = (sp.sympify(rate, {"x": x, "y": y}, rational=True) for rate in (slow, fast))
+    system = ap.System.smooth(slow={x: drift}, fast={y: force}, small=mu)
+    scene = ap.Scene(system=system, values={mu: small}, start=start, until=until)
     path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene, "radau", rtol=1e-11, atol=1e-12)
     assert distance(path.final, truth.final) < path.error
 

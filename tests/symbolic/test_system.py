@@ -64,7 +64,7 @@ def test_a_system_and_its_modes_are_values():
         (lambda: System.smooth(slow={x: y}, fast={x: y}, small=mu), "given twice"),
         (lambda: System.smooth(slow={x: y}, fast={y: -y}, small="mu"), "small = 'mu': it must be a Symbol"),
         (lambda: System.smooth(slow={mu: y}, fast={y: -y}, small=mu), "small parameter"),
-        (lambda: System.smooth(slow={x: y}, fast={y: -y}, small=None), "small is missing: the fast states y"),
+        (lambda: System.smooth(slow={x: y}, fast={y: -y}, small=None), "small is missing: fast states .y. need"),
         (lambda: System.smooth(slow={x + y: y}, fast={y: -y}, small=mu), "not a Symbol"),
         (lambda: _oscillator().mode("slide"), "mode 'slide' is unknown; this system has slip_same"),
     ],
