@@ -61,6 +61,13 @@ class ContactPoint(NamedTuple):
     rows: tuple[tuple, ...]
 
 
+class Solved(NamedTuple):
+    """Forces and reactions at a point, and the size of the determinant of their equations."""
+
+    forces: dict[sp.Symbol, Any]
+    determinant: Any
+
+
 class Numbers(NamedTuple):
     """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear.
 
@@ -298,15 +305,19 @@ def _require_few(phases: list[list[Phase]]) -> None:
 def _ties(
     system: System, branch: Branch, resting: set[int], points: list[ContactPoint], numbers: Numbers, touching: dict
 ) -> list[int] | None:
-    """Return the guards of the branch that derivatives must decide, or None where one is lost already."""
-    margins = []
+    """Return the guards of the branch that derivatives must decide, or None where one is lost already.
+
+    Margins are times the determinant of the forces' equations, which have large forces of either sign near its zero.
+    """
+    margins, sizes = [], []
     for point in points:
         if (solved := _solve(system, branch, point, numbers)) is None:
             return None
         margins.append(_margins(system, branch, resting, point, solved, touching))
+        sizes.append(solved.determinant)
     ties = []
     for key in margins[0]:
-        sign = numbers.decided_sign([m[key] for m in margins])
+        sign = numbers.decided_sign([m[key] * size / max(sizes) for m, size in zip(margins, sizes, strict=True)])
         if sign < 0:
             return None
         if sign == 0:
@@ -320,7 +331,7 @@ def _side(guards: tuple, k: int) -> int:
     return int(k > 0 and guards[k][:2] == guards[k - 1][:2])
 
 
-def _solve(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> dict[sp.Symbol, Any] | None:
+def _solve(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> Solved | None:
     """Solve for the forces and reactions in numbers, or return None where they are not determined."""
     _, unknowns, normals = _expressions(system)
     place = {u: j for j, u in enumerate(unknowns)}
@@ -348,7 +359,7 @@ def _unit(place: int, size: int) -> tuple:
     return tuple(int(j == place + 1) for j in range(size + 1))
 
 
-def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> dict | None:
+def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
     rows, size = [list(row) for row in equations], len(unknowns)
     largest = [max(map(abs, row[1:])) for row in equations]
     for j in range(1, size + 1):
@@ -364,27 +375,28 @@ def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> dict | 
             if i != j - 1 and rows[i][j] != 0:
                 factor = rows[i][j] / rows[j - 1][j]
                 rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
-    return {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
+    forces = {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
+    return Solved(forces, abs(math.prod(rows[j][j + 1] for j in range(size))))
 
 
 def _margins(
-    system: System, branch: Branch, resting: set[int], point: ContactPoint, solved: dict, touching: dict
+    system: System, branch: Branch, resting: set[int], point: ContactPoint, solved: Solved, touching: dict
 ) -> dict[tuple, Any]:
     """Return, by (kind, friction, side), what must not be negative; at rest it is the rate of the velocity."""
-    forces = (1, *(solved[u] for u in _expressions(system)[1]))
+    forces = (1, *(solved.forces[u] for u in _expressions(system)[1]))
     found: dict[tuple[str, int, int], Any] = {}
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         contact = point.contacts[k]
         if phase == OPEN:
             found["touch_down", k, 0] = _opening(system, k, point, forces, touching)
             continue
-        load = contact.load + contact.reaction * solved.get(friction.normal, 0)
+        load = contact.load + contact.reaction * solved.forces.get(friction.normal, 0)
         if friction.gap is not None:
             found["lift_off", k, 0] = -contact.gap if friction.constraint is None else load
         if phase.velocity == 0:
             bound = contact.static * phase.load * load
-            found["slip_onset", k, 0] = bound + solved[friction.force]
-            found["slip_onset", k, 1] = bound - solved[friction.force]
+            found["slip_onset", k, 0] = bound + solved.forces[friction.force]
+            found["slip_onset", k, 1] = bound - solved.forces[friction.force]
         else:
             if not branches.lifts(friction):
                 found["force_zero", k, 0] = phase.load * load

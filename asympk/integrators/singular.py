@@ -41,17 +41,21 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
 
     def within(_, w):
         values = mode.guards(*map(float, w), *mode.p)
-        return min(until - w[0], *(value for k, value in enumerate(values) if k != guard), np.inf)
+        return min((value for k, value in enumerate(values) if k != guard), default=1.0)
 
-    vars(within).update(terminal=True, direction=-1)
+    def left(_, w):
+        return until - w[0]
+
+    for end in (within, left):
+        vars(end).update(terminal=True, direction=-1)
     levels = [_level(mode, guard, first * part, part == LEVELS[-1]) for part in LEVELS]
     try:
         with np.errstate(all="ignore"):
             found = solve_ivp(field, (0, 1e6 / first), [t, *state], method="LSODA", rtol=1e-12, atol=1e-14,
-                              events=[*levels, within])  # fmt: skip
+                              events=[*levels, within, left])  # fmt: skip
     except (ArithmeticError, ValueError):
         return None
-    near, *last = found.y_events[:-1]
+    near, *last = found.y_events[: len(LEVELS)]
     if not all(map(len, last)):
         return None
     limit = _limit(*(states[-1] for states in last))

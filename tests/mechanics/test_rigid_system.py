@@ -16,6 +16,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.errors import InputError, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.integrators.integrate import FAMILIES
 from asympk.integrators.singular import approach
+from asympk.systems import crank_slider
 
 GROUND = {"m": 1, "l": 1, "g": 1}
 
@@ -206,6 +207,39 @@ def test_a_slide_into_the_paradox_of_a_guide_stops_where_the_second_motion_comes
         ap.solve(scene)
     s, c = np.sin(float(stop.value.state[2])), np.cos(float(stop.value.state[2]))
     assert 1 + 3 * c**2 == pytest.approx(4.8 * s * c, abs=1e-8)
+
+
+def _turning(theta, rate, numbers):
+    """theta'' of a crank by the force S in its massless rod, whose share across the guide is the load there."""
+    J, m, l, T, f = numbers
+    phi, turn = np.arcsin(np.sin(theta) / l), np.cos(theta)
+    slope = -np.sin(theta) - turn * np.tan(phi)
+    bend = -turn + np.sin(theta) * np.tan(phi) - turn**2 / (l * np.cos(phi) ** 3)
+    lever = np.sin(theta + phi)
+    for sign in (1, -1):
+        along = np.cos(phi) + sign * np.sign(slope * rate) * f * abs(np.sin(phi))
+        S = -m * (slope * T / J + bend * rate**2) / (along - m * slope * lever / J)
+        if S * sign >= 0:
+            return (T - S * lever) / J
+    raise AssertionError
+
+
+@pytest.mark.parametrize(
+    ("numbers", "start", "until"),
+    [((1.3884, 0.6459, 1.4304, 0.001, 0.7278), (6.159, 1.8466), 0.5),
+     ((2.9099884675471634, 1.0787352528264027, 2.264333561607687, 1.777512139872515, 0.8407446654635987),
+      (3.8956130895130054, -0.9999266402719549), 2.0)],
+)  # fmt: skip
+def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
+    """The slider stops there whatever the friction, its sliding velocity no longer depends on that of the crank."""
+    (theta, rate), (_, _, l, _, _) = start, numbers
+    phi = np.arcsin(np.sin(theta) / l)
+    state = {"theta": theta, "phi": phi, "theta'": rate, "phi'": np.cos(theta) * rate / (l * np.cos(phi))}
+    values = {"r": 1, **dict(zip(("J", "m", "l", "T", "f"), numbers, strict=True))}
+    path = ap.solve(ap.Scene(system=crank_slider.mechanism().rigid(), values=values, start=state, until=until))
+    truth = solve_ivp(lambda _, w: [w[1], _turning(*w, numbers)], (0, until), start, rtol=1e-9, atol=1e-9,
+                      max_step=1e-3)  # fmt: skip
+    assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
 
 @pytest.mark.slow
