@@ -127,8 +127,8 @@ def predicted_error(
     now, next_, last = composites
     first, second = np.abs(next_ - now).max(), np.abs(last - next_).max()
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
-    error = (first + 2 * second / (1 - ratio)) / (1 - ratio)
-    error = max(error, first + second + _beyond(max(first, second), np.asarray(misses))) + np.abs(left).max()
+    error = (first + 2 * second / (1 - ratio)) / (1 - ratio) + np.abs(left).max()
+    error += _beyond(max(first, second), np.asarray(misses))
     scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + ROUNDING * rtol)
 

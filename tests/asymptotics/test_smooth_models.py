@@ -292,6 +292,8 @@ def test_what_is_predicted_bounds_the_error_where_the_series_hardly_converges(or
     ("1.587 - x*y", "x*exp(-y) - 0.8303*y", ("0.2087", "1.616"), "0.0821", "0.05711", 2),
     ("-x - 0.7732*y", "x - sin(y)", ("0.03291", "-1.404"), "0.201", "1.022", 1),
     ("-0.7802*y", "x - exp(y)", ("0.6116", "1.187"), "0.0814", "0.8624", 0),
+    ("cos(y) - 1.997*x", "-sin(1.05*x) - y + 0.7009*sin(y)", ("0.1312", "0.8181"), "0.0203", "0.01827", 0),
+    ("cos(y) - 1.675*x", "-sin(1.219*x) - y - 0.228*sin(y)", ("0.4913", "0.5719"), "0.303", "1.316", 2),
 ])  # fmt: skip
 def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_chance(
     slow, fast, start, small, until, order
