@@ -61,7 +61,7 @@ class DifferentialRing:
         depth: int,
         relations: Sequence[tuple[sp.Expr, int, sp.Expr]] = (),
     ):
-        rates = _closure(exprs, derivations, depth)
+        rates = _closure([*exprs, *(value for *_, value in relations)], derivations, depth)
         self.atoms = tuple(sorted(rates, key=_late_first))
         self._field = FracField(self.atoms, sp.ZZ, sp.lex)
         self._generators = dict(zip(self.atoms, self._field.gens, strict=True))

@@ -18,6 +18,7 @@ import sympy as sp
 from mpmath.libmp import dps_to_prec
 from sympy.printing.c import C99CodePrinter
 from sympy.printing.codeprinter import PrintMethodNotImplementedError
+from sympy.printing.cxx import reserved
 from sympy.printing.numpy import NumPyPrinter
 from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 
@@ -174,13 +175,17 @@ class _C(C99CodePrinter):
 _PRINTERS = {"numpy": NumPyPrinter, "math": PythonCodePrinter, "mpmath": MpmathPrinter, "c": _C}
 _EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}},
           "c": {"math_macros": {}}}  # fmt: skip
+_MACROS = ("INFINITY", "NAN", "HUGE_VAL", "HUGE_VALF", "HUGE_VALL", "FP_NAN", "FP_INFINITE", "FP_ZERO", "FP_SUBNORMAL",
+           "FP_NORMAL", "M_E", "M_LOG2E", "M_LOG10E", "M_LN2", "M_LN10", "M_PI", "M_PI_2", "M_PI_4", "M_1_PI", "M_2_PI",
+           "M_2_SQRTPI", "M_SQRT2", "M_SQRT1_2", "linux", "unix")  # of math.h and of compilers
+_TAKEN = {"c": (*_MACROS, *reserved["C++17"], "catch")}  # a header in C is read by C++ as well
 _USED = ("out", "abs", "max", "min", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # by the sources
 
 
 def _printer(target):
     """Return the printer of a target's source; its words are no names there."""
     printer = _PRINTERS[target](STRICT | _EXTRA.get(target, {}))
-    printer.reserved_words = {*printer.reserved_words, *_USED, target}
+    printer.reserved_words = {*printer.reserved_words, *_USED, *_TAKEN.get(target, ()), target}
     return printer
 
 

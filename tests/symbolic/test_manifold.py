@@ -131,6 +131,17 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
         assert sp.simplify(a.subs(u, positive_u) - b.subs(u, positive_u**2)) == 0
 
 
+def test_a_branch_that_is_solved_for_may_have_functions_that_the_rates_do_not_have():
+    u, v = sp.symbols("u v", real=True)
+    system = ap.System.smooth(slow={u: -u}, fast={v: sp.exp(2 * u) + sp.exp(-u) - v}, small=mu)
+    (found,) = ap.slow_manifolds(system, order=1)
+    at = {u: sp.Rational(1, 3)}
+    first = u * (2 * sp.exp(2 * u) - sp.exp(-u))
+    assert [float(c.subs(at)) for c in found.coefficients] == pytest.approx(
+        [float(c.subs(at)) for c in (sp.exp(2 * u) + sp.exp(-u), first)]
+    )
+
+
 @pytest.mark.slow
 @settings(max_examples=12)
 @given(
