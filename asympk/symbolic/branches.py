@@ -235,16 +235,18 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
     """Return the guards of sliding rigid contacts: their reactions stay determined, and no second motion comes up.
 
     With one contact, 0 = a + p N, and p has the sign that it has without friction where a motion is the only one; in a
-    constraint that holds both ways so has that p which the other sign of N would have. With several contacts p is the
-    determinant of their equations.
+    constraint that holds both ways so has that p which the other sign of N would have. With several rigid contacts p is
+    the determinant of their equations, and a second motion is looked for at events alone.
     """
-    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None and branch[k].velocity]
-    if not rigid:
+    rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None]
+    sliding = [k for k in rigid if branch[k].velocity]
+    if not sliding:
         return []
-    k, *_ = rigid
+    k, *_ = sliding
     found = [Guard("unbounded", k, _stiffness(system, branch))]
-    if len(system.frictions) == 1 and system.frictions[k].gap is None:
-        found.append(Guard("several", k, _stiffness(system, (branch[k]._replace(load=-branch[k].load),))))
+    if len(rigid) == 1 and system.frictions[k].gap is None:
+        other = (*branch[:k], branch[k]._replace(load=-branch[k].load), *branch[k + 1 :])
+        found.append(Guard("several", k, _stiffness(system, other)))
     return found
 
 

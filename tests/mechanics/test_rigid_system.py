@@ -242,6 +242,20 @@ def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
 
+@pytest.mark.parametrize("velocity", [9, "1/10", 0])
+def test_a_block_that_slides_beside_it_does_not_hide_the_second_motion_of_a_guide(velocity):
+    rod, (w, G) = slender_rod(unilateral=False).rigid(), sp.symbols("w G", real=True)
+    block = ap.Friction(velocity=w, force=G, load=sp.S.One, kinetic=sp.S.Half, static=sp.S.Half)
+    both = ap.System.with_frictions({**rod.slow, w: G}, {}, (*rod.frictions, block))
+    start, values = _start(1.45, -0.1, 5), {**GROUND, "f": 1.6}
+    stops = []
+    for system, begin in ((rod, start), (both, {**start, "w": velocity})):
+        with pytest.raises(TwoMotions, match="a second motion of the rigid contact comes up") as stop:
+            ap.solve(ap.Scene(system=system, values=values, start=begin, until=3))
+        stops.append(stop.value.state)
+    assert stops[1][:6] == pytest.approx(stops[0], abs=1e-8)
+
+
 @pytest.mark.slow
 def test_a_load_that_vanishes_with_all_its_derivatives_is_undecided_and_not_differentiated_for_ever():
     X, Y, theta = dynamicsymbols("X Y theta")
