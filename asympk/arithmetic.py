@@ -12,11 +12,14 @@ SPARE_DIGITS = 30  # beyond those asked for, of the first run
 
 
 class Doubles:
-    """Python's floats and ``math``; ``margin`` is the relative size below which a sign is not trusted."""
+    """Python's floats and ``math``; ``margin`` is the relative size below which a sign is not trusted.
+
+    ``slack`` is what rounding may have made of a state at an event, relative to it.
+    """
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
     sin, cos, atan2, pi = math.sin, math.cos, math.atan2, math.pi
-    prec, eps, root_tol, margin, soon = 53, 2.0**-52, 1e-5, 1e-13, 0.5
+    prec, eps, root_tol, margin, slack, soon = 53, 2.0**-52, 1e-5, 1e-13, 2.0**-48, 0.5
     most_exponent, largest = 700.0, math.inf
     number = float
 
@@ -46,7 +49,8 @@ def set_digits(m: Arithmetic, digits: int, tie: bool = False) -> None:
     """Let the context work with ``digits`` digits from now on; with ``tie`` every sign counts as it is."""
     m.dps = digits
     m.root_tol = m.mpf(10) ** (-0.35 * digits)
-    m.margin = m.zero if tie else m.mpf(10) ** (-0.8 * digits)
+    m.slack = m.mpf(10) ** (-0.8 * digits)
+    m.margin = m.zero if tie else m.slack
 
 
 def agreed(

@@ -7,7 +7,8 @@ while the others stay positive, or it is halved: nothing is sampled. In doubles 
 hundred intervals at once; only those in which something may happen that it cannot tell are looked at one by one.
 
 A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised. At
-``until`` alone it counts as lost: a motion that ends at an event meets it.
+``until`` alone it counts as lost: a motion that ends at an event meets it. Where signs are taken as they are, a guard
+whose least value is within its rounding touches zero, and counts as lost, too: what follows may be the same mode.
 """
 
 from collections.abc import Iterator
@@ -33,6 +34,7 @@ _NOTHING = 1e-8
 _ORDER = 16
 _REACH = 16  # times of the fastest part, and less where that is too long
 _PATIENCE = 8  # steps before the dearer bounds are taken
+_NARROW = 1e-6  # of the time, for an interval in which a guard may only touch zero
 
 
 class GuardValues(NamedTuple):
@@ -127,6 +129,25 @@ class Guards:
         weights, _, slopes, _, _, bases, _ = self.lists
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
+    def size(self, guard: int, t: Number) -> Number:
+        """Return the size of the terms of one guard, on which its rounding depends."""
+        _, _, begun = functions(self.m, self.blocks, t)
+        gained, _ = tremors(self.m, self.blocks, t)
+        _, weights, _, _, _, _, bases = self.lists
+        return bases[begun][guard] + _dot(weights[guard], gained)
+
+    def least(self, guard: int, t: Number) -> Number:
+        """Return where the slope of a guard that is bent upward vanishes, by Newton's method from ``t``."""
+        weights, before = self.derivatives[0][guard], float("inf")
+        for _ in range(_MOST_STEPS):
+            found, *_ = functions(self.m, self.blocks, t)
+            slope, bend = _dot(self.lists[2][guard], found), _dot(weights, found)
+            if not abs(slope) < before * bend:
+                break
+            before = abs(slope / bend)
+            t = t - slope / bend
+        return t
+
     def suspects(self, mesh: "Mesh", until: Number) -> Iterator[tuple[Number, Number, int | None]]:
         """Yield intervals (lo, hi, guard) of (0, until) in order, outside which no guard has a root.
 
@@ -208,7 +229,7 @@ def _reach(segment, guard):
     weights, off = segment.slopes[:, guard], segment.off.slopes[:, guard]
     if not weights.any():
         return float("inf")
-    margin, start, rate_sizes = max(m.margin, 16 * m.eps), np.array(initial(flow.blocks)), abs(flow.rate)
+    margin, start, rate_sizes = max(m.margin, m.slack), np.array(initial(flow.blocks)), abs(flow.rate)
     for _ in weights:
         value, doubt = start @ weights, margin * (start @ off)
         if abs(value) > doubt:
@@ -253,9 +274,28 @@ def _isolated(guards, lo, hi, until):
                 return None, done
         elif fall and "unknown" not in verdicts:
             return _earliest(guards, fall, left, right), done
+        elif (touch := _touch(guards, left, right, verdicts)) is not None:
+            return touch, done
         else:
             pieces.append(_cut(guards, left, right))
     raise Undecided
+
+
+def _touch(guards, left, right, verdicts):
+    """Return (time, guards) where a guard comes down to zero and up again, as far as digits tell; or None.
+
+    Raises ``Undecided`` unless signs are to be taken as they are.
+    """
+    m, unknown = guards.m, [q for q in guards.every if verdicts[q] != "positive"]
+    if len(unknown) != 1 or right.t - left.t > right.t * _NARROW:
+        return None
+    (q,) = unknown
+    t = guards.least(q, (left.t + right.t) / 2)
+    if not left.t < t < right.t or abs(guards.value(q, t)[0]) > m.slack * guards.size(q, t):
+        return None
+    if m.margin:
+        raise Undecided
+    return t, (q,)
 
 
 def _earliest(guards, fall, left, right):

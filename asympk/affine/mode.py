@@ -14,7 +14,7 @@ import numpy as np
 
 from asympk.affine.events import Guards, first_root
 from asympk.affine.exponential import DIGITS_FOR_DOUBLES, exponential
-from asympk.affine.functions import functions, initial, rate_of
+from asympk.affine.functions import functions, initial, rate_of, tremors
 from asympk.affine.mesh import Mesh
 from asympk.affine.polynomial import in_whole_numbers
 from asympk.arithmetic import Doubles
@@ -23,7 +23,6 @@ from asympk.multiprecision import whole_product
 from asympk.numbers import Arithmetic, Number
 
 _LEAST_DIGITS = 40
-_ULPS = 64
 _LOST_BITS = 64
 _NEAR = 1e-6
 
@@ -215,7 +214,7 @@ class ClosedSegment:
         self.start = whole[:-1]
         self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.times(flow.tables, whole))
         first, off = self.guards[self.functions], flow.row_sizes @ self.size
-        self.zero = np.flatnonzero(abs(first) <= off * max(m.margin, _ULPS * m.eps)).tolist()
+        self.zero = np.flatnonzero(abs(first) <= off * max(m.margin, m.slack)).tolist()
         first[self.zero] = m.number(0)
 
     @cached_property
@@ -255,8 +254,24 @@ class ClosedSegment:
         return t
 
     def at_event(self, t: Number, guard: int) -> np.ndarray:
-        """Return the state at the root of a guard, moved by the step that t is too coarse for."""
+        """Return the state at the root of a guard, moved by the step that t is too coarse for.
+
+        Where the guard only touches zero its slope is rounding, and so would be the step.
+        """
         values, gained, begun = functions(self.m, self.flow.blocks, t)
         found, state = np.array(values), self._sum(self.sums, gained, begun)
         value, slope = self._sum(self.guards[:, guard], gained, begun), found @ self.slopes[:, guard]
-        return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions]) if slope else state
+        if not slope or (not self.m.margin and abs(slope) <= self.m.slack * self._slope_size(guard, t)):
+            return state
+        return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions])
+
+    def _slope_size(self, guard, t):
+        """Return the size of the terms of a guard's slope, on which its rounding depends."""
+        _, off = tremors(self.m, self.flow.blocks, t)
+        return np.array(off) @ self.off.slopes[:, guard]
+
+    def without_rounding(self, t: Number, state: np.ndarray) -> np.ndarray:
+        """Return the state at t, what is within the rounding of its terms set to zero."""
+        gained, _ = tremors(self.m, self.flow.blocks, t)
+        off = self._sum(self.off.sums, gained, functions(self.m, self.flow.blocks, t)[2])
+        return np.where(abs(state) > self.m.slack * off, state, self.m.number(0))

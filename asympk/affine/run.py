@@ -150,7 +150,6 @@ def _followed(m, case):
     """Follow a scene in the numbers of ``m``."""
     scene, automaton = case.scene, case.flows.swift
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
-    slack = 2.0**-48 if m is Doubles else max(m.margin, m.eps * 2**10)
 
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.branch)
@@ -159,6 +158,7 @@ def _followed(m, case):
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
+        end = end if m.margin else segment.without_rounding(span, end)
         if (size := max(map(abs, end))) > m.largest:
             raise TooLarge(f"the path reaches 1e{int(m.log(size) / m.log(10))} at t = {float(t + span):.6g}, beyond "
                            "the numbers in use: take a smaller until")  # fmt: skip
@@ -170,7 +170,7 @@ def _followed(m, case):
     if not until:
         return _standing(automaton, start, advance)
     first = automaton.first(scene.start)
-    joined = loop.follow(automaton, first, start, until, advance, case.events, digits, slack)
+    joined = loop.follow(automaton, first, start, until, advance, case.events, digits, m.slack)
     if joined.last.short:
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip

@@ -1,0 +1,56 @@
+"""A guard that comes down to zero and up again, in closed form: what follows there is decided, as at any event."""
+
+import math
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import asympk as ap
+
+x, y, v, F = sp.symbols("x y v F", real=True)
+
+
+def on_a_belt(static):
+    """A block on a spring, on a belt of speed 1: it slips on a circle around x = 1/2 that may touch that speed."""
+    friction = ap.Friction(velocity=v - 1, force=F, load=sp.S.One, kinetic=sp.S.Half, static=sp.Rational(static))
+    return ap.System.with_frictions({x: v, v: -x + F}, {}, (friction,))
+
+
+def beside_an_oscillator(load, drive):
+    """A block whose load and drive depend on x = cos(t)."""
+    friction = ap.Friction(velocity=v, force=F, load=load, kinetic=sp.S.Half)
+    return ap.System.with_frictions({x: y, y: -x, v: drive + F}, {}, (friction,))
+
+
+@pytest.mark.parametrize(("start", "digits"), [((0, 1), None), ((3, 0), 25), ((0, 5), None)])
+def test_a_block_that_has_stuck_to_its_belt_touches_the_speed_of_the_belt_ever_after(start, digits):
+    """It leaves at x = 1/2 with the speed 1, and so returns to both, without sticking, after every turn."""
+    path = ap.solve(ap.Scene(system=on_a_belt("1/2"), start=start, until=40), digits=digits)
+    left = path.events[-1]
+    assert path.modes[-2:] == ("stick", "slip_opposite")
+    assert left.t < 14
+    turn = 40 - float(left.t)
+    assert [float(w) for w in path.final] == pytest.approx([0.5 + math.sin(turn), math.cos(turn)], abs=1e-13)
+    times = np.linspace(float(left.t), 40, 7)
+    assert np.array(path(times)[0], float) == pytest.approx(0.5 + np.sin(times - float(left.t)), abs=1e-13)
+
+
+def test_at_a_touch_static_friction_above_the_kinetic_one_holds():
+    """It sticks from x = 1/2 to x = 3/5."""
+    path = ap.solve(ap.Scene(system=on_a_belt("3/5"), start=("3/2", 0), until=10))
+    assert path.modes == ("slip_opposite", "stick", "slip_opposite")
+    assert [event.t for event in path.events] == pytest.approx([3 * math.pi / 2, 3 * math.pi / 2 + 0.1], abs=1e-14)
+
+
+def test_a_load_that_touches_zero_keeps_its_sign():
+    path = ap.solve(ap.Scene(system=beside_an_oscillator(1 + x, sp.S.Zero), start=(1, 0, 50), until=20))
+    assert path.modes == ("slip_same",)
+    assert path.final[2] == pytest.approx(50 - (20 + math.sin(20)) / 2, abs=1e-12)
+
+
+def test_a_velocity_that_touches_zero_where_the_drive_grows_goes_on():
+    """v = 1 + sin(t): at the touch the state x, on which the force that is needed depends, is zero but for rounding."""
+    path = ap.solve(ap.Scene(system=beside_an_oscillator(sp.S.One, x + sp.S.Half), start=(1, 0, 1), until=20))
+    assert path.modes == ("slip_same",)
+    assert path.final[2] == pytest.approx(1 + math.sin(20), abs=1e-14)
