@@ -5,6 +5,7 @@ from argparse import ArgumentParser, Namespace
 from asympk.cli.options import whole_number
 
 HELP = "drag the start of a scene and turn its parameters in a browser"
+HEARD = 0.5  # seconds after which the keyboard is heard at the latest
 
 
 def arguments(parser: ArgumentParser) -> None:
@@ -36,4 +37,5 @@ def run(options: Namespace) -> None:
             webbrowser.open(server.address)
         server.show(partial(chosen_scenes, options.scene))
         print("Ctrl-C ends it.", flush=True)
-        serving.join()
+        while serving.is_alive():
+            serving.join(HEARD)  # an interrupt that comes just before a wait does not end it
