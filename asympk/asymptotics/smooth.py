@@ -82,7 +82,11 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, last = slow + layer
     layered = method == "jump"
-    error = predicted_error((now, next_, last), 0.0 if layered else layer[0], motion.rtol, motion.misses())
+    composed = predicted_error((now, next_, last), 0.0, motion.rtol, motion.misses())
+    error = composed if layered else predicted_error((now, next_, last), layer[0], motion.rtol, motion.misses())
+    if composed < 1 <= error:
+        raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
+                         "method='jump', or a later until")  # fmt: skip
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
