@@ -35,6 +35,7 @@ GROW, SHRINK = 1.6, 0.4
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
+SLACK = 100  # tolerances of a step, by which the state at an event may be wrong
 DOUBLE_DIGITS = 7  # to which a root that is found in doubles is surely right
 LARGEST = 1e300  # growth of errors, beyond which it is not told apart
 STAGES, PER_DIGIT = 20, 0.8  # the fewest, and how many for each digit: as it grows, more cost less than shorter steps
@@ -83,7 +84,8 @@ def run(
         if error <= ctx.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:
             break
         if needed <= carried_digits:
-            raise OutOfRange(f"two references differ by {ctx.nstr(error, 3)}; ask for fewer than {digits} digits")
+            differ = "pass different modes" if ctx.isinf(error) else f"differ by {ctx.nstr(error, 3)}"
+            raise OutOfRange(f"two references {differ}; ask for other digits than {digits}, or move the start")
         if needed > MOST_DIGITS:
             raise grown(lost, fine.last.t)
         carried_digits = needed
@@ -136,7 +138,7 @@ def _follow(
             raise OutOfRange(f"a rate or its slope is not a finite real number in mode {mode.name} from "
                              f"t = {float(t):.6g} on; run it without digits, or start elsewhere") from error
 
-    return follow(automaton, first, start, until, advance, events, ctx.dps, tolerance * 100)
+    return follow(automaton, first, start, until, advance, events, ctx.dps, tolerance * SLACK)
 
 
 def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
@@ -196,7 +198,7 @@ def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:
         return _root(function, low, high, scheme.tolerance)
 
     start = Look(0 * h, before, mode.guard_rates(step.t, step.state))
-    return first_lost(start, Look(h, values(h), rates(h)), values, rates, root, PARTS)
+    return first_lost(start, Look(h, values(h), rates(h)), values, rates, root, PARTS, scheme.tolerance * SLACK)
 
 
 def _root(function: Any, low: Any, high: Any, tolerance: Any) -> Any:

@@ -32,20 +32,22 @@ def near(before: Look, after: Look, k: int) -> Any:
 
 
 def first_lost(
-    before: Look, after: Look, values: Callable, rates: Callable, root: Callable, parts: Iterable[Any] = PARTS
+    before: Look, after: Look, values: Callable, rates: Callable, root: Callable, parts: Iterable[Any] = PARTS,
+    touch: Any = 0,
 ) -> tuple | None:
     """Return (time, guard) of the first guard lost between two looks, or None.
 
     ``values(t)`` and ``rates(t)`` are the guards on the polynomial of the step, ``root(function, low, high)`` is where
     a function changes its sign. A guard that starts at zero, or below it by the error of a step, is lost only where it
-    falls again: it may grow from there by its rounding.
+    falls again: it may grow from there by its rounding. One that comes as near to zero as ``touch`` and turns counts as
+    lost where it turns.
     """
     found: list[tuple[Any, int]] = []
     looks: list[Look] = []
     for k in suspects(before, after):
         times = (before.t + (after.t - before.t) * part for part in parts)
         looks = looks or [before, *(Look(t, values(t), rates(t)) for t in times), after]
-        if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k))) is not None:
+        if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
             found.append((t, k))
     return min(found, default=None)
 
@@ -63,7 +65,9 @@ def _crosses(before: Look, after: Look, k: int) -> bool:
     return end <= 0 and start != end and (start > 0 or after.rates[k] < 0)
 
 
-def _falls(looks: list[Look], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool) -> Any:
+def _falls(
+    looks: list[Look], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool, touch: Any
+) -> Any:
     """Return the first time at which guard ``k`` falls through zero, piece by piece of a step, or None."""
     for a, b in pairwise(looks):
         low = root(lambda t: rates(t)[k], a.t, b.t) if a.values[k] <= 0 and a.rates[k] > 0 > b.rates[k] else a.t
@@ -71,6 +75,9 @@ def _falls(looks: list[Look], k: int, values: Callable, rates: Callable, root: C
             return root(lambda t: values(t)[k], low, b.t)
         if a.values[k] > 0 and a.rates[k] < 0 < b.rates[k]:
             least = root(lambda t: rates(t)[k], a.t, b.t)
-            if values(least)[k] < 0:
+            value = values(least)[k]
+            if abs(value) < touch < a.values[k]:
+                return least
+            if value < 0:
                 return root(lambda t: values(t)[k], a.t, least)
     return None

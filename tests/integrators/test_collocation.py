@@ -32,3 +32,20 @@ def test_a_pendulum_comes_back_after_its_period_to_all_digits(digits):
     path = ap.solve(ap.Scene(system=pendulum, values={}, start={"q": 1, "p": 0}, until=period), digits=digits)
     with mp.workdps(digits + 15):
         assert max(abs(mp.mpf(path.final[0]) - 1), abs(mp.mpf(path.final[1]))) < mp.mpf(10) ** (1 - digits)
+
+
+@pytest.mark.parametrize("static", ["1/2", "3/5"])
+def test_a_block_on_a_stiffening_spring_touches_the_speed_of_its_belt_after_every_turn(static):
+    """It leaves with the belt's speed where x + x^3 is the static bound, and keeps its energy while it slips.
+
+    So without more static friction it only just comes back to that speed; with it, it sticks there.
+    """
+    x, v, F = sp.symbols("x v F", real=True)
+    friction = ap.Friction(velocity=v - 1, force=F, load=sp.S.One, kinetic=sp.S.Half, static=sp.Rational(static))
+    system = ap.System.with_frictions({x: v, v: -x - x**3 + F}, {}, (friction,))
+    path = ap.solve(ap.Scene(system=system, start=(0, 1), until=11), digits=20)
+    assert path.modes == ("stick", "slip_opposite") * (1 if static == "1/2" else 3)
+    with mp.workdps(40):
+        left = mp.findroot(lambda x: x + x**3 - mp.mpf(sp.Rational(static).p) / sp.Rational(static).q, 0.4)
+        energies = [(v**2 - x + x**2 + x**4 / 2) / 2 for x, v in (path.final, (left, 1))]
+        assert abs(energies[0] - energies[1]) < 1e-18

@@ -6,20 +6,27 @@ from asympk.integrators.stepwise import _bracketed
 from asympk.integrators.watch import Look, first_lost
 
 
-def lost(value, rate, low, high, asked=None):
+def lost(value, rate, low, high, asked=None, touch=0):
     looks = (Look(t, [value(t)], [rate(t)]) for t in (low, high))
 
     def values(t):
         assert asked is None or asked.append(t) is None
         return [value(t)]
 
-    return first_lost(*looks, values, lambda t: [rate(t)], _bracketed)
+    return first_lost(*looks, values, lambda t: [rate(t)], _bracketed, touch=touch)
 
 
 @pytest.mark.parametrize("depth", [1e-12, 1e-3, 0.3])
 def test_a_guard_that_leaves_and_comes_back_within_a_step_is_lost_where_it_leaves(depth):
     t, guard = lost(lambda t: t * t - depth, lambda t: 2 * t, -1, 1)
     assert (t, guard) == (pytest.approx(-(depth**0.5), rel=1e-12), 0)
+
+
+@pytest.mark.parametrize("depth", [-1e-13, 0, 1e-13])
+def test_a_guard_that_comes_as_near_to_zero_as_its_rounding_is_lost_where_it_turns(depth):
+    t, guard = lost(lambda t: (t - 0.3) ** 2 - depth, lambda t: 2 * (t - 0.3), -1, 1, touch=1e-12)
+    assert (t, guard) == (pytest.approx(0.3, rel=1e-12), 0)
+    assert lost(lambda t: t * t + 1e-11, lambda t: 2 * t, -1, 1, touch=1e-12) is None
 
 
 def test_a_guard_far_off_its_zero_that_trembles_with_the_steps_is_not_searched_for():
