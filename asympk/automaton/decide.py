@@ -134,7 +134,7 @@ def _follow_on(
     tried = [*product(*phases)]
     require_determined = partial(_require_determined, system, tried, points[0], numbers, t, state)
     for branch in tried:
-        ties = _ties(system, branch, resting, points, numbers, touching)
+        ties = _ties(system, branch, resting, points, numbers, touching, _unloaded(system, before, branch, lost))
         try:
             still = None if ties is None else _still(mode_of(system, branch), ties, numbers, nudged, p, touching)
         except Undecided:
@@ -147,8 +147,7 @@ def _follow_on(
         broken = partial(_breaks_loose, system, resting, points[0], numbers, touching, onsets)
         consistent = {branch: still for branch, still in consistent.items() if not broken(branch)} or consistent
     held = branches.at_rest(before or ()) - {k for _, k in lost}
-    left = branches.most_at_rest(branches.most_at_rest(consistent, held))
-    if not left:
+    if not (left := branches.most_at_rest(branches.most_at_rest(consistent, held))):
         require_determined()
     branch = _chosen(system, left, t, state, tried)
     _require_shared(system, branch, consistent[branch], points[0], t, state)
@@ -302,9 +301,20 @@ def _require_few(phases: list[list[Phase]]) -> None:
 # consistency
 
 
+def _unloaded(system: System, before: Branch | None, branch: Branch, lost: set[tuple[str, int]]) -> set[int]:
+    """Return the rigid contacts whose reaction has just vanished, and does in ``branch``: others go on as before.
+
+    It is a force, which a state that is moved onto its zero meets to rounding only.
+    """
+    changed = {k for k, was in enumerate(before or ()) if was != branch[k]}
+    vanished = {k for kind, k in lost if kind == "force_zero" and system.frictions[k].constraint is not None}
+    return {k for k in vanished if changed <= {k}}
+
+
 def _ties(
-    system: System, branch: Branch, resting: set[int], points: list[ContactPoint], numbers: Numbers, touching: dict
-) -> list[int] | None:
+    system: System, branch: Branch, resting: set[int], points: list[ContactPoint], numbers: Numbers, touching: dict,
+    unloaded: set[int],
+) -> list[int] | None:  # fmt: skip
     """Return the guards of the branch that derivatives must decide, or None where one is lost already.
 
     Margins are times the determinant of the forces' equations, which have large forces of either sign near its zero.
@@ -317,7 +327,9 @@ def _ties(
         sizes.append(solved.determinant)
     ties = []
     for key in margins[0]:
-        sign = numbers.decided_sign([m[key] * size / max(sizes) for m, size in zip(margins, sizes, strict=True)])
+        vanishes = key[0] == "force_zero" and key[1] in unloaded
+        values = [m[key] * size / max(sizes) for m, size in zip(margins, sizes, strict=True)]
+        sign = 0 if vanishes else numbers.decided_sign(values)
         if sign < 0:
             return None
         if sign == 0:

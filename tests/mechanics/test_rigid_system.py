@@ -228,7 +228,9 @@ def _turning(theta, rate, numbers):
     ("numbers", "start", "until"),
     [((1.3884, 0.6459, 1.4304, 0.001, 0.7278), (6.159, 1.8466), 0.5),
      ((2.9099884675471634, 1.0787352528264027, 2.264333561607687, 1.777512139872515, 0.8407446654635987),
-      (3.8956130895130054, -0.9999266402719549), 2.0)],
+      (3.8956130895130054, -0.9999266402719549), 2.0),
+     ((2.281091964789678, 1.892571396628294, 2.4714851332250576, 1.7283835618892578, 1.308658141988356),
+      (3.170039086236588, -0.602016886811747), 0.5)],
 )  # fmt: skip
 def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     """The slider stops there whatever the friction, its sliding velocity no longer depends on that of the crank."""
