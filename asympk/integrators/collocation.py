@@ -23,7 +23,7 @@ from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth
 from asympk.integrators.singular import followed
-from asympk.integrators.watch import Look, first_lost
+from asympk.integrators.watch import Look, first_lost, lost_with
 from asympk.numbers import whole
 from asympk.path import Event, Path, within
 from asympk.scene import Scene
@@ -163,7 +163,8 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         if met := _lost(scheme, step, before):
             at, k = met
             end = _at(scheme.tableau, step, at)
-            return Segment(t + at, end, k, samples=(*steps, step))
+            together = lost_with(mode, k, t + at, end, scheme.tolerance * SLACK)
+            return Segment(t + at, end, k, samples=(*steps, step), together=together)
         steps.append(step)
         t, state = (until if last else t + h), _at(scheme.tableau, step, h)
         if last:

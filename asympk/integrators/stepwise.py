@@ -2,20 +2,21 @@
 
 from collections.abc import Callable
 from functools import cache
-from math import isfinite
+from math import isfinite, ulp
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
 from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.integrators.integrate import Settings, Work
-from asympk.integrators.watch import Look, first_lost, suspects
+from asympk.integrators.watch import Look, first_lost, lost_with, suspects
 
 if TYPE_CHECKING:
     import numpy as np
 
 STEP_LIMIT = "step limit reached"
 IDLE = 100  # steps without any gain in time after which a run is given up
+TOGETHER = 16  # spacings of doubles between the times of events that count as one
 UNBOUNDED = 1e-8  # part of its first inverse at which a reaction counts as infinite: no step reaches the singular point
 
 
@@ -56,7 +57,7 @@ def follow_steps(
 
 def _followed(solver, mode, t, state, settings):
     watch, n, times = Watch(mode, t, state), len(state), settings.times
-    steps, idle, short, hit = 0, 0, "", None
+    steps, idle, short, hit, together = 0, 0, "", None, ()
     samples: list[tuple[float, ...]] = []
     passed = [(t, state)] if settings.keep else []
     start, halfway, poles = t, t, mode.pole_values(t, state)
@@ -71,6 +72,7 @@ def _followed(solver, mode, t, state, settings):
         if not short and (met := watch.lost(solver, t, state)):
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
+            together = lost_with(mode, hit, t, state, TOGETHER * ulp(t))
         if poles and not short:
             poles = mode.require_one_side(poles, t, state)
         if settings.keep:
@@ -80,7 +82,7 @@ def _followed(solver, mode, t, state, settings):
     if short == STEP_LIMIT and 10 * (t - halfway) < halfway - start:
         short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
     work = Work(int(solver.nfev), steps, int(solver.njev))
-    return Segment(t, state, hit, work, short, tuple(samples), steps=tuple(passed))
+    return Segment(t, state, hit, work, short, tuple(samples), together, tuple(passed))
 
 
 class Watch:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+from asympk.automaton.automaton import NumericMode
+
 PARTS = (0.25, 0.5, 0.75)  # of a step: the times at which the rates are looked at in the search
 STEEPER = 16
 
@@ -50,6 +52,12 @@ def first_lost(
         if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
             found.append((t, k))
     return min(found, default=None)
+
+
+def lost_with(mode: NumericMode, hit: int, t: Any, state: tuple, near: Any) -> tuple[int, ...]:
+    """Return the guards that fall through zero within the time ``near`` of the event at which guard ``hit`` is lost."""
+    rates = mode.guard_rates(t, state)
+    return tuple(k for k, value in enumerate(mode.guard_values(t, state)) if k != hit and abs(value) < -near * rates[k])
 
 
 def suspects(before: Look, after: Look) -> list[int]:

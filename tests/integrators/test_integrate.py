@@ -355,3 +355,27 @@ def test_a_start_without_a_finite_rate_or_slope_is_refused_by_every_method(rate,
     system = ap.System.with_frictions({x: v, v: F + sp.sympify(rate, {"x": x})}, {}, [friction])
     with pytest.raises((OutOfRange, Unfinished), match=r"range of floats|not a finite real number"):
         ap.solve(ap.Scene(system=system, values={}, start={"x": 0, "v": 1}, until=1), **options)
+
+
+def _mirrored(force):
+    """Two equal blocks on the ground, and between them a spring, which pulls as hard at both."""
+    x, y, v, w, F, G = sp.symbols("x y v w F G", real=True)
+    frictions = (ap.Friction(velocity=u, force=f, load=sp.S.One, kinetic=sp.S.Half) for u, f in ((v, F), (w, G)))
+    pull = force(x - y)
+    return ap.System.with_frictions({x: v, y: w, v: -pull + F, w: pull + G}, {}, tuple(frictions))
+
+
+@pytest.mark.parametrize("force", [lambda d: d + d**3, sp.sin])
+@pytest.mark.parametrize("options", [{}, {"method": "lsoda"}, {"method": "radau", "rtol": 1e-9}])
+@pytest.mark.parametrize("start", [(1, -1, 0, 0), (2, -2, 0, 0), (0, 0, 3, -3)])
+def test_blocks_that_mirror_each_other_turn_and_stop_together(force, options, start):
+    """Their velocities vanish at once, or an ulp apart."""
+    path = ap.solve(ap.Scene(system=_mirrored(force), start=start, until=20), **options)
+    assert {"slip_same+slip_opposite", "slip_opposite+slip_same", "stick+stick"}.issuperset(path.modes)
+    assert path.final[0] == pytest.approx(-path.final[1], abs=1e-12)
+
+
+def test_blocks_that_mirror_each_other_stop_together_in_many_digits():
+    path = ap.solve(ap.Scene(system=_mirrored(sp.sin), start=(1, -1, 0, 0), until=4), digits=15)
+    assert path.modes == ("slip_opposite+slip_same", "slip_same+slip_opposite", "stick+stick")
+    assert abs(path.final[0] + path.final[1]) < 1e-14
