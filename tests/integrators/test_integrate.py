@@ -376,6 +376,6 @@ def test_blocks_that_mirror_each_other_turn_and_stop_together(force, options, st
 
 
 def test_blocks_that_mirror_each_other_stop_together_in_many_digits():
-    path = ap.solve(ap.Scene(system=_mirrored(sp.sin), start=(1, -1, 0, 0), until=4), digits=15)
+    path = ap.solve(ap.Scene(system=_mirrored(sp.sin), start=(1, -1, 0, 0), until=6), digits=15)
     assert path.modes == ("slip_opposite+slip_same", "slip_same+slip_opposite", "stick+stick")
     assert abs(path.final[0] + path.final[1]) < 1e-14
