@@ -19,7 +19,7 @@ def rational(name: str, value: Any) -> sp.Rational:
 def require_names(symbols: Iterable[sp.Symbol]) -> None:
     """Raise ``InputError`` for the first of ``symbols`` whose name LaTeX cannot set."""
     for name in sorted({*map(str, symbols)}):
-        if {*"%#&$"} & {*name} or name.count("{") != name.count("}"):
+        if {*"%#&$"} & {*name} or name.count("{") != name.count("}") or not any(map(str.isalnum, name)):
             raise InputError(f"{short(name)} cannot name a quantity; give letters, digits and underscores")
 
 

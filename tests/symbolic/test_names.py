@@ -52,7 +52,7 @@ def test_names_do_not_matter(derived, other):
         assert _at_numbers(derived(_named(state, parameter)), state, parameter) == pytest.approx(plain, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["X%", "{f", "x$", "m&n", "k#1"])
+@pytest.mark.parametrize("name", ["X%", "{f", "x$", "m&n", "k#1", "_", "", "'"])
 def test_a_name_that_latex_cannot_set_is_refused_where_it_is_given(name):
     odd = sp.Symbol(name, real=True)
     for build in (lambda: _named(odd, r), lambda: _named(x, odd),
