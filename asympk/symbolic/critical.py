@@ -214,11 +214,22 @@ def _located(part, states, assumptions):
 def _branches(mode, small):
     equal_zero = [g.subs(small, 0) for g in mode.fast.values()]
     try:
+        if len(equal_zero) == 1 and _loses_roots(equal_zero[0], *mode.fast):
+            raise NotImplementedError
         solutions = sp.solve(equal_zero, list(mode.fast), dict=True)
     except NotImplementedError:
         raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch") from None
     complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(h.is_real is False for h in s.values())]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+
+
+def _loses_roots(force, y):
+    """Tell whether a factor of a polynomial g has roots that no radicals give: ``solve`` leaves them out silently."""
+    numerator = sp.fraction(sp.together(force))[0]
+    if not numerator.is_polynomial(y):
+        return False
+    factors = [f for f, _ in sp.factor_list(numerator, y)[1] if sp.degree(f, y) > 4]
+    return any(sum(sp.roots(f, y).values()) < sp.degree(f, y) for f in factors)
 
 
 def _text(condition):

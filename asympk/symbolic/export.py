@@ -1,7 +1,8 @@
 r"""Write a system as a stand-alone module, C99 or Python, that needs neither asympk nor SymPy.
 
 It holds the field of every mode (x' and y' = g / mu), every slow manifold (the coefficients of its series, the
-truncated sum, and the exact form where there is one), the slow and the fast eigenvalue of every mode, and the loads
+truncated sum, and the exact form where there is one; by the branch's value where the branch itself needs complex
+numbers, as that of a cubic does), the slow and the fast eigenvalue of every mode, and the loads
 at which stick can end.
 """
 
@@ -14,12 +15,15 @@ from asympk import __version__
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.naming import named
 from asympk.storage.files import write_text
+from asympk.symbolic.expansion import is_implicit
 from asympk.symbolic.lowering import lower
-from asympk.symbolic.manifold import slow_manifolds
+from asympk.symbolic.manifold import slow_manifold, slow_manifolds
 from asympk.symbolic.reading import spare
 from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
 from asympk.symbolic.system import System
+
+_ODD = (sp.I, sp.LambertW, sp.Piecewise)  # in the roots of cubics, of exponentials and of quartics
 
 
 @dataclass(frozen=True)
@@ -76,11 +80,12 @@ def _fields(system):
 
 
 def _manifolds(system, order):
-    for m in slow_manifolds(system, order):
+    for m in _real_manifolds(system, order):
         y = ", ".join(map(str, m.branch))
         single = len(m.branch) == 1
         kind = f", the {m.stability} slow manifold" if isinstance(m.stability, str) else ""
         where = f"{y} on {m.name}{kind} of {m.mode}"
+        where += f" by {y} on its branch" if is_implicit(m.branch) else ""
         if single:
             about = f"the coefficients of 1, {m.small}, .., {m.small}^{order} of {where}"
             yield _function(system, f"{m.name}_series", about, tuple(m.coefficients))
@@ -88,6 +93,17 @@ def _manifolds(system, order):
         yield _function(system, m.name, f"{where}, to order {order} in {m.small}", value)
         if m.closed is not None:
             yield _function(system, f"{m.name}_exact", f"{where}, exact while its root is real", m.closed)
+
+
+def _real_manifolds(system, order):
+    """Return the slow manifolds; those of a mode whose branches cannot be written as real ones are one, by y itself."""
+    try:
+        found = slow_manifolds(system, order)
+        modes = dict.fromkeys(m.mode for m in found if any(h.has(*_ODD) for h in m.branch.values()))
+    except NotDerivable:
+        found, modes = (), dict.fromkeys(mode.name for mode in system.modes)
+    implicit = (slow_manifold(system, order=order, mode=mode, name=f"Pi_{mode}") for mode in modes)
+    return (*(m for m in found if m.mode not in modes), *implicit)
 
 
 def _spectra(system):

@@ -84,6 +84,18 @@ def call(function, values, outputs):
     return (result,) if single else tuple(out[0])
 
 
+@pytest.mark.parametrize("force", [v - v**3 / 3 - u, u - v - v**5, u - v - sp.exp(v), u - v - sp.sin(v) / 2])
+def test_a_branch_that_no_real_formula_gives_is_written_by_its_own_value(force, tmp_path):
+    system = ap.System.smooth({u: v - r * u}, {v: force}, mu)
+    (path,) = export(system, "python", tmp_path)
+    module = python_module(path)
+    branch, rate, at = 1.5, 0.25, {v: sp.Rational(3, 2), r: sp.Rational(1, 4)}
+    there = {u: sp.solve(force, u)[0].subs(at), **at}
+    slope = -force.diff(u) / force.diff(v)  # mu h' u' = g gives h_1 = h_0' u' / g_v
+    wanted = float((slope * (v - r * u) / force.diff(v)).subs(there))
+    assert module.Pi_smooth_series(branch, rate)[:2] == pytest.approx((branch, wanted))
+
+
 @pytest.mark.skipif(shutil.which("g++") is None, reason="there is no C++ compiler")
 def test_the_header_serves_cpp_too(tmp_path):
     export(PK, "c", tmp_path, name="pk")

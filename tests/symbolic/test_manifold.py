@@ -131,6 +131,16 @@ def test_the_expansion_of_a_named_branch_equals_that_of_the_same_branch_written_
         assert sp.simplify(a.subs(u, positive_u) - b.subs(u, positive_u**2)) == 0
 
 
+@pytest.mark.parametrize("force", ["u - v - v**5", "(v - u)*(v**5 + v - u)"])
+def test_branches_that_no_radicals_give_are_not_said_to_be_absent(force):
+    u, v = sp.symbols("u v", real=True)
+    system = ap.System.smooth(slow={u: -u}, fast={v: sp.sympify(force, {"u": u, "v": v})}, small=mu)
+    with pytest.raises(NotDerivable, match="SymPy does not solve g = 0; give slow_manifold a branch"):
+        ap.slow_manifolds(system)
+    by_radicals = ap.slow_manifolds(ap.System.smooth(slow={u: -u}, fast={v: u - v**5}, small=mu))
+    assert u ** sp.Rational(1, 5) in [found.branch[v] for found in by_radicals]
+
+
 def test_a_branch_that_is_solved_for_may_have_functions_that_the_rates_do_not_have():
     u, v = sp.symbols("u v", real=True)
     system = ap.System.smooth(slow={u: -u}, fast={v: sp.exp(2 * u) + sp.exp(-u) - v}, small=mu)
