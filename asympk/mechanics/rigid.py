@@ -150,12 +150,16 @@ def _starts(terms: _Terms, bound: Any, direction: int, sign: int) -> Any:
 
 
 def _stick(terms: _Terms, unilateral: bool) -> Branch:
+    """Return the branch of stick; where G_TT = 0, as at a dead centre, friction is idle and holds nothing."""
     import numpy as np
 
-    determinant = terms.G_NN * terms.G_TT - terms.G_NT**2
-    reaction = (terms.G_NT * terms.a_T - terms.G_TT * terms.a_N) / determinant
-    friction = (terms.G_NT * terms.a_N - terms.G_NN * terms.a_T) / determinant
-    exists = (terms.slip == 0) & (np.abs(friction) <= terms.static * np.abs(reaction))
+    idle = terms.G_TT == 0
+    divisor = np.where(idle, terms.G_NN, terms.G_NN * terms.G_TT - terms.G_NT**2)
+    possible = (divisor != 0) & (~idle | (terms.a_T == 0))
+    divisor = np.where(divisor == 0, 1.0, divisor)
+    reaction = np.where(idle, -terms.a_N, terms.G_NT * terms.a_T - terms.G_TT * terms.a_N) / divisor + 0.0
+    friction = np.where(idle, 0.0, terms.G_NT * terms.a_N - terms.G_NN * terms.a_T) / divisor
+    exists = possible & (terms.slip == 0) & (np.abs(friction) <= terms.static * np.abs(reaction))
     if unilateral:
         exists &= reaction >= 0
     return Branch("stick", exists, np.where(exists, reaction, 0.0))

@@ -8,6 +8,7 @@ import sympy as sp
 from mechanisms import masses_between_guides, slender_rod
 
 from asympk.errors import InputError, Undecided
+from asympk.systems import crank_slider
 
 GROUND = {"m": 1, "l": 1, "g": "9.81"}
 
@@ -159,3 +160,10 @@ def test_where_any_reaction_would_do_the_count_is_undecided():
     tie = Mechanism(q, u, [[2, 1], [1, 1]], (0, 0), Contact(q[1], q[0], 2))
     with pytest.raises(Undecided, match="any reaction would do"):
         tie.motions({"U": -1})
+
+
+@pytest.mark.parametrize(("rate", "motion"), [(0, "stick"), (1, "slip")])
+def test_at_the_dead_centre_of_a_slider_friction_is_idle_and_there_is_one_motion(rate, motion):
+    numbers = {"J": 2, "m": 1, "r": 1, "l": "6/5", "T": 1, "f": 1}
+    state = {"theta": 0, "phi": 0, "theta'": rate, "phi'": rate / 1.2}
+    assert crank_slider.mechanism().motions({**numbers, **state}) == ((motion, 0.0),)
