@@ -207,7 +207,8 @@ class Mechanism(ShownAsFormulas):
         """Return the jump through the paradox: ``.impulses`` (P_N, P_T), ``.velocities`` after it, ``.condition``.
 
         ``damping`` is the damping time, by default a symbol h, ``.reaction`` what the elastic reaction x gains. With a
-        damping ``ratio`` a contact that only pushes opens at the ``.gap_rate``. Errors are of order c log(1/c).
+        damping ``ratio`` a contact that only pushes opens at the ``.gap_rate``. Errors are of order c log(1/c), with a
+        ratio of order sqrt(c) log(1/c).
         """
         return jump_law.jump_law(self.plain, self.own, ratio, damping)
 
