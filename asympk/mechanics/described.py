@@ -51,9 +51,11 @@ class Described:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """The values of parameters and states, those of the elastic contact left out."""
-        own = {str(s) for s in self.mechanism.plain.parameters}
-        return {**{name: value for name, value in self.values.items() if name in own}, **self.state}
+        """The values of parameters and states, those of the elastic contact left out; the time is 0 by default."""
+        plain = self.mechanism.plain
+        time = {str(plain.time): 0} if plain.timed else {}
+        own = {*map(str, plain.parameters), *time}
+        return {**time, **{name: value for name, value in self.values.items() if name in own}, **self.state}
 
     @property
     def mapped(self) -> bool:

@@ -108,9 +108,17 @@ class Kinetics:
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """Every symbol that is neither a coordinate, nor a velocity, nor the time, sorted by name."""
+        return tuple(sorted(self._used - {*self.coordinates, *self.velocities, self.time}, key=str))
+
+    @property
+    def timed(self) -> bool:
+        """Whether forces or contact depend on the time."""
+        return self.time in self._used
+
+    @cached_property
+    def _used(self) -> set[sp.Basic]:
         parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
-        used = set().union(*(part.free_symbols for part in parts))
-        return tuple(sorted(used - {*self.coordinates, *self.velocities, self.time}, key=str))
+        return set().union(*(part.free_symbols for part in parts))
 
 
 def _short(total: sp.Expr) -> sp.Expr:

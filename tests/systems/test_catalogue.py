@@ -213,6 +213,17 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     assert "scene.toml: it is a scene, followed by asympk solve" in capsys.readouterr().err
 
 
+def test_a_mechanism_that_depends_on_time_is_told_at_the_time_0_or_another(tmp_path, capsys):
+    file = tmp_path / "plate.toml"
+    lines = ("""coordinates = ["X", "Y"]""", """lagrangian = "(X'^2 + Y'^2)/2 - g*Y\"""", """gap = "Y - A*cos(w*t)\"""",
+             """slip = "X\"""", """friction = "1/3\"""", "unilateral = true", "[values]", "g = 9", "A = 0.25", "w = 2",
+             "[state]", "X = 0", "Y = 0.25", """"X'" = 1""", """"Y'" = 0""")  # fmt: skip
+    file.write_text("\n".join(lines))
+    for setting, reaction in (((), "8"), (("--set", "t=1.5707963267948966", "--set", "Y=-1/4"), "10")):
+        assert main(["mechanism", str(file), *setting]) == 0
+        assert f"slip with R = {reaction}\n" in capsys.readouterr().out  # g - A w^2 cos(w t)
+
+
 def test_where_slip_and_gap_do_not_couple_there_is_no_critical_friction(tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD.replace("theta = 1.1", "theta = 0"))
