@@ -71,7 +71,8 @@ def jump_law(
     """Return the ``JumpLaw``; ``damping`` is the damping time, by default a symbol h; ``ratio`` is the ratio b.
 
     Errors are O(c log(1/c)), for a gap rate O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens,
-    in the limit of large stiffness k, with errors O(log(k) / sqrt(k)). Raises ``InputError`` for a ratio of a two-sided constraint, and for both.
+    in the limit of large stiffness k, with errors O(log(k) / sqrt(k)). Raises ``InputError`` for a ratio of a two-sided
+    constraint, and for both.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
