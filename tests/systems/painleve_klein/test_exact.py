@@ -591,3 +591,15 @@ def test_the_smallest_parameters_have_dense_output_from_the_start_on(until, tmp_
     assert np.isfinite(path(np.linspace(0, until, 9))).all()
     assert tuple(path(until)) == pytest.approx(path.final, abs=1e-15)
     assert "nan" not in path.to_csv(tmp_path / "a.csv").read_text()
+
+
+@pytest.mark.parametrize(
+    ("start", "stop"), [(("1/2", "1/2", "-1/2"), 0.5), (("1/2", "0", "-1"), 1), (("-1", "2", "-1/2"), 0.5)]
+)
+def test_a_velocity_that_vanishes_just_where_the_reaction_turns_stops_there(start, stop):
+    """z' = 1 for sigma = -1, and at mu = 1/4 the load has a double root: both times are the same number."""
+    scene = ap.Scene(sigma=-1, mu="1/4", start=start, until=2)
+    path = ap.solve(scene)
+    assert path.modes == ("slip_opposite", "stick", "slip_same")
+    assert path.events[0].t == stop
+    assert path.final == pytest.approx(ap.solve(scene, "lsoda", rtol=1e-11).final, abs=1e-8)

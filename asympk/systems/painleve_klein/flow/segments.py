@@ -163,6 +163,8 @@ def slip_event(segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> t
     for hi in stretches(segment, end):
         s, z = segment.probe(hi)
         opens = z_sign * (a + fall * s) > 0
+        if hi < end and not opens and s_sign * s > 0 and _vanishes(segment, hi, z):
+            return "velocity_zero", *on_plane(segment, hi)
         event = _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
         if event:
             return event
@@ -170,6 +172,12 @@ def slip_event(segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> t
     if end < left:
         raise Undecided
     return "", left, segment.state(left)
+
+
+def _vanishes(segment, t, z):
+    """Tell whether z is zero where s turns, signs being taken as they are: rounding may have given it any."""
+    m = segment.mode.m
+    return not m.margin and abs(z) <= m.slack * segment.z_size(t)
 
 
 def _opening(segment, z_sign):
