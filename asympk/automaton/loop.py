@@ -62,6 +62,7 @@ def follow(
     mode, t, state = automaton.mode(first, digits), 0 * until, start
     names, marks, segments = [mode.name], list[Event](), list[Segment]()
     while t < until or not segments:
+        _require_one_motion(mode, t, state)
         segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
         segments.append(segment._replace(branch=mode.branch))
         if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
@@ -100,6 +101,22 @@ _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
     "unbounded": (UnboundedReaction, "the reaction of a rigid contact grows beyond all bounds, or is not determined,"),
     "several": (TwoMotions, "a second motion of the rigid contact comes up"),
 }
+
+
+def _require_one_motion(mode: NumericMode, t: Any, state: tuple) -> None:
+    """Raise ``TwoMotions`` where a rigid contact that holds both ways begins to slide within the paradox.
+
+    At rest that is one motion, as soon as it slides there are two.
+    """
+    ends = {kind: k for k, (kind, _) in enumerate(mode.kinds) if kind in _ENDS}
+    if "several" in ends:
+        values = mode.guard_values(t, state)
+        least, largest = sorted(values[k] for k in ends.values())
+        if least < -_PARADOX * largest:
+            raise _ended(mode, ends["several"], t, state)
+
+
+_PARADOX = 2.0**-40  # part of a contact's stiffness by which another must be below zero
 
 
 def _ended(mode: NumericMode, hit: int, t: Any, state: tuple) -> UnboundedReaction | TwoMotions:

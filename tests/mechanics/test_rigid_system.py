@@ -209,6 +209,23 @@ def test_a_slide_into_the_paradox_of_a_guide_stops_where_the_second_motion_comes
     assert 1 + 3 * c**2 == pytest.approx(4.8 * s * c, abs=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("theta", "rate", "friction", "t"),
+    [(1.9132583048038097, 0.7744913388116608, 1.5884991102906318, 0.3614353375),
+     (1.8195289525024236, -0.9596102090511072, 2.527650487042656, 0.5922862007)],
+)  # fmt: skip
+def test_a_bead_that_begins_to_slide_within_the_paradox_stops_as_it_has_two_motions(theta, rate, friction, t):
+    """At rest only one of them exists; the paradox ends later in the first case, and goes on in the second."""
+    rod, values = slender_rod(unilateral=False), {**GROUND, "f": friction}
+    with pytest.raises(TwoMotions, match="a second motion of the rigid contact comes up") as stop:
+        ap.solve(ap.Scene(system=rod.rigid(), values=values, start=_start(theta, rate, 0), until=2))
+    state = dict(zip(("X", "Y", "theta", "X'", "Y'", "theta'"), map(float, stop.value.state), strict=True))
+    G, a_T = rod.delassus, rod.evaluate(rod.free[1], {**values, **state})
+    side = np.sign(a_T - rod.evaluate(G[0, 1] / G[0, 0] * rod.free[0], {**values, **state}))
+    assert float(stop.value.t) == pytest.approx(t, abs=1e-8)
+    assert len(rod.motions({**values, **state, "X'": state["X'"] + 1e-6 * side})) == 2
+
+
 def _turning(theta, rate, numbers):
     """theta'' of a crank by the force S in its massless rod, whose share across the guide is the load there."""
     J, m, l, T, f = numbers
