@@ -10,6 +10,7 @@ from asympk.path import Event
 from asympk.symbolic.branches import Branch, at_rest
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
+PARADOX = 2.0**-40  # by which a stiffness to the second motion is below zero, as a part of that to the first
 
 
 class Segment(NamedTuple):
@@ -112,11 +113,8 @@ def _require_one_motion(mode: NumericMode, t: Any, state: tuple) -> None:
     if "several" in ends:
         values = mode.guard_values(t, state)
         least, largest = sorted(values[k] for k in ends.values())
-        if least < -_PARADOX * largest:
+        if least < -PARADOX * largest:
             raise _ended(mode, ends["several"], t, state)
-
-
-_PARADOX = 2.0**-40  # part of a contact's stiffness by which another must be below zero
 
 
 def _ended(mode: NumericMode, hit: int, t: Any, state: tuple) -> UnboundedReaction | TwoMotions:
