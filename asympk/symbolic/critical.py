@@ -213,14 +213,20 @@ def _located(part, states, assumptions):
 
 def _branches(mode, small):
     equal_zero = [g.subs(small, 0) for g in mode.fast.values()]
-    try:
-        if len(equal_zero) == 1 and _loses_roots(equal_zero[0], *mode.fast):
-            raise NotImplementedError
-        solutions = sp.solve(equal_zero, list(mode.fast), dict=True)
-    except NotImplementedError:
-        raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch") from None
+    if (solutions := _solutions(equal_zero, list(mode.fast))) is None:
+        raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch")
     complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(h.is_real is False for h in s.values())]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+
+
+def _solutions(equal_zero, unknowns):
+    """Return what SymPy solves for, or None where it does not or leaves out roots."""
+    if len(unknowns) == 1 and _loses_roots(*equal_zero, *unknowns):
+        return None
+    try:
+        return sp.solve(equal_zero, unknowns, dict=True)
+    except NotImplementedError:
+        return None
 
 
 def _loses_roots(force, y):
