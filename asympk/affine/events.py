@@ -78,9 +78,9 @@ class Guards:
         columns = [table[:functions].T.tolist() for table in (s.guards, s.off.guards, s.slopes, s.off.slopes)]
         return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off.guards[functions:].tolist()
 
-    def at(self, t: Number) -> GuardValues:
-        """Return the ``GuardValues`` at t."""
-        margin = self.m.margin
+    def at(self, t: Number, margin: Number | None = None) -> GuardValues:
+        """Return the ``GuardValues`` at t; doubts are the sizes of terms times ``margin``, by default that of signs."""
+        margin = self.m.margin if margin is None else margin
         found, gained, begun = functions(self.m, self.blocks, t)
         off_gained, off_found = tremors(self.m, self.blocks, t)
         weights, off_weights, slopes, off_slopes, _, bases, off_bases = self.lists
@@ -128,13 +128,6 @@ class Guards:
         found, gained, begun = functions(self.m, self.blocks, t)
         weights, _, slopes, _, _, bases, _ = self.lists
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
-
-    def size(self, guard: int, t: Number) -> Number:
-        """Return the size of the terms of one guard, on which its rounding depends."""
-        _, _, begun = functions(self.m, self.blocks, t)
-        gained, _ = tremors(self.m, self.blocks, t)
-        _, weights, _, _, _, _, bases = self.lists
-        return bases[begun][guard] + _dot(weights[guard], gained)
 
     def least(self, guard: int, t: Number) -> Number:
         """Return where the slope of a guard that is bent upward vanishes, by Newton's method from ``t``."""
@@ -291,7 +284,10 @@ def _touch(guards, left, right, verdicts):
         return None
     (q,) = unknown
     t = guards.least(q, (left.t + right.t) / 2)
-    if not left.t < t < right.t or abs(guards.value(q, t)[0]) > m.slack * guards.size(q, t):
+    if not left.t < t < right.t:
+        return None
+    point = guards.at(t, m.slack)
+    if abs(point.values[q]) > point.doubts[q]:
         return None
     if m.margin:
         raise Undecided

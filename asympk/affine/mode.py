@@ -261,14 +261,9 @@ class ClosedSegment:
         values, gained, begun = functions(self.m, self.flow.blocks, t)
         found, state = np.array(values), self._sum(self.sums, gained, begun)
         value, slope = self._sum(self.guards[:, guard], gained, begun), found @ self.slopes[:, guard]
-        if not slope or (not self.m.margin and abs(slope) <= self.m.slack * self._slope_size(guard, t)):
+        if not slope or (not self.m.margin and abs(slope) <= Guards(self).at(t, self.m.slack).slope_doubts[guard]):
             return state
         return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions])
-
-    def _slope_size(self, guard, t):
-        """Return the size of the terms of a guard's slope, on which its rounding depends."""
-        _, off = tremors(self.m, self.flow.blocks, t)
-        return np.array(off) @ self.off.slopes[:, guard]
 
     def without_rounding(self, t: Number, state: np.ndarray) -> np.ndarray:
         """Return the state at t, what is within the rounding of its terms set to zero."""
