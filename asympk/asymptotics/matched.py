@@ -251,7 +251,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     follow, left = reduced.follow_reduced_flow, until - path.t
     found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
     places = list(slow.places)
-    points = found.trajectory.start, tuple(found.trajectory(found.end).tolist())
+    points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
     stretch = Stretch(path.t, path.branch, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     mode.require_one_side(mode.pole_values(path.t, path.state), t, state)

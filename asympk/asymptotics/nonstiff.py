@@ -75,8 +75,9 @@ class Trajectory:
         t = np.asarray(t, dtype=float)
         if not self.steps:
             return np.array(self.start).reshape(-1, *[1] * t.ndim) + 0 * t
-        if t.size == 1 and t >= self.steps[-1].after:
-            return np.array(self.steps[-1].end).reshape(-1, *t.shape)
+        if t.size == 1 and not self.steps[0].t < t < self.steps[-1].after:
+            end = self.start if t <= self.steps[0].t else self.steps[-1].end
+            return np.array(end).reshape(-1, *t.shape)
         ends = np.array([step.after for step in self.steps])
         which = np.minimum(np.searchsorted(ends, t.ravel()), len(ends) - 1)
         found = np.empty((len(self.start), t.size))

@@ -44,13 +44,6 @@ class Reduced:
     guard: int | None
     trajectory: Trajectory = field(repr=False)
 
-    def heights(self) -> list[tuple]:
-        """Return y on the manifold at the start, for every order."""
-        start, given = self.trajectory.start, (self.mu, *self.values)
-        width = len(start) // len(self.orders)
-        points = (start[k : k + width] for k in range(0, len(start), width))
-        return [self.formulas.height[order](*at, *given) for order, at in zip(self.orders, points, strict=True)]
-
     def states(self, t: Any) -> np.ndarray:
         """Return x and y on the manifold at the array ``t``, for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)

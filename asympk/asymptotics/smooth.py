@@ -13,6 +13,7 @@ exactly, and tells so.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,7 @@ class LayeredMotion:
         """Return what the composite of every order misses of the start, in the fast states: (orders, fast states)."""
         rest, orders = self.landing.rest, self.reduced.orders
         slowly = (rest.T * self.reduced.mu ** np.arange(len(rest))).cumsum(axis=1).T
-        return np.array(self.reduced.heights()) - slowly[orders[0] :]
+        return self.reduced.states(0.0)[:, self.reduced.slow :] - slowly[orders[0] :]
 
 
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
@@ -82,9 +83,9 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, last = slow + layer
     layered = method == "jump"
-    composed = predicted_error((now, next_, last), 0.0, motion.rtol, motion.misses())
-    error = composed if layered else predicted_error((now, next_, last), layer[0], motion.rtol, motion.misses())
-    if composed < 1 <= error:
+    predicted = partial(predicted_error, (now, next_, last), rtol=motion.rtol, misses=motion.misses())
+    error = predicted(0.0 if layered else layer[0])
+    if error >= 1 > predicted():
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method='jump', or a later until")  # fmt: skip
     if not error < 1:

@@ -325,10 +325,10 @@ def _ties(
             return None
         margins.append(_margins(system, branch, resting, point, solved, touching))
         sizes.append(solved.determinant)
-    ties = []
+    ties, largest = [], max(sizes)
     for key in margins[0]:
         vanishes = key[0] == "force_zero" and key[1] in unloaded
-        values = [m[key] * size / max(sizes) for m, size in zip(margins, sizes, strict=True)]
+        values = [m[key] * size / largest for m, size in zip(margins, sizes, strict=True)]
         sign = 0 if vanishes else numbers.decided_sign(values)
         if sign < 0:
             return None
