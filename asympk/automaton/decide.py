@@ -32,11 +32,12 @@ from asympk.symbolic.system import Friction, System
 if TYPE_CHECKING:
     from asympk.automaton.automaton import Automaton
 
-DIGITS = 60  # at which a first mode is decided
+DIGITS = 60  # of an exact start
 EXACT = 45  # digits of an exact start that rounding leaves
 ROUNDING = 2.0**-46  # relative, of a start that was computed in doubles
 BY_HAND = 2.0**-20  # relative, of a start on a contact whose numbers were written with six digits
-WORKING = 40  # digits at which a mode that follows is decided, whatever the digits of the state
+WORKING = 40  # digits at which a mode that follows is decided at least, whatever the digits of the state
+COARSER = 10  # digits that are left out to see what is rounding
 LONGEST = 5_000  # operations of a derivative that is differentiated once more
 MOST = 8  # frictions of which all combinations are tried
 SAME = 1e-12  # relative, of two bounds that count as equal
@@ -72,6 +73,7 @@ class Numbers(NamedTuple):
     """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear.
 
     That is a sign of a value above ``least``, and equations whose pivots are above ``singular``, relative to their row.
+    What ``coarser`` numbers give another sign is rounding.
     """
 
     target: str
@@ -79,6 +81,7 @@ class Numbers(NamedTuple):
     convert: Any
     least: float
     singular: float = 0.0
+    coarser: "Numbers | None" = None
 
     def decided_sign(self, values: list) -> int:
         """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
@@ -89,6 +92,28 @@ class Numbers(NamedTuple):
         if abs(first) <= self.least:
             raise _Unclear
         return 1 if first > 0 else -1
+
+
+class Place(NamedTuple):
+    """A time, a state and the parameters as numbers of one kind."""
+
+    numbers: Numbers
+    t: Any
+    state: tuple
+    p: tuple
+
+    def values(self, system: System, outputs: tuple, directions: tuple = ()) -> tuple:
+        """Return the values of expressions here, or their derivatives along directions."""
+        found = function(system, outputs, self.numbers.target, self.numbers.functions, directions)
+        return found(self.t, *self.state, *self.p)
+
+    def with_nudged(self, slack: Any) -> tuple["Place", ...]:
+        """Return this place and those that ``slack``, relative, and rounding might have made of it."""
+        numbers = self.numbers.coarser or self.numbers
+        p = tuple(map(numbers.convert, self.p))
+        moved = (_nudged(self.t, self.state, signs, slack) for signs in _NUDGES)
+        nudged = (Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p) for t, w in moved)
+        return (self, *nudged)
 
 
 class _Unclear(Exception):
@@ -105,8 +130,8 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
     if isinstance(slack, float):
         with suppress(_Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
-    ctx = carrier_context(max(WORKING, *(v.context.dps for v in state if hasattr(v, "context")), 0))
-    numbers = Numbers("mpmath", ctx, partial(converted, ctx), -1.0)
+    digits = max(WORKING, *(v.context.dps + COARSER for v in state if hasattr(v, "context")), 0)
+    numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
     try:
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
     except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no sign
@@ -114,19 +139,24 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
                          "where its formulas hold, or give other parameters") from error  # fmt: skip
 
 
+def _numbers(digits: int) -> Numbers:
+    ctx = carrier_context(digits)
+    return Numbers("mpmath", ctx, partial(converted, ctx), -1.0)
+
+
 def _follow_on(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Branch:
     system = automaton.system
     t, state = numbers.convert(t), tuple(map(numbers.convert, state))
-    p = tuple(map(numbers.convert, automaton.values))
-    nudged = [(t, state), *(_nudged(t, state, signs, slack) for signs in _NUDGES)]
-    values = function(system, _expressions(system)[0], numbers.target, numbers.functions)
-    points = [_point(system, tuple(map(numbers.convert, values(at, *w, *p)))) for at, w in nudged]
+    at = Place(numbers, t, state, tuple(map(numbers.convert, automaton.values)))
+    places = at.with_nudged(slack)
+    values = (place.values(system, _expressions(system)[0]) for place in places)
+    points = [_point(system, tuple(map(numbers.convert, found))) for found in values]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
-    lost |= set() if before else _resting_rigid(system, (t, state), p, numbers)
-    touching = _touching(system, before, lost, (t, state), p, numbers)
+    lost |= set() if before else _resting_rigid(system, at)
+    touching = _touching(system, before, lost, at)
     phases = [_phases(system, k, before, lost, points, numbers, touching) for k in range(len(system.frictions))]
     _require_few(phases)
     resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
@@ -136,7 +166,7 @@ def _follow_on(
     for branch in tried:
         ties = _ties(system, branch, resting, points, numbers, touching, _unloaded(system, before, branch, lost))
         try:
-            still = None if ties is None else _still(mode_of(system, branch), ties, numbers, nudged, p, touching)
+            still = None if ties is None else _still(mode_of(system, branch), ties, places, touching)
         except Undecided:
             require_determined()
             raise
@@ -231,9 +261,7 @@ def _gap_sign(friction: Friction, k: int, lost: set, contacts: list[ContactNumbe
     return numbers.decided_sign([c.gap for c in contacts])
 
 
-def _touching(
-    system: System, before: Branch | None, lost: set, at: tuple[Any, tuple], p: tuple, numbers: Numbers
-) -> dict[int, bool]:
+def _touching(system: System, before: Branch | None, lost: set, at: Place) -> dict[int, bool]:
     """Return the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
 
     Raises ``NoMotion`` where one is hit: a rigid contact has no law of impact. The gap and its rate are 0 where the
@@ -247,35 +275,32 @@ def _touching(
             found[k] = ("lift_off", k) in lost
             continue
         expressions = (friction.gap, branches.rate_along(system, friction.gap))
-        gap, rate = _signs(system, expressions, at, p, numbers, rounding)
+        gap, rate = _signs(system, expressions, at, rounding)
         if gap < 0 and ("touch_down", k) not in lost:
             raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
         if ("touch_down", k) in lost or gap == 0:
             if rate < 0:
-                raise NoMotion(f"the contact is hit {_place(system, *at)}: the rigid model has no law of impact, the "
-                               "model needs compliance there", *at)  # fmt: skip
+                raise NoMotion(f"the contact is hit {_place(system, at.t, at.state)}: the rigid model has no law of "
+                               "impact, the model needs compliance there", at.t, at.state)  # fmt: skip
             if rate == 0:
                 found[k] = False
     return found
 
 
-def _resting_rigid(system: System, at: tuple[Any, tuple], p: tuple, numbers: Numbers) -> set[tuple[str, int]]:
+def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
     """Return the rigid contacts whose sliding velocity is 0 or may be the rounding of a start, as velocities lost.
 
     It is a sum of several states as a rule, which doubles can not make vanish, and no state that is given as 0.
     """
     rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
-    signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, p, numbers, ROUNDING)
+    signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, ROUNDING)
     return {("velocity_zero", k) for k, sign in zip(rigid, signs, strict=True) if sign == 0}
 
 
-def _signs(
-    system: System, expressions: tuple, at: tuple[Any, tuple], p: tuple, numbers: Numbers, rounding: float
-) -> list[int]:
+def _signs(system: System, expressions: tuple, at: Place, rounding: float) -> list[int]:
     """Return the signs of expressions in the states and the time, 0 where ``rounding`` leaves them open."""
-    values = function(system, expressions, numbers.target, numbers.functions)
-    rows = [values(t, *w, *p) for t, w in (at, *(_nudged(*at, signs, rounding) for signs in _NUDGES))]
-    return [numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]
+    rows = [place.values(system, expressions) for place in at.with_nudged(rounding)]
+    return [at.numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]
 
 
 def _closed(
@@ -447,13 +472,11 @@ def _along(row: tuple, forces: tuple) -> Any:
     return sum(a * b for a, b in zip(row, forces, strict=True))
 
 
-def _still(
-    mode: GuardedMode, ties: list[int], numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict
-) -> list[int] | None:
+def _still(mode: GuardedMode, ties: list[int], places: tuple[Place, ...], touching: dict) -> list[int] | None:
     """Return those of the guards that vanish with all derivatives, or None at the first that falls."""
     still = []
     for k in ties:
-        sign = _growth(mode, k, numbers, nudged, p, touching)
+        sign = _growth(mode, k, places, touching)
         if sign < 0:
             return None
         if sign == 0:
@@ -461,18 +484,17 @@ def _still(
     return still
 
 
-def _growth(mode: GuardedMode, guard: int, numbers: Numbers, nudged: list[tuple], p: tuple, touching: dict) -> int:
+def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: dict) -> int:
     """Return the sign of the first derivative along the field, of a guard that vanishes, that does not; else 0."""
     kind, friction, _ = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
     for order in range(first, 2 + min(len(mode.system.states), 5)):
         before = mode.derivative(guard, order - 1)
         if order > first and _length(before) > LONGEST:
-            raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(nudged[0][0]):.6g} with "
+            raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(places[0].t):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
-        derivative = function(mode.system, (before,), numbers.target, numbers.functions, (mode.flow,))
-        sign = numbers.decided_sign([derivative(t, *w, *p)[0] for t, w in nudged])
-        if sign:
+        values = [place.values(mode.system, (before,), (mode.flow,))[0] for place in places]
+        if sign := places[0].numbers.decided_sign(values):
             return sign
     return 0
 

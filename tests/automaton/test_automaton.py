@@ -2,6 +2,7 @@
 
 import math
 import random
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -20,6 +21,13 @@ x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
 F, G, H, N = sp.symbols("F G H N", real=True)
 a, c = sp.symbols("a c", positive=True)
 eps = sp.Symbol("eps", positive=True)
+
+
+@pytest.mark.parametrize(("load", "friction"), [("3", "1/10"), ("13/10", "1/3"), ("1.3", "1.1"), ("3", "5/13")])
+def test_a_push_that_is_just_what_friction_holds_leaves_a_block_at_rest_though_no_decimals_hold_it(load, friction):
+    block = ap.System.with_frictions({x: v, v: a + F}, {}, [ap.Friction(velocity=v, force=F, load=N, kinetic=c)])
+    push = Fraction(load) * Fraction(friction)
+    assert follow(block, {x: 0, v: 0}, 1, {N: load, c: friction, a: push}).modes == ("stick",)
 
 
 @pytest.mark.parametrize("name", ["bead_rod", "held_rod"])
