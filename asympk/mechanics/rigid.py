@@ -69,8 +69,8 @@ def motion_map(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> MotionMap:
     """Return the ``MotionMap`` on arrays that broadcast; ``values`` as for ``motions``."""
     terms = _terms(kinetics, values)
     signs = (1,) if kinetics.unilateral else (1, -1)
-    slips = [_slip(terms, direction, sign) for direction in (1, -1) for sign in signs]
     rest = [_stick(terms, kinetics.unilateral)]
+    slips = [_slip(terms, direction, sign, rest[0].exists) for direction in (1, -1) for sign in signs]
     if kinetics.unilateral:
         rest.append(Branch("lift_off", terms.a_N > 0, 0 * terms.a_N))
     return MotionMap((*slips, *rest))
@@ -120,15 +120,18 @@ _SLIP, _KINETIC, _STATIC = 5, 6, 7  # places among the terms
 _ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
 
 
-def _slip(terms: _Terms, direction: int, sign: int) -> Branch:
-    """Return the branch of slip in one direction with a reaction of one sign; R = 0 counts for the positive sign."""
+def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:
+    """Return the branch of slip in one direction with a reaction of one sign; R = 0 counts for the positive sign.
+
+    Where stick holds the contact, ``held``, an acceleration that is a rounding error starts no slip.
+    """
     import numpy as np
 
     reaction, exists = _reaction(terms, terms.kinetic, direction, sign)
-    _, held = _reaction(terms, terms.static, direction, sign)
+    _, onset = _reaction(terms, terms.static, direction, sign)
     for bound in (terms.kinetic, terms.static):
-        held = held & _starts(terms, bound, direction, sign)
-    onset = exists & held
+        onset = onset & _starts(terms, bound, direction, sign, held)
+    onset = exists & onset
     exists = np.where(terms.slip == 0, onset, exists & (np.sign(terms.slip) == direction))
     return Branch("slip", exists, np.where(exists, reaction, 0.0))
 
@@ -136,7 +139,9 @@ def _slip(terms: _Terms, direction: int, sign: int) -> Branch:
 def _reaction(terms: _Terms, bound: Any, direction: int, sign: int) -> tuple[Any, Any]:
     import numpy as np
 
-    p = terms.G_NN - direction * sign * bound * terms.G_NT
+    coupling = bound * terms.G_NT
+    p = terms.G_NN - direction * sign * coupling
+    p = np.where(abs(p) <= _ROUNDING * (terms.G_NN + abs(coupling)), 0.0, p)
     if np.any((p == 0) & (terms.a_N == 0)):
         raise Undecided("a_N = 0 where G_NN = friction load |G_NT|: any reaction would do; move off this point")
     reaction = -terms.a_N / np.where(p == 0, 1.0, p) + 0.0
@@ -144,9 +149,11 @@ def _reaction(terms: _Terms, bound: Any, direction: int, sign: int) -> tuple[Any
     return reaction, positive & (p != 0)
 
 
-def _starts(terms: _Terms, bound: Any, direction: int, sign: int) -> Any:
+def _starts(terms: _Terms, bound: Any, direction: int, sign: int, held: Any) -> Any:
     reaction, _ = _reaction(terms, bound, direction, sign)
-    return direction * (terms.a_T + (terms.G_NT - direction * sign * bound * terms.G_TT) * reaction) > 0
+    rate = direction * (terms.a_T + (terms.G_NT - direction * sign * bound * terms.G_TT) * reaction)
+    size = abs(terms.a_T) + (abs(terms.G_NT) + bound * terms.G_TT) * abs(reaction)
+    return rate > 2 * _ROUNDING * size * held
 
 
 def _stick(terms: _Terms, unilateral: bool) -> Branch:
@@ -159,7 +166,9 @@ def _stick(terms: _Terms, unilateral: bool) -> Branch:
     divisor = np.where(divisor == 0, 1.0, divisor)
     reaction = np.where(idle, -terms.a_N, terms.G_NT * terms.a_T - terms.G_TT * terms.a_N) / divisor + 0.0
     friction = np.where(idle, 0.0, terms.G_NT * terms.a_N - terms.G_NN * terms.a_T) / divisor
-    exists = possible & (terms.slip == 0) & (np.abs(friction) <= terms.static * np.abs(reaction))
+    bound = terms.static * np.abs(reaction)
+    size = bound + np.where(idle, 0.0, np.abs(terms.G_NT * terms.a_N) + np.abs(terms.G_NN * terms.a_T)) / abs(divisor)
+    exists = possible & (terms.slip == 0) & (np.abs(friction) <= bound + _ROUNDING * size)
     if unilateral:
         exists &= reaction >= 0
     return Branch("stick", exists, np.where(exists, reaction, 0.0))

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 import sympy as sp
 from mechanisms import masses_between_guides, slender_rod
+from sympy.physics.mechanics import dynamicsymbols
 
+import asympk as ap
 from asympk.errors import InputError, Undecided
 from asympk.systems import crank_slider
 
@@ -112,6 +114,27 @@ def test_static_friction_holds_what_kinetic_friction_would_let_go():
     assert block.motions({"U": 0}) == (("stick", 1.0),)
     weak = Mechanism(q, u, sp.eye(2), (1, -1), Contact(q[1], q[0], sp.Rational(1, 2), unilateral=True))
     assert weak.motions({"X'": 0}) == (("slip", 1.0),)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_a_block_on_an_incline_at_the_angle_of_friction_rests_though_doubles_round_its_pull(unilateral):
+    x, y = dynamicsymbols("x y")
+    (u, v), angle, f = (q.diff(dynamicsymbols._t) for q in (x, y)), sp.Symbol("angle", real=True), sp.Symbol("f")
+    contact = ap.Contact(gap=y, slip=x, friction=f, unilateral=unilateral)
+    lagrangian = (u**2 + v**2) / 2 + sp.sin(angle) * x - sp.cos(angle) * y
+    block = ap.Mechanism.from_lagrangian(lagrangian, (x, y), contact=contact)
+    angles = np.linspace(0.05, 1.5, 400)
+    tie, above, below = (
+        block.motion_map({"angle": angles, "f": np.tan(angles) * factor, "x'": 0, "y'": 0})
+        for factor in (1, 1 - 1e-12, 1 + 1e-12)
+    )
+    for found, name in ((tie, "stick"), (above, "slip"), (below, "stick")):
+        assert np.all(found.count == 1)
+        assert np.all(found.count_of(name) == 1)
+
+
+def test_at_its_critical_friction_no_rounded_stiffness_gives_the_rod_a_huge_reaction():
+    assert _rod(slender_rod(), np.arctan(2), 0.0, -1, 4 / 3) == ()
 
 
 def test_a_map_counts_on_arrays_what_numbers_count_one_by_one():
