@@ -79,7 +79,10 @@ class Guards:
         return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off.guards[functions:].tolist()
 
     def at(self, t: Number, margin: Number | None = None) -> GuardValues:
-        """Return the ``GuardValues`` at t; doubts are the sizes of terms times ``margin``, by default that of signs."""
+        """Return the ``GuardValues`` at t; doubts are the sizes of terms times ``margin``, by default that of signs.
+
+        Those of slopes are never less than rounding: where a guard touches zero its slope is no more than that.
+        """
         margin = self.m.margin if margin is None else margin
         found, gained, begun = functions(self.m, self.blocks, t)
         off_gained, off_found = tremors(self.m, self.blocks, t)
@@ -89,7 +92,7 @@ class Guards:
             [_dot(w, gained) + g for w, g in zip(weights, bases[begun], strict=True)],
             [_dot(w, found) for w in slopes],
             [(_dot(w, off_gained) + g) * margin for w, g in zip(off_weights, off_bases[begun], strict=True)],
-            [_dot(w, off_found) * margin for w in off_slopes],
+            [_dot(w, off_found) * max(margin, self.m.slack) for w in off_slopes],
         )
 
     def bounds(self, lo: Number, hi: Number) -> list[Number]:
@@ -283,9 +286,7 @@ def _touch(guards, left, right, verdicts):
     if len(unknown) != 1 or right.t - left.t > right.t * _NARROW:
         return None
     (q,) = unknown
-    t = guards.least(q, (left.t + right.t) / 2)
-    if not left.t < t < right.t:
-        return None
+    t = max(left.t, min(guards.least(q, (left.t + right.t) / 2), right.t))
     point = guards.at(t, m.slack)
     if abs(point.values[q]) > point.doubts[q]:
         return None

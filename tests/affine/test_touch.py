@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine.run import run
 
 x, y, v, F = sp.symbols("x y v F", real=True)
 
@@ -54,3 +55,26 @@ def test_a_velocity_that_touches_zero_where_the_drive_grows_goes_on():
     path = ap.solve(ap.Scene(system=beside_an_oscillator(sp.S.One, x + sp.S.Half), start=(1, 0, 1), until=20))
     assert path.modes == ("slip_same",)
     assert path.final[2] == pytest.approx(1 + math.sin(20), abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("until", "static", "after"), [(1, "1/2", ()), (1, "3/5", ("stick",)), ("1/3", "3/5", ("stick",))]
+)
+def test_a_velocity_that_touches_zero_just_where_the_run_ends_is_met(until, static, after):
+    """v = (1 - x)^2 at the time x of a clock that the run stops at 1."""
+    friction = ap.Friction(velocity=v, force=F, load=sp.S.One, kinetic=sp.S.Half, static=sp.Rational(static))
+    system = ap.System.with_frictions({x: sp.S.One, v: sp.S.Half + 2 * (x - 1) + F}, {}, (friction,))
+    until = sp.Rational(until)
+    start = {"x": str(1 - until), "v": str(until**2)}
+    for digits in (None, 25):
+        path = ap.solve(ap.Scene(system=system, start=start, until=str(until)), digits=digits)
+        assert path.modes == ("slip_same", *after)
+        assert [float(w) for w in path.final] == [1, 0]
+
+
+@pytest.mark.parametrize(("sigma0", "stops"), [(0, ()), ("1/2", ("stick", "slip_opposite"))])
+def test_a_velocity_that_touches_zero_as_a_cubic_goes_on_or_sticks(sigma0, stops):
+    start = dict(zip("xyz", ("-1/2", "-1", "1/3"), strict=True))
+    rod = ap.systems.painleve_klein.system()
+    scene = ap.Scene(system=rod, values={"sigma": 0, "sigma0": sigma0, "mu": 1}, start=start, until=2)
+    assert run(scene).modes == run(scene, digits=25).modes == ("slip_opposite", *stops, "slip_same")
