@@ -5,7 +5,10 @@ lies in the static cone |1 - s| <= (sigma0 + 2)|s|, which is an interval of 1/s.
 their own text; a test compares both with the ``System`` that is derived from the rod.
 """
 
+from collections.abc import Callable
 from typing import Any
+
+from asympk.numbers import sign_of
 
 # the mode by the product of the signs of s and z
 MODES = {1: "slip_same", 0: "stick", -1: "slip_opposite"}
@@ -44,3 +47,21 @@ def signs_after(kind: str, s_sign: Any, z_sign: Any, s: Any, sticks: Any) -> tup
     if kind == "force_zero":
         return -s_sign, z_sign
     return s_sign, leaving(s) if kind == "slip_onset" else z_sign * (sticks - 1)
+
+
+def first_signs(sign: Callable[[Any, Any], int], sigma0: Any, mu: Any, s: Any, y: Any, z: Any) -> tuple[int, int, bool]:
+    r"""Return the signs of s and z just after a state, and whether it sticks on an edge; ``sign(value, size)``.
+
+    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
+    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
+    """
+    s_sign = sign_of(s) or sign(1 + mu * y, 1) or 1
+    if z:
+        return s_sign, sign_of(z), False
+    held = sign(grip(sigma0, s), 1 + abs(s))
+    if held:
+        return s_sign, leaving(s) if held < 0 else 0, False
+    widening = (sigma0 + 2) * s_sign + leaving(s)
+    if widening * (sign(mu * y - s, abs(s)) or -s_sign) > 0:
+        return s_sign, 0, True
+    return s_sign, leaving(s), False

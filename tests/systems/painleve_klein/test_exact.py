@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 import asympk as ap
+from asympk.affine.run import run as general
 from asympk.arithmetic import Doubles
 from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided
 from asympk.systems.painleve_klein.flow.exact import RodNumbers, segments_of
@@ -603,3 +604,36 @@ def test_a_velocity_that_vanishes_just_where_the_reaction_turns_stops_there(star
     assert path.modes == ("slip_opposite", "stick", "slip_same")
     assert path.events[0].t == stop
     assert path.final == pytest.approx(ap.solve(scene, "lsoda", rtol=1e-11).final, abs=1e-8)
+
+
+def polynomial(time, load, rate=0, velocity=0):
+    """Return the start of a slip at sigma = 0, mu = 1/3 that has these s, y and z at ``time``."""
+    t, y = Fraction(time), Fraction(rate) - 3 * Fraction(time)
+    s = Fraction(load) - (y + 3) * t - 3 * t * t / 2
+    return s - y, y, Fraction(velocity) - t - s * t - (y + 3) * t * t / 2 - t**3 / 2
+
+
+@pytest.mark.parametrize("until", ["1/7", 2])
+@pytest.mark.parametrize(
+    ("sigma0", "start", "modes"),
+    [
+        (0, polynomial("1/7", 0, -3, -9), ()),
+        (0, polynomial("1/7", -1), ()),
+        ("1/2", polynomial("1/7", -1), ("stick",)),
+        (0, polynomial("1/7", 0, -5, -9), ("slip_same",)),
+        (0, polynomial("1/7", 1), ("stick",)),
+        (0, polynomial("1/7", "1/3", -5), ("slip_same",)),
+        (0, polynomial("1/7", 0, -5), ("slip_opposite",)),
+    ],
+    ids=["load touches", "velocity touches", "and sticks", "load", "velocity", "on the edge", "both"],
+)
+def test_what_vanishes_at_a_round_time_is_met_there_whatever_rounding_says(until, sigma0, start, modes):
+    """The general engine, which knows nothing of the rod, meets the same."""
+    scene = ap.Scene(0, "1/3", start, until, sigma0)
+    values = {"sigma": 0, "sigma0": sigma0, "mu": "1/3"}
+    rod = ap.systems.painleve_klein.system()
+    other = general(ap.Scene(system=rod, values=values, start=dict(zip("xyz", start, strict=True)), until=until))
+    for path in (ap.solve(scene), ap.solve(scene, digits=30)):
+        assert path.modes == other.modes
+        assert path.modes[1 : len(modes) + 1] == modes
+        assert [float(w) for w in path.final] == pytest.approx(other.final, abs=1e-14)

@@ -9,6 +9,7 @@ numbers in use cannot decide raises ``Undecided``, and the flow is followed agai
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 from asympk.arithmetic import Doubles
@@ -17,7 +18,14 @@ from asympk.numbers import Arithmetic, Number, sign_of
 from asympk.systems.painleve_klein.flow import shortcut
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow, FastSlowSegment
 from asympk.systems.painleve_klein.flow.superposition import SmoothMode, SmoothSegment, slope
-from asympk.systems.painleve_klein.modes import MODES, coefficients, inverse_edges, signs_after
+from asympk.systems.painleve_klein.modes import (
+    MODES,
+    coefficients,
+    first_signs,
+    grip,
+    inverse_edges,
+    signs_after,
+)
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
@@ -84,6 +92,16 @@ def decided(m: Arithmetic, value: Number, size: Number) -> int:
     return sign_of(value)
 
 
+def lost(m: Arithmetic, value: Number, size: Number) -> bool:
+    """Tell whether a value, positive inside its mode, is negative; not where it is ``vanishing``."""
+    return decided(m, value, size) < 0 and value < -m.slack * size
+
+
+def vanishing(m: Arithmetic, value: Number, size: Number) -> bool:
+    """Tell whether a value is zero but for rounding, where signs are taken as they are."""
+    return not m.margin and abs(value) <= m.slack * size
+
+
 class SolvedSegment(NamedTuple):
     """One segment of a solution: mode, start time, closed form, the event that ends it or "", duration, last state."""
 
@@ -113,10 +131,11 @@ def follow_rod(
             segment = flow.mode(name).start(x, y, s, z)
         else:
             segment, deviation = flow.split(name).start(x, y, s, z, deviation), None
+        left = max(0 * until, until - t)
         if known:
-            kind, span, state = refined_event(flow, segment, _counterpart(known, done, name), s_sign, until - t)
+            kind, span, state = refined_event(flow, segment, _counterpart(known, done, name), s_sign, left)
         else:
-            kind, span, state = _next_event(flow, segment, s_sign, z_sign, until - t)
+            kind, span, state = _next_event(flow, segment, s_sign, z_sign, left)
         done.append(SolvedSegment(name, t, segment, kind, span, state))
         if not kind:
             _require_clear_end(flow, segment, state, s_sign, z_sign, m.margin * until, span if t else None)
@@ -127,17 +146,32 @@ def follow_rod(
         t = t + span
         if on_event:
             on_event(t)
-        sticks = kind == "velocity_zero" and flow.sticks(s, segment.s_size(span))
-        s_sign, z_sign = signs_after(kind, s_sign, z_sign, s, sticks)
+        s, s_sign, z_sign = _after(flow, kind, s_sign, z_sign, s, y, segment.s_size(span))
         if len(done) > MOST_EVENTS:
             raise TooManyEvents(_too_many(until, t, state))
+
+
+def _after(flow, kind, s_sign, z_sign, s, y, size):
+    """Return s, and its sign and that of z, just after an event at the load s, a sum of terms up to ``size``."""
+    if kind != "velocity_zero":
+        return s, *signs_after(kind, s_sign, z_sign, s, False)
+    m = flow.m
+    s = 0 * s if vanishing(m, s, size) else s
+    if not s or vanishing(m, grip(flow.sigma0, s), 1 + size):
+        s_sign, z_sign, _ = first_signs(partial(_sign, m), flow.sigma0, flow.mu, s, y, 0 * s)
+        return s, s_sign, z_sign
+    return s, *signs_after(kind, s_sign, z_sign, s, flow.sticks(s, size))
+
+
+def _sign(m, value, size):
+    return 0 if vanishing(m, value, size) else decided(m, value, size)
 
 
 def _next_event(flow, segment, s_sign, z_sign, left):
     """Return (kind, time, state) of the event that ends a segment, in doubles by its shortcut where that is sure."""
     if z_sign:
         quick = flow.m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, left)
-        return quick or slip_event(segment, s_sign, z_sign, left)
+        return quick or slip_event(flow, segment, s_sign, z_sign, left)
     quick = flow.m is Doubles and shortcut.stick_end(segment, *flow.edges(s_sign), s_sign, left)
     return quick or stick_event(flow, segment, s_sign, left)
 
@@ -154,30 +188,49 @@ def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
         raise Undecided
 
 
-def slip_event(segment: RodSegment, s_sign: int, z_sign: int, left: Number) -> tuple[str, Number, tuple[Number, ...]]:
-    """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first."""
+def slip_event(
+    flow: RodFlow, segment: RodSegment, s_sign: int, z_sign: int, left: Number
+) -> tuple[str, Number, tuple[Number, ...]]:
+    """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first.
+
+    A load that only touches zero keeps its sign; a velocity that does sticks if static friction exceeds the kinetic.
+    """
     mode = segment.mode
     a, fall = mode.a, mode.fall
     end = segment.horizon(left)
     lo, opening = 0, not segment.z0 or _opening(segment, z_sign)
     for hi in stretches(segment, end):
         s, z = segment.probe(hi)
-        opens = z_sign * (a + fall * s) > 0
+        opens = _side(mode.m, z_sign, a, fall * s) > 0
         if hi < end and not opens and s_sign * s > 0 and _vanishes(segment, hi, z):
             return "velocity_zero", *on_plane(segment, hi)
-        event = _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
+        event = _slip_event(flow, segment, s_sign, z_sign, lo, hi, s, z, opening, opens)
         if event:
             return event
         lo, opening = hi, opens
     if end < left:
         raise Undecided
-    return "", left, segment.state(left)
+    return _slip_end(flow, segment, s_sign, z_sign, left)
+
+
+def _slip_end(flow, segment, s_sign, z_sign, left):
+    """Return the event that a slip meets just where the time ends, or ("", left, state)."""
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
+    if _vanishes(segment, left, z) and _side(mode.m, z_sign, mode.a, mode.fall * s) < (flow.sigma0 > flow.sigma):
+        return "velocity_zero", *on_plane(segment, left)
+    if vanishing(mode.m, s, segment.s_size(left)) and _side(mode.m, s_sign, y, thrust / mode.mu) < 0:
+        return "force_zero", *on_level(segment, 0 * left, left)
+    return "", left, (x, y, s, z, thrust)
+
+
+def _side(m, side, *terms):
+    """Return the sign of ``side`` times the sum of terms, 0 where it is zero but for rounding."""
+    value = side * sum(terms)
+    return sign_of(value) * (abs(value) > m.slack * sum(map(abs, terms)))
 
 
 def _vanishes(segment, t, z):
-    """Tell whether z is zero where s turns, signs being taken as they are: rounding may have given it any."""
-    m = segment.mode.m
-    return not m.margin and abs(z) <= m.slack * segment.z_size(t)
+    return vanishing(segment.mode.m, z, segment.z_size(t))
 
 
 def _opening(segment, z_sign):
@@ -192,22 +245,22 @@ def _opening(segment, z_sign):
     return z_sign * rate > 0
 
 
-def _slip_event(segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
+def _slip_event(flow, segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
     """Return the event in (lo, hi], a stretch on which s is monotone, or None.
 
     ``opening`` and ``opens`` tell whether z moves off the plane at lo and at hi.
     """
     m, t = segment.mode.m, None
-    if decided(m, z_sign * z, segment.z_size(hi)) < 0:
+    if lost(m, z_sign * z, segment.z_size(hi)):
         t = segment.z_root(_leaving(segment, z_sign, lo, hi, s) if opening else lo, hi, -z_sign)
     elif opens and not opening:
-        t = _dip(segment, z_sign, lo, hi)
+        t = _dip(flow, segment, z_sign, lo, hi)
     if t is not None:
         t, state = on_plane(segment, t)
         hi, s = t, state[2]
-        if decided(m, s_sign * s, segment.s_size(t)) >= 0:
+        if not lost(m, s_sign * s, segment.s_size(t)):
             return "velocity_zero", t, state
-    if decided(m, s_sign * s, segment.s_size(hi)) < 0:
+    if lost(m, s_sign * s, segment.s_size(hi)):
         _require_off(lo or segment.s0)
         return "force_zero", *on_level(segment, 0 * hi, segment.s_root(0, lo, hi, -s_sign))
     return None
@@ -228,13 +281,14 @@ def _leaving(segment, z_sign, lo, hi, s):
     return t
 
 
-def _dip(segment, z_sign, lo, hi):
-    """Return the time in (lo, hi) at which z leaves its side though it is back at hi, or None."""
+def _dip(flow, segment, z_sign, lo, hi):
+    """Return the time in (lo, hi) at which z leaves its side though it is back at hi, or sticks; or None."""
     mode = segment.mode
     least = segment.s_root(mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
-    if decided(mode.m, z_sign * segment.state(least)[3], segment.z_size(least)) < 0:
+    z = segment.state(least)[3]
+    if lost(mode.m, z_sign * z, segment.z_size(least)):
         return segment.z_root(lo, least, -z_sign)
-    return None
+    return least if flow.sigma0 > flow.sigma and _vanishes(segment, least, z) else None
 
 
 def stick_event(
@@ -246,11 +300,22 @@ def stick_event(
     for hi in stretches(segment, left):
         s, size = segment.probe(hi)[0], segment.s_size(hi)
         for edge, side in ((near, -s_sign), (far, 1)):
-            if edge is not None and decided(flow.m, side * (s - edge), abs(edge) + size) > 0:
+            if edge is not None and lost(flow.m, side * (edge - s), abs(edge) + size):
                 _require_off(lo or segment.s0 - edge)
                 return "slip_onset", *on_level(segment, edge, segment.s_root(edge, lo, hi, side))
         lo = hi
-    return "", left, segment.state(left)
+    return _stick_end(flow, segment, s_sign, left)
+
+
+def _stick_end(flow, segment, s_sign, left):
+    """Return the slip onset that stick meets just where the time ends, or ("", left, state)."""
+    mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
+    near, far = flow.edges(s_sign)
+    for edge, side in ((near, -s_sign), (far, 1)):
+        met = edge is not None and vanishing(mode.m, s - edge, abs(edge) + segment.s_size(left))
+        if met and _side(mode.m, side, y, thrust / mode.mu) > 0:
+            return "slip_onset", *on_level(segment, edge, left)
+    return "", left, (x, y, s, z, thrust)
 
 
 def refined_event(
@@ -279,7 +344,7 @@ def on_plane(segment: RodSegment, t: Number) -> tuple[Number, tuple[Number, ...]
     for _ in range(MOST_STEPS):
         x, y, s, z, thrust = segment.state(t)
         fall = mode.a + mode.fall * s
-        if not fall:
+        if not fall or _vanishes(segment, t, z):
             return t, (x, y, s, z - z, thrust)
         if abs(z) > mode.m.root_tol * t * abs(fall):
             raise Undecided

@@ -4,7 +4,6 @@ What holds just after a start on a boundary is decided by derivatives; what a su
 fractions.
 """
 
-from collections.abc import Callable
 from fractions import Fraction
 from functools import lru_cache, partial
 from math import isqrt
@@ -16,7 +15,7 @@ from asympk.numbers import Number, sign_of
 from asympk.scene import MANIFOLDS
 from asympk.systems.painleve_klein.flow.fastslow import FastSlow
 from asympk.systems.painleve_klein.flow.segments import decided
-from asympk.systems.painleve_klein.modes import MODES, grip, leaving
+from asympk.systems.painleve_klein.modes import MODES, first_signs
 
 if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.exact import RodNumbers
@@ -57,26 +56,6 @@ def beside_line(
     s_sign = decided(flow.m, s, abs(line.line) + abs(lifted) + abs(offset)) or sign_of(1 + flow.mu * y)
     z_sign = sign_of(z)
     return (x, y, s, z, s_sign, z_sign), offset if MODES[s_sign * z_sign] == name else None
-
-
-def first_signs(
-    sign: Callable[[Number, Number], int], sigma0: Number, mu: Number, s: Number, y: Number, z: Number
-) -> tuple[int, int, bool]:
-    r"""Return the signs of s and z just after a start, and whether it sticks on an edge; ``sign(value, size)``.
-
-    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
-    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
-    """
-    s_sign = sign_of(s) or sign(1 + mu * y, 1) or 1
-    if z:
-        return s_sign, sign_of(z), False
-    held = sign(grip(sigma0, s), 1 + abs(s))
-    if held:
-        return s_sign, leaving(s) if held < 0 else 0, False
-    widening = (sigma0 + 2) * s_sign + leaving(s)
-    if widening * (sign(mu * y - s, abs(s)) or -s_sign) > 0:
-        return s_sign, 0, True
-    return s_sign, leaving(s), False
 
 
 def _first_signs(flow, case, s, y, z):
