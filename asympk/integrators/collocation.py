@@ -40,6 +40,7 @@ DOUBLE_DIGITS = 7  # to which a root that is found in doubles is surely right
 LARGEST = 1e300  # growth of errors, beyond which it is not told apart
 STAGES, PER_DIGIT = 20, 0.8  # the fewest, and how many for each digit: as it grows, more cost less than shorter steps
 ROUGH, ROUGH_SWEEPS = 1e-10, 12  # relative, to which sweeps in doubles get in so many, where they do
+BLOCK = 32  # unknowns that are eliminated together
 ORDERS = ((0, 1), (6, 3))  # stages, and digits, beyond those, of the two runs
 
 
@@ -270,7 +271,25 @@ def _correction(scheme: Scheme, times: list, stages: list, residual: Any, h: Any
     jacobians = [scheme.doubles.jac(float(t), tuple(map(float, w))) for t, w in zip(times, stages, strict=True)]
     residual, steps = np.array(residual, dtype=float), scheme.tableau.floats * float(h)
     coupling = np.einsum("ikl,ij->ikjl", np.array(jacobians, dtype=float), steps).reshape(2 * (residual.size,))
-    return np.linalg.solve(np.eye(residual.size) - coupling, residual.ravel()).reshape(residual.shape)
+    return _solved(np.eye(residual.size) - coupling, residual.ravel()).reshape(residual.shape)
+
+
+def _solved(matrix: Any, right: Any) -> Any:
+    """Return the solution of linear equations, eliminated by blocks that one thread of the linear algebra solves.
+
+    Several threads wait for one another wherever other processes run, up to a thousand times as long as they compute.
+    """
+    import numpy as np
+
+    rows, size = np.column_stack([matrix, right]), len(right)
+    blocks = [slice(start, min(start + BLOCK, size)) for start in range(0, size, BLOCK)]
+    for k, here in enumerate(blocks, start=1):
+        rows[here, here.stop :] = np.linalg.solve(rows[here, here], rows[here, here.stop :])
+        for below in blocks[k:]:
+            rows[below, here.stop :] -= rows[below, here] @ rows[here, here.stop :]
+    for here in reversed(blocks):
+        rows[: here.start, -1] -= rows[: here.start, here] @ rows[here, -1]
+    return rows[:, -1]
 
 
 def _minus(left: Any, right: Any) -> tuple:

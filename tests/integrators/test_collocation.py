@@ -2,12 +2,13 @@
 
 from itertools import chain
 
+import numpy as np
 import pytest
 import sympy as sp
 from mpmath import mp
 
 import asympk as ap
-from asympk.integrators.collocation import _Tableau
+from asympk.integrators.collocation import _solved, _Tableau
 
 
 @pytest.mark.parametrize(("stages", "digits"), [(3, 30), (20, 33), (26, 60), (60, 90)])
@@ -49,3 +50,10 @@ def test_a_block_on_a_stiffening_spring_touches_the_speed_of_its_belt_after_ever
         left = mp.findroot(lambda x: x + x**3 - mp.mpf(sp.Rational(static).p) / sp.Rational(static).q, 0.4)
         energies = [(v**2 - x + x**2 + x**4 / 2) / 2 for x, v in (path.final, (left, 1))]
         assert abs(energies[0] - energies[1]) < 1e-18
+
+
+@pytest.mark.parametrize("size", [1, 31, 32, 33, 140])
+def test_elimination_by_blocks_solves_the_equations_of_a_step_whatever_is_left_for_the_last_block(size):
+    rng = np.random.default_rng(size)
+    matrix, right = np.eye(size) + rng.normal(size=(size, size)) / 20, rng.normal(size=size)
+    assert np.allclose(matrix @ _solved(matrix, right), right, rtol=0, atol=1e-12)
