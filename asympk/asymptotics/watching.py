@@ -16,7 +16,6 @@ from asympk.asymptotics.nonstiff import Step
 Guards = Callable[[float, tuple[float, ...]], Sequence[float]]
 NUDGE = 1e-6  # of a step, for the slopes of guards at its ends
 SHALLOW = 0.5  # a least value of the interpolant below this part of the ends' is looked for
-HALVINGS = 50
 
 
 def watched(
@@ -81,9 +80,12 @@ def _hermite(share: float, a: float, b: float, fall: float, rise: float) -> floa
 
 
 def _zero(value: Callable, low: float, high: float) -> float:
-    """Return where a guard falls through 0; one that is 0 at ``low`` was positive just after."""
+    """Return where a guard falls through 0; one that is 0 at ``low`` was positive just after, however shortly."""
     if not value(high) < 0:
         return high
-    ahead = (low + (high - low) / 2**k for k in range(HALVINGS))
-    start = low if value(low) > 0 else next((t for t in ahead if value(t) > 0), None)
-    return high if start is None else brentq(value, start, high, xtol=1e-300, rtol=1e-15)
+    before, after = low, high
+    if not value(low) > 0:
+        before = low + (high - low) / 2
+        while low < before < after and not value(before) > 0:
+            before, after = low + (before - low) / 2, before
+    return brentq(value, before, after, xtol=1e-300, rtol=1e-15) if value(before) > 0 else after

@@ -181,6 +181,24 @@ def test_a_guard_that_dips_below_zero_and_back_within_a_step_is_lost_where_it_fi
     assert found[:1] == ([] if lost is None else [(pytest.approx(lost, abs=1e-12), 1)])
 
 
+def test_a_guard_that_vanishes_where_a_step_begins_is_lost_where_it_vanishes_again_however_soon():
+    ahead = steps((lambda x: (1.0,),), (), (0.0,), 1.0, 1e-3, (1e-3,))
+    found = [hit for _, hit in watched(ahead, lambda t, state: (state[0] * (1e-20 - state[0]),), 1) if hit]
+    assert found[:1] == [(pytest.approx(1e-20, rel=1e-12), 0)]
+
+
+def test_an_upright_rod_whose_end_rests_and_begins_to_move_by_rounding_alone_is_held_at_once():
+    state = {"X": 0, "Y": 1, "theta": math.pi / 2, "X'": -1, "Y'": 0, "theta'": 1}
+    values, soft = {"m": 1, "l": 1, "g": 10, "f": 2}, slender_rod().elastic(compliance=c, damping=sp.S.Half)
+    start = slender_rod().start(soft, {**state, **values})
+    scene = ap.Scene(system=soft, values={**values, "c": "1e-3"}, start=start, until="0.1")
+    truth = ap.solve(scene)
+    for order in (1, 2):
+        path = ap.solve(scene, "jump", order=order)
+        assert path.modes == truth.modes
+        assert distance(path.final, truth.final) <= path.error
+
+
 def test_layers_stop_at_events_that_are_closer_than_their_steps():
     start = ("101/2000", "5321/10000", "-8149/10000", "101/1250", "-147/1250")
     values = {"f": "21193/10000", held_rod().small: "583/12500"}
