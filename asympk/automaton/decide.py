@@ -491,6 +491,8 @@ def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: 
     for order in range(first, 2 + min(len(mode.system.states), 5)):
         before = mode.derivative(guard, order - 1)
         if order > first and _length(before) > LONGEST:
+            if mode.system.time is None and not any(places[0].values(mode.system, mode.rates)):
+                return 0  # what stands still does so for ever
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(places[0].t):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
         values = [place.values(mode.system, (before,), (mode.flow,))[0] for place in places]

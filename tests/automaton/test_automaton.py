@@ -124,6 +124,17 @@ def test_discs_at_rest_stay_at_rest():
     assert follow(clutches(), {"u": 0, "v": 0, "w": 0}, 5).modes == ("stick+stick+stick",)
 
 
+def test_a_mechanism_without_weight_at_rest_on_an_elastic_contact_stays_at_rest():
+    r, phi, r_, phi_ = sp.symbols("r phi r_ phi_")
+    forces = (r * phi_**2 + w * sp.cos(phi), -2 * r * r_ * phi_ - w * r * sp.sin(phi))  # on a hoop, w its weight
+    bead = ap.Mechanism((r, phi), (r_, phi_), sp.diag(1, r**2), forces, ap.Contact(1 - r, r * phi_, sp.S.Half))
+    soft = bead.elastic(compliance=eps, damping=1)
+    start = bead.start(soft, {"r": 1, "phi": 1, "r'": 0, "phi'": 0})
+    path = ap.solve(ap.Scene(system=soft, values={w: 0, eps: "1e-3"}, start=start, until=1))
+    assert path.modes == ("stick",)
+    assert path.final == (1, 1, 0, 0, 0)
+
+
 def test_a_locked_clutch_slips_again_where_the_torque_exceeds_its_static_bound_and_not_before():
     drive = ap.Friction(velocity=u - v, force=F, load=1, kinetic=1, static=2)
     system = ap.System.with_frictions({u: t + F, v: -F}, {}, [drive], time=t)
