@@ -249,7 +249,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
         return mode.guard_values(path.t + span, at_edge(at))
 
     follow, left = reduced.follow_reduced_flow, until - path.t
-    found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards)
+    found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards, path.t)
     places = list(slow.places)
     points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
     stretch = Stretch(path.t, path.branch, lambda u: found.states(u)[0][places], points)

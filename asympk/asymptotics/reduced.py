@@ -68,16 +68,17 @@ def follow_reduced_flow(
     until: float,
     rtol: float = 1e-12,
     guards: Callable | None = None,
+    began: float = 0.0,
 ) -> Reduced:
     """Integrate the flow to every order of ``orders`` from its start, what ``Formulas.on_branch`` returns.
 
     ``guards`` returns those of a mode at the time and such a point; the flow of the first order ends where one becomes
     negative. Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for
-    infinity; both tell the time and the state reached.
+    infinity; both tell the time, ``began`` at the start, and the state reached.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     found, end, guard = list[Any](), until, None
-    _check(None, formulas, first[:size], slow, mu, values)
+    _check(None, formulas, first[:size], slow, mu, values, began)
     flows = tuple(formulas.flow[m] for m in orders)
     for step, lost in watched(steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first)), guards, size):
         if len(found) == STEPS or not max(map(abs, step.end)) < FAR:
@@ -86,11 +87,11 @@ def follow_reduced_flow(
         if lost:
             end, guard = lost
             break
-        _check(step, formulas, step.end[:size], slow, mu, values)
+        _check(step, formulas, step.end[:size], slow, mu, values, began)
     if until > 0 and (not found or found[-1].after < end):
         t, last = (found[-1].after, found[-1].end) if found else (0.0, first)
-        raise OutOfRange(f"the reduced flow ends at t = {t:.6g} near {listed(last[:size])}: its states grow beyond "
-                         "bounds, or its steps become too small")  # fmt: skip
+        raise OutOfRange(f"the reduced flow ends at t = {began + t:.6g} near {listed(last[:size])}: its states grow "
+                         "beyond bounds, or its steps become too small")  # fmt: skip
     return Reduced(formulas, orders, slow, mu, values, end, guard, Trajectory(first, tuple(found)))
 
 
@@ -119,7 +120,7 @@ def _attraction(formulas, state, slow, mu, values):
     return y, abscissa(formulas, state[:slow], y, values)
 
 
-def _check(step, formulas, state, slow, mu, values):
+def _check(step, formulas, state, slow, mu, values, began):
     """Raise where the manifold is lost, at the time within the last step where it is."""
     if margin(formulas, state, slow, mu, values) > 0:
         return
@@ -131,7 +132,7 @@ def _check(step, formulas, state, slow, mu, values):
             low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
         state = step(low)[:size].tolist()
     y, largest = _attraction(formulas, state, slow, mu, values)
-    where = f"t = {t:.6g}, x = {listed(state[:slow])}, y = {listed(y)}"
+    where = f"t = {began + t:.6g}, x = {listed(state[:slow])}, y = {listed(y)}"
     raise NotNormallyHyperbolic(
         f"the slow manifold is lost at {where}, by a fold, a change of stability, or slow motion that is not slow: the "
         f"largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller until, or a smaller parameter"

@@ -199,6 +199,15 @@ def test_an_upright_rod_whose_end_rests_and_begins_to_move_by_rounding_alone_is_
         assert distance(path.final, truth.final) <= path.error
 
 
+def test_where_a_manifold_is_lost_after_a_layer_is_told_in_the_time_of_the_scene():
+    """It attracts as 1 - a does, which changes within its own time at a distance of sqrt(c) from 1."""
+    ramp = ap.System.with_friction(slow={a: 1}, fast={b: (a - 1) * b}, velocity={w: 1 + F}, force=F, load=1,
+                                   kinetic=sp.S.Half, small=c)  # fmt: skip
+    scene = ap.Scene(system=ramp, values={c: "1e-4"}, start={a: 0, b: 1, w: 1}, until=2)
+    with pytest.raises(NotNormallyHyperbolic, match=r"lost at t = 0\.99, x = 0\.99, 1\.495, y = -?0,"):
+        ap.solve(scene, "jump", order=1)
+
+
 def test_layers_stop_at_events_that_are_closer_than_their_steps():
     start = ("101/2000", "5321/10000", "-8149/10000", "101/1250", "-147/1250")
     values = {"f": "21193/10000", held_rod().small: "583/12500"}
