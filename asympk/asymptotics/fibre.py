@@ -38,7 +38,7 @@ class Formulas:
     1. ``layer(series, p)`` returns the rates of the series in tau, those of X_0 left out.
     2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each by state and power of tau.
     3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m]`` of the same returns y.
-    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, and f_y h_x by rows.
+    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, h_x f_y and h_x f_x f_y.
     5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
 
     3 and 4 leave out b and b' where g is affine in y at mu = 0, since b = -g_y^-1 g(x, 0, 0) there: ``on_branch``.
@@ -165,17 +165,19 @@ class _Field:
         return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.functions)
 
     def slow_rates(self):
-        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and f_y h_x."""
+        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and h_x f_y and h_x f_x f_y."""
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.jacobian.det()], values, tape, 1)
-        point = _first(values)
-        across = [[evaluated(c, point, tape) for c in row] for row in self.across.T.tolist()]
-        inverse = self._inverse(values, tape)
-        slopes = [[-1 * c for c in _product(inverse, column)] for column in across]
-        drift = sp.Matrix(self.drift).subs(self.small, 0).jacobian(self.fast_states)
-        coupling = [[evaluated(c, point, tape) for c in row] for row in drift.tolist()]
-        entries = [c for row in coupling for c in _product(slopes, row)]
-        return tape.function((found[0, 1] / found[0, 0], *entries), self.functions)
+        point, drift = _first(values), [f.subs(self.small, 0) for f in self.drift]
+        across = [[evaluated(c, point, tape) for c in row] for row in self.across.tolist()]
+        inverse, once, twice = self._inverse(values, tape), [], []
+        for y in self.fast_states:
+            push = [evaluated(f.diff(y), point, tape) for f in drift]
+            moved = {s: Taylor({(0, 0): point[s], (0, 1): c}, 1) for s, c in zip(self.slow_states, push, strict=True)}
+            again = [f[0, 1] for f in self._along(drift, point | moved, tape, 1)]
+            once += _product(inverse, _product(across, push))
+            twice += _product(inverse, _product(across, again))
+        return tape.function((found[0, 1] / found[0, 0], tuple(once), tuple(twice)), self.functions)
 
     def at_point(self, exprs):
         """Compile expressions at (x, y)."""

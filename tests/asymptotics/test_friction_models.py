@@ -208,6 +208,30 @@ def test_where_a_manifold_is_lost_after_a_layer_is_told_in_the_time_of_the_scene
         ap.solve(scene, "jump", order=1)
 
 
+@pytest.mark.parametrize("unit", [1, 10**6])
+def test_the_units_of_a_slow_state_do_not_decide_whether_its_manifold_is_lost(unit):
+    """The fast rate is 1000 and the slow one 1, whatever a state that hardly moves is measured in."""
+    drift = ap.System.with_friction(slow={a: b, s: 0}, fast={b: -(a + b + unit * s)}, velocity={w: 1 + F}, force=F,
+                                    load=1, kinetic=sp.S.Half, small=c)  # fmt: skip
+    start = {a: 1, b: 0, s: f"1/{unit}", w: 1}
+    scene = ap.Scene(system=drift, values={c: "1e-3"}, start=start, until=1)
+    path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene)
+    assert distance(path.final, truth.final) <= path.error < 1e-5
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_a_box_that_slides_towards_its_corner_is_followed_to_where_it_stops_on_its_manifold(order):
+    """Its manifold is steep in the angle, which stays 0: the line of the reaction goes through its centre."""
+    depth, ahead = Y - sp.cos(THETA) - sp.sin(THETA), X + sp.sin(THETA) - sp.cos(THETA)
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + THETA.diff(T) ** 2 / 8 - g * Y
+    box = ap.Mechanism.from_lagrangian(energy, (X, Y, THETA), contact=ap.Contact(depth, ahead, f, unilateral=True))
+    soft = box.elastic(compliance=c, damping=sp.S.Half)
+    start = box.start(soft, {"X": 1, "Y": 1, "theta": 0, "X'": -1, "Y'": 0, "theta'": 0})
+    scene = ap.Scene(system=soft, values={"g": 10, "f": 1, "c": "1e-3"}, start=start, until="1/10")
+    path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene)
+    assert distance(path.final, truth.final) <= path.error < 20 * 10.0 ** (-2 * order - 2)
+
+
 def test_layers_stop_at_events_that_are_closer_than_their_steps():
     start = ("101/2000", "5321/10000", "-8149/10000", "101/1250", "-147/1250")
     values = {"f": "21193/10000", held_rod().small: "583/12500"}
