@@ -71,7 +71,7 @@ class AffineMode:
     @cached_property
     def mesh(self) -> Mesh:
         """The ``Mesh`` of the spectrum."""
-        return Mesh(self.in_doubles.blocks)
+        return Mesh(_blocks(Doubles, exponential(self.homogeneous, DIGITS_FOR_DOUBLES)))
 
 
 def _exact(*rows):
@@ -152,11 +152,14 @@ def _flow(m, mode, exact):
     tables = np.concatenate([table.reshape(-1, width) for table in tables])
     if m is Doubles:
         tables = _rounded(m, tables, exact.bits)
-    blocks = tuple(block._replace(decay=_number(m, block.decay, exact.bits), turn=_number(m, block.turn, exact.bits))
-                   for block in exact.blocks)  # fmt: skip
     rows = np.array([[m.number(v) for v in row] for row in mode.guards], dtype=tables.dtype).reshape(-1, width)
     states, rate = _rounded(m, states, exact.bits), _rounded(m, rate, exact.bits)
-    return AffineFlow(m, mode, blocks, states, tables, exact.bits, rows, rate)
+    return AffineFlow(m, mode, _blocks(m, exact), states, tables, exact.bits, rows, rate)
+
+
+def _blocks(m, exact):
+    return tuple(block._replace(decay=_number(m, block.decay, exact.bits), turn=_number(m, block.turn, exact.bits))
+                 for block in exact.blocks)  # fmt: skip
 
 
 def _weights(rows, matrix, bits):

@@ -108,8 +108,8 @@ def _simple_roots(m, factor, estimates, denominator):
 
 def _starts(m, factor, estimates, denominator):
     """Return as many distinct starts as the factor has roots: those estimates that Newton's step moves the least."""
-    spread = [m.mpc(z) * denominator * (1 + m.mpc(1e-9, 1e-9) * k) for k, z in enumerate(estimates)]
-    spread = [z if z else m.mpc(denominator, denominator) * 1e-12 for z in spread]
+    spread = [(m.mpc(z) or m.mpc(1e-12, 1e-12)) * denominator * (1 + m.mpc(1e-9, 1e-9) * k)
+              for k, z in enumerate(estimates)]  # fmt: skip
 
     def moved(z):
         value, slope = horner(factor, z)

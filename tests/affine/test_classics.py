@@ -33,6 +33,16 @@ def test_coulomb_oscillator_loses_two_f_in_every_half_period_and_rests_in_the_de
     assert path.final == (pytest.approx(rest, abs=2e-14), 0.0)
 
 
+@pytest.mark.parametrize("damping", [0, 10**12])
+def test_the_size_of_the_states_is_a_matter_of_units(damping):
+    """Rates of 1e312, beyond doubles, and a spectrum in which the friction is 1e299 times all else."""
+    rates = {x: v, v: -x - damping * v + F}
+    block = ap.System.with_frictions(rates, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f)])
+    usual = followed(block, {f: "0.1"}, {"x": 1, "v": 0}, 5).final
+    huge = followed(block, {f: "1e299"}, {"x": "1e300", "v": 0}, 5).final
+    assert [w / 1e300 for w in huge] == pytest.approx(usual, rel=1e-14, abs=1e-14)
+
+
 def test_damped_coulomb_oscillator_overshoots_by_the_logarithmic_decrement():
     """x'' + 2 z x' + x = -+ f: |x| + f shrinks by exp(-z pi/sqrt(1 - z^2)) to the next turning point less f."""
     block = ap.System.with_frictions(
