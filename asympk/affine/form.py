@@ -119,38 +119,43 @@ def _row(slopes, forced, needed):
 def placed(form: Form, values: tuple, digits: int) -> Placed:
     """Return a form with exact numbers for its parameters, right to ``digits`` digits where they enter by functions.
 
-    Raises ``InputError`` for a guard that is never positive, ``OutOfRange`` where an entry is not finite.
+    Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not finite.
     """
-    numbers = _numbers(form, values, digits)
+    numbers = exact_values(form.system, _entries(form), values, digits)
     rows = [[numbers[e] for e in row] for row in form.matrix]
     guards = [[numbers[e] for e in row] for row in form.guards]
     waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine) for wave in form.waves)
     kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
-    if never := [k for k, row in enumerate(guards) if k not in kept and row[-1] <= 0]:
+    if never := [k for k, row in enumerate(guards) if k not in kept and row[-1] < 0]:
         raise InputError(f"guard {never[0]} is {guards[never[0]][-1]} at these parameters whatever the state and the "
                          "time: its mode is never entered; give other parameters")  # fmt: skip
     moving = [(guards[k][:-1], guards[k][-1]) for k in kept]
     return Placed(AffineMode.of([row[:-1] for row in rows], [row[-1] for row in rows], moving), waves, kept)
 
 
-def _numbers(form, values, digits):
-    """Return the values of a form's outputs as Fractions: exact for rational functions of the parameters."""
-    arguments = [Fraction(0)] * (1 + len(form.system.states)) + [Fraction(value) for value in values]
-    exact, others = _outputs(form)
-    found = dict(zip(exact, _evaluated(form.system, exact, namespace(mpf=Fraction), arguments), strict=True))
+def exact_values(system: System, entries: tuple[sp.Expr, ...], values: tuple, digits: int) -> dict[sp.Expr, Fraction]:
+    """Return the values of functions of the parameters: exact for rational ones, others right to ``digits`` digits."""
+    arguments = [Fraction(0)] * (1 + len(system.states)) + [Fraction(value) for value in values]
+    exact, others = _outputs(entries)
+    found = dict(zip(exact, _evaluated(system, exact, namespace(mpf=Fraction), arguments), strict=True))
     if others:
         m = flow_context(LARGEST)
         set_digits(m, 2 * digits + 20)
-        numbers = _evaluated(form.system, others, m, map(m.number, arguments))
+        numbers = _evaluated(system, others, m, map(m.number, arguments))
         found |= zip(others, map(_fraction, numbers), strict=True)
     return {expr: Fraction(value) for expr, value in found.items()}
 
 
 @lru_cache(maxsize=512)
-def _outputs(form):
-    """Return (rational functions of the parameters, other functions of them) among the entries, each once."""
-    entries = {e: None for row in (*form.matrix, *form.guards) for e in row}
-    entries |= {e: None for wave in form.waves for e in (wave.decay, wave.turn)}
+def _entries(form):
+    """Return the entries of a form and of its waves, each once."""
+    found = {e: None for row in (*form.matrix, *form.guards) for e in row}
+    return tuple(found | {e: None for wave in form.waves for e in (wave.decay, wave.turn)})
+
+
+@lru_cache(maxsize=512)
+def _outputs(entries):
+    """Return (rational functions of the parameters, other functions of them)."""
     return tuple(filter(is_rational, entries)), tuple(e for e in entries if not is_rational(e))
 
 

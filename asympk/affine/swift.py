@@ -5,15 +5,14 @@ of its guards is positive, or vanishes and has a positive first derivative that 
 nor zero to rounding, or not just one mode is left, the automaton decides: what it would say is all that is said here.
 """
 
-import math
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from asympk.affine.forcing import value
+from asympk.affine.form import exact_values
 from asympk.arithmetic import Doubles
-from asympk.automaton.modes import function
 from asympk.errors import InputError
 from asympk.symbolic.branches import Branch, Phase, most_at_rest
 
@@ -79,13 +78,12 @@ class Swift:
     def entered(self, branch: Branch) -> tuple | None:
         """Return what ``Flows.of`` returns in doubles, or None for a branch that is never entered.
 
-        Its forces are not determined, or a guard that depends on the parameters alone is not positive.
+        Its forces are not determined, or a guard that depends on the parameters alone is negative.
         """
         try:
-            fixed = function(self.system, self.mode(branch).mode.conditions, "math", math)
-            p = map(float, self.automaton.values)
-            holds = all(v > 0 for v in fixed(0.0, *(0.0 for _ in self.system.states), *p))
-            return self.flows.of(Doubles, branch) if holds else None
+            conditions = self.mode(branch).mode.conditions
+            fixed = exact_values(self.system, conditions, self.automaton.values, 24).values()
+            return self.flows.of(Doubles, branch) if all(v >= 0 for v in fixed) else None
         except InputError:
             return None
 

@@ -179,16 +179,16 @@ def _follow_on(
     held = branches.at_rest(before or ()) - {k for _, k in lost}
     if not (left := branches.most_at_rest(branches.most_at_rest(consistent, held))):
         require_determined()
-    branch = _chosen(system, left, t, state, tried)
+    branch = _chosen(system, {branch: consistent[branch] for branch in left}, t, state, tried)
     _require_shared(system, branch, consistent[branch], points[0], t, state)
     return branch
 
 
 def converted(ctx: Any, value: Any) -> Any:
-    """Return a number, exact fractions and numbers of other contexts too, in a context."""
+    """Return a number, exact fractions and numbers of other contexts too, rounded to a context."""
     if hasattr(value, "numerator") and not isinstance(value, int):
         return ctx.mpf(int(value.numerator)) / int(value.denominator)
-    return ctx.make_mpf(value._mpf_) if hasattr(value, "_mpf_") else ctx.mpf(value)
+    return ctx.mpf(value)
 
 
 def _nudged(t: Any, state: tuple, signs: tuple, slack: Any) -> tuple:
@@ -249,7 +249,7 @@ def _phases(
         gap = 0 if k in touching else 1
     else:
         gap = _gap_sign(friction, k, lost, contacts, numbers)
-    found = [] if gap > 0 else _closed(friction, k, was, lost, contacts, numbers)
+    found = [] if gap > 0 else _closed(system, k, was, lost, contacts, numbers)
     return found + ([OPEN] if friction.gap is not None and gap >= 0 else [])
 
 
@@ -304,8 +304,9 @@ def _signs(system: System, expressions: tuple, at: Place, rounding: float) -> li
 
 
 def _closed(
-    friction: Friction, k: int, was: Phase | None, lost: set, contacts: list[ContactNumbers], numbers: Numbers
+    system: System, k: int, was: Phase | None, lost: set, contacts: list[ContactNumbers], numbers: Numbers
 ) -> list[Phase]:
+    friction = system.frictions[k]
     resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in lost
     velocity = 0 if resting else numbers.decided_sign([c.velocity for c in contacts])
     if branches.lifts(friction):
@@ -314,7 +315,8 @@ def _closed(
         loads = (1, -1)
     else:
         load = numbers.decided_sign([c.load for c in contacts])
-        loads = (load,) if load else (1, -1)
+        moves = not friction.load.free_symbols <= {*system.parameters}
+        loads = (load,) if load else (1, -1) if moves else (1,)
     return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]
 
 
@@ -537,10 +539,10 @@ def _require_shared(
                 "velocity, or put compliance between them", t, state)  # fmt: skip
 
 
-def _chosen(system: System, left: list[Branch], t: Any, state: tuple, tried: list[Branch]) -> Branch:
+def _chosen(system: System, left: dict[Branch, list[int]], t: Any, state: tuple, tried: list[Branch]) -> Branch:
     if len(left) == 1:
-        return left[0]
-    distinct = {tuple(mode_of(system, b).rates): b for b in reversed(left)}
+        return next(iter(left))
+    distinct = {tuple(mode_of(system, _loaded(system, *item)).rates): item[0] for item in reversed(left.items())}
     if len(distinct) == 1:
         return next(iter(distinct.values()))
     where = _place(system, t, state)
@@ -552,6 +554,13 @@ def _chosen(system: System, left: list[Branch], t: Any, state: tuple, tried: lis
         names = " and ".join(sorted(map(_in_words, distinct.values())))
         error, words = TwoMotions, f"several motions go on {where}: {names} are all consistent"
     raise error(f"{words}; the model needs compliance there", t, state)
+
+
+def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:
+    """Return the branch with a positive load where it vanishes for ever, of which no sign can be told."""
+    guards = mode_of(system, branch).guards
+    idle = {guards[k].friction for k in still if guards[k].kind == "force_zero"}
+    return tuple(phase._replace(load=1) if k in idle else phase for k, phase in enumerate(branch))
 
 
 def _place(system: System, t: Any, state: tuple) -> str:

@@ -10,6 +10,7 @@ from asympk.errors import Accumulation
 
 x, v, u, w, F, G, t = sp.symbols("x v u w F G t", real=True)
 f, fs, omega, zeta, V = sp.symbols("f f_s omega zeta V", positive=True)
+N = sp.Symbol("N", real=True)
 
 COULOMB = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f)])
 
@@ -41,6 +42,37 @@ def test_the_size_of_the_states_is_a_matter_of_units(damping):
     usual = followed(block, {f: "0.1"}, {"x": 1, "v": 0}, 5).final
     huge = followed(block, {f: "1e299"}, {"x": "1e300", "v": 0}, 5).final
     assert [w / 1e300 for w in huge] == pytest.approx(usual, rel=1e-14, abs=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("push", "kinetic", "static", "load"), [("-1", 0, 1, 1), ("-1", 1, 1, 1), ("-0.3", "0.1", "0.1", 3)]
+)
+def test_a_block_that_friction_just_holds_stops_for_good_however_often_it_is_asked(push, kinetic, static, load):
+    """It stops from the speed 1 at the rate of the push and of kinetic friction, and has no reason to leave."""
+    mk, ms = sp.symbols("f_k f_s", nonnegative=True)
+    friction = ap.Friction(velocity=v, force=F, load=N, kinetic=mk, static=ms)
+    block = ap.System.with_frictions({x: v, v: u + F, u: sp.S.Zero}, {}, (friction,))
+    still = ap.System.with_frictions({x: v, v: w + F}, {}, (friction,))
+    rate = -sp.Rational(push) + sp.Rational(kinetic) * load
+    for system, values, start in ((block, {}, {"u": push}), (still, {w: push}, {})):
+        values |= {mk: kinetic, ms: static, N: load}
+        for digits in (*(None,) * 6, 25):
+            path = followed(system, values, {"x": 0, "v": 1, **start}, 5, digits=digits)
+            assert path.modes == ("slip_same", "stick")
+            assert float(path.final[0]) == pytest.approx(1 / (2 * rate), rel=1e-15)
+        many = ap.solve_many(system=system, values=values, start={"x": 0.0, "v": np.ones(9), **start}, until=5)
+        assert (many.final[1] == 0).all()
+
+
+@pytest.mark.parametrize("method", ["exact", "lsoda"])
+@pytest.mark.parametrize("load", [N, N * sp.cos(t)])
+def test_friction_without_load_is_no_friction(load, method):
+    """There are not two motions, one for each sign of a load that has none."""
+    friction = ap.Friction(velocity=v, force=F, load=load, kinetic=1)
+    block = ap.System.with_frictions({x: v, v: 1 + F}, {}, (friction,), time=t)
+    path = ap.solve(ap.Scene(system=block, values={N: 0}, start={"x": 0, "v": -1}, until=3), method=method)
+    assert path.modes == ("slip_opposite", "slip_same")
+    assert path.final == pytest.approx([1.5, 2], abs=1e-5)
 
 
 def test_damped_coulomb_oscillator_overshoots_by_the_logarithmic_decrement():
