@@ -27,7 +27,7 @@ from asympk.numbers import Number
 from asympk.path import Event
 from asympk.scene import Scene
 from asympk.symbolic import branches
-from asympk.symbolic.branches import Branch, Phase, all_phases
+from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases
 from asympk.symbolic.system import System
 
 MOST_EVENTS = 200
@@ -46,6 +46,8 @@ class ExactEntries:
     def exact(self, expr: sp.Expr) -> Any:
         """Return an expression in the parameters as an exact entry."""
         expr = expr.subs(self.numbers)
+        if expr.has(sp.zoo, sp.oo, sp.nan):
+            raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
         return self.field.from_sympy(expr) if self.field else Fraction(int(expr.p), int(expr.q))
 
     def ball(self, entry: Any) -> Ball:
@@ -61,12 +63,15 @@ class ExactEntries:
 
         Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign, or is 0.
         """
-        zero = (self.exact(sp.S.Zero),) * (len(form.matrix) + 1)
-        matrix = (*(tuple(map(self.exact, row)) for row in form.matrix), zero)
+        matrix = self.matrix(form)
         guards = [tuple(map(self.exact, row)) for row in form.guards]
         kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
         self.require_positive([row[-1] for k, row in enumerate(guards) if k not in kept])
         return matrix, tuple(guards[k] for k in kept), kept
+
+    def matrix(self, form: Form) -> tuple[tuple, ...]:
+        """Return the rows of M of a form, ``(w, 1)' = M (w, 1)``."""
+        return *(tuple(map(self.exact, row)) for row in form.matrix), (self.exact(sp.S.Zero),) * (len(form.matrix) + 1)
 
     def require_positive(self, entries: Iterable[Any]) -> None:
         """Raise ``InputError`` where an entry is negative, ``Refused`` where that is not certain, or it is 0."""
@@ -106,13 +111,16 @@ class EnclosedState(NamedTuple):
 
 @dataclass(frozen=True)
 class EnclosedMode:
-    """One mode with exact numbers: its matrix, guards and the residues of its resolvent in balls."""
+    """One mode with exact numbers: its matrix, guards and the residues of its resolvent in balls.
+
+    ``kept`` are the rows that vanish in it: velocities at rest, gaps of closed rigid contacts, and their rates.
+    """
 
     name: str
     branch: Branch
     matrix: tuple[tuple[Any, ...], ...]
     guards: tuple[AffineGuard, ...]
-    sticking: tuple[tuple[Any, ...], ...]
+    kept: tuple[tuple[Any, ...], ...]
     field: ExactEntries
     roots: tuple
     residues: tuple
@@ -164,7 +172,7 @@ def _struck(balls, guard, mode):
     if len(involved) == 1:
         balls[involved[0], 0] = mode.field.ball(-guard.row[-1] / guard.row[involved[0]])
     exact = (*(None for _ in guard.row[:-1]), Fraction(1))
-    return EnclosedState(balls, exact, mode.field, (guard.row, *mode.sticking))
+    return EnclosedState(balls, exact, mode.field, (guard.row, *mode.kept))
 
 
 class _Modes:
@@ -206,16 +214,25 @@ class _Modes:
             return None
         kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in kept]
         guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
-        sticking = tuple(map(self._velocity, sorted(branches.at_rest(branch))))
-        return EnclosedMode(mode.name, branch, matrix, guards, sticking, self.field, *self.field.spectrum(matrix))
+        kept = tuple(self._kept(branch))
+        return EnclosedMode(mode.name, branch, matrix, guards, kept, self.field, *self.field.spectrum(matrix))
 
-    def _velocity(self, friction):
-        """Return the row of a sliding velocity: the guard of a mode that slips."""
-        slip = tuple(Phase(1, 1) for _ in self.system.frictions)
-        mode = mode_of(self.system, slip)
-        _, rows, kept = self.field.placed(self._form(slip))
-        places = [k for k, guard in enumerate(mode.guards) if guard[:2] == ("velocity_zero", friction)]
-        return rows[kept.index(places[0])]
+    def _kept(self, branch):
+        """Yield the rows that vanish in a branch: a rigid contact that is closed has neither a gap nor a gap rate."""
+        closed = [Phase(1, 1) for _ in self.system.frictions]
+        for k, (friction, phase) in enumerate(zip(self.system.frictions, branch, strict=True)):
+            if phase.mode == "stick":
+                yield self._row(tuple(closed), "velocity_zero", k)
+            if friction.constraint is not None and friction.gap is not None and phase != OPEN:
+                apart = (*closed[:k], OPEN, *closed[k + 1 :])
+                gap = self._row(apart, "touch_down", k)
+                yield from (gap, _times(gap, self.field.matrix(self._form(apart))))
+
+    def _row(self, branch, kind, friction):
+        """Return the row of a guard of a branch."""
+        guards, form = mode_of(self.system, branch).guards, self._form(branch)
+        (place,) = (k for k, guard in enumerate(guards) if guard[:2] == (kind, friction))
+        return tuple(map(self.field.exact, form.guards[place]))
 
     def chosen(self, candidates, state, what):
         """Return (mode, guards that touch) of the one candidate that goes on; at rest stays at rest."""
@@ -234,9 +251,9 @@ class _Modes:
 
     def _verdict(self, branch, state):
         """Return (1 where a branch holds, -1 where it does not, 0 where that is open; guards that touch)."""
-        for k in sorted(branches.at_rest(branch)):
-            if (moving := _sign(self._velocity(k), state)) != 0:
-                return (-1 if moving else 0), ()
+        for row in self._kept(branch):
+            if (off := _sign(row, state)) != 0:
+                return (-1 if off else 0), ()
         mode, verdict, touching = self.of(branch), 1, []
         if mode is None:
             return -1, ()

@@ -115,8 +115,11 @@ def _choices(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:
 
 
 def all_phases(friction: "Friction") -> tuple[Phase, ...]:
-    """Return every phase of a contact: the signs of load and velocity, at rest too, and open where it can be."""
-    closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in (1, -1))
+    """Return every phase of a contact: the signs of load and velocity, at rest too, and open where it can be.
+
+    The load of one that opens where its load vanishes has one sign.
+    """
+    closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in ((1,) if lifts(friction) else (1, -1)))
     return (*closed, *([OPEN] if friction.gap is not None else []))
 
 

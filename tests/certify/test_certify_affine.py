@@ -159,6 +159,49 @@ def test_what_cannot_be_proven_is_refused_by_name():
     assert not certify(touched, {"v": (-4, -0.5)}).proven
 
 
+BLOCK = ap.Mechanism((x, y), (v, w), sp.eye(2), (0, -1), ap.Contact(gap=y, slip=x, friction=k, unilateral=True))
+
+
+def block(system, until, **start):
+    """Return a scene of a block of the weight 1 on rough ground, by default at rest on it."""
+    values = {s.name: {"k": "1/2", "mu": "1/1000"}[s.name] for s in system.parameters}
+    start = BLOCK.start(system, {"x": 0, "y": 0, "x'": 0, "y'": 0} | start)
+    return ap.Scene(system=system, values=values, start=start, until=until)
+
+
+@pytest.mark.parametrize("start", [{"y": 1}, {"y": 1, "x'": 1}, {"y'": 1}, {"x'": 1, "y'": 1}])
+def test_a_rigid_contact_that_is_apart_or_parts_is_proven_to_be_open(start):
+    scene = block(BLOCK.rigid(), 1, **start)
+    proof, path = certify(scene), ap.solve(scene)
+    assert proven(proof)
+    assert proof.modes == path.modes == ("open",)
+    assert [float(ball) for ball in proof.final] == pytest.approx(path.final, abs=1e-12)
+
+
+@pytest.mark.parametrize("start", [{"y'": -1}, {"x'": 1, "y'": -1}, {"y": "1/2"}, {"y": "1/2", "x'": 1}])
+def test_a_rigid_contact_that_is_hit_has_no_proof(start):
+    assert not certify(block(BLOCK.rigid(), 3, **start)).proven
+
+
+@pytest.mark.parametrize("system", [BLOCK.rigid(), BLOCK.elastic(compliance=mu, damping=1)], ids=["rigid", "elastic"])
+@pytest.mark.parametrize("velocity", [0, 1, -1])
+def test_a_block_that_slides_on_ground_that_only_pushes_is_proven_down_to_its_rest(system, velocity):
+    scene = block(system, 3, **{"x'": velocity})
+    proof, path = certify(scene), ap.solve(scene, digits=40)
+    assert proven(proof)
+    assert proof.modes == path.modes
+    assert proof.modes[-1] == "stick"
+    with mpmath.workdps(60):
+        assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
+
+
+def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof():
+    pair = ap.Mechanism((x, y), (v, w), sp.eye(2), (1, 0), ap.Contact(gap=y - x, slip=x, friction=k, unilateral=True))
+    start = {"x": 0, "y": 0, "v": 1, "w": 1}
+    proof = certify(ap.Scene(system=pair.rigid(), values={"k": pair.critical_friction}, start=start, until=1))
+    assert proof.obstacle == "edge"
+
+
 def test_a_coefficient_that_is_not_rational_is_refused():
     system = ap.System.with_frictions({x: v, v: -sp.sqrt(k) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=system, values={"k": 2}, start={"x": 3, "v": 0}, until=1)
