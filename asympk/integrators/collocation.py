@@ -156,14 +156,16 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
             raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds=")
         tries.append(t)
         _require_gain(tries)
-        slopes = _step(scheme, t, state, h)
+        slopes = None
+        with suppress(OverflowError):  # an iterate beyond the range of doubles has left where the step converges
+            slopes = _step(scheme, t, state, h)
         if slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
             h *= SHRINK
             continue
         step = CollocationStep(t, state, h, slopes)
         if met := _lost(scheme, step, before):
             at, k = met
-            end = _at(scheme.tableau, step, at)
+            end = _without_rounding(_at(scheme.tableau, step, at), state, scheme.tolerance * SLACK)
             together = lost_with(mode, k, t + at, end, scheme.tolerance * SLACK)
             return Segment(t + at, end, k, samples=(*steps, step), together=together)
         steps.append(step)
@@ -173,6 +175,11 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         before = mode.guard_values(t, state)
         h *= GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
+
+
+def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:
+    """Return the state at an event, what is no more than rounding of what it was before the step set to zero."""
+    return tuple(w if abs(w) > slack * abs(was) else 0 * w for w, was in zip(end, before, strict=True))
 
 
 def _require_gain(tries: list) -> None:

@@ -57,3 +57,24 @@ def test_elimination_by_blocks_solves_the_equations_of_a_step_whatever_is_left_f
     rng = np.random.default_rng(size)
     matrix, right = np.eye(size) + rng.normal(size=(size, size)) / 20, rng.normal(size=size)
     assert np.allclose(matrix @ _solved(matrix, right), right, rtol=0, atol=1e-12)
+
+
+def on_a_belt(phase):
+    """A block on a spring that a belt of speed 1 takes along, with friction that falls with the sliding velocity."""
+    k, push, belt, amplitude = sp.symbols("k B V A", real=True)
+    low, high = sp.symbols("m s", nonnegative=True)
+    x, v, F, t = sp.symbols("x v F t", real=True)
+    kinetic = low + (high - low) * sp.exp(-sp.Abs(v - belt))
+    friction = ap.Friction(velocity=v - belt, force=F, load=sp.S.One, kinetic=kinetic, static=high)
+    drive = push + amplitude * sp.cos(t)
+    block = ap.System.with_frictions({x: v, v: -k * x + drive + F}, {}, (friction,), time=t)
+    values = {k: 1, push: -1, belt: 1, amplitude: 0, low: "1/2", high: 1}
+    return ap.Scene(system=block, values=values, start=phase, until=10)
+
+
+@pytest.mark.parametrize(("start", "digits"), [((2, 1), 18), ((3, 0), 10)], ids=["onset at x = 0", "a step too long"])
+def test_a_block_on_a_belt_in_digits_moves_as_in_doubles(start, digits):
+    path = ap.solve(on_a_belt(start), digits=digits)
+    doubles = ap.solve(on_a_belt(start), "dop853", rtol=1e-11, atol=1e-12)
+    assert path.modes == doubles.modes
+    assert [float(w) for w in path.final] == pytest.approx(doubles.final, abs=1e-9)
