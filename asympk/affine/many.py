@@ -258,9 +258,10 @@ class _Flock(NamedTuple):
 
 def _follow(case, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
-    start = w.copy()
+    start, frictions = w.copy(), case.modes.system.frictions
+    apart = len(w) <= FEW or any(f.constraint is not None for f in frictions)  # whose reactions depend on the mode
     try:
-        lost = _together(case.modes, w, until, rows, result) if len(w) > FEW else np.ones(len(w), dtype=bool)
+        lost = np.ones(len(w), dtype=bool) if apart else _together(case.modes, w, until, rows, result)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates
         lost = np.ones(len(w), dtype=bool)
     for i in np.flatnonzero(lost):

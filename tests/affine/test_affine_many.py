@@ -167,6 +167,16 @@ def test_a_trajectory_that_is_not_followed_has_an_outcome_and_costs_no_other_its
         ap.solve_many(system=TWIST, values={}, start=start, until=until, strict=True)
 
 
+def test_rigid_contacts_slide_stop_and_stay_open_in_arrays_too():
+    block = ap.Mechanism((x, y), (v, w), sp.eye(2), (0, -1), ap.Contact(gap=y, slip=x, friction=k, unilateral=True))
+    slides, stops, falls = [1.0, -1.0, 0.75], [0.25, -0.125, 0.0], [1.0, -1.0]
+    start = {"x": 0, "y": [0] * 6 + [1, 1], "v": [*slides, *stops, *falls], "w": 0}
+    many = ap.solve_many(system=block.rigid(), values={"k": 0.5}, start=start, until=1)
+    ends = [u - np.sign(u) / 4 for u in slides] + [u * abs(u) for u in stops] + falls
+    assert many.final[0] == pytest.approx(ends, abs=1e-14)
+    assert many.final[1] == pytest.approx([0.0] * 6 + [0.5] * 2, abs=1e-14)
+
+
 def test_what_every_friction_does_at_the_start_is_told(starts):
     many = ap.solve_many(system=CHAIN, values={"mu": 1e-3, "k": 0.5}, start={**starts, "v": np.zeros(40)}, until=1.0)
     found = [PHASES[k] for k in many.first[0]]
