@@ -49,24 +49,42 @@ class CriticalManifold(ShownAsFormulas):
         return tuple(map(sp.factor, self.jacobian.charpoly().all_coeffs()))
 
     @cached_property
+    def real(self) -> sp.Basic:
+        """The condition under which the branch is real, its ends left out: what square roots are taken of is positive.
+
+        Roots within roots, as those of cubics, are taken to be real.
+        """
+        if any(h.is_real is False for h in self.branch.values()):
+            return sp.false
+        roots = {p for h in self.branch.values() for p in h.atoms(sp.Pow) if not p.exp.is_Integer}
+        if any(p.exp.q != 2 or p.base.atoms(sp.Pow) & roots for p in roots if p.exp.is_Rational):
+            return sp.true
+        states = list(self.dynamics.slow)
+        return sp.And(*(_located(sp.Gt(p.base, 0), states, self.assumptions) for p in roots if p.exp.is_Rational))
+
+    @property
+    def _assumed(self):
+        return sp.And(self.assumptions, self.real)
+
+    @cached_property
     def exists(self) -> sp.Basic:
-        """The condition under which the manifold is normally hyperbolic: no eigenvalue of dg/dy is imaginary or 0."""
-        return off_axis(self.characteristic, self.assumptions)
+        """The condition under which the manifold is real, and no eigenvalue of dg/dy on it is imaginary or 0."""
+        return sp.And(off_axis(self.characteristic, self._assumed), self.real)
 
     @cached_property
     def attracting(self) -> sp.Basic:
         """The condition under which every eigenvalue of dg/dy has a negative real part."""
-        return attracting(self.characteristic, self.assumptions)
+        return attracting(self.characteristic, self._assumed)
 
     @cached_property
     def repelling(self) -> sp.Basic:
         """The condition under which every eigenvalue of dg/dy has a positive real part."""
-        return repelling(self.characteristic, self.assumptions)
+        return repelling(self.characteristic, self._assumed)
 
     @cached_property
     def saddle(self) -> sp.Basic:
         """The condition under which dg/dy has eigenvalues on both sides of the imaginary axis and none on it."""
-        return split(self.characteristic, self.assumptions)
+        return split(self.characteristic, self._assumed)
 
     @cached_property
     def folds(self) -> sp.Basic:
@@ -135,7 +153,9 @@ class CriticalManifold(ShownAsFormulas):
             return str(reason)
 
     def _degeneracy(self):
-        """Say what keeps the manifold from being normally hyperbolic."""
+        """Say what keeps the manifold from being normally hyperbolic, or real."""
+        if self.real == sp.false:
+            return "a square root is of a negative number"
         if self.characteristic[-1] == 0:
             return f"{determinant(self.branch)} vanishes"
         return "dg/dy has eigenvalues with real part 0 (a centre)"

@@ -72,7 +72,11 @@ def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
     if expr.has(sp.I):
         return sp.S.One, [(expr, 1)]
     numerator, denominator = sp.fraction(sp.together(expr))
-    return sp.factor_list(numerator * denominator)
+    powers = (p for p in expr.atoms(sp.Pow) if p.is_positive and p.free_symbols and not p.exp.is_Integer)
+    names = {p: sp.Dummy(positive=True) for p in powers}  # SymPy does not factor roots of positive symbols
+    content, factors = sp.factor_list((numerator * denominator).xreplace(names))
+    meaning = {name: p for p, name in names.items()}
+    return content, [(factor.xreplace(meaning), power) for factor, power in factors]
 
 
 @lru_cache(maxsize=1024)

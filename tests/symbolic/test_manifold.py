@@ -317,7 +317,25 @@ def test_a_root_in_the_jacobian_is_positive_where_it_is_real():
     system = ap.System.smooth({u: 1 - u * v}, {v: u - v - v**2}, mu)
     upper, lower = (ap.slow_manifold(system, {v: (-1 + sign * sp.sqrt(1 + 4 * u)) / 2}) for sign in (1, -1))
     assert (upper.stability, lower.stability) == ("stable", "unstable")
-    assert upper.exists == sp.Ne(u, sp.Rational(-1, 4))
+    assert upper.exists == (u > sp.Rational(-1, 4))
+
+
+def test_a_branch_exists_where_it_is_real_and_is_not_told_to_repel_elsewhere():
+    """The branches of a pitchfork and of a fold, y^2 = a u and y^2 = -u; positive parameters under a root, too."""
+    pitchfork, fold = ({v: u * v - v**3}, {v: u + v**2})
+    branches = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, pitchfork, mu))
+    assert [(str(m.exists), str(m.stability)) for m in branches[1:]] == [("u > 0", "stable")] * 2
+    lower, upper = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, fold, mu))
+    assert (lower.exists, lower.stability, upper.stability) == (u < 0, "stable", "unstable")
+    found = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: kappa * u - v**2}, mu))
+    assert [(str(m.exists), m.stability) for m in found] == [("u > 0", "unstable"), ("u > 0", "stable")]
+
+
+def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
+    a = sp.Symbol("a", real=True)
+    lower, _ = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: a - v**2}, mu))
+    with pytest.raises(NotNormallyHyperbolic, match=r"a square root is of a negative number .*exists only for a > 0"):
+        lower.at(a=-1)
 
 
 def test_every_branch_tells_its_stability_or_the_condition_for_it():
