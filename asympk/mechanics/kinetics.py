@@ -12,7 +12,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import tidy
+from asympk.mechanics.tidy import determinant, tidy
 from asympk.symbolic.reading import spare
 
 
@@ -48,16 +48,18 @@ class Kinetics:
     @cached_property
     def delassus(self) -> sp.ImmutableMatrix:
         """The Delassus matrix G = W' M^-1 W."""
-        normal, mixed, tangential = (
-            tidy((self.directions[i, :] * self.response[:, j])[0]) for i, j in ((0, 0), (0, 1), (1, 1))
-        )
+        normal, mixed, tangential = (tidy(self._undivided[i, j] / self._inertia) for i, j in ((0, 0), (0, 1), (1, 1)))
         return sp.ImmutableMatrix([[normal, mixed], [mixed, tangential]])
 
     @cached_property
     def undivided(self) -> tuple[sp.Expr, sp.Expr]:
         """(G_NN, G_NT) times det M, which have no fractions where M, gap and slip have none."""
-        products = (self.directions[0, :] * self._adjugate * self.directions.T).applyfunc(sp.expand)
-        return tidy(products[0]), tidy(products[1])
+        return tidy(self._undivided[0, 0]), tidy(self._undivided[0, 1])
+
+    @cached_property
+    def _undivided(self) -> sp.Matrix:
+        """G times det M."""
+        return (self.directions * self._adjugate * self.directions.T).applyfunc(sp.expand)
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
@@ -77,7 +79,7 @@ class Kinetics:
         The border has no fractions; of G's the products are long, and SymPy may expand them for ever.
         """
         border = sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
-        return tidy(tidy(sp.expand(border.det(method="berkowitz"))) / self._inertia)
+        return tidy(tidy(determinant(border)) / self._inertia)
 
     @cached_property
     def _adjugate(self) -> sp.Matrix:
@@ -87,7 +89,7 @@ class Kinetics:
     @cached_property
     def _inertia(self) -> sp.Expr:
         """det M."""
-        return tidy(self.mass.det(method="berkowitz"))
+        return tidy(determinant(self.mass))
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""

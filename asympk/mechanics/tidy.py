@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from functools import lru_cache, reduce
 
 import sympy as sp
+from sympy.polys.matrices import DomainMatrix
 
 LONG = 150  # operations: beyond, a shorter form costs seconds and is not readable either
 CLEAR = 1e-9  # a value that fifteen digits tell from 0
@@ -25,6 +26,14 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     if not plain.has(sp.sin, sp.cos):
         return shortest(expr, sp.factor(plain))
     return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
+
+
+def determinant(matrix: sp.Matrix) -> sp.Expr:
+    """Return the determinant, expanded: that of a matrix of polynomials in what is no symbol, as sines are not."""
+    functions = {f: sp.Dummy() for entry in matrix for f in entry.atoms(sp.Function)}
+    polynomials = DomainMatrix.from_Matrix(matrix.xreplace(functions))
+    found = polynomials.domain.to_sympy(polynomials.det())
+    return sp.expand(found.xreplace({name: f for f, name in functions.items()}))
 
 
 def vanishes(expr: sp.Expr) -> bool:

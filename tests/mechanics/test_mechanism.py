@@ -9,6 +9,7 @@ from sympy.physics.mechanics import KanesMethod, LagrangesMethod, Particle, Poin
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
+from asympk.mechanics.tidy import determinant
 
 
 def _same(left, right):
@@ -245,3 +246,28 @@ def test_a_rigid_start_off_a_constraint_that_holds_both_ways_is_refused():
         block.start(block.rigid(), {"q1": 0, "q2": 0, "u1": 1, "u2": 1})
     with pytest.raises(InputError, match="the start is off the constraint: g = 1"):
         block.start(block.rigid(), {"q1": 0, "q2": 1, "u1": 1, "u2": 0})
+
+
+def test_a_determinant_of_polynomials_in_sines_is_that_of_the_symbols_written_out():
+    a, b, c = sp.symbols("a b c", positive=True)
+    border = sp.Matrix([[a + sp.sin(b) ** 2, sp.cos(b) / a, sp.sqrt(c)],
+                        [sp.cos(b) / a, 1 / (a + c), sp.exp(b) * sp.sin(2 * a)],
+                        [sp.sqrt(c), sp.exp(b) * sp.sin(2 * a), 0]])  # fmt: skip
+    assert sp.simplify(determinant(border) - border.det()) == 0
+
+
+@pytest.mark.slow
+def test_the_delassus_matrix_of_a_chain_of_four_links_is_that_of_its_mass_matrix_in_numbers():
+    angles, t = dynamicsymbols("q:4"), dynamicsymbols._t
+    place, energy = sp.zeros(2, 1), 0
+    for q in angles:
+        link = sp.Matrix([sp.sin(q), -sp.cos(q)])
+        middle, place = place + link / 2, place + link
+        energy += (middle.diff(t).dot(middle.diff(t)) + q.diff(t) ** 2 / 12) / 2
+    chain = ap.Mechanism.from_lagrangian(energy, angles, contact=ap.Contact(gap=place[1], slip=place[0], friction=1))
+    at = {symbol: sp.Rational(k, 5) for k, symbol in enumerate(chain.plain.coordinates, start=1)}
+    mass, directions = chain.plain.mass.subs(at).evalf(30), chain.plain.directions.subs(at).evalf(30)
+    expected = directions * mass.LUsolve(directions.T)
+    found = chain.plain.delassus.subs(at).evalf(30)
+    assert max(map(abs, found - expected)) < 1e-20
+    assert abs(chain.plain.determinant.subs(at).evalf(30) - expected.det()) < 1e-20
