@@ -50,17 +50,18 @@ class CriticalManifold(ShownAsFormulas):
 
     @cached_property
     def real(self) -> sp.Basic:
-        """The condition under which the branch is real, its ends left out: what square roots are taken of is positive.
+        """The condition under which the branch is real, but for its ends: even roots and logs are of positive numbers.
 
-        Roots within roots, as those of cubics, are taken to be real.
+        Roots within roots and odd ones, as those of cubics, are taken to be real.
         """
         if any(h.is_real is False for h in self.branch.values()):
             return sp.false
-        roots = {p for h in self.branch.values() for p in h.atoms(sp.Pow) if not p.exp.is_Integer}
-        if any(p.exp.q != 2 or p.base.atoms(sp.Pow) & roots for p in roots if p.exp.is_Rational):
+        roots = {p for h in self.branch.values() for p in h.atoms(sp.Pow) if p.exp.is_Rational and not p.exp.is_Integer}
+        inside = [p.base for p in roots] + [log.args[0] for h in self.branch.values() for log in h.atoms(sp.log)]
+        if any(p.exp.q % 2 for p in roots) or any(expr.atoms(sp.Pow) & roots for expr in inside):
             return sp.true
         states = list(self.dynamics.slow)
-        return sp.And(*(_located(sp.Gt(p.base, 0), states, self.assumptions) for p in roots if p.exp.is_Rational))
+        return sp.And(*(_located(sp.Gt(expr, 0), states, self.assumptions) for expr in inside))
 
     @property
     def _assumed(self):
@@ -155,7 +156,7 @@ class CriticalManifold(ShownAsFormulas):
     def _degeneracy(self):
         """Say what keeps the manifold from being normally hyperbolic, or real."""
         if self.real == sp.false:
-            return "a square root is of a negative number"
+            return "a root or a logarithm is of a negative number"
         if self.characteristic[-1] == 0:
             return f"{determinant(self.branch)} vanishes"
         return "dg/dy has eigenvalues with real part 0 (a centre)"

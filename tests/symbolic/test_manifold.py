@@ -321,12 +321,15 @@ def test_a_root_in_the_jacobian_is_positive_where_it_is_real():
 
 
 def test_a_branch_exists_where_it_is_real_and_is_not_told_to_repel_elsewhere():
-    """The branches of a pitchfork and of a fold, y^2 = a u and y^2 = -u; positive parameters under a root, too."""
+    """The branches of a pitchfork and of a fold, v^2 = u and v^2 = -u; positive parameters under a root, too."""
+    u, v = sp.symbols("u v", real=True)
     pitchfork, fold = ({v: u * v - v**3}, {v: u + v**2})
     branches = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, pitchfork, mu))
     assert [(str(m.exists), str(m.stability)) for m in branches[1:]] == [("u > 0", "stable")] * 2
     lower, upper = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, fold, mu))
     assert (lower.exists, lower.stability, upper.stability) == (u < 0, "stable", "unstable")
+    quartic, logarithm = (ap.slow_manifolds(ap.System.smooth({u: v}, {v: g}, mu)) for g in (u - v**4, sp.log(u) - v))
+    assert {m.exists for m in (*quartic, *logarithm)} == {u > 0}
     found = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: kappa * u - v**2}, mu))
     assert [(str(m.exists), m.stability) for m in found] == [("u > 0", "unstable"), ("u > 0", "stable")]
 
@@ -334,7 +337,7 @@ def test_a_branch_exists_where_it_is_real_and_is_not_told_to_repel_elsewhere():
 def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
     a = sp.Symbol("a", real=True)
     lower, _ = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: a - v**2}, mu))
-    with pytest.raises(NotNormallyHyperbolic, match=r"a square root is of a negative number .*exists only for a > 0"):
+    with pytest.raises(NotNormallyHyperbolic, match=r"a logarithm is of a negative number .*only for a > 0"):
         lower.at(a=-1)
 
 
