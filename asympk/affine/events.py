@@ -223,8 +223,6 @@ def _reach(segment, guard):
     """
     m, flow = segment.m, segment.flow
     weights, off = segment.slopes[:, guard], segment.off.slopes[:, guard]
-    if not weights.any():
-        return float("inf")
     margin, start, rate_sizes = max(m.margin, m.slack), np.array(initial(flow.blocks)), abs(flow.rate)
     for _ in weights:
         value, doubt = start @ weights, margin * (start @ off)

@@ -206,7 +206,7 @@ class ClosedSegment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
     ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within rounding
-    vanishes there, and is set to zero.
+    vanishes there, and is set to zero; one that has no slope vanishes for ever, and is set to one, which nothing meets.
     """
 
     def __init__(self, flow: AffineFlow, start: Sequence[Number] | np.ndarray, sizes: np.ndarray | None = None):
@@ -217,14 +217,17 @@ class ClosedSegment:
         self.start = whole[:-1]
         self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.times(flow.tables, whole))
         first, off = self.guards[self.functions], flow.row_sizes @ self.size
-        self.zero = np.flatnonzero(abs(first) <= off * max(m.margin, m.slack)).tolist()
+        vanishing, moves = abs(first) <= off * max(m.margin, m.slack), self.slopes.any(axis=0)
+        self.zero, self.held = (np.flatnonzero(vanishing & some).tolist() for some in (moves, ~moves))
         first[self.zero] = m.number(0)
+        self.guards[self.functions :, self.held] = m.number(1)
 
     @cached_property
     def off(self) -> Parts:
         """The ``Parts`` of the sizes of the terms, on which rounding depends."""
         found = self.flow.parts(self.flow.times(self.flow.table_sizes, self.size))
         found.guards[self.functions][self.zero] = self.m.number(0)
+        found.guards[:, self.held] = self.m.number(0)
         return found
 
     def state(self, t: Number) -> np.ndarray:

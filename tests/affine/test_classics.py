@@ -64,6 +64,17 @@ def test_a_block_that_friction_just_holds_stops_for_good_however_often_it_is_ask
         assert (many.final[1] == 0).all()
 
 
+@pytest.mark.parametrize("digits", [None, 30])
+def test_a_block_that_friction_just_holds_for_ever_rests_beside_one_whose_drive_swings(digits):
+    """Both drives are at the static bound 2: y stays there, and 2 cos 2t comes back to it at pi / 2 and goes on."""
+    x, v, y, w, F, G, t = sp.symbols("x v y w F G t", real=True)
+    blocks = [ap.Friction(rate, force, sp.S.One, 1, 2) for rate, force in ((v, F), (w, G))]
+    system = ap.System.with_frictions({x: v, y: w, v: 2 * sp.cos(2 * t) + F, w: -2 * y + G}, {}, blocks, time=t)
+    path = ap.solve(ap.Scene(system=system, start=(0, 1, 0, 0), until=4), digits=digits)
+    assert set(path.modes) == {"stick+stick"}
+    assert path.final == (0, 1, 0, 0)
+
+
 @pytest.mark.parametrize("method", ["exact", "lsoda"])
 @pytest.mark.parametrize("load", [N, N * sp.cos(t)])
 def test_friction_without_load_is_no_friction(load, method):
