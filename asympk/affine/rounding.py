@@ -5,7 +5,8 @@ respect to a state before is the product of the segments' exponentials and, at e
 
     1 + (w'_after - w'_before) c / (c.w'_before),
 
-c the gradient of the guard (Lemma 8); so every error is weighed by what becomes of it.
+c the gradient of the guard (Lemma 8); so every error is weighed by what becomes of it. The forcing, which is no state,
+begins anew with each segment, from its time.
 """
 
 from collections.abc import Sequence
@@ -39,7 +40,8 @@ def estimate(segments: "Sequence[TimedSegment]", states: int) -> float:
             rates = values @ flow.rate @ segment.sums[:n]
             guard = flow.rows[timed.guard, :-1]
             error += abs(rows @ after) * (UNIT * (timed.start + span))
-            rows = rows + np.multiply.outer(rows @ (after - rates), guard / (guard @ rates))
+            turned = np.multiply.outer(after[:states] - rates[:states], guard / (guard @ rates))
+            rows = rows[:, :states] @ (np.eye(states, len(end)) + turned)
         error += abs(rows) @ (UNIT * lost)
         rows = rows @ (values @ flow.flat).reshape(len(end), -1)
         after = initial_rates(segment)

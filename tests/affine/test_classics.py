@@ -228,6 +228,18 @@ def test_a_block_that_a_moving_spring_pulls_waits_for_the_static_bound():
     assert path.final[0] == pytest.approx((1 - np.cos(1)) / 4 + (1 - np.sin(1)) / 2, rel=1e-13)
 
 
+@pytest.mark.parametrize("digits", [None, 30])
+def test_a_block_thrown_on_a_belt_that_speeds_up_evenly_slides_until_they_are_as_fast_and_rides_on(digits):
+    """Rough enough to ride, it loses f in speed until 1 - f t = t/2; what the belt does is forcing in slip alone."""
+    friction = ap.Friction(velocity=v - t / 2, force=F, load=1, kinetic=f)
+    belt = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    path = followed(belt, {f: 1}, {"x": 0, "v": 1}, 2, digits=digits)
+    assert path.modes == ("slip_same", "stick")
+    assert float(path.events[0].t) == pytest.approx(2 / 3, rel=1e-15)
+    assert [*map(float, path.final)] == pytest.approx([4 / 3, 1], rel=1e-15)
+    assert float(path.error) < 1e-15
+
+
 def test_a_sliding_block_stops_after_the_time_and_the_distance_of_the_textbook():
     slide = ap.System.with_frictions({x: v, v: F}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=f)])
     path = followed(slide, {f: "0.3"}, {"x": 0, "v": 2}, 100)
