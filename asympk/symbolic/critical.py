@@ -4,7 +4,7 @@ A branch y = h_0(x) is normally hyperbolic where no eigenvalue of dg/dy on it ha
 real parts, here by the determinants of Hurwitz, tell attracting from repelling directions.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any, Self
@@ -20,6 +20,10 @@ from asympk.symbolic.reading import expression
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
+
+_POSITIVE: dict[type, Callable] = {
+    sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2)
+}  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)
@@ -52,16 +56,16 @@ class CriticalManifold(ShownAsFormulas):
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, but for its ends: even roots and logs are of positive numbers.
 
-        Roots within roots and odd ones, as those of cubics, are taken to be real.
+        Inverse functions are of what theirs give. Odd roots, as those of cubics, are taken to be real.
         """
-        if any(h.is_real is False for h in self.branch.values()):
+        roots = _roots(self.branch)
+        if any(map(_is_complex, self.branch.values())):
             return sp.false
-        roots = {p for h in self.branch.values() for p in h.atoms(sp.Pow) if p.exp.is_Rational and not p.exp.is_Integer}
-        inside = [p.base for p in roots] + [log.args[0] for h in self.branch.values() for log in h.atoms(sp.log)]
-        if any(p.exp.q % 2 for p in roots) or any(expr.atoms(sp.Pow) & roots for expr in inside):
+        if any(p.exp.q % 2 for p in roots):
             return sp.true
-        states = list(self.dynamics.slow)
-        return sp.And(*(_located(sp.Gt(expr, 0), states, self.assumptions) for expr in inside))
+        found = self.branch.values()
+        inside = {_POSITIVE[type(f)](f.args[0]) for h in found for f in h.atoms(*_POSITIVE)} | {p.base for p in roots}
+        return sp.And(*(_located(sp.Gt(expr, 0), list(self.dynamics.slow), self.assumptions) for expr in inside))
 
     @property
     def _assumed(self):
@@ -236,8 +240,19 @@ def _branches(mode, small):
     equal_zero = [g.subs(small, 0) for g in mode.fast.values()]
     if (solutions := _solutions(equal_zero, list(mode.fast))) is None:
         raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch")
-    complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(h.is_real is False for h in s.values())]
+    complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(map(_is_complex, s.values()))]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+
+
+def _roots(branch):
+    powers = sp.Tuple(*branch.values()).atoms(sp.Pow)
+    return {p for p in powers if p.exp.is_Rational and not p.exp.is_Integer}
+
+
+def _is_complex(h):
+    """Tell whether an expression in real symbols has no real value where its even roots are real."""
+    even = {p: sp.Dummy(positive=True) for p in _roots({h: h}) if not p.exp.q % 2}
+    return h.xreplace(even | {s: sp.Dummy(real=True) for s in h.free_symbols if s.is_real is None}).is_real is False
 
 
 def _solutions(equal_zero, unknowns):

@@ -334,6 +334,18 @@ def test_a_branch_exists_where_it_is_real_and_is_not_told_to_repel_elsewhere():
     assert [(str(m.exists), m.stability) for m in found] == [("u > 0", "unstable"), ("u > 0", "stable")]
 
 
+def test_inverse_functions_are_of_what_theirs_give_and_complex_branches_are_none():
+    """Of the sixth roots of u two are real, and of what SymPy finds for tanh v = u one is."""
+    plain, fast = sp.symbols("u v")
+    for u_, v_ in ((u, v), (plain, fast)):
+        sine, hyperbolic, sixth = (
+            ap.slow_manifolds(ap.System.smooth({u_: -u_}, {v_: u_ - g}, mu)) for g in (sp.sin(v_), sp.tanh(v_), v_**6)
+        )
+        assert {m.exists for m in sine} == {sp.And(u_ > -1, u_ < 1)}
+        assert [m.stability for m in (*sine, *sixth)] == ["unstable", "stable"] * 2
+        assert (len(hyperbolic), len(sixth), {m.exists for m in sixth}) == (1, 2, {u_ > 0})
+
+
 def test_a_branch_at_a_value_at_which_it_is_not_real_is_refused_as_that():
     a = sp.Symbol("a", real=True)
     lower, _ = ap.slow_manifolds(ap.System.smooth({u: sp.S.One}, {v: a - v**2}, mu))
