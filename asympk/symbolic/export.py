@@ -53,10 +53,14 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
 
 
 def module_functions(system: System, order: int) -> tuple[Function, ...]:
-    """Return the functions that make up the module, the same for every target; a rate theta' is called theta_rate."""
+    """Return the functions that make up the module, the same for every target.
+
+    A rate theta' is called theta_rate, and the mode slip_same+stick slip_same_stick.
+    """
     put = _aliases(system)
     found = (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
-    return tuple(replace(f, args=_renamed(f.args, put), values=_renamed(f.values, put)) for f in found)
+    plain = (replace(f, name=f.name.replace("+", "_")) for f in found)
+    return tuple(replace(f, args=_renamed(f.args, put), values=_renamed(f.values, put)) for f in plain)
 
 
 def _aliases(system):

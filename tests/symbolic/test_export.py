@@ -24,7 +24,10 @@ mu = sp.Symbol("mu", positive=True)
 VAN_DER_POL = ap.System.smooth({u: v}, {v: (1 - u**2) * v - u}, mu)
 TWO_FAST = ap.System.smooth({u: sp.exp(-r * u)}, {v: u - v, w: v - 2 * w}, mu)
 LEANING = slender_rod().elastic(compliance=sp.Symbol("eps", positive=True), damping=sp.Symbol("h", positive=True))
-SYSTEMS = {"pk": PK, "vdp": VAN_DER_POL, "two": TWO_FAST, "leaning": LEANING}
+F, G = sp.symbols("F G")
+DISCS = [ap.Friction(slip, force, load=1, kinetic=1) for slip, force in ((u - v, F), (v - w, G))]
+CLUTCHES = ap.System.with_frictions({u: r + F, v: -F + G, w: -G}, {}, DISCS)
+SYSTEMS = {"pk": PK, "vdp": VAN_DER_POL, "two": TWO_FAST, "leaning": LEANING, "clutches": CLUTCHES}
 
 
 def points(function, count=20):
