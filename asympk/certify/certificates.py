@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from heapq import heappop, heappush
-from itertools import count
+from itertools import count, product
 from typing import Any, NamedTuple
 
 from asympk.affine.run import affine as is_affine
@@ -165,14 +165,14 @@ def _followed(scene, sides, budget):
     finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
     start = affine.start_of(scene, sides)
     turned = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
-    values = _values(scene, sides, 0)
+    values = _values(scene, {name: low for name, (low, _) in sides.items()})
     return affine.enclose(scene.system, values, turned, start, ball(scene.until), finest, budget)
 
 
-def _values(scene, sides, end):
-    """Return the parameters of a scene, those of a box at its low end, 0, or at its high one, 1."""
+def _values(scene, corner):
+    """Return the parameters of a scene, those of a box at one of its corners."""
     pairs = zip(scene.system.parameters, scene.values, strict=True)
-    return tuple(sides.get(symbol.name, (value, value))[end] for symbol, value in pairs)
+    return tuple(corner.get(symbol.name, value) for symbol, value in pairs)
 
 
 def _sides_of_system(scene, box):
@@ -181,8 +181,10 @@ def _sides_of_system(scene, box):
         raise InputError("a certificate is for the rod and for systems whose modes are all affine; this one is not")
     known = (*scene.names, *(s.name for s in scene.system.parameters))
     sides = _exact_sides(box, known, "state and no parameter")
-    for end in (0, 1):
-        values = dict(zip(scene.system.parameters, _values(scene, sides, end), strict=True))
+    turned = {name: ends for name, ends in sides.items() if name not in scene.names}
+    for corner in product(*turned.values()):
+        found = _values(scene, dict(zip(turned, corner, strict=True)))
+        values = dict(zip(scene.system.parameters, found, strict=True))
         scene.system.placed(values, dict(zip(scene.names, scene.start, strict=True)))
     return sides
 

@@ -139,6 +139,13 @@ def test_a_box_outside_the_range_of_a_parameter_is_refused():
             certify(scene, box)
 
 
+def test_a_box_with_static_friction_below_the_kinetic_one_at_a_corner_is_refused():
+    system = ap.System.with_frictions({x: v, v: -x + F}, {}, [ap.Friction(v, F, load=1, kinetic=k, static=mu)])
+    scene = ap.Scene(system=system, values={"k": 1, "mu": 1}, start={"x": 4, "v": 0}, until=12)
+    with pytest.raises(ValueError, match="static friction 999/1000 is below the kinetic one, 1001/1000"):
+        certify(scene, {"k": ("0.999", "1.001"), "mu": ("0.999", "1.001")})
+
+
 def test_eigenvalues_that_meet_within_a_box_are_refused():
     damped = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=damped, values={"k": 1}, start={"x": 3, "v": 0}, until=1)
