@@ -157,7 +157,7 @@ def _after(flow, kind, s_sign, z_sign, s, y, size):
         return s, *signs_after(kind, s_sign, z_sign, s, False)
     m = flow.m
     s = 0 * s if vanishing(m, s, size) else s
-    if not s or vanishing(m, grip(flow.sigma0, s), 1 + size):
+    if not m.margin and (not s or vanishing(m, grip(flow.sigma0, s), 1 + size)):
         s_sign, z_sign, _ = first_signs(partial(_sign, m), flow.sigma0, flow.mu, s, y, 0 * s)
         return s, s_sign, z_sign
     return s, *signs_after(kind, s_sign, z_sign, s, flow.sticks(s, size))
@@ -216,6 +216,8 @@ def slip_event(
 def _slip_end(flow, segment, s_sign, z_sign, left):
     """Return the event that a slip meets just where the time ends, or ("", left, state)."""
     mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
+    if mode.m.margin:
+        return "", left, (x, y, s, z, thrust)
     if _vanishes(segment, left, z) and _side(mode.m, z_sign, mode.a, mode.fall * s) < (flow.sigma0 > flow.sigma):
         return "velocity_zero", *on_plane(segment, left)
     if vanishing(mode.m, s, segment.s_size(left)) and _side(mode.m, s_sign, y, thrust / mode.mu) < 0:
@@ -223,14 +225,15 @@ def _slip_end(flow, segment, s_sign, z_sign, left):
     return "", left, (x, y, s, z, thrust)
 
 
-def _side(m, side, *terms):
-    """Return the sign of ``side`` times the sum of terms, 0 where it is zero but for rounding."""
-    value = side * sum(terms)
-    return sign_of(value) * (abs(value) > m.slack * sum(map(abs, terms)))
+def _side(m, side, one, other):
+    """Return the sign of ``side`` times the sum of two terms, 0 where it is zero but for rounding."""
+    value = side * (one + other)
+    return sign_of(value) * (abs(value) > m.slack * (abs(one) + abs(other)))
 
 
 def _vanishes(segment, t, z):
-    return vanishing(segment.mode.m, z, segment.z_size(t))
+    m = segment.mode.m
+    return not m.margin and vanishing(m, z, segment.z_size(t))
 
 
 def _opening(segment, z_sign):
@@ -310,7 +313,7 @@ def stick_event(
 def _stick_end(flow, segment, s_sign, left):
     """Return the slip onset that stick meets just where the time ends, or ("", left, state)."""
     mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
-    near, far = flow.edges(s_sign)
+    near, far = (None, None) if mode.m.margin else flow.edges(s_sign)
     for edge, side in ((near, -s_sign), (far, 1)):
         met = edge is not None and vanishing(mode.m, s - edge, abs(edge) + segment.s_size(left))
         if met and _side(mode.m, side, y, thrust / mode.mu) > 0:
