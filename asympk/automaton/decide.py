@@ -459,14 +459,14 @@ def _breaks_loose(
 def _opening(system: System, k: int, point: ContactPoint, forces: tuple, touching: dict) -> Any:
     """Return what must be positive for a contact to open: its gap, or, for a rigid one that touches, g'' without it.
 
-    The forces of the other contacts are in g''.
+    The forces of the other contacts are in g''. It is 0 where the reaction has just vanished, and g''' is asked next.
     """
     if system.frictions[k].constraint is None:
         return point.contacts[k].gap
     if k not in touching:
         return abs(point.contacts[k].gap)
     normals = _expressions(system)[2]
-    return 1 if touching[k] else _along(point.rows[len(system.frictions) + normals.index(k)], forces)
+    return 0 if touching[k] else _along(point.rows[len(system.frictions) + normals.index(k)], forces)
 
 
 def _along(row: tuple, forces: tuple) -> Any:

@@ -314,6 +314,19 @@ def test_a_block_meets_a_belt_whose_velocity_alone_depends_on_time_and_goes_on_w
     assert path.final[0] == pytest.approx(float(travelled), abs=1e-9 if contact == "rigid" else 1e-4)
 
 
+@pytest.mark.parametrize("digits", [None, 30])
+def test_a_block_slides_on_where_the_table_that_shakes_it_just_takes_its_weight_away(digits):
+    """The table rises as sin t, and the load 1 - sin t vanishes at pi/2 and comes back: nothing opens there."""
+    X, Y, U, V, f, t = sp.symbols("X Y U V f t", real=True)
+    table = ap.Contact(gap=Y - sp.sin(t), slip=U, friction=f, unilateral=True)
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, -1), table, t).rigid()
+    start = {"X": 0, "Y": 0, "U": 1, "V": 1}
+    path = ap.solve(ap.Scene(system=block, values={"f": "1/2"}, start=start, until=3), digits=digits)
+    assert path.modes == ("slip_same",)
+    assert float(path.final[2]) == pytest.approx(1 - (3 - 1 + np.cos(3)) / 2, rel=1e-14)
+    assert float(path.final[1]) == pytest.approx(np.sin(3), rel=1e-14)
+
+
 def test_the_look_for_a_singular_point_ends_where_the_mode_ends():
     """Past its sliding velocity's zero the slip does not go on; followed there, its angle turns for ever faster."""
     rod = _on_a_belt(lambda t: sp.sin(3 * t))
