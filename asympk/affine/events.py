@@ -276,21 +276,20 @@ def _isolated(guards, lo, hi, until):
 
 
 def _touch(guards, left, right, verdicts):
-    """Return (time, guards) where a guard comes down to zero and up again, as far as digits tell; or None.
+    """Return (time, guards) where guards come down to zero together and up again, as far as digits tell; or None.
 
     Raises ``Undecided`` unless signs are to be taken as they are.
     """
     m, unknown = guards.m, [q for q in guards.every if verdicts[q] != "positive"]
-    if len(unknown) != 1 or right.t - left.t > right.t * _NARROW:
+    if right.t - left.t > right.t * _NARROW:
         return None
-    (q,) = unknown
-    t = max(left.t, min(guards.least(q, (left.t + right.t) / 2), right.t))
+    t = max(left.t, min(guards.least(unknown[0], (left.t + right.t) / 2), right.t))
     point = guards.at(t, m.slack)
-    if abs(point.values[q]) > point.doubts[q]:
+    if any(abs(point.values[q]) > point.doubts[q] for q in unknown):
         return None
     if m.margin:
         raise Undecided
-    return t, (q,)
+    return t, tuple(unknown)
 
 
 def _earliest(guards, fall, left, right):

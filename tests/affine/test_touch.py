@@ -78,3 +78,13 @@ def test_a_velocity_that_touches_zero_as_a_cubic_goes_on_or_sticks(sigma0, stops
     rod = ap.systems.painleve_klein.system()
     scene = ap.Scene(system=rod, values={"sigma": 0, "sigma0": sigma0, "mu": 1}, start=start, until=2)
     assert run(scene).modes == run(scene, digits=25).modes == ("slip_opposite", *stops, "slip_same")
+
+
+@pytest.mark.parametrize("digits", [None, 30])
+def test_a_block_rests_on_where_both_edges_of_its_cone_meet_at_the_tip_and_part_again(digits):
+    """The load 1 - sin t vanishes at pi/2 and comes back, and with it what friction may hold on either side."""
+    x, v, F, t = sp.symbols("x v F t", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=1 - sp.sin(t), kinetic=1)
+    block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=block, values={}, start={"x": 1, "v": 0}, until=9), digits=digits)
+    assert (path.modes, path.final) == (("stick",), (1, 0))
