@@ -276,20 +276,27 @@ def _isolated(guards, lo, hi, until):
 
 
 def _touch(guards, left, right, verdicts):
-    """Return (time, guards) where guards come down to zero together and up again, as far as digits tell; or None.
+    """Return (time, guards) where guards come down to zero and up again, as far as digits tell; or None.
 
-    Raises ``Undecided`` unless signs are to be taken as they are.
+    Others may fall at the same time. Raises ``Undecided`` unless signs are to be taken as they are.
     """
     m, unknown = guards.m, [q for q in guards.every if verdicts[q] != "positive"]
     if right.t - left.t > right.t * _NARROW:
         return None
-    t = max(left.t, min(guards.least(unknown[0], (left.t + right.t) / 2), right.t))
-    point = guards.at(t, m.slack)
-    if any(abs(point.values[q]) > point.doubts[q] for q in unknown):
+    lows = sorted((_low(guards, q, left.t, right.t, verdicts[q]), q) for q in unknown)
+    points = {q: guards.at(t, m.slack) for t, q in lows}
+    if any(abs(point.values[q]) > point.doubts[q] for q, point in points.items()):
         return None
     if m.margin:
         raise Undecided
-    return t, tuple(unknown)
+    t, first = lows[0]
+    return t, tuple(q for q in points if abs(points[first].values[q]) <= points[first].doubts[q])
+
+
+def _low(guards, q, lo, hi, verdict):
+    """Return where a guard falls through zero, or is least."""
+    middle = (lo + hi) / 2
+    return guard_root(guards, q, lo, hi, middle) if verdict == "falls" else max(lo, min(guards.least(q, middle), hi))
 
 
 def _earliest(guards, fall, left, right):

@@ -9,7 +9,7 @@ import sympy as sp
 import asympk as ap
 from asympk.affine.run import run
 
-x, y, v, F = sp.symbols("x y v F", real=True)
+x, y, v, w, F, G, t = sp.symbols("x y v w F G t", real=True)
 
 
 def on_a_belt(static):
@@ -88,3 +88,17 @@ def test_a_block_rests_on_where_both_edges_of_its_cone_meet_at_the_tip_and_part_
     block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
     path = ap.solve(ap.Scene(system=block, values={}, start={"x": 1, "v": 0}, until=9), digits=digits)
     assert (path.modes, path.final) == (("stick",), (1, 0))
+
+
+@pytest.mark.parametrize(
+    ("drive", "start", "modes"),
+    [(sp.cos(t), (0, 1, 0, 0), {"stick+stick"}), (-y, (0, 2, 0, 0), {"stick+slip_opposite", "stick+stick"})],
+)
+def test_two_blocks_are_followed_past_a_time_at_which_the_drive_of_one_touches_its_bound(drive, start, modes):
+    """The drive cos(t) comes to -1 at pi, where the other's does so too, or it comes to rest from y = 1 + cos(t)."""
+    blocks = [ap.Friction(velocity=rate, force=force, load=sp.S.One, kinetic=1) for rate, force in ((v, F), (w, G))]
+    system = ap.System.with_frictions({x: v, y: w, v: sp.cos(t) + F, w: drive + G}, {}, blocks, time=t)
+    path = ap.solve(ap.Scene(system=system, start=start, until=4))
+    assert set(path.modes) == modes
+    assert [event.t for event in path.events] == pytest.approx([math.pi] * (len(modes) - 1), abs=1e-14)
+    assert path.final == pytest.approx([0, start[1] * (len(modes) == 1), 0, 0], abs=1e-14)
