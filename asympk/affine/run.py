@@ -136,7 +136,7 @@ class Flows:
 
     def of(self, m: Any, branch: Branch) -> tuple[Any, tuple, tuple[int, ...]]:
         """Return (flow, waves, indices of the guards that move) of a mode in the numbers of ``m``."""
-        key = branch, m.prec
+        key = branch, m.prec, m.margin, m.largest  # what signs are taken for differs at one precision, too
         if key not in self._found:
             affine_form = form.form_of(mode_of(self.automaton.system, branch))
             found = form.placed(affine_form, self.automaton.values, 24 if m is Doubles else m.dps)

@@ -102,3 +102,12 @@ def test_two_blocks_are_followed_past_a_time_at_which_the_drive_of_one_touches_i
     assert set(path.modes) == modes
     assert [event.t for event in path.events] == pytest.approx([math.pi] * (len(modes) - 1), abs=1e-14)
     assert path.final == pytest.approx([0, start[1] * (len(modes) == 1), 0, 0], abs=1e-14)
+
+
+def test_a_touch_is_told_whatever_digits_were_asked_for_before():
+    """Runs of 64 digits and of doubles come upon the same precision; signs count as they are in one of them alone."""
+    x, v, F, t = sp.symbols("x v F t", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=1 - sp.sin(t), kinetic=1)
+    block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    scene = ap.Scene(system=block, values={}, start={"x": 1, "v": 0}, until=8)
+    assert [ap.solve(scene, digits=digits).modes for digits in (64, None)] == [("stick",)] * 2
