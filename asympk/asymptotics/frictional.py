@@ -89,8 +89,9 @@ def _of_layer(scene: Any, path: MatchedPath, mu: float, rtol: float, scale: floa
 def _require_derivable(system: System) -> None:
     if system.small is None or len(system.frictions) != 1 or len(system.fast) != 1:
         raise NotDerivable("the limit of a jump is known for one friction, one fast state and a small parameter; this "
-                           f"system has {len(system.frictions)} frictions, fast states {list(system.fast)}, small "
-                           f"parameter {system.small}; order >= 1 follows the layer of any")  # fmt: skip
+                           f"system has {len(system.frictions)} friction{'s' * (len(system.frictions) != 1)}, fast "
+                           f"states {list(system.fast)}, small parameter {system.small}; order >= 1 follows the layer "
+                           "of any")  # fmt: skip
     (y,) = system.fast
     for mode in system.modes:
         for s, rate in {**mode.slow, **mode.fast}.items():
