@@ -12,7 +12,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import determinant, tidy
+from asympk.mechanics.tidy import expanded_determinant, tidy
 from asympk.symbolic.reading import spare
 
 
@@ -79,7 +79,7 @@ class Kinetics:
         The border has no fractions; of G's the products are long, and SymPy may expand them for ever.
         """
         border = sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
-        return tidy(tidy(determinant(border)) / self._inertia)
+        return tidy(tidy(expanded_determinant(border)) / self._inertia)
 
     @cached_property
     def _adjugate(self) -> sp.Matrix:
@@ -89,7 +89,7 @@ class Kinetics:
     @cached_property
     def _inertia(self) -> sp.Expr:
         """det M."""
-        return tidy(determinant(self.mass))
+        return tidy(expanded_determinant(self.mass))
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""

@@ -28,7 +28,7 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
 
 
-def determinant(matrix: sp.Matrix) -> sp.Expr:
+def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
     """Return the determinant, expanded: that of a matrix of polynomials in what is no symbol, as sines are not."""
     functions = {f: sp.Dummy() for entry in matrix for f in entry.atoms(sp.Function)}
     polynomials = DomainMatrix.from_Matrix(matrix.xreplace(functions))
