@@ -69,11 +69,10 @@ def motion_map(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> MotionMap:
     """Return the ``MotionMap`` on arrays that broadcast; ``values`` as for ``motions``."""
     terms = _terms(kinetics, values)
     signs = (1,) if kinetics.unilateral else (1, -1)
-    rest = [_stick(terms, kinetics.unilateral)]
-    slips = [_slip(terms, direction, sign, rest[0].exists) for direction in (1, -1) for sign in signs]
-    if kinetics.unilateral:
-        rest.append(Branch("lift_off", terms.a_N > 0, 0 * terms.a_N))
-    return MotionMap((*slips, *rest))
+    stick = _stick(terms, kinetics.unilateral)
+    slips = [_slip(terms, direction, sign, stick.exists) for direction in (1, -1) for sign in signs]
+    lift_off = [Branch("lift_off", terms.a_N > 0, 0 * terms.a_N)] if kinetics.unilateral else []
+    return MotionMap((*slips, stick, *lift_off))
 
 
 @dataclass(frozen=True)
@@ -128,9 +127,9 @@ def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:
     import numpy as np
 
     reaction, exists = _reaction(terms, terms.kinetic, direction, sign)
-    _, onset = _reaction(terms, terms.static, direction, sign)
-    for bound in (terms.kinetic, terms.static):
-        onset = onset & _starts(terms, bound, direction, sign, held)
+    static_reaction, onset = _reaction(terms, terms.static, direction, sign)
+    for bound, needed in ((terms.kinetic, reaction), (terms.static, static_reaction)):
+        onset = onset & _starts(terms, bound, needed, direction, sign, held)
     onset = exists & onset
     exists = np.where(terms.slip == 0, onset, exists & (np.sign(terms.slip) == direction))
     return Branch("slip", exists, np.where(exists, reaction, 0.0))
@@ -149,8 +148,7 @@ def _reaction(terms: _Terms, bound: Any, direction: int, sign: int) -> tuple[Any
     return reaction, positive & (p != 0)
 
 
-def _starts(terms: _Terms, bound: Any, direction: int, sign: int, held: Any) -> Any:
-    reaction, _ = _reaction(terms, bound, direction, sign)
+def _starts(terms: _Terms, bound: Any, reaction: Any, direction: int, sign: int, held: Any) -> Any:
     rate = direction * (terms.a_T + (terms.G_NT - direction * sign * bound * terms.G_TT) * reaction)
     size = abs(terms.a_T) + (abs(terms.G_NT) + bound * terms.G_TT) * abs(reaction)
     return rate > 2 * _ROUNDING * size * held

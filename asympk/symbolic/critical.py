@@ -58,7 +58,7 @@ class CriticalManifold(ShownAsFormulas):
 
         Inverse functions are of what theirs give. Odd roots, as those of cubics, are taken to be real.
         """
-        roots = _roots(self.branch)
+        roots = _fractional_powers(*self.branch.values())
         if any(map(_is_complex, self.branch.values())):
             return sp.false
         if any(p.exp.q % 2 for p in roots):
@@ -244,14 +244,14 @@ def _branches(mode, small):
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
 
 
-def _roots(branch):
-    powers = sp.Tuple(*branch.values()).atoms(sp.Pow)
+def _fractional_powers(*heights):
+    powers = sp.Tuple(*heights).atoms(sp.Pow)
     return {p for p in powers if p.exp.is_Rational and not p.exp.is_Integer}
 
 
 def _is_complex(h):
     """Tell whether an expression in real symbols has no real value where its even roots are real."""
-    even = {p: sp.Dummy(positive=True) for p in _roots({h: h}) if not p.exp.q % 2}
+    even = {p: sp.Dummy(positive=True) for p in _fractional_powers(h) if not p.exp.q % 2}
     return h.xreplace(even | {s: sp.Dummy(real=True) for s in h.free_symbols if s.is_real is None}).is_real is False
 
 
