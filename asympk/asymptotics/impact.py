@@ -187,7 +187,8 @@ class LimitLayers:
     def _require_held(self, stick: Branch, t: float, state: tuple, side: float) -> None:
         mode = self.automaton.mode(stick)
         far = 1e9 * max(1.0, *map(abs, state))
-        if min(mode.guard_values(t, self._with(state, side * far))) <= 0:
+        values, slopes = self._guards(mode, t, self._with(state, 0.0))
+        if (values + side * far * slopes).min() <= 0:
             raise OutOfRange(f"static friction does not hold the impulse at t = {t:.6g}: the contact slips on")
 
     def _from_infinity(self, stick: Branch, t: float, state: tuple, side: float) -> float:

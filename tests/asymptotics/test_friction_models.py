@@ -2,6 +2,7 @@
 
 import math
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from asympk.asymptotics.watching import watched
 from asympk.errors import NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
 from asympk.studies.decreasing import held_rod
 from asympk.studies.ladder import distance
-from asympk.systems import nonlinear_rod, painleve_klein
+from asympk.systems import arm, brake_shoe, nonlinear_rod, painleve_klein
 
 a, b, w, F = sp.symbols("a b w F", real=True)
 c = sp.Symbol("c", positive=True)
@@ -107,6 +108,30 @@ def test_the_impulses_followed_in_numbers_are_those_of_the_jump_law():
     assert landed["x"] == pytest.approx(1 + at_start(law.reaction))
     assert [e.kind for e in path.events] == [e.kind for e in truth.events]
     assert path.final == pytest.approx([float(v) for v in truth.final], abs=2e-3)
+
+
+@pytest.mark.parametrize("example", [arm, brake_shoe], ids=["arm", "brake shoe"])
+def test_the_limit_of_a_mechanism_whose_joints_turn_is_wrong_by_mu_log_mu(example):
+    # squares of the speed c y at which the gap changes are in all rates; where y is of order 1/c they are of order 1
+    (scene, *_), constants = example.scenes(), []
+    values = dict(zip((p.name for p in scene.system.parameters), scene.values, strict=True))
+    for small in ("1e-5", "1e-6", "1e-7"):
+        nearer = replace(scene, values={**values, "c": small})
+        path, truth = ap.solve(nearer, "jump", order=0), ap.solve(nearer, "exact")
+        assert path.modes == truth.modes == ("slip_same", "stick")
+        constants.append(_order(path, truth, small))
+    assert abs(constants[2] - constants[1]) < abs(constants[1] - constants[0])
+    assert abs(constants[2] / constants[1] - 1) < 0.15
+
+
+def test_rates_that_bend_where_the_fast_state_is_large_have_no_jump_law():
+    for bend in (b**2, c * b**2, b / (1 + b**2)):
+        system = ap.System.with_friction(
+            slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F + bend}, force=F, load=a + b,
+            kinetic=3, small=c,
+        )  # fmt: skip
+        with pytest.raises(NotDerivable, match="the rate of w in slip_same is not affine in b"):
+            ap.solve(ap.Scene(system=system, values={c: "1e-4"}, start=(0, "1/5", -1), until=1), "jump", order=0)
 
 
 @pytest.mark.parametrize("order", [1, 2])
