@@ -98,12 +98,12 @@ def _require_derivable(system: System) -> None:
     for branch in branches.named_branches(system):
         mode = matched.mode_of(system, branch)
         for s, rate in {**mode.slow, **mode.fast}.items():
-            if not _is_affine(rate, y, system.small):
+            if not _is_affine_in_limit(rate, y, system.small):
                 raise NotDerivable(f"the rate of {s} in {mode.name} is not affine in {y}: its jump has no law here; "
                                    "order >= 1 follows the layer")  # fmt: skip
 
 
-def _is_affine(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
+def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
     """Tell whether a rate is affine in y in the limit mu = 0, and, times mu, in mu y where y is large.
 
     The second matters in a jump. Squares of velocities, which contain (mu y)^2, vanish in both.
