@@ -96,7 +96,7 @@ def _require_derivable(system: System) -> None:
                            "of any")  # fmt: skip
     (y,) = system.fast
     for branch in branches.named_branches(system):
-        mode = matched.mode_of(system, branch)
+        mode = matched.bare_mode(system, branch)
         for s, rate in {**mode.slow, **mode.fast}.items():
             if not _is_affine_in_limit(rate, y, system.small):
                 raise NotDerivable(f"the rate of {s} in {mode.name} is not affine in {y}: its jump has no law here; "

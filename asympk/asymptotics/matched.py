@@ -108,7 +108,7 @@ def slow_of(automaton: Automaton, branch: Branch, order: int) -> Slow:
 @lru_cache(maxsize=256)
 def _formulas(system: System, branch: Branch, order: int) -> Formulas:
     parameters = tuple(p for p in system.parameters if p != system.small)
-    return formulas(mode_of(system, branch), system.small, parameters, order)
+    return formulas(bare_mode(system, branch), system.small, parameters, order)
 
 
 @lru_cache(maxsize=256)
@@ -118,7 +118,7 @@ def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...
 
 
 @lru_cache(maxsize=256)
-def mode_of(system: System, branch: Branch) -> Mode:
+def bare_mode(system: System, branch: Branch) -> Mode:
     """Return the mode of a branch without the condition under which it holds; the time is a slow state of it."""
     slow, fast = branches.fields(system, branch)
     mode = Mode(branches.mode_name(branch), slow, fast)
