@@ -34,6 +34,7 @@ _NOTHING = 1e-8
 _ORDER = 16
 _REACH = 16  # times of the fastest part, and less where that is too long
 _PATIENCE = 8  # steps before the dearer bounds are taken
+_FEW = 0.125  # of the digits in which a derivative is zero where it vanishes with those before it
 _NARROW = 1e-6  # of the time, for an interval in which a guard may only touch zero
 
 
@@ -133,12 +134,19 @@ class Guards:
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
     def least(self, guard: int, t: Number) -> Number:
-        """Return where the slope of a guard that is bent upward vanishes, by Newton's method from ``t``."""
-        weights, before = self.derivatives[0][guard], float("inf")
+        """Return where the slope of a guard that is bent upward vanishes, by Newton's method from ``t``.
+
+        Where the bend vanishes with it, as far as some digits tell, the last derivative that does so gives the time.
+        """
+        weights = [self.lists[2][guard], *(table[guard] for table in self.derivatives)]
+        order, before = 0, float("inf")
         for _ in range(_MOST_STEPS):
             found, *_ = functions(self.m, self.blocks, t)
-            slope, bend = _dot(self.lists[2][guard], found), _dot(weights, found)
-            if not abs(slope) < before * bend:
+            slope, bend = (_dot(row, found) for row in weights[order : order + 2])
+            if abs(bend) < self.m.slack**_FEW * _dot(map(abs, weights[order + 1]), sizes(self.m, self.blocks, t, t)):
+                order, before = order + 1, float("inf")
+                continue
+            if not abs(slope) < before * (abs(bend) if order else bend):
                 break
             before = abs(slope / bend)
             t = t - slope / bend
@@ -320,7 +328,7 @@ def _certain(guards, lo, hi, until):
     A guard that is within its rounding at ``until`` counts as lost there.
     """
     for _ in range(_MOST_STEPS):
-        point = guards.at(hi)
+        point = guards.at(hi, max(guards.m.margin, guards.m.slack) if hi >= until else None)
         if hi >= until or _signs(point):
             return point
         hi = min(lo + (hi - lo) * _FURTHER, until)

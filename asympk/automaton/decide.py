@@ -490,7 +490,8 @@ def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: 
     """Return the sign of the first derivative along the field, of a guard that vanishes, that does not; else 0."""
     kind, friction, _ = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
-    for order in range(first, 2 + min(len(mode.system.states), 5)):
+    moving = 5 if mode.system.time else min(len(mode.system.states), 5)
+    for order in range(first, 2 + moving):
         before = mode.derivative(guard, order - 1)
         if order > first and _length(before) > LONGEST:
             if mode.system.time is None and not any(places[0].values(mode.system, mode.rates)):

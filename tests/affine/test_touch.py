@@ -111,3 +111,53 @@ def test_a_touch_is_told_whatever_digits_were_asked_for_before():
     block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
     scene = ap.Scene(system=block, values={}, start={"x": 1, "v": 0}, until=8)
     assert [ap.solve(scene, digits=digits).modes for digits in (64, None)] == [("stick",)] * 2
+
+
+@pytest.mark.parametrize("digits", [None, 30])
+def test_a_velocity_that_vanishes_just_where_the_run_ends_is_met_after_the_drive_of_another_block_touched_its_bound(
+    digits,
+):
+    """The drive 2 sin t touches 2 at pi/2; the other block has the velocity 2 t - t^2 / 2, which vanishes at 4."""
+    frictions = [ap.Friction(*pair, load=1, kinetic=kinetic) for kinetic, pair in ((2, (v, F)), (1, (w, G)))]
+    blocks = ap.System.with_frictions({v: 2 * sp.sin(t) + F, w: 3 - t + G}, {}, frictions, time=t)
+    path = ap.solve(ap.Scene(system=blocks, values={}, start=(0, 0), until=4), digits=digits)
+    assert path.modes == ("stick+slip_same", "stick+slip_opposite")
+    assert [(event.kind, event.friction, float(event.t)) for event in path.events] == [("velocity_zero", 1, 4)]
+    assert [*map(float, path.final)] == [0, 0]
+
+
+def pushed(drive, start=0, static=1, until=5, **options):
+    """A block of the weight 1 and the kinetic friction 1 under a drive that depends on the time."""
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=1, static=static)
+    system = ap.System.with_frictions({v: drive + F}, {}, [friction], time=t)
+    return ap.solve(ap.Scene(system=system, values={}, start=(start,), until=until), **options)
+
+
+@pytest.mark.parametrize(
+    ("drive", "onset", "end"),
+    [
+        (1 + (t - 1) ** 3, 1, 64),
+        (1 + (t - 1) ** 5, 1, 4**6 / 6),
+        (1 - sp.sin(t) ** 3, math.pi, math.cos(5) - math.cos(5) ** 3 / 3 + 2 / 3),
+    ],
+)
+def test_a_block_slips_where_its_drive_passes_the_bound_of_stick_at_a_multiple_root(drive, onset, end):
+    path = pushed(drive)
+    assert path.modes == ("stick", "slip_same")
+    assert (path.events[0].t, path.final[0]) == pytest.approx((onset, end), rel=1e-15)
+
+
+@pytest.mark.parametrize("power", [3, 4])
+def test_a_velocity_that_vanishes_as_a_power_at_an_irrational_time_is_met_there(power):
+    """It is (2 - t^2)^n, and the block sticks until its drive reaches 2 or -2."""
+    path = pushed(sp.diff((2 - t**2) ** power, t) + 1, 2**power, 2, 1.5)
+    assert path.modes == ("slip_same", "stick")
+    assert path.events[0].t == pytest.approx(math.sqrt(2), rel=1e-15)
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "radau"}])
+@pytest.mark.parametrize("power", [3, 5])
+def test_a_block_leaves_rest_under_a_drive_that_grows_as_a_power_from_what_friction_holds(power, way):
+    path = pushed(1 + t**power, until=2, **way)
+    assert path.modes == ("slip_same",)
+    assert float(path.final[0]) == pytest.approx(2 ** (power + 1) / (power + 1), rel=1e-9)

@@ -1,5 +1,7 @@
 """What is looked at within a step: guards that may come to zero there, and no others."""
 
+import math
+
 import pytest
 
 from asympk.integrators.stepwise import _bracketed
@@ -27,6 +29,11 @@ def test_a_guard_that_comes_as_near_to_zero_as_its_rounding_is_lost_where_it_tur
     t, guard = lost(lambda t: (t - 0.3) ** 2 - depth, lambda t: 2 * (t - 0.3), -1, 1, touch=1e-12)
     assert (t, guard) == (pytest.approx(0.3, rel=1e-12), 0)
     assert lost(lambda t: t * t + 1e-11, lambda t: 2 * t, -1, 1, touch=1e-12) is None
+
+
+def test_a_guard_that_falls_through_a_multiple_root_is_lost_there():
+    t, guard = lost(lambda t: math.sin(t) ** 3, lambda t: 3 * math.sin(t) ** 2 * math.cos(t), 1, 4)
+    assert (t, guard) == (pytest.approx(math.pi, rel=1e-12), 0)
 
 
 def test_a_guard_far_off_its_zero_that_trembles_with_the_steps_is_not_searched_for():
