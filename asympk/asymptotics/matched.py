@@ -316,4 +316,5 @@ def small_number(scene: Any) -> float:
 def require_landed(method: str, landed: MatchedPath) -> None:
     """Raise ``NoManifold`` for ``"slow"`` where the first layer meets an event."""
     if method == "slow" and landed.events:
-        raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} at t = 0; use method='jump'")
+        t = landed.events[0].t
+        raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} from t = {t:.6g}; use method='jump'")

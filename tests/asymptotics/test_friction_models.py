@@ -257,6 +257,15 @@ def test_a_box_that_slides_towards_its_corner_is_followed_to_where_it_stops_on_i
     assert distance(path.final, truth.final) <= path.error < 20 * 10.0 ** (-2 * order - 2)
 
 
+def test_an_event_in_a_fast_motion_that_never_settles_is_told_at_its_own_time():
+    """Without damping the layer lasts, and w = t - 2/5 vanishes within it."""
+    block = ap.System.with_friction(slow={}, fast={a: b, b: 1 - a}, velocity={w: 1 + F}, force=F, load=a, kinetic=0,
+                                    small=c)  # fmt: skip
+    scene = ap.Scene(system=block, values={c: "1e-2"}, start={a: 1, b: "1/10", w: "-2/5"}, until=1)
+    with pytest.raises(NoManifold, match=r"passes slip_opposite -> slip_same from t = 0\.4;"):
+        ap.solve(scene, "slow", order=1)
+
+
 def test_layers_stop_at_events_that_are_closer_than_their_steps():
     start = ("101/2000", "5321/10000", "-8149/10000", "101/1250", "-147/1250")
     values = {"f": "21193/10000", held_rod().small: "583/12500"}
