@@ -84,7 +84,7 @@ def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state:
 
     gradient, rate = mode.guard_gradient(hit, t, state), mode.guard_rates(t, state)[hit]
     change = np.subtract(after.rhs(t, state), mode.rhs(t, state))
-    return np.eye(len(state)) + np.outer(change, gradient) / rate
+    return np.eye(len(state)) + (np.outer(change, gradient) / rate if change.any() else 0)  # a guard may only touch 0
 
 
 def _exponentials(matrices: "np.ndarray") -> "np.ndarray":

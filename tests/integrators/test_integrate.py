@@ -317,6 +317,16 @@ def test_a_state_that_is_zero_and_stays_so_makes_no_errors():
     assert _late("1/1000", start=0).final == pytest.approx((1, 0))
 
 
+def test_an_event_at_which_both_fields_agree_makes_no_errors_though_its_guard_has_no_rate_there():
+    """A block that a hair parts from its undamped elastic ground touches it at once, at rest as far as doubles tell."""
+    y, u, v, F, N = sp.symbols("y u v F N", real=True)
+    friction = ap.Friction(velocity=v, force=F, load=-100 * y, kinetic=sp.Rational(1, 10), gap=100 * y, normal=N)
+    block = ap.System.with_frictions({y: u, u: N - 1, v: F - v**3}, {}, [friction])
+    path = ap.solve(ap.Scene(system=block, values={}, start={y: "1e-40", u: 0, v: 1}, until=1))
+    assert path.modes == ("open", "slip_same")
+    assert path.final[:2] == pytest.approx(((np.cos(10) - 1) / 100, -np.sin(10) / 10), abs=1e-8)
+
+
 @pytest.mark.parametrize(("length", "frequency"), [("1e-12", 1), ("1e-6", "1e6"), ("1e-6", "1e3"), ("1e6", "1e-6")])
 def test_a_nonlinear_motion_is_the_same_in_all_units(length, frequency):
     """A block on a hardening spring, in units of the length a and the time 1/omega."""
