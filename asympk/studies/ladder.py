@@ -3,7 +3,7 @@ r"""The ladder of models for the scene of any slow-fast system: slow, jump of or
 A smooth system's models predict their errors from the terms that they omit, and so do those of higher order with
 friction. What the limit with friction is wrong by is its distance from the jump of order 1, and what that is wrong by.
 The limit without a layer is ``"rigid"``: of an elastic contact it is the rigid mechanism. The error of an exact motion
-that is integrated is bounded by what a tolerance a hundred times as large changes.
+that is integrated is bounded by what a tolerance a hundred times as large changes; one in closed form tells its own.
 """
 
 from collections.abc import Callable, Mapping
@@ -139,7 +139,11 @@ def predicted(scene: Scene, path: Any) -> float:
 
 
 def _exact_error(scene, exact):
-    return max(2e-15, distance(exact.final, solve(scene, **CRUDER).final))
+    if exact.error is None:
+        return max(2e-15, distance(exact.final, solve(scene, **CRUDER).final))
+    passed = (scene.start, *(event.state for event in exact.events), exact.final)
+    largest, last = (max(abs(float(v)) for state in part for v in state) for part in (passed, passed[-1:]))
+    return max(2e-15, float(exact.error) * largest / max(1.0, last))
 
 
 def distance(final: tuple, reference: tuple) -> float:

@@ -77,6 +77,12 @@ def test_the_ladder_of_a_scene_with_friction_has_its_jumps_and_the_exact_motion(
     assert ap.least_model(ap.Scene(system=ROD, values={s: 1, mu: "1e-5"}, start=(0, 0, 1), until=1)).model == "rigid"
 
 
+def test_an_exact_motion_in_closed_form_is_as_wrong_as_its_own_account_of_rounding_says():
+    ladder = ap.least_model(ap.Scene(system=ROD, values={s: 1, mu: "1/10"}, start=(0, 1, 1), until=1), 1e-12)
+    assert (ladder.model, ladder.rungs[-1].predicted) == ("exact", pytest.approx(3e-15, abs=2e-15))
+    assert ladder.rungs[-1].measured <= ladder.rungs[-1].predicted
+
+
 def test_the_rigid_rung_of_an_elastic_contact_is_the_rigid_mechanism():
     mechanism, numbers = ap.systems.held_rod.mechanism(), {"m": 1, "alpha": "6/5", "P": 1, "kappa": 1, "f": "1/2"}
     system = mechanism.elastic(mu, sp.Rational(1, 2))
