@@ -165,8 +165,9 @@ def _taylor(m, coefficients, z, order):
 
 def _cleaned(m, coefficients, z, values):
     """Set to zero what in ``sum coefficients[k] z^k`` is below the rounding of its terms."""
-    size = m.mag(z) if z else 0
-    most = np.max([_bits(c) + max(0, k) * size for k, c in enumerate(coefficients)], axis=0)
+    if not z:
+        return values
+    most = np.max([_bits(c) + k * m.mag(z) for k, c in enumerate(coefficients)], axis=0)
     counts = np.vectorize(lambda v, bits: bool(v) and m.mag(v) > bits - m.prec + _CLEAR_BITS, otypes=[bool])
     return np.where(counts(values, most), values, 0 * values)
 

@@ -21,11 +21,15 @@ _MOST_ITERATIONS = 100
 
 @dataclass(frozen=True)
 class Resolvent:
-    """``p(z)`` and ``adj(z - denominator M)``: ``polynomial[k]``, ``adjugate[k]`` are the coefficients of ``z^k``."""
+    """``p(z)`` and ``adj(z - denominator M)``: ``polynomial[k]``, ``adjugate[k]`` are the coefficients of ``z^k``.
+
+    ``estimates`` are the roots of p in doubles, as parts of the ``largest`` entry.
+    """
 
     denominator: int
     polynomial: tuple[int, ...]
     adjugate: np.ndarray
+    largest: int
     estimates: np.ndarray
 
 
@@ -54,17 +58,16 @@ def resolvent(matrix: Sequence[Sequence[Fraction]]) -> Resolvent:
         moved = whole @ adjugate[0]
         polynomial.insert(0, -int(np.trace(moved)) // k)
         adjugate.insert(0, moved + polynomial[0] * unit)
-    scale = float(max(abs(entry) for row in matrix for entry in row) or 1)
-    rounded = np.array([[float(entry / Fraction(scale)) for entry in row] for row in matrix])
-    estimates = np.linalg.eigvals(rounded) * scale
-    return Resolvent(denominator, tuple(polynomial), np.array(adjugate[1:]), estimates)
+    largest = abs(whole).max() or 1
+    estimates = np.linalg.eigvals((whole / largest).astype(float))
+    return Resolvent(denominator, tuple(polynomial), np.array(adjugate[1:]), largest, estimates)
 
 
 def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
     """Return the roots of ``p`` (times the denominator), right to about ``m.prec`` bits less what p loses of them."""
     simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
     for factor, multiplicity in _square_free(found.polynomial[zeros:]):
-        values = _simple_roots(m, factor, found.estimates, found.denominator)
+        values = _simple_roots(m, factor, found.estimates, found.largest)
         simple += [Root(value, multiplicity, real) for value, real in _paired(m, values)]
     return simple
 
@@ -83,11 +86,11 @@ def _square_free(polynomial):
     return [(tuple(map(int, reversed(factor.all_coeffs()))), k) for factor, k in whole.sqf_list()[1]]
 
 
-def _simple_roots(m, factor, estimates, denominator):
+def _simple_roots(m, factor, estimates, largest):
     """Return the roots of a square-free polynomial by Aberth's iteration."""
     if len(factor) == 2:
         return [-m.mpf(factor[0]) / factor[1]]
-    values = _starts(m, factor, estimates, denominator)
+    values = _starts(m, factor, estimates, largest)
     close = m.ldexp(1, -m.prec * 2 // 5)  # beyond it one more step is exact to rounding, convergence being cubic
     settled = False
     for _ in range(_MOST_ITERATIONS):
@@ -106,9 +109,9 @@ def _simple_roots(m, factor, estimates, denominator):
     raise Undecided("the eigenvalues of a mode do not converge")
 
 
-def _starts(m, factor, estimates, denominator):
+def _starts(m, factor, estimates, largest):
     """Return as many distinct starts as the factor has roots: those estimates that Newton's step moves the least."""
-    spread = [(m.mpc(z) or m.mpc(1e-12, 1e-12)) * denominator * (1 + m.mpc(1e-9, 1e-9) * k)
+    spread = [(m.mpc(z) or m.mpc(1e-12, 1e-12)) * largest * (1 + m.mpc(1e-9, 1e-9) * k)
               for k, z in enumerate(estimates)]  # fmt: skip
 
     def moved(z):

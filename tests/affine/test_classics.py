@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import Accumulation
+from asympk.errors import Accumulation, OutOfRange
 
 x, v, u, w, F, G, t = sp.symbols("x v u w F G t", real=True)
 f, fs, omega, zeta, V = sp.symbols("f f_s omega zeta V", positive=True)
@@ -260,3 +260,26 @@ def test_two_oscillators_that_turn_at_the_same_instant_are_followed_together():
 def test_a_smooth_system_is_followed_as_well_the_tenth_time_as_the_first():
     scene = ap.Scene(system=ap.System.smooth({x: -x}, {}, None), values={}, start={"x": 1}, until=2)
     assert [ap.solve(scene).final for _ in range(10)] == [pytest.approx((np.exp(-2),), rel=1e-15)] * 10
+
+
+@pytest.mark.parametrize("contacts", [1, 3])
+@pytest.mark.parametrize("compliance", ["1e-12", "1e-40", "1e-120"])
+def test_a_block_slides_on_its_elastic_feet_however_stiff_these_are(contacts, compliance):
+    """Feet of the stiffness 1/c push with 1 each and rub a block of the mass 1 with 1/2 each; w is its height."""
+    c = sp.Symbol("c", positive=True)
+    feet, closing, forces = (sp.symbols(f"{name}0:{contacts}", real=True) for name in ("x", "y", "F"))
+    loads = [a + b for a, b in zip(feet, closing, strict=True)]
+    fast = {b: 1 - load for b, load in zip(closing, loads, strict=True)}
+    rubbing = [ap.Friction(v, *pair, kinetic=sp.S.Half) for pair in zip(forces, loads, strict=True)]
+    slow = {x: v, v: sum(forces), w: -c * closing[0], **dict(zip(feet, closing, strict=True))}
+    block = ap.System.with_frictions(slow, fast, rubbing, small=c)
+    start = {s: {v: contacts, **dict.fromkeys(feet, 1)}.get(s, 0) for s in block.states}
+    path = followed(block, {c: compliance}, start, 1)
+    assert path.final[:2] == pytest.approx((0.75 * contacts, 0.5 * contacts), abs=1e-14)
+
+
+def test_a_compliance_below_the_doubles_is_refused_in_a_line():
+    c = sp.Symbol("c", positive=True)
+    block = ap.System.with_friction({x: u}, {u: 1 - x - u}, {v: F}, force=F, load=x + u, kinetic=1, small=c)
+    with pytest.raises(OutOfRange):
+        ap.solve(ap.Scene(system=block, values={c: "1e-400"}, start=(1, 0, 1), until="1/2"))
