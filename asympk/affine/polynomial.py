@@ -67,7 +67,7 @@ def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
     """Return the roots of ``p`` (times the denominator), right to about ``m.prec`` bits less what p loses of them."""
     simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
     for factor, multiplicity in _square_free(found.polynomial[zeros:]):
-        values = _simple_roots(m, factor, found.estimates, found.largest)
+        values = _simple_roots(m, factor, found)
         simple += [Root(value, multiplicity, real) for value, real in _paired(m, values)]
     return simple
 
@@ -86,11 +86,11 @@ def _square_free(polynomial):
     return [(tuple(map(int, reversed(factor.all_coeffs()))), k) for factor, k in whole.sqf_list()[1]]
 
 
-def _simple_roots(m, factor, estimates, largest):
+def _simple_roots(m, factor, found):
     """Return the roots of a square-free polynomial by Aberth's iteration."""
     if len(factor) == 2:
         return [-m.mpf(factor[0]) / factor[1]]
-    values = _starts(m, factor, estimates, largest)
+    values = _starts(m, factor, found)
     close = m.ldexp(1, -m.prec * 2 // 5)  # beyond it one more step is exact to rounding, convergence being cubic
     settled = False
     for _ in range(_MOST_ITERATIONS):
@@ -109,10 +109,10 @@ def _simple_roots(m, factor, estimates, largest):
     raise Undecided("the eigenvalues of a mode do not converge")
 
 
-def _starts(m, factor, estimates, largest):
+def _starts(m, factor, found):
     """Return as many distinct starts as the factor has roots: those estimates that Newton's step moves the least."""
-    spread = [(m.mpc(z) or m.mpc(1e-12, 1e-12)) * largest * (1 + m.mpc(1e-9, 1e-9) * k)
-              for k, z in enumerate(estimates)]  # fmt: skip
+    spread = [(m.mpc(z) * found.largest or m.mpc(1e-12, 1e-12) * found.denominator) * (1 + m.mpc(1e-9, 1e-9) * k)
+              for k, z in enumerate(found.estimates)]  # fmt: skip
 
     def moved(z):
         value, slope = horner(factor, z)
