@@ -71,7 +71,9 @@ def run(scene: Any, method: str = "exact", *, digits: int | None = None, events:
     case = SceneFlows(scene, flows(Automaton(scene.system, scene.values)), events)
     try:
         return _in_doubles(case) if digits is None else _in_digits(case, digits)
-    except ZeroDivisionError:
+    except TooLarge:
+        raise
+    except (OverflowError, ZeroDivisionError):
         raise OutOfRange("a rate of the system is not a finite number at these parameters; give others") from None
 
 
