@@ -48,6 +48,7 @@ class ExactEntries:
         expr = expr.subs(self.numbers)
         if expr.has(sp.zoo, sp.oo, sp.nan):
             raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
+        require_rational(expr)
         return self.field.from_sympy(expr) if self.field else Fraction(int(expr.p), int(expr.q))
 
     def ball(self, entry: Any) -> Ball:
@@ -89,6 +90,12 @@ class ExactEntries:
             return of_exact(matrix)
         pattern = np.array([[bool(entry) for entry in row] for row in matrix])
         return of_balls(pattern, [[self.ball(entry) for entry in row] for row in matrix])
+
+
+def require_rational(*entries: sp.Expr) -> None:
+    """Raise ``Refused`` where an entry is no rational function of the parameters."""
+    if not all(map(is_rational, entries)):
+        raise Refused("irrational: a coefficient is not a rational function of the parameters")
 
 
 class AffineGuard(NamedTuple):
@@ -192,9 +199,8 @@ class _Modes:
         form = form_of(mode_of(self.system, branch))
         if form is None:
             raise Refused("not affine: a mode is not linear in the states")
-        outputs = [e for row in (*form.matrix, *form.guards) for e in row]
-        if not all(map(is_rational, [*outputs, *(e for wave in form.waves for e in (wave.decay, wave.turn))])):
-            raise Refused("irrational: a coefficient is not a rational function of the parameters")
+        entries = [e for row in (*form.matrix, *form.guards) for e in row]
+        require_rational(*entries, *(e for wave in form.waves for e in (wave.decay, wave.turn)))
         if form.waves != self.waves:
             raise Refused("forcing: the modes are forced by different functions of time")
         return form

@@ -209,8 +209,9 @@ def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof():
     assert proof.obstacle == "edge"
 
 
-def test_a_coefficient_that_is_not_rational_is_refused():
-    system = ap.System.with_frictions({x: v, v: -sp.sqrt(k) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+@pytest.mark.parametrize(("stiffness", "load"), [(sp.sqrt(k), 1), (k, sp.pi)])
+def test_a_coefficient_that_is_not_rational_is_refused(stiffness, load):
+    system = ap.System.with_frictions({x: v, v: -stiffness * x + F}, {}, [ap.Friction(v, F, load=load, kinetic=1)])
     scene = ap.Scene(system=system, values={"k": 2}, start={"x": 3, "v": 0}, until=1)
     assert certify(scene).obstacle == "irrational"
 
