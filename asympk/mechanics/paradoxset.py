@@ -109,6 +109,8 @@ def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         raise InputError(f"range of {name} = {short(given)}: give (low, high)") from None
     low, high = (as_floats(f"range of {name}", end) for end in (low, high))
+    if any(getattr(end, "shape", ()) for end in (low, high)):
+        raise InputError(f"range of {name} = {short(given)}: give (low, high), two numbers")
     if not low < high:
         raise InputError(f"range of {name} = ({low:g}, {high:g}): give (low, high) with low < high")
     return low, high

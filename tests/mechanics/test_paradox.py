@@ -148,6 +148,8 @@ def test_over_a_parameter_the_edge_is_the_critical_friction():
         ({}, "0 ranges"),
         ({"theta": (1, 0)}, "low < high"),
         ({"theta": 1}, "give \\(low, high\\)"),
+        ({"theta": (0, [])}, "two numbers"),
+        ({"theta": ([1, 2, 3], 4)}, "two numbers"),
         ({"theta": (0, float("nan"))}, "range of theta"),
         ({"theta": (0, 1), "f": (0, 1), "m": (1, 2)}, "3 ranges"),
     ],
