@@ -11,6 +11,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
+from asympk.numbers import number
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import described_mechanism
 
@@ -35,6 +36,7 @@ def changes(settings: Iterable[str]) -> dict[str, Any]:
         if not (name.strip() and equals and value.strip()):
             raise InputError(f"--set {setting!r:.60}: write it as NAME=VALUE, f=2.5")
         found[name.strip()] = value.strip()
+        number(name.strip(), value.strip())
     return found
 
 

@@ -158,6 +158,7 @@ def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match
         (["painleve_rod", "--set", "f"], "write it as NAME=VALUE"),
         (["painleve_rod", "--set", "q=1"], "q is no coordinate, rate or parameter"),
         (["painleve_rod", "--set", "f=steep"], "f = 'steep'"),
+        (["painleve_rod", "--set", "t=noon"], "t = 'noon'"),
         (["painleve_rod", "--plot", "map.doc"], "a plot is written as one of"),
         (["missing.toml"], "there is no such file"),
     ],
