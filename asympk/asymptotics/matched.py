@@ -16,8 +16,6 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import sympy as sp
-
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import NEAR, abscissa, listed, newton, root
@@ -121,8 +119,7 @@ def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...
 def bare_mode(system: System, branch: Branch) -> Mode:
     """Return the mode of a branch without the condition under which it holds; the time is a slow state of it."""
     slow, fast = branches.fields(system, branch)
-    mode = Mode(branches.mode_name(branch), slow, fast)
-    return mode if system.time is None else replace(mode, slow=sp.Dict({**slow, system.time: 1}))
+    return system.autonomous(Mode(branches.mode_name(branch), slow, fast))
 
 
 def through_layer(

@@ -12,12 +12,11 @@ exactly, and tells so.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
@@ -74,7 +73,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     given = dict(zip(system.parameters, map(float, scene.values), strict=True))
     mu, until = given.pop(system.small), float(scene.until)
-    mode = _autonomous(system)
+    mode = system.autonomous(system.modes[0])
     begin = (*map(float, scene.start[: len(system.slow)]), *[0.0] * (len(mode.slow) - len(system.slow)),
              *map(float, scene.start[len(system.slow) :]))  # fmt: skip
     known = formulas(mode, system.small, tuple(given), order + EXTRA)
@@ -94,12 +93,6 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     final = now if layered else slow[0]
     return Path(scene, method, tuple(final.tolist()), (), (mode.name,), LayeredDense(motion, layered, until), error,
                 {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
-
-
-def _autonomous(system):
-    """Return the mode of a smooth system; an explicit time is one slow state more."""
-    mode = system.modes[0]
-    return mode if system.time is None else replace(mode, slow=sp.Dict({**mode.slow, system.time: 1}))
 
 
 def layered_motion(

@@ -180,7 +180,7 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
-    for mode in system.modes:
+    for mode in map(system.autonomous, system.modes):
         letter = "Lambda" if mode.name == "stick" else "Pi"
         for branch in _branches(mode, system.small):
             count[letter] = count.get(letter, 0) + 1

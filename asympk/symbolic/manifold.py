@@ -111,7 +111,7 @@ def slow_manifold(
     order = known_order(order)
     if mode is None and len(system.modes) > 1:
         raise InputError(f"this system has several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
-    dynamics = system.mode(mode) if mode else system.modes[0]
+    dynamics = system.autonomous(system.mode(mode) if mode else system.modes[0])
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
     if is_zero(manifold.jacobian.det()):

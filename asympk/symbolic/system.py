@@ -14,7 +14,7 @@ So the system has smooth modes, told apart by the signs of v and of the load, an
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, wraps
 from typing import Any, TypeVar, cast
 
@@ -240,6 +240,10 @@ class System(ShownAsFormulas):
             if isinstance(name, str) and mode.name == name:
                 return mode
         raise InputError(f"mode {short(name)} is unknown; this system has {', '.join(m.name for m in self.modes)}")
+
+    def autonomous(self, mode: Mode) -> Mode:
+        """Return ``mode`` with the explicit time, if there is one, as a slow state t, t' = 1."""
+        return mode if self.time is None else replace(mode, slow=sp.Dict({**mode.slow, self.time: 1}))
 
     @cached_property
     def drive(self) -> sp.Expr:

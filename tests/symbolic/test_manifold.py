@@ -97,6 +97,16 @@ def test_the_residual_of_the_invariance_equation_vanishes_to_the_order_asked_and
         assert not vanishes(omitted)
 
 
+def test_a_manifold_moves_with_the_explicit_time():
+    # h = A x + B sin t + C cos t obeys mu h_t - mu A h = sin t + x - h
+    t = sp.Symbol("t")
+    (manifold,) = ap.slow_manifolds(ap.System.smooth({x: -y}, {y: sp.sin(t) + x - y}, mu, time=t), order=2)
+    known = [x + sp.sin(t), x + sp.sin(t) - sp.cos(t), 2 * x + sp.sin(t) - 2 * sp.cos(t)]
+    assert all(vanishes(a - b) for a, b in zip(manifold.coefficients, known, strict=True))
+    assert reduced_flow(manifold)[t] == 1
+    assert manifold.closed is None
+
+
 @pytest.mark.parametrize(("slow", "fast", "branch"), [PAIR, ROOTS])
 def test_two_fast_variables_are_expanded_together(slow, fast, branch):
     manifold = ap.slow_manifold(ap.System.smooth(slow, fast, mu), branch, order=2)
