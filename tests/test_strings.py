@@ -16,7 +16,7 @@ from asympk.certify import certify, cover
 from asympk.pictures.trace import trace
 from asympk.studies import divide
 from asympk.sweep.sweepfile import parse_sweep
-from asympk.symbolic.export import module_functions
+from asympk.output.export import module_functions
 from asympk.symbolic.stability import series_in_mu
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod, units

@@ -15,7 +15,7 @@ def arguments(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> None:
     """Write the module and print its files."""
     from asympk.scenes.scenefile import scene_file
-    from asympk.symbolic.export import export
+    from asympk.output.export import export
     from asympk.systems import painleve_klein
 
     given = scene_file(options.scene).scene.system if options.scene is not None else None

@@ -14,7 +14,7 @@ from mechanisms import slender_rod
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
-from asympk.symbolic.export import export, module_functions
+from asympk.output.export import export, module_functions
 from asympk.symbolic.lowering import lower
 
 PK = ap.systems.painleve_klein.system()
