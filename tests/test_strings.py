@@ -13,10 +13,10 @@ import asympk as ap
 from asympk.asymptotics.jump import OFFSET
 from asympk.asymptotics.series import series
 from asympk.certify import certify, cover
+from asympk.output.export import module_functions
 from asympk.pictures.trace import trace
 from asympk.studies import divide
 from asympk.sweep.sweepfile import parse_sweep
-from asympk.output.export import module_functions
 from asympk.symbolic.stability import series_in_mu
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod, units

@@ -21,7 +21,7 @@ from importlib import import_module
 
 import sympy as sp
 
-from asympk.asymptotics.tape import Tape
+from asympk.asymptotics.tape import Definitions, Tape
 from asympk.asymptotics.taylor import FUNCTIONS, Taylor, as_taylor, evaluated
 from asympk.symbolic.expansion import fast_jacobian
 from asympk.symbolic.system import Mode
@@ -40,6 +40,8 @@ class Formulas:
     3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m]`` of the same returns y.
     4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, h_x f_y and h_x f_x f_y.
     5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
+    6. ``series`` are definitions of symbols, one after the other, and in these the coefficients of 1, mu, ..., mu^n of
+       the fast states on the manifold, order by order, where fast states stand for the branch's value.
 
     3 and 4 leave out b and b' where g is affine in y at mu = 0, since b = -g_y^-1 g(x, 0, 0) there: ``on_branch``.
 
@@ -79,6 +81,10 @@ class Formulas:
     @cached_property
     def force(self) -> Callable[..., tuple]:
         return self.field.at_point(self.field.force)
+
+    @cached_property
+    def series(self) -> tuple[Definitions, tuple[sp.Expr, ...]]:
+        return self.field.series(self.order)
 
     @cached_property
     def jacobian(self) -> Callable[..., tuple]:
@@ -163,6 +169,14 @@ class _Field:
         """Compile the fast states on the manifold to ``order``."""
         tape, _, _, y = self._at_rest(order)
         return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.functions)
+
+    def series(self, order):
+        """Return the lines that define the coefficients of the manifold, and these."""
+        tape, _, _, y = self._at_rest(order)
+        functions = {f: getattr(sp, f) for f in (*FUNCTIONS, "pi", "E")}
+        inputs = {f"v{i}_0": s for i, s in enumerate((*self.slow_states, *self.fast_states))}
+        known = functions | inputs | {name: p for p, name in self.names.items()}
+        return tape.definitions([c[k, 0] for k in range(order + 1) for c in y], known)
 
     def slow_rates(self):
         """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and h_x f_y and h_x f_x f_y."""

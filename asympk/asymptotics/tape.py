@@ -8,7 +8,11 @@ from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any
 
+import sympy as sp
+
 from asympk.numbers import Number
+
+Definitions = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
 class Node:
@@ -94,15 +98,32 @@ class Tape:
 
         Functions that were called are inputs, or in ``known``, {name: function or constant}.
         """
-        space, wanted, body = dict(known), set[str](), list[str]()
+        space, wanted = dict(known), set[str]()
         text = _nest(result, wanted, space)
+        body = [f"    {name} = {line}" for name, line in self._needed(wanted)]
+        head = f"def compiled({', '.join(self.inputs)}):"
+        exec("\n".join([head, *body, f"    return {text}"]), space)
+        return space["compiled"]
+
+    def definitions(self, wanted: Iterable[Any], known: Mapping[str, Any]) -> tuple[Definitions, tuple[sp.Expr, ...]]:
+        """Return the lines behind ``wanted`` as (symbol, expression in those before it), and ``wanted`` in these.
+
+        ``known`` gives inputs and functions in symbols.
+        """
+        space, found, wanted = dict(known), [], tuple(wanted)
+        for name, line in self._needed({c.name for c in wanted if isinstance(c, Node)}):
+            space[name] = sp.Dummy(name)
+            found.append((space[name], eval(line, space)))
+        return tuple(found), tuple(space[c.name] if isinstance(c, Node) else sp.sympify(c) for c in wanted)
+
+    def _needed(self, wanted):
+        """Return the lines, (name, text), behind the names ``wanted``, which grow by those in the lines."""
+        found = []
         for line, name in reversed(self.lines.items()):
             if name in wanted:
                 wanted.update(line.replace("(", " ").replace(")", " ").split())
-                body.append(f"    {name} = {line}")
-        head = f"def compiled({', '.join(self.inputs)}):"
-        exec("\n".join([head, *reversed(body), f"    return {text}"]), space)
-        return space["compiled"]
+                found.append((name, line))
+        return found[::-1]
 
 
 def _nest(value, names, space):

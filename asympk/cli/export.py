@@ -14,8 +14,8 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Write the module and print its files."""
-    from asympk.scenes.scenefile import scene_file
     from asympk.output.export import export
+    from asympk.scenes.scenefile import scene_file
     from asympk.systems import painleve_klein
 
     given = scene_file(options.scene).scene.system if options.scene is not None else None

@@ -12,10 +12,14 @@ from pathlib import Path
 import sympy as sp
 
 from asympk import __version__
+from asympk.asymptotics.fibre import formulas
+from asympk.asymptotics.tape import Definitions
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.naming import named
+from asympk.numbers import known_order
 from asympk.storage.files import write_text
-from asympk.symbolic.expansion import is_implicit
+from asympk.symbolic.branches import heavy
+from asympk.symbolic.expansion import fast_jacobian, is_implicit
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifold, slow_manifolds
 from asympk.symbolic.reading import spare
@@ -28,12 +32,13 @@ _ODD = (sp.I, sp.LambertW, sp.Piecewise)  # in the roots of cubics, of exponenti
 
 @dataclass(frozen=True)
 class Function:
-    """One function of the module; ``values`` is an expression, or a tuple of them."""
+    """One function of the module; ``values`` is an expression, or a tuple of them, after ``definitions``."""
 
     name: str
     meaning: str
     args: tuple[sp.Symbol, ...]
     values: sp.Expr | tuple[sp.Expr, ...]
+    definitions: Definitions = ()
 
 
 def export(system: System, target: str, out: str | Path, order: int = 3, name: str = "model") -> tuple[Path, ...]:
@@ -57,10 +62,10 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
 
     A rate theta' is called theta_rate, and the mode slip_same+stick slip_same_stick.
     """
-    put = _aliases(system)
+    put, order = _aliases(system), known_order(order)
     found = (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
     plain = (replace(f, name=f.name.replace("+", "_")) for f in found)
-    return tuple(replace(f, args=_renamed(f.args, put), values=_renamed(f.values, put)) for f in plain)
+    return tuple(_plainly(f, put) for f in plain)
 
 
 def _aliases(system):
@@ -70,8 +75,10 @@ def _aliases(system):
             for rate in named if rate.name.endswith("'")}  # fmt: skip
 
 
-def _renamed(values, put):
-    return tuple(v.xreplace(put) for v in values) if isinstance(values, tuple) else values.xreplace(put)
+def _plainly(f, put):
+    values = tuple(v.xreplace(put) for v in f.values) if isinstance(f.values, tuple) else f.values.xreplace(put)
+    definitions = tuple((t, e.xreplace(put)) for t, e in f.definitions)
+    return replace(f, args=tuple(a.xreplace(put) for a in f.args), values=values, definitions=definitions)
 
 
 def _fields(system):
@@ -84,30 +91,53 @@ def _fields(system):
 
 
 def _manifolds(system, order):
-    for m in _real_manifolds(system, order):
+    for m in _real_manifolds(system):
         y = ", ".join(map(str, m.branch))
-        single = len(m.branch) == 1
         kind = f", the {m.stability} slow manifold" if isinstance(m.stability, str) else ""
         where = f"{y} on {m.name}{kind} of {m.mode}"
         where += f" by {y} on its branch" if is_implicit(m.branch) else ""
+        definitions, levels = _coefficients(m, system, order)
+        values = tuple(sp.Add(*(c * m.small**k for k, c in enumerate(cs))) for cs in zip(*levels, strict=True))
+        single = len(values) == 1
         if single:
             about = f"the coefficients of 1, {m.small}, .., {m.small}^{order} of {where}"
-            yield _function(system, f"{m.name}_series", about, tuple(m.coefficients))
-        value = m.expr if single else tuple(m.expr[y] for y in m.branch)
-        yield _function(system, m.name, f"{where}, to order {order} in {m.small}", value)
+            yield _function(system, f"{m.name}_series", about, tuple(c for (c,) in levels), definitions)
+        about = f"{where}, to order {order} in {m.small}"
+        yield _function(system, m.name, about, values[0] if single else values, definitions)
         if m.closed is not None:
             yield _function(system, f"{m.name}_exact", f"{where}, exact while its root is real", m.closed)
 
 
-def _real_manifolds(system, order):
+def _coefficients(m, system, order):
+    """Return the coefficients of 1, mu, ..., by fast states, after the definitions of what they are written in."""
+    if not _is_long(m.dynamics):
+        found = replace(m, order=order).coefficients
+        return (), [tuple(c.values()) if isinstance(c, sp.Dict) else (c,) for c in found]
+    parameters = tuple(p for p in system.parameters if p != m.small)
+    definitions, found = formulas(m.dynamics, m.small, parameters, order).series
+    count = len(m.branch)
+    return definitions, [found[k : k + count] for k in range(0, len(found), count)]
+
+
+def _is_long(mode):
+    """Tell whether coefficients are shorter as straight-line code than as one expression each."""
+    return heavy(sp.Tuple(*mode.slow.values(), *mode.fast.values()))
+
+
+def _real_manifolds(system):
     """Return the slow manifolds; those of a mode whose branches cannot be written as real ones are one, by y itself."""
     try:
-        found = slow_manifolds(system, order)
-        modes = dict.fromkeys(m.mode for m in found if any(h.has(*_ODD) for h in m.branch.values()))
+        found = slow_manifolds(system, order=0)
+        modes = dict.fromkeys(m.mode for m in found if any(h.has(*_ODD) for h in m.branch.values()) or _is_bent(m))
     except NotDerivable:
         found, modes = (), dict.fromkeys(mode.name for mode in system.modes)
-    implicit = (slow_manifold(system, order=order, mode=mode, name=f"Pi_{mode}") for mode in modes)
+    implicit = (slow_manifold(system, order=0, mode=mode, name=f"Pi_{mode}") for mode in modes)
     return (*(m for m in found if m.mode not in modes), *implicit)
+
+
+def _is_bent(m):
+    """Tell whether rates are long and bend in the fast states: then these are inputs of the straight-line code."""
+    return _is_long(m.dynamics) and fast_jacobian(m.dynamics, m.small).has(*m.branch)
 
 
 def _spectra(system):
@@ -131,13 +161,15 @@ def _edges(system):
         yield _function(system, "stick_edges", about, edges)
 
 
-def _function(system, name, meaning, values):
-    return Function(name, meaning, _signature(system, values if isinstance(values, tuple) else (values,)), values)
+def _function(system, name, meaning, values, definitions=()):
+    used = (*(values if isinstance(values, tuple) else (values,)), *(e for _, e in definitions))
+    args = _signature(system, used, {t for t, _ in definitions})
+    return Function(name, meaning, args, values, definitions)
 
 
-def _signature(system, values):
+def _signature(system, values, defined=frozenset()):
     """Return the arguments of ``values`` in a fixed order: states, small parameter, other parameters by name."""
-    used, states = sp.Tuple(*values).free_symbols, system.states
+    used, states = sp.Tuple(*values).free_symbols - defined, system.states
     rest = sorted(used - {*states, system.small}, key=str)
     return (*(s for s in states if s in used), *({system.small} & used), *rest)
 
@@ -158,7 +190,7 @@ def _python(name, heading, functions):
     """Return {file name: text} of a Python module that imports math and nothing else."""
     parts = ["\n".join(['r"""', *heading, '"""', ""])]
     for f in functions:
-        head, body = lower(f.args, f.values, "math", name=f.name, branching=True).source.split("\n", 1)
+        head, body = _lowered(f, "math", f.name).source.split("\n", 1)
         parts.append(f'{head}\n    r"""Return {f.meaning}."""\n{body}')
     if any("math." in part for part in parts[1:]):
         parts[0] += "\nimport math\n"
@@ -168,7 +200,7 @@ def _python(name, heading, functions):
 def _c(name, heading, functions):
     """Return {file name: text} of a C99 header and source; every function is called ``name_function``."""
     comment = "\n".join(["/*", *(f" * {line}".rstrip() for line in heading), " */", ""])
-    functions = [(f, lower(f.args, f.values, "c", name=f"{name}_{f.name}", branching=True)) for f in functions]
+    functions = [(f, _lowered(f, "c", f"{name}_{f.name}")) for f in functions]
     prototypes = [f"/* {f.meaning} */\n{text.partition(chr(10))[0]};\n" for f, text in functions]
     guard = f"{name.upper()}_H"
     header = [
@@ -181,6 +213,10 @@ def _c(name, heading, functions):
     ]
     source = [comment, f'#include <math.h>\n\n#include "{name}.h"\n', *(text for _, text in functions)]
     return {f"{name}.h": "\n".join(header), f"{name}.c": "\n".join(source)}
+
+
+def _lowered(f, target, name):
+    return lower(f.args, f.values, target, name=name, branching=True, definitions=f.definitions)
 
 
 _WRITERS = {"c": _c, "python": _python}

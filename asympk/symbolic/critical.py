@@ -14,6 +14,7 @@ import sympy as sp
 from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
+from asympk.symbolic.branches import heavy
 from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
@@ -113,7 +114,10 @@ class CriticalManifold(ShownAsFormulas):
     def domain(self) -> sp.Basic:
         """The condition on the states under which the mode holds on the manifold, at mu = 0; False if nowhere."""
         states = list(self.dynamics.slow)
-        parts = sp.And.make_args(self.dynamics.where.subs(self.branch, simultaneous=True))
+        where = self.dynamics.where
+        # SymPy multiplies out what it takes the modulus of, which long expressions do not outlast
+        moduli = {a: sp.Abs(a.args[0].subs(self.branch), evaluate=False) for a in where.atoms(sp.Abs) if heavy(a)}
+        parts = sp.And.make_args(where.xreplace(moduli).subs(self.branch, simultaneous=True))
         return sp.And(*(_located(part, states, self.assumptions) for part in parts))
 
     def at(self, **values: Any) -> Self:
@@ -257,12 +261,23 @@ def _is_complex(h):
 
 def _solutions(equal_zero, unknowns):
     """Return what SymPy solves for, or None where it does not or leaves out roots."""
+    if heavy(sp.Tuple(*equal_zero)):
+        matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
+        if not matrix.has(*unknowns):
+            return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
     if len(unknowns) == 1 and _loses_roots(*equal_zero, *unknowns):
         return None
     try:
         return sp.solve(equal_zero, unknowns, dict=True)
     except NotImplementedError:
         return None
+
+
+def _linear_solution(matrix, rest, unknowns):
+    """Return the solution of matrix y + rest = 0, unsimplified, in a list; none where the matrix is singular."""
+    if is_zero(determinant := matrix.det(method="berkowitz")):
+        return []
+    return [dict(zip(unknowns, -matrix.adjugate(method="berkowitz") * rest / determinant, strict=True))]
 
 
 def _loses_roots(force, y):

@@ -18,11 +18,13 @@ from math import factorial, prod
 
 import sympy as sp
 
-from asympk.symbolic.branches import put_sign, without_squares
+from asympk.errors import NotDerivable
+from asympk.symbolic.branches import heavy, put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
+LONG = 200  # operations of rates that are not rational, from which on a coefficient has a hundred thousand
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,14 @@ class Expansion:
 def is_implicit(branch: sp.Dict) -> bool:
     """Tell whether ``branch`` is ``{y: y}``: y stands for the value of the branch."""
     return all(y == h for y, h in branch.items())
+
+
+def require_short(mode: Mode, order: int) -> None:
+    """Raise ``NotDerivable`` for coefficients beyond order 0 that would be too long to be written."""
+    rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
+    if order and heavy(rates) and rates.count_ops() > LONG:
+        raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
+                           "export writes them, and solve(scene, method='slow', order=n) uses them")  # fmt: skip
 
 
 def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, sp.Expr]:
@@ -117,7 +127,7 @@ def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
 
 def is_zero(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is identically zero: by algebra, else by 50 digits at points that nothing singles out."""
-    reduced = sp.cancel(expr)
+    reduced = expr if heavy(expr) else sp.cancel(expr)
     if reduced == 0 or (not reduced.has(sp.Abs) and all(a.is_Symbol for a in atoms_of(reduced))):
         return reduced == 0
     values = [_value(reduced, k) for k in range(1, 5)]

@@ -7,7 +7,7 @@ same expressions give the same source in every run.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from importlib import import_module
 from itertools import chain
@@ -42,7 +42,8 @@ class Lowered(ShownAsFormulas):
 
     Returns one value, a tuple when lowered from a sequence, a dict by ``keys`` when lowered from a ``Dict``. With
     ``directions``, each the rates of all ``args``, it is the derivatives of the outputs along every direction, output
-    by output. Pickles as its expressions. Raises ``OutOfRange`` where a value is not a finite real number.
+    by output; ``definitions`` are symbols of the outputs, each with what it stands for. Pickles as its expressions.
+    Raises ``OutOfRange`` where a value is not a finite real number.
     """
 
     args: tuple[sp.Symbol, ...]
@@ -52,6 +53,7 @@ class Lowered(ShownAsFormulas):
     single: bool = False
     name: str = "f"
     directions: tuple[tuple[sp.Expr, ...], ...] = ()
+    definitions: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
 
     def _card(self) -> Card:
         names = self.keys or [f"{self.name}[{k}]" if not self.single else self.name for k in range(len(self.outputs))]
@@ -71,7 +73,7 @@ class Lowered(ShownAsFormulas):
         return _mpmath(self, values, dps_to_prec(digits))
 
     def __reduce__(self) -> tuple:
-        return Lowered, (self.args, self.outputs, self.target, self.keys, self.single, self.name, self.directions)
+        return Lowered, tuple(getattr(self, f.name) for f in fields(self))
 
     @property
     def source(self) -> str:
@@ -88,39 +90,48 @@ class Lowered(ShownAsFormulas):
 
 
 @overload
-def lower(args: Any, expr: Any, target: Literal["c"], name: str = "f", branching: bool = False) -> str: ...
+def lower(
+    args: Any, expr: Any, target: Literal["c"], name: str = "f", branching: bool = False, definitions: Any = ()
+) -> str: ...
 
 
 @overload
 def lower(
-    args: Any, expr: Any, target: Literal["numpy", "mpmath", "math"] = "numpy", name: str = "f", branching: bool = False
-) -> Lowered: ...
+    args: Any, expr: Any, target: Literal["numpy", "mpmath", "math"] = "numpy", name: str = "f",
+    branching: bool = False, definitions: Any = (),
+) -> Lowered: ...  # fmt: skip
 
 
 @overload
-def lower(args: Any, expr: Any, target: str, name: str = "f", branching: bool = False) -> Any: ...
+def lower(
+    args: Any, expr: Any, target: str, name: str = "f", branching: bool = False, definitions: Any = ()
+) -> Any: ...
 
 
-def lower(args: Any, expr: Any, target: str = "numpy", name: str = "f", branching: bool = False) -> Any:
+def lower(
+    args: Any, expr: Any, target: str = "numpy", name: str = "f", branching: bool = False, definitions: Any = ()
+) -> Any:
     """Turn ``expr``, an expression or a sequence or ``Dict`` of them, into a function of ``args``.
 
     ``target`` is ``"numpy"`` (arrays that broadcast), ``"math"`` (floats), ``"mpmath"`` (the working precision of the
     call; strings and fractions are taken exactly), or ``"c"``, which returns the source of a C function: one value is
     returned, several go to ``out``. ``name`` is the function's name in its source. A set of arguments is sorted.
+    ``definitions`` are pairs of a symbol in ``expr`` and what it stands for, in ``args`` and in symbols before it.
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
     and, unless ``branching``, for what branches, such as a Piecewise.
     """
     target = named("target", target, _PRINTERS)
-    args, (outputs, keys, single) = _arguments(args), _outputs(expr)
-    for output in outputs:
-        _check(output, args, branching)
+    args, (outputs, keys, single), definitions = _arguments(args), _outputs(expr), tuple(definitions)
+    known = {*args, *(symbol for symbol, _ in definitions)}
+    for output in (*outputs, *(e for _, e in definitions)):
+        _check(output, args, known, branching)
         if target != "mpmath" and any(abs(n) >= _LARGEST for n in output.atoms(sp.Rational)):
             raise InputError(f"{short(output)} has a constant beyond all doubles; use target 'mpmath'")
     if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
         raise InputError(f"name {short(name)} cannot name a function; give letters, digits and underscores")
     if name in _printer(target).reserved_words:
         raise InputError(f"name {name!r} has a meaning in the source for target {target!r}; give another")
-    lowered = Lowered(args, outputs, target, keys, single, name)
+    lowered = Lowered(args, outputs, target, keys, single, name, definitions=definitions)
     _emission(lowered)
     return _c_source(lowered) if target == "c" else lowered
 
@@ -128,7 +139,7 @@ def lower(args: Any, expr: Any, target: str = "numpy", name: str = "f", branchin
 def _c_source(lowered):
     """Return C source: ``double name(..)`` for one expression, ``void name(.., double out[n])`` for several."""
     arguments, shared, outputs = _emission(lowered)
-    used = sp.Tuple(*lowered.outputs).free_symbols
+    used = sp.Tuple(*lowered.outputs, *(e for _, e in lowered.definitions)).free_symbols
     parameters = [f"double {a}" for a in arguments]
     lines = [f"    (void){text};" for a, text in zip(lowered.args, arguments, strict=True) if a not in used]
     lines += [f"    const double {symbol} = {value};" for symbol, value in shared]
@@ -193,7 +204,10 @@ def _printer(target):
 def _emission(lowered):
     """Return the text of the arguments, of the shared subexpressions (pairs), and of the outputs."""
     printer = _printer(lowered.target)
-    shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
+    if lowered.definitions:
+        shared, outputs = _renamed(lowered)
+    else:
+        shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
     if unworked := sp.Tuple(*outputs, *(e for _, e in shared)).atoms(sp.Derivative, sp.Subs):
         raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
                          "function, or write what jumps as a friction")  # fmt: skip
@@ -218,6 +232,12 @@ def _spare(lowered, **assumptions):
 
 def _shared(outputs, spare):
     return sp.cse(outputs, symbols=spare, order="canonical")
+
+
+def _renamed(lowered):
+    """Return the definitions and the outputs, symbols of definitions under names that no argument has."""
+    names = dict(zip((t for t, _ in lowered.definitions), _spare(lowered), strict=False))
+    return [(names[t], e.xreplace(names)) for t, e in lowered.definitions], [o.xreplace(names) for o in lowered.outputs]
 
 
 def _derivatives(lowered):
@@ -326,10 +346,10 @@ def _outputs(expr):
     return (expression("expr", expr),), None, True
 
 
-def _check(expr, args, branching):
+def _check(expr, args, known, branching):
     if not isinstance(expr, sp.Expr):
         raise InputError(f"{expr} is not an expression; lower expressions, not conditions or matrices")
-    if missing := expr.free_symbols - {*args}:
+    if missing := expr.free_symbols - known:
         raise InputError(
             f"{', '.join(sorted(map(str, missing)))} in {expr} missing from the arguments ({', '.join(map(str, args))})"
         )

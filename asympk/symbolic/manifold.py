@@ -27,7 +27,7 @@ from asympk.symbolic.critical import (
     in_words,
 )
 from asympk.symbolic.diffring import DifferentialRing
-from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, is_zero, over_fast
+from asympk.symbolic.expansion import expand, fast_jacobian, is_implicit, is_zero, over_fast, require_short
 from asympk.symbolic.reading import spare
 from asympk.symbolic.system import Mode, System, of_system
 
@@ -106,7 +106,8 @@ def slow_manifold(
     Without ``branch`` it stays implicit, {y: y}: the coefficients are rational in x and in the branch's value y, and so
     are the conditions for stability and folds; where g = 0 is x = phi(y), all are functions of y.
     ``mode`` names the mode where there are several. Raises ``OrderError``, ``InputError``, ``BranchError`` when g
-    does not vanish on the branch, and ``NotNormallyHyperbolic`` when det dg/dy does.
+    does not vanish on the branch, ``NotNormallyHyperbolic`` when det dg/dy does, and ``NotDerivable`` for an order
+    above 0 where the rates are too long.
     """
     order = known_order(order)
     if mode is None and len(system.modes) > 1:
@@ -123,6 +124,7 @@ def slow_manifold(
             f"dg/dy has eigenvalues with real part 0 (a centre) on {equations(at)}; no slow manifold "
             "continues this branch: give the fast states damping"
         )
+    require_short(dynamics, order)
     expand(dynamics, system.small, at, order)
     return manifold
 
@@ -134,11 +136,10 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     Raises what ``critical_manifolds`` and ``slow_manifold`` raise: ``NotDerivable``, ``OrderError``.
     """
     order = known_order(order)
-    return Several(
-        SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order)
-        for c in critical_manifolds(system)
-        if c.exists != sp.false and c.domain != sp.false
-    )
+    found = [c for c in critical_manifolds(system) if c.exists != sp.false and c.domain != sp.false]
+    for c in found:
+        require_short(c.dynamics, order)
+    return Several(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order) for c in found)
 
 
 def invariance_residual(manifold: SlowManifold) -> sp.Dict:

@@ -2,6 +2,7 @@
 
 import ctypes
 import importlib.util
+import inspect
 import math
 import random
 import shutil
@@ -16,6 +17,7 @@ import asympk as ap
 from asympk.errors import InputError, UnknownName
 from asympk.output.export import export, module_functions
 from asympk.symbolic.lowering import lower
+from asympk.systems import arm
 
 PK = ap.systems.painleve_klein.system()
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -49,7 +51,7 @@ def test_the_python_module_computes_what_lower_does(name, tmp_path):
     (path,) = export(SYSTEMS[name], "python", tmp_path, name=name)
     module = python_module(path)
     for f in module_functions(SYSTEMS[name], order=3):
-        expected = lower(f.args, f.values, "math")
+        expected = lower(f.args, f.values, "math", definitions=f.definitions)
         for values in points(f):
             assert getattr(module, f.name)(*values) == expected(*values)
 
@@ -63,12 +65,47 @@ def test_the_c_module_compiles_without_a_warning_and_computes_what_lower_does(na
     subprocess.run([COMPILER, *flags, "-o", library, tmp_path / f"{name}.c", "-lm"], check=True)
     compiled = ctypes.CDLL(str(library))
     for f in module_functions(SYSTEMS[name], order=3):
-        expected = lower(f.args, f.values, "math")
+        expected = lower(f.args, f.values, "math", definitions=f.definitions)
         for values in points(f):
             found = call(compiled[f"{name}_{f.name}"], values, f.values)
             wanted = expected(*values)
             for a, b in zip(found, wanted if isinstance(wanted, tuple) else (wanted,), strict=True):
                 assert math.isclose(a, b, rel_tol=1e-11, abs_tol=1e-12)
+
+
+def test_straight_line_code_gives_the_coefficients_of_the_series():
+    functions = {f.name: f for f in module_functions(LEANING, order=2)}
+    for m in ap.slow_manifolds(LEANING, order=2):
+        f = functions[f"{m.name}_series"]
+        assert len(f.definitions) > 20
+        plain = {s: a for s in LEANING.states for a in f.args if a.name == s.name.replace("'", "_rate")}
+        series = lower(f.args, [c.xreplace(plain) for c in m.coefficients], "mpmath")
+        written = lower(f.args, f.values, "mpmath", definitions=f.definitions)
+        for values in points(f, 3):
+            pairs = zip(written(*values), series(*values), strict=True)
+            assert all(abs(a - b) < 1e-12 * (1 + abs(b)) for a, b in pairs)
+
+
+@pytest.mark.slow
+def test_the_slow_manifold_of_an_arm_is_written_and_its_residual_is_of_the_order_that_is_omitted(tmp_path):
+    system, order = arm.system(), 2
+    (path,) = export(system, "python", tmp_path, order=order)
+    module, values = python_module(path), dict(arm.VALUES) | {"h": 0.5, "S": -3.0, "E": -1.0}
+    names = [s.name for s in system.states]
+    place = {"a": 1.25, "b": 0.8, "x": 0.7, "z": -0.3}
+
+    def call(name, **given):
+        function = getattr(module, name)
+        return function(*(({**values, **given})[a] for a in inspect.signature(function).parameters))
+
+    def residual(small):
+        y = call("Pi1", **place, c=small)
+        rates = dict(zip(names, call("slip_same", **place, y=y, c=small), strict=True))
+        slope = (call("Pi1", **{s: v + 1e-4 * rates[s] for s, v in place.items()}, c=small)
+                 - call("Pi1", **{s: v - 1e-4 * rates[s] for s, v in place.items()}, c=small)) / 2e-4  # fmt: skip
+        return small * (slope - rates["y"])
+
+    assert residual(1e-2) / residual(5e-3) == pytest.approx(2 ** (order + 1), rel=0.1)
 
 
 def test_a_rate_with_a_prime_has_a_plain_name_in_a_module_that_says_so(tmp_path):

@@ -14,6 +14,7 @@ from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHype
 from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.manifold import C, integral_curves, invariance_residual, reduced_flow, rest_state
 from asympk.symbolic.signs import conjunction
+from asympk.systems import arm
 
 x, y, z = sp.symbols("x y z", real=True)
 u, v, w = sp.symbols("u v w")
@@ -105,6 +106,22 @@ def test_a_manifold_moves_with_the_explicit_time():
     assert all(vanishes(a - b) for a, b in zip(manifold.coefficients, known, strict=True))
     assert reduced_flow(manifold)[t] == 1
     assert manifold.closed is None
+
+
+def test_the_critical_manifolds_of_a_long_mechanism_are_solved_for_and_its_series_is_refused_by_name():
+    system = arm.system()
+    found = {m.mode: m for m in critical_manifolds(system)}
+    assert {*found} == {"slip_same", "slip_opposite", "stick"}
+    place = {s: sp.Rational(k + 3, 7) for k, s in enumerate(sorted(system.parameters + system.states, key=str))}
+    for mode, m in found.items():
+        (y,) = m.branch
+        force = system.mode(mode).fast[y].subs(system.small, 0).subs(place | {y: m.branch[y].subs(place)})
+        assert abs(force.evalf(30)) < 1e-25
+        slope = m.jacobian[0].subs(place).evalf()
+        assert m.attracting.subs(place) == (slope < 0)
+        assert m.repelling.subs(place) == (slope > 0)
+    with pytest.raises(NotDerivable, match=r"slip_same are too long .* export"):
+        ap.slow_manifolds(system, order=1)
 
 
 @pytest.mark.parametrize(("slow", "fast", "branch"), [PAIR, ROOTS])
