@@ -174,9 +174,9 @@ class _Field:
         """Return the lines that define the coefficients of the manifold, and these."""
         tape, _, _, y = self._at_rest(order)
         functions = {f: getattr(sp, f) for f in (*FUNCTIONS, "pi", "E")}
-        inputs = {f"v{i}_0": s for i, s in enumerate((*self.slow_states, *self.fast_states))}
-        known = functions | inputs | {name: p for p, name in self.names.items()}
-        return tape.definitions([c[k, 0] for k in range(order + 1) for c in y], known)
+        states = self.slow_states if self.affine else (*self.slow_states, *self.fast_states)
+        inputs = (*states, self.small, *self.names)
+        return tape.definitions(tuple(c[k, 0] for k in range(order + 1) for c in y), functions, inputs)
 
     def slow_rates(self):
         """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and h_x f_y and h_x f_x f_y."""

@@ -98,32 +98,31 @@ class Tape:
 
         Functions that were called are inputs, or in ``known``, {name: function or constant}.
         """
-        space, wanted = dict(known), set[str]()
+        return self._compiled(result, dict(known), "{}")
+
+    def definitions(
+        self, result: tuple, known: Mapping[str, Any], inputs: Iterable[sp.Symbol]
+    ) -> tuple[Definitions, tuple[sp.Expr, ...]]:
+        """Return the lines behind ``result`` as (symbol, expression in those before it), and ``result`` in these."""
+        found: list[tuple[sp.Symbol, sp.Expr]] = []
+
+        def define(expr):
+            found.append((sp.Dummy(f"t{len(found)}"), expr))
+            return found[-1][0]
+
+        values = self._compiled(result, {**known, "define": define}, "define({})")(*inputs)
+        return tuple(found), tuple(sp.sympify(v, strict=True) for v in values)
+
+    def _compiled(self, result, space, line_as):
+        wanted, body = set[str](), list[str]()
         text = _nest(result, wanted, space)
-        body = [f"    {name} = {line}" for name, line in self._needed(wanted)]
-        head = f"def compiled({', '.join(self.inputs)}):"
-        exec("\n".join([head, *body, f"    return {text}"]), space)
-        return space["compiled"]
-
-    def definitions(self, wanted: Iterable[Any], known: Mapping[str, Any]) -> tuple[Definitions, tuple[sp.Expr, ...]]:
-        """Return the lines behind ``wanted`` as (symbol, expression in those before it), and ``wanted`` in these.
-
-        ``known`` gives inputs and functions in symbols.
-        """
-        space, found, wanted = dict(known), [], tuple(wanted)
-        for name, line in self._needed({c.name for c in wanted if isinstance(c, Node)}):
-            space[name] = sp.Dummy(name)
-            found.append((space[name], eval(line, space)))
-        return tuple(found), tuple(space[c.name] if isinstance(c, Node) else sp.sympify(c) for c in wanted)
-
-    def _needed(self, wanted):
-        """Return the lines, (name, text), behind the names ``wanted``, which grow by those in the lines."""
-        found = []
         for line, name in reversed(self.lines.items()):
             if name in wanted:
                 wanted.update(line.replace("(", " ").replace(")", " ").split())
-                found.append((name, line))
-        return found[::-1]
+                body.append(f"    {name} = {line_as.format(line)}")
+        head = f"def compiled({', '.join(self.inputs)}):"
+        exec("\n".join([head, *reversed(body), f"    return {text}"]), space)
+        return space["compiled"]
 
 
 def _nest(value, names, space):
