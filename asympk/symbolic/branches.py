@@ -146,7 +146,9 @@ def where(system: "System", branch: Branch) -> sp.Basic:
         v, load = friction.velocity, friction.load
         if phase == OPEN:
             conditions.append(friction.gap > 0)
-        elif phase.velocity:
+            continue
+        conditions += [friction.gap <= 0] if friction.gap is not None else []
+        if phase.velocity:
             conditions.append(v * load > 0 if phase.mode == "slip_same" else v * load < 0)
         else:
             drive, coupling = _sliding(system, branch, friction)

@@ -8,7 +8,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.symbolic.system import Friction, System
 
-x, y, z, mu, F, k = sp.symbols("x y z mu F k", real=True)
+x, y, z, mu, F, N, k = sp.symbols("x y z mu F N k", real=True)
 
 
 def _oscillator(**changes):
@@ -94,3 +94,13 @@ def test_the_rates_of_a_mode_are_those_of_the_friction_law_wherever_it_holds(kin
         (mode,) = (m for m in system.modes if m.where.subs(at) == sp.true)
         friction = (-kinetic * sp.Abs(load) * sp.sign(z)).subs(at)
         assert mode.slow[z].subs(at) == friction - at[x]
+
+
+def test_a_contact_that_opens_is_open_or_slides_one_way_wherever_it_is():
+    """Its load x + y only pushes: where that is negative neither slip holds, whichever sign the velocity has."""
+    law = Friction(force=F, velocity=z, load=x + y, kinetic=k, gap=-x - y, normal=N)
+    system = System.with_frictions({x: y, y: -x - N, z: F - x}, {}, [law])
+    for place in itertools.product((-2, 3), (-5, 1), (-3, 4)):
+        at = dict(zip((x, y, z), place, strict=True))
+        (mode,) = (m for m in system.modes if m.where.subs(at) == sp.true)
+        assert mode.name == ("open" if place[0] + place[1] < 0 else "slip_same" if place[2] > 0 else "slip_opposite")
