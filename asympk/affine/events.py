@@ -14,6 +14,7 @@ whose least value is within its rounding touches zero, and counts as lost, too: 
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import repeat
+from operator import mul
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -249,11 +250,7 @@ def _reach(segment, guard):
 
 
 def _dot(first, second):
-    return sum(map(_times, first, second))
-
-
-def _times(a, b):
-    return a * b
+    return sum(map(mul, first, second))
 
 
 def _isolated(guards, lo, hi, until):
