@@ -81,7 +81,7 @@ def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
 
 def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) -> Iterator[tuple[Block, np.ndarray]]:
     """Yield (block, matrices) of the eigenvalues as roots of the characteristic polynomial, multiple ones too."""
-    found = _resolvent(entries)
+    found = resolvent(entries)
     m = flow_context(LARGEST)
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
     for root in polynomial_roots(found, m):
@@ -95,11 +95,6 @@ def _fixed(value, bits):
     from mpmath.libmp import to_fixed
 
     return to_fixed(value._mpf_, bits) if value else 0
-
-
-@lru_cache(maxsize=256)
-def _resolvent(entries):
-    return resolvent(entries)
 
 
 def _piece(m, found, root):

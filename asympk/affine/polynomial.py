@@ -8,6 +8,7 @@ Aberth's iteration, started at the eigenvalues in doubles.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import lcm
 from typing import Any, NamedTuple
 
@@ -48,7 +49,8 @@ def in_whole_numbers(rows: Sequence[Sequence[Fraction]]) -> tuple[np.ndarray, in
     return np.array(whole, dtype=object), denominator
 
 
-def resolvent(matrix: Sequence[Sequence[Fraction]]) -> Resolvent:
+@lru_cache(maxsize=256)
+def resolvent(matrix: tuple[tuple[Fraction, ...], ...]) -> Resolvent:
     """Return the ``Resolvent`` of a square array of Fractions."""
     whole, denominator = in_whole_numbers(matrix)
     size = len(whole)

@@ -18,7 +18,6 @@ from asympk.affine.functions import functions, initial, tremors
 from asympk.arithmetic import Doubles
 
 if TYPE_CHECKING:
-    from asympk.affine.mode import ClosedSegment
     from asympk.affine.run import TimedSegment
 
 UNIT = 2.0**-53
@@ -44,11 +43,6 @@ def estimate(segments: "Sequence[TimedSegment]", states: int) -> float:
             rows = rows[:, :states] @ (np.eye(states, len(end)) + turned)
         error += abs(rows) @ (UNIT * lost)
         rows = rows @ (values @ flow.flat).reshape(len(end), -1)
-        after = initial_rates(segment)
+        after = np.array(initial(flow.blocks)) @ flow.rate @ segment.sums[:n]
     error += abs(rows) @ (UNIT * abs(segment.start))
     return float((error / np.where(size > 0, size, 1.0)).max())
-
-
-def initial_rates(segment: "ClosedSegment") -> np.ndarray:
-    """Return ``w'(0)``."""
-    return np.array(initial(segment.flow.blocks)) @ segment.flow.rate @ segment.sums[: segment.functions]
