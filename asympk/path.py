@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
 from asympk.errors import InputError
-from asympk.shown import Card, ShownAsTable, number_as_text
+from asympk.shown import Card, ShownAsTable, few, number_as_text
 
 if TYPE_CHECKING:
     from pathlib import Path as File
@@ -120,13 +120,7 @@ class Path(ShownAsTable):
         final = [(f"{name}({float(self.end):.6g})", number_as_text(value))
                  for name, value in zip(self.names, self.final, strict=True)]  # fmt: skip
         why = [("not exact", self.info["why"])] if "why" in self.info else []
-        return Card(title, (*why, *_few(rows, 5), *_few(final, 4)))
-
-
-def _few(rows: list, most: int) -> list:
-    if len(rows) <= most:
-        return rows
-    return [*rows[: most - 2], ("...", f"{len(rows) - most + 1} more"), rows[-1]]
+        return Card(title, (*why, *few(rows, 5), *few(final, 4)))
 
 
 def within(first: Any, last: Any, until: Any) -> bool:

@@ -6,6 +6,7 @@ The values of a card are words, numbers, or formulas: anything that SymPy's LaTe
 
 import re
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
@@ -93,7 +94,7 @@ def as_text(card: Card) -> str:
     """Return a card as a title and at most ten rows, each on a line of at most a hundred characters."""
     labels = [label for label, _ in card.rows]
     width = max(map(len, labels), default=0)
-    rows = [cut(f"  {label:<{width}}  {_words(value)}") for label, value in _few(card.rows)]
+    rows = [cut(f"  {label:<{width}}  {_words(value)}") for label, value in few(card.rows)]
     return "\n".join([cut(card.title), *rows])
 
 
@@ -128,10 +129,11 @@ def is_formula(value: Any) -> bool:
     return hasattr(value, "_latex") or hasattr(value, "_eval_simplify") or hasattr(value, "free_symbols")
 
 
-def _few(rows: tuple[tuple[str, Any], ...]) -> list[tuple[str, Any]]:
-    if len(rows) <= ROWS:
+def few(rows: Sequence[tuple[str, Any]], most: int = ROWS) -> list[tuple[str, Any]]:
+    """Return the rows, or the first and the last of them and how many are left out, ``most`` in all."""
+    if len(rows) <= most:
         return list(rows)
-    return [*rows[: ROWS - 2], ("...", f"{len(rows) - ROWS + 1} more"), rows[-1]]
+    return [*rows[: most - 2], ("...", f"{len(rows) - most + 1} more"), rows[-1]]
 
 
 def _words(value: Any) -> str:

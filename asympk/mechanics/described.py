@@ -26,7 +26,7 @@ from asympk.mechanics.elastic import completing, velocities
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
-from asympk.storage.tomlfile import read_table, refuse_unknown, spelled
+from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, spelled
 from asympk.symbolic.system import System
 
 KEYS = ("about", "coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral",
@@ -139,8 +139,7 @@ def _mechanism_of(table, path):
 
 def _mechanism(table, path, formula, q, u, t):
     needed = ("gap", "slip", "friction")
-    if missing := [key for key in needed if key not in table]:
-        raise InputError(f"{path}: {', '.join(missing)} missing")
+    require_keys(table, needed, path)
     if not isinstance(table.get("unilateral", False), bool):
         raise InputError(f"{path}: unilateral must be true or false")
     given = {key: formula(key, spelled(table[key])) for key in (*needed, "static", "load") if key in table}

@@ -15,7 +15,7 @@ on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a
 ``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
@@ -23,7 +23,7 @@ from typing import Any
 
 from asympk.errors import InputError, UnknownName
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, parse_table, read_table, refuse_unknown, spelled, word
+from asympk.storage.tomlfile import nearest, parse_table, read_table, refuse_unknown, require_keys, spelled, word
 
 COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
@@ -148,10 +148,3 @@ def _from_rod(entries):
 
 def _list(value):
     return [spelled(item) for item in value] if isinstance(value, list) else spelled(value)
-
-
-def require_keys(table: Mapping[str, Any], keys: Iterable[str]) -> None:
-    """Raise ``InputError`` where keys of ``table`` are missing."""
-    missing = [key for key in keys if key not in table]
-    if missing:
-        raise InputError(f"{', '.join(missing)} missing")

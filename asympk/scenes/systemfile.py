@@ -28,7 +28,7 @@ from asympk.errors import InputError
 from asympk.formulas import read_formula, read_relation
 from asympk.mechanics.described import described_by
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, refuse_unknown, spelled
+from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, spelled
 from asympk.symbolic.system import Friction, System
 from asympk.systems.catalogue import described_mechanism
 
@@ -40,9 +40,7 @@ _NEEDED = ("velocity", "force", "load", "kinetic")
 
 def read_system_scene(entry: dict[str, Any]) -> Scene:
     """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``; raises ``InputError``."""
-    missing = [key for key in ("start", "until") if key not in entry]
-    if missing:
-        raise InputError(f"{', '.join(missing)} missing")
+    require_keys(entry, ("start", "until"))
     values = {name: spelled(value) for name, value in _table(entry.get("values", {}), "values").items()}
     start = entry["start"]
     start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
@@ -102,8 +100,7 @@ def _symbols(table: dict, states: list[str], frictions: list[dict], parameters: 
 def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     where = f"system.frictions {k}"
     refuse_unknown(table, FRICTION, where)
-    if missing := [key for key in _NEEDED if key not in table]:
-        raise InputError(f"{where}: {', '.join(missing)} missing")
+    require_keys(table, _NEEDED, where)
     formulas = {key: read_formula(spelled(table[key]), symbols, f"{where}: {key}")
                 for key in FRICTION if key in table and key not in ("force", "normal")}  # fmt: skip
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})

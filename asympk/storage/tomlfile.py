@@ -40,6 +40,12 @@ def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | 
             raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {nearest(key, known)!r}")
 
 
+def require_keys(table: Mapping[str, Any], keys: Iterable[str], where: str | Path = "") -> None:
+    """Raise ``InputError`` where keys of ``table`` are missing."""
+    if missing := [key for key in keys if key not in table]:
+        raise InputError(f"{where}{': ' if where else ''}{', '.join(missing)} missing")
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return the one of ``known`` that is spelt most like ``word``."""
     found = get_close_matches(word[:60].lower(), [*known], n=1, cutoff=0)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from asympk.errors import InputError
 from asympk.many import PHASES
 from asympk.numbers import Number, number
-from asympk.scenes.scenefile import PHYSICAL, require_keys
+from asympk.scenes.scenefile import PHYSICAL
+from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import Followed, by_state, require_static, require_time
 from asympk.sweep.itineraries import Alphabet
 

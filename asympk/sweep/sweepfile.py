@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from asympk.errors import InputError
-from asympk.numbers import number, short
+from asympk.numbers import number, short, whole
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, spelled, word
 from asympk.sweep.family import Family
@@ -171,9 +171,9 @@ def _sweep(table, where):
     sweep = Sweep(
         family,
         axes,
-        _whole(table, "count", 1, 1, _MOST),
-        _whole(table, "seed", 0, 0, 2**64 - 1),
-        _whole(table, "chunk", family.chunk(axes), 1, 2**24),
+        whole("count", table.get("count", 1), 1, _MOST),
+        whole("seed", table.get("seed", 0), 0, 2**64 - 1),
+        whole("chunk", table.get("chunk", family.chunk(axes)), 1, 2**24),
         word(table, "format", where, "npz"),
         table.get("itineraries", True),
         word(table, "name", where),
@@ -241,7 +241,7 @@ def _range(family, field, table):
         return Axis(kinds[0], (low, high))
     if "points" not in table:
         raise InputError(f"{field}: a grid needs points")
-    return Axis("values", _grid(kinds[0], low, high, _whole(table, "points", 2, 2, _MOST_POINTS)))
+    return Axis("values", _grid(kinds[0], low, high, whole("points", table["points"], 2, _MOST_POINTS)))
 
 
 def _exact(family, field, value):
@@ -257,10 +257,3 @@ def _grid(kind, low, high, points):
         return tuple(low + (high - low) * Fraction(i, points - 1) for i in range(points))
     begin, step = math.log(low), (math.log(high) - math.log(low)) / (points - 1)
     return (low, *(Fraction(math.exp(begin + step * i)) for i in range(1, points - 1)), high)
-
-
-def _whole(table, key, default, least, most):
-    value = table.get(key, default)
-    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-        raise InputError(f"{key} = {value!r:.40}: it must be a whole number from {least} to {most}")
-    return value

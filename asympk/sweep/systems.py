@@ -22,8 +22,8 @@ from asympk.many import PHASES, REFUSALS, outcome_of
 from asympk.methods import solve
 from asympk.numbers import Number, number, short
 from asympk.scene import Scene
-from asympk.scenes.scenefile import require_keys
 from asympk.scenes.systemfile import system_of
+from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.rods import RodFamily
