@@ -22,8 +22,10 @@ from asympk.studies.bench import median_seconds
 JUMPS = {f"jump-{n}": ("jump", {"order": n}) for n in range(3)}
 SMOOTH = {"slow": ("slow", {"order": 1}), **JUMPS}
 FRICTION = {"rigid": ("slow", {"order": 0}), **SMOOTH}
+ROD = {"rigid": ("rigid", {}), **{name: SMOOTH[name] for name in ("slow", "jump-0", "jump-1")}}
 CRUDER = {"method": "lsoda", "rtol": 1e-8, "atol": 1e-8}
-REFERENCE_DIGITS = 16
+REFERENCE_DIGITS, OF_ROD = 16, 30
+DOUBLES = 2e-15  # what the exact flow is held to in doubles, relative to the largest of 1 and the states on the path
 _REPEATS = 5
 
 
@@ -53,7 +55,9 @@ class Rung:
 
 
 def models_below(system: Any) -> dict[str, tuple[str, dict]]:
-    """Return the models below the exact one, lowest first: name -> (method, options)."""
+    """Return the models below the exact one, lowest first: name -> (method, options); None stands for the rod."""
+    if system is None:
+        return ROD
     if system.small is None:
         return {}
     return FRICTION if system.frictions else SMOOTH
@@ -72,11 +76,19 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     found.append((Rung("exact", _exact_error(scene, exact), cost=seconds(scene, "exact", {})), exact.final))
     try:
         left: dict[str, Any] = {"seconds": end - monotonic()} if "why" in exact.info else {}
-        reference = solve(scene, digits=REFERENCE_DIGITS, **left).final
+        digits = OF_ROD if scene.system is None else REFERENCE_DIGITS
+        reference = solve(scene, digits=digits, **left).final
     except Unfinished:
         reference = None
     unit = found[-1][0].cost
-    return tuple(_measured(rung, final, reference, unit) for rung, final in found)
+    told = slice(None) if scene.system else slice(None, None, 2)
+    return tuple(_measured(rung, final and final[told], reference and reference[told], unit) for rung, final in found)
+
+
+def predictions(scene: Scene) -> tuple[Rung, ...]:
+    """Return every rung with its predicted error, or the reason why it does not apply; nothing is measured."""
+    below = (_rung(scene, name, *of, timed=False)[0] for name, of in models_below(scene.system).items())
+    return (*below, Rung("exact", _exact_error(scene, solve(scene))))
 
 
 def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: float) -> Rung:
@@ -118,7 +130,7 @@ def _least(scene, rtol):
     return len(models)
 
 
-def _rung(scene, name, method, options, late):
+def _rung(scene, name, method, options, late=False, timed=True):
     """Return a rung and the final state that its model gives, or None."""
     if late:
         return Rung(name, None, reason="not tried: the time was over"), None
@@ -127,7 +139,7 @@ def _rung(scene, name, method, options, late):
         error = predicted(scene, path)
     except AsympkError as reason:
         return Rung(name, None, reason=f"{type(reason).__name__}: {reason}"), None
-    return Rung(name, float(error), cost=seconds(scene, method, options)), path.final
+    return Rung(name, float(error), cost=seconds(scene, method, options) if timed else None), path.final
 
 
 def predicted(scene: Scene, path: Any) -> float:
@@ -139,17 +151,19 @@ def predicted(scene: Scene, path: Any) -> float:
 
 
 def _exact_error(scene, exact):
+    if scene.system is None:
+        return DOUBLES
     if exact.error is None:
-        return max(2e-15, distance(exact.final, solve(scene, **CRUDER).final))
+        return max(DOUBLES, distance(exact.final, solve(scene, **CRUDER).final))
     passed = (scene.start, *(event.state for event in exact.events), exact.final)
     largest, last = (max(abs(float(v)) for state in part for v in state) for part in (passed, passed[-1:]))
-    return max(2e-15, float(exact.error) * largest / max(1.0, last))
+    return max(DOUBLES, float(exact.error) * largest / max(1.0, last))
 
 
 def distance(final: tuple, reference: tuple) -> float:
     """Return how far ``final`` is from ``reference``, relative to the largest of 1 and its states."""
-    here, there = (np.array([float(v) for v in states]) for states in (final, reference))
-    return float(np.abs(here - there).max() / max(1.0, np.abs(there).max()))
+    off = max(abs(float(a - b)) for a, b in zip(final, reference, strict=True))
+    return off / max(1.0, *(abs(float(b)) for b in reference))
 
 
 def seconds(scene: Scene, method: str, options: dict) -> float:

@@ -5,29 +5,21 @@ prediction is below the tolerance. That the prediction bounds the true error is 
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from math import inf
 from typing import Any, cast
 
-from asympk.errors import AsympkError, InputError
-from asympk.methods import solve, solve_many
+from asympk.errors import InputError
+from asympk.methods import solve_many
 from asympk.numbers import number, short
 from asympk.scene import require_scene
 from asympk.shown import Card, ShownAsTable
 from asympk.studies import ladder
-from asympk.studies.ladder import Rung
+from asympk.studies.ladder import DOUBLES, Rung
 from asympk.systems.kernels import kernel_scene
 from asympk.systems.painleve_klein.arrays.inputs import scene_columns
 
-LADDER: dict[str, tuple[str, dict[str, Any]]] = {
-    "rigid": ("rigid", {}),
-    "slow": ("slow", {"order": 1}),
-    "jump-0": ("jump", {"order": 0}),
-    "jump-1": ("jump", {"order": 1}),
-    "exact": ("exact", {}),
-}
-REFERENCE_DIGITS = 30
-DOUBLES = 2e-15  # what the exact flow is held to in doubles, relative to the largest of 1, |x|, |z| on the path
+LADDER: dict[str, tuple[str, dict[str, Any]]] = {**ladder.ROD, "exact": ("exact", {})}
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,31 +50,12 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
     require_scene(scene, "least_model")
     rtol = _tolerance(rtol)
     allowed = inf if seconds is None else float(number("seconds", seconds, lambda v: v > 0, "positive"))
-    if scene.system is not None:
-        inside = kernel_scene(scene)
-        return least_model(inside, rtol) if inside else _general(scene, rtol, allowed)
-    reference = solve(scene, digits=REFERENCE_DIGITS).final
-    measured = [_measured(rung, scene, reference) for rung in predictions(scene)]
-    unit = measured[-1].cost
-    rungs = tuple(replace(rung, cost=rung.cost and rung.cost / unit) for rung in measured)
-    return _ladder(rungs, rtol)
-
-
-def _ladder(rungs: tuple[Rung, ...], rtol: float) -> Ladder:
+    inside = kernel_scene(scene)
+    rungs = ladder.rungs(inside or scene, inf if inside else allowed)
+    if all(rung.predicted is None or rung.predicted >= rtol for rung in rungs):
+        raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
     chosen = lowest(rungs, rtol)
     return Ladder(chosen.model, cast(float, chosen.predicted), rtol, rungs)
-
-
-def _general(scene, rtol, allowed):
-    rungs = ladder.rungs(scene, allowed)
-    if rungs[-1].predicted >= rtol and all(r.predicted is None or r.predicted >= rtol for r in rungs):
-        raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
-    return _ladder(rungs, rtol)
-
-
-def predictions(scene: Any) -> tuple[Rung, ...]:
-    """Return every rung with its predicted error, or the reason why it does not apply; nothing is measured."""
-    return tuple(_predicted(name, scene) for name in LADDER)
 
 
 def lowest(rungs: Iterable[Rung], rtol: float) -> Rung:
@@ -134,31 +107,6 @@ def _least_places(shape, columns, rtol, progress):
         found[left[enough]] = rung
         left = left[~enough]
     return found.reshape(shape)
-
-
-def _predicted(name, scene):
-    method, options = LADDER[name]
-    if method == "exact":
-        return Rung(name, DOUBLES)
-    try:
-        return Rung(name, float(solve(scene, method, **options).error))
-    except AsympkError as error:
-        return Rung(name, None, reason=f"{type(error).__name__}: {error}")
-
-
-def _measured(rung, scene, reference):
-    """Add the measured error, and the cost in seconds."""
-    if rung.predicted is None:
-        return rung
-    method, options = LADDER[rung.model]
-    final = solve(scene, method, **options).final
-    return replace(rung, measured=_distance(final, reference), cost=ladder.seconds(scene, method, options))
-
-
-def _distance(final, reference):
-    x, _, z = (float(value) for value in reference)
-    scale = max(1, abs(x), abs(z))
-    return max(abs(float(value - exact)) for value, exact in zip(final[::2], reference[::2], strict=True)) / scale
 
 
 def _tolerance(rtol):

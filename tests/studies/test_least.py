@@ -10,7 +10,8 @@ from asympk.errors import InputError
 from asympk.methods import solve
 from asympk.output.terminal import ladder_as_json, ladder_as_text
 from asympk.scene import Scene
-from asympk.studies.least import LADDER, atlas, least_model, lowest, predictions
+from asympk.studies.ladder import predictions
+from asympk.studies.least import LADDER, atlas, least_model, lowest
 
 BACKWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, -1), until=2)
 FORWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, 1), until=2)
