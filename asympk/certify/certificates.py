@@ -242,11 +242,10 @@ def _case(scene, sides):
 
 def _from_rod(quantities):
     """Enclose the nondimensional numbers of a physical scene from its exact quantities."""
-    from asympk.systems.painleve_klein.units import Degrees, formulas, symbols
+    from asympk.systems.painleve_klein.units import SYMBOLS, Degrees, formulas
 
-    known = symbols()
     balls = {
-        known[name]: flint().arb.pi() * ball(q.value / 180) if isinstance(q, Degrees) else ball(q)
+        SYMBOLS[name]: flint().arb.pi() * ball(q.value / 180) if isinstance(q, Degrees) else ball(q)
         for name, q in quantities.items()
     }
     values = {name: ball_of(expr, balls) for name, expr in formulas().items()}

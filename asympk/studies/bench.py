@@ -80,20 +80,25 @@ def rod_in_general_clothes() -> ap.System:
     )  # fmt: skip
 
 
-def general(name: str, mu: float) -> str:
-    """Compare the affine flow with the rod's kernel, with LSODA on the same system, and with its own arrays."""
-    import numpy as np
-
-    values = {"eps": mu, "k": 1, "k0": 1}
+def beside_the_kernel(name: str, mu: float) -> tuple[ap.Scene, float, float, float]:
+    """Return a scene of the rod in general clothes, and the seconds of the affine flow, of the kernel and of LSODA."""
     start = dict(zip("pqw", SCENES[name], strict=True))
-    scene = ap.Scene(system=rod_in_general_clothes(), values=values, start=start, until=5)
+    scene = ap.Scene(system=rod_in_general_clothes(), values={"eps": mu, "k": 1, "k0": 1}, start=start, until=5)
     for _ in range(6):  # tables of what follows are made when they pay
         ap.solve(scene)
     affine = median_seconds(lambda: ap.solve(scene))
     kernel = median_seconds(lambda: ap.solve(ap.Scene(1, mu, SCENES[name], 5)))
-    lsoda = median_seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
+    return scene, affine, kernel, median_seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
+
+
+def general(name: str, mu: float) -> str:
+    """Compare the affine flow with the rod's kernel, with LSODA on the same system, and with its own arrays."""
+    import numpy as np
+
+    scene, affine, kernel, lsoda = beside_the_kernel(name, mu)
+    values = dict(zip(scene.system.parameters, scene.values, strict=True))
     spread = np.random.default_rng(1).uniform(-0.1, 0.1, (3, 20_000))
-    starts = {key: at + off for (key, at), off in zip(start.items(), spread, strict=True)}
+    starts = {s: at + off for s, at, off in zip(scene.system.states, scene.start, spread, strict=True)}
     begin = perf_counter()
     ap.solve_many(system=rod_in_general_clothes(), values=values, start=starts, until=5)
     each = (perf_counter() - begin) / spread.shape[1]

@@ -6,11 +6,8 @@ of each, as ratios.
 
 from dataclasses import dataclass
 
-import asympk as ap
 from asympk.storage.rows import Stored
-from asympk.studies.bench import MUS, SCENES, median_seconds, rod_in_general_clothes
-
-WARMING = 6  # runs after which the tables of what follows are made
+from asympk.studies.bench import MUS, SCENES, beside_the_kernel
 
 
 @dataclass(frozen=True)
@@ -29,13 +26,7 @@ def rows() -> list[PeerRow]:
 
 
 def _row(name, mu):
-    start = dict(zip("pqw", SCENES[name], strict=True))
-    scene = ap.Scene(system=rod_in_general_clothes(), values={"eps": mu, "k": 1, "k0": 1}, start=start, until=5)
-    for _ in range(WARMING):
-        ap.solve(scene)
-    kernel = median_seconds(lambda: ap.solve(ap.Scene(1, mu, SCENES[name], 5)))
-    affine = median_seconds(lambda: ap.solve(scene))
-    lsoda = median_seconds(lambda: ap.solve(scene, method="lsoda", rtol=1e-6, atol=1e-6))
+    _, affine, kernel, lsoda = beside_the_kernel(name, mu)
     return PeerRow(name, mu, *(float(f"{ratio:.3g}") for ratio in (affine / kernel, lsoda / affine)))
 
 

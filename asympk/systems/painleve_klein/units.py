@@ -28,8 +28,9 @@ STATE = ("R1", "dR1", "u", "t")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 SI = {"m": "kg", "P": "N", "f": "", "f0": "", "alpha": "", "l": "m", "k": "N", "h": "s/m", "R1": "N", "dR1": "N/s",
       "u": "m/s", "t": "s"}  # fmt: skip
-_SYMBOLS = {"m": rod.m, "P": rod.P, "f": rod.f, "f0": rod.f0, "alpha": rod.alpha, "l": rod.l, "k": rod.k, "h": rod.h,
-            "R1": rod.R1, "dR1": rod.dR1, "u": rod.u, "t": sp.Symbol("t", real=True)}  # fmt: skip
+# the symbol of every physical quantity by its name in a scene file
+SYMBOLS = {"m": rod.m, "P": rod.P, "f": rod.f, "f0": rod.f0, "alpha": rod.alpha, "l": rod.l, "k": rod.k, "h": rod.h,
+           "R1": rod.R1, "dR1": rod.dR1, "u": rod.u, "t": sp.Symbol("t", real=True)}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -124,9 +125,9 @@ class PhysicalDense:
 
 @cache
 def formulas() -> dict[str, sp.Expr]:
-    """Return the nondimensional parameters, start and horizon as expressions of ``symbols()``, by name."""
+    """Return the nondimensional parameters, start and horizon as expressions of ``SYMBOLS``, by name."""
     group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
-    time = 1 / sp.diff(group["tau"], _SYMBOLS["t"])
+    time = 1 / sp.diff(group["tau"], SYMBOLS["t"])
     return {
         "sigma": group["sigma"],
         "mu": group["mu"],
@@ -138,17 +139,11 @@ def formulas() -> dict[str, sp.Expr]:
     }
 
 
-@cache
 def scales() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return the physical time, reaction and velocity of one nondimensional unit as expressions."""
     group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
     pairs = (("tau", "t"), ("rho", "R1"), ("v", "u"))
-    return tuple(1 / sp.diff(group[name], _SYMBOLS[state]) for name, state in pairs)
-
-
-def symbols() -> dict[str, sp.Symbol]:
-    """Return the symbol of every physical quantity by its name in a scene file."""
-    return dict(_SYMBOLS)
+    return tuple(1 / sp.diff(group[name], SYMBOLS[state]) for name, state in pairs)
 
 
 def quantity(name: str, value: Any) -> Number:
@@ -171,21 +166,21 @@ def _angle(value):
 
 def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
     """Return ``RESULTS`` and the ``Units``, as fractions right to 100 digits, from exact quantities by name."""
-    values = [_value(quantities[name]) for name in _SYMBOLS]
+    values = [_value(quantities[name]) for name in SYMBOLS]
     found = _lowered("mpmath").to_digits(DIGITS, *values)
     found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
 
 
 def in_arrays(quantities: Iterable[Number]) -> tuple[dict[str, Number], "Units"]:
-    """Return ``RESULTS`` and the ``Units`` in doubles, from arrays of the quantities in the order of ``symbols()``."""
+    """Return ``RESULTS`` and the ``Units`` in doubles, from arrays of the quantities in the order of ``SYMBOLS``."""
     found = _lowered("numpy")(*quantities)
     return dict(zip(RESULTS, found, strict=False)), Units(*found[len(RESULTS):])
 
 
 @cache
 def _lowered(target):
-    return lower(_SYMBOLS.values(), [*formulas().values(), *scales()], target=target)
+    return lower(SYMBOLS.values(), [*formulas().values(), *scales()], target=target)
 
 
 def _value(value):
