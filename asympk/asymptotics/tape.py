@@ -10,9 +10,12 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.numbers import Number
-
 Definitions = tuple[tuple[sp.Symbol, sp.Expr], ...]
+
+
+def _operators(sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return the methods of a ``Node`` for a sign, itself on the left and on the right."""
+    return lambda node, c: node.tape.write(sign, node, c), lambda node, c: node.tape.write(sign, c, node)
 
 
 class Node:
@@ -23,29 +26,10 @@ class Node:
     def __init__(self, tape: "Tape", name: str):
         self.tape, self.name = tape, name
 
-    def __add__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("+", self, other)
-
-    def __radd__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("+", other, self)
-
-    def __sub__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("-", self, other)
-
-    def __rsub__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("-", other, self)
-
-    def __mul__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("*", self, other)
-
-    def __rmul__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("*", other, self)
-
-    def __truediv__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("/", self, other)
-
-    def __rtruediv__(self, other: "Node | Number") -> "Node":
-        return self.tape.write("/", other, self)
+    __add__, __radd__ = _operators("+")
+    __sub__, __rsub__ = _operators("-")
+    __mul__, __rmul__ = _operators("*")
+    __truediv__, __rtruediv__ = _operators("/")
 
     def __neg__(self) -> "Node":
         return self.tape.write("-", 0, self)
