@@ -10,11 +10,11 @@ from asympk.naming import named
 from asympk.numbers import short
 from asympk.path import Path
 from asympk.scene import Scene, require_scene
-from asympk.systems.kernels import ROD, as_asked, kernel_scene
+from asympk.systems.kernels import FOR_ARRAYS, FOR_SCENES, as_asked, kernel_scene
 
 # method -> module of asympk that has ``run(scene, method, **options) -> Path`` for the scene of any system, or
-# module:function; a kernel has modules of its own (``asympk.systems.kernels``), and "rigid" and "moreau" are offered
-# by kernels alone
+# module:function; the rod's kernel has modules of its own (``asympk.systems.kernels``), and "rigid" and "moreau" are
+# offered by it alone
 METHODS = {
     "exact": "integrators.stepped",
     "rigid": "",
@@ -46,7 +46,7 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     require_scene(scene, "solve")
     name = named("method", method, METHODS)
     if inside := kernel_scene(scene):
-        return as_asked(_run(ROD.scenes.get(name) or METHODS[name], name, inside, options), scene)
+        return as_asked(_run(FOR_SCENES.get(name) or METHODS[name], name, inside, options), scene)
     if not METHODS[name]:
         raise InputError(f"method {name!r} follows the Painlevé-Klein rod alone; for a system choose one of "
                          f"{', '.join(n for n, module in METHODS.items() if module)}")  # fmt: skip
@@ -90,13 +90,13 @@ def solve_many(
         _require_known(method, run, options)
         values = {} if values is None else values
         return run(system=system, values=values, start=start, until=until, **options)
-    if method not in ROD.arrays:
-        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(ROD.arrays)}, "
+    if method not in FOR_ARRAYS:
+        raise UnknownName(f"method {short(method)} does not follow arrays; choose one of {', '.join(FOR_ARRAYS)}, "
                           "or solve scene by scene")  # fmt: skip
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
     if missing := [name for name, value in given.items() if value is None]:
         raise InputError(f"{', '.join(missing)} = None: give numbers or arrays, or system=, values=, start=, until=")
-    run = _found(ROD.arrays[method], "solve_many")
+    run = _found(FOR_ARRAYS[method], "solve_many")
     if options:
         _require_known(method, run, options)
     return run(sigma, mu, x, y, z, until, sigma0, method, **options)

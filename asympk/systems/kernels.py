@@ -1,52 +1,37 @@
-"""Systems with a kernel of their own: a registry of what follows their scenes faster than the general engine.
+"""The kernel of the Painlevé-Klein rod: what follows its scenes faster than the general engine.
 
-A kernel is held to the general engine by one contract test over random scenes. It offers every method in the first
-table for one scene, as ``run(scene, method, **options) -> Path``, and every method in the second for arrays, as
+It is held to the general engine by one contract test over random scenes. It offers every method in the first table for
+one scene, as ``run(scene, method, **options) -> Path``, and every method in the second for arrays, as
 ``solve_many(*columns, method, **options)``. A method that it does not offer is the general one.
 """
 
-from dataclasses import dataclass, replace
-from functools import cache
-from importlib import import_module
+from dataclasses import replace
 from typing import Any
 
 from asympk.scene import Scene
 
-
-@dataclass(frozen=True)
-class Kernel:
-    """A system in ``asympk.systems``, and the modules of asympk that follow its scenes and arrays, by method."""
-
-    system: str
-    scenes: dict[str, str]
-    arrays: dict[str, str]
-
-
-KERNELS = (
-    Kernel(
-        "painleve_klein",
-        {
-            "exact": "systems.painleve_klein.flow.exact",
-            "rigid": "asymptotics.models",
-            "slow": "asymptotics.models",
-            "jump": "asymptotics.models",
-            "moreau": "integrators.moreau",
-        },
-        {
-            "exact": "systems.painleve_klein.arrays.ensemble",
-            "rigid": "asymptotics.arrays",
-            "slow": "asymptotics.arrays",
-            "jump": "asymptotics.arrays",
-        },
-    ),
-)
-ROD = KERNELS[0]
+FOR_SCENES = {
+    "exact": "systems.painleve_klein.flow.exact",
+    "rigid": "asymptotics.models",
+    "slow": "asymptotics.models",
+    "jump": "asymptotics.models",
+    "moreau": "integrators.moreau",
+}
+FOR_ARRAYS = {
+    "exact": "systems.painleve_klein.arrays.ensemble",
+    "rigid": "asymptotics.arrays",
+    "slow": "asymptotics.arrays",
+    "jump": "asymptotics.arrays",
+}
 
 
 def is_rod(system: Any) -> bool:
     """Tell whether a ``System`` is the Painlevé-Klein rod's."""
-    names = ("mu", "sigma", "sigma0")
-    return tuple(s.name for s in system.parameters) == names and system == _system(ROD.system)
+    if tuple(s.name for s in system.parameters) != ("mu", "sigma", "sigma0"):
+        return False
+    from asympk.systems import painleve_klein
+
+    return system == painleve_klein.system()
 
 
 def kernel_scene(scene: Any) -> Scene | None:
@@ -62,8 +47,3 @@ def kernel_scene(scene: Any) -> Scene | None:
 def as_asked(path: Any, scene: Any) -> Any:
     """Return a path of a kernel as one of the scene that was asked for."""
     return path if path.scene is scene else replace(path, scene=scene)
-
-
-@cache
-def _system(name: str) -> Any:
-    return import_module(f"asympk.systems.{name}").system()
