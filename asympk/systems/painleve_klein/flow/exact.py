@@ -79,9 +79,9 @@ def followed_in_doubles(case: RodNumbers) -> "tuple[list[SolvedSegment], list[So
     """Return (segments rounded to doubles, as they were followed, error, conversion to doubles) of a ``RodNumbers``."""
     try:
         solved = segments_of(Doubles, case)
-        error = TRUSTED / SAFETY if calm(solved, float(case.until)) else estimated_error(solved, TRUSTED)
+        error = 0.0 if calm(solved, float(case.until)) else estimated_error(solved)
         if error <= TRUSTED:
-            return solved, solved, SAFETY * error, float
+            return solved, solved, max(TRUSTED, SAFETY * error), float
         if error <= REFINABLE:
             return _to_doubles(segments_of(_refining(), case, solved))
     except (Undecided, OverflowError, ZeroDivisionError):

@@ -2,9 +2,8 @@ r"""How far rounding carries a run in doubles: a first-order account that a run 
 
 Each closed form is a sum, and is wrong by the rounding of its largest terms; it also runs on a clock that is wrong in
 proportion, because its exponents are rounded. An event turns the error of what vanishes there into one of the time;
-at ``until`` time is exact again. ``forward`` carries bounds from event to event, all signs taken for the worst: quick,
-and tight for a few events. Over many events such bounds grow without reason, and ``backward`` carries the derivative
-of the final state instead, from the end to the start, so that each error is weighed by what becomes of it.
+at ``until`` time is exact again. The derivative of the final state is carried from the end to the start, so that each
+error is weighed by what becomes of it: bounds carried forward would grow without reason over many events.
 """
 
 from collections.abc import Sequence
@@ -18,12 +17,6 @@ if TYPE_CHECKING:
 
 UNIT = 2.0**-53
 CALM_SEGMENTS = 6
-
-
-def estimated_error(segments: "Sequence[SolvedSegment]", enough: Number) -> float:
-    """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|, no better than ``enough``."""
-    error = forward(segments)
-    return error if not error > enough else min(error, backward(segments))
 
 
 def calm(segments: "Sequence[SolvedSegment]", until: Number) -> bool:
@@ -67,67 +60,6 @@ def rates_at(mode: "RodMode", state: tuple[Number, ...]) -> tuple[Number, Number
     return y, y + thrust / mode.mu, mode.a + mode.fall * s if mode.a else 0.0
 
 
-def forward(segments: "Sequence[SolvedSegment]") -> float:
-    """Bound the error at the end by carrying bounds of the errors of x, s, z and of the time."""
-    ex = es = ez = late = 0.0
-    for _, _, segment, kind, span, end in segments:
-        spread = _fast_slow if type(segment) is FastSlowSegment else _smooth
-        ex, es, ez, lag = spread(segment, span, kind, end, ex, es, ez)
-        late += lag + UNIT * span
-    dx, _, dz = rates_at(segment.mode, end)
-    ex, ez = ex + abs(dx) * late, ez + abs(dz) * late
-    nothing = 0 * (ex + ez)  # but NaN when the run has left the range of doubles
-    return max(ex, ez) / largest_state(segments) + nothing
-
-
-def _fast_slow(segment, t, kind, end, ex, es, ez):
-    mode, fast0, slow0, x0 = segment.mode, abs(segment.fast), abs(segment.slow), abs(segment.x0)
-    fast_x, fast_s, fast_z, slow_z, lift, line, rest, rate = mode.sizes
-    p, q = rate * t, t if t < 1.0 else 1.0
-    ef = UNIT * fast0
-    if not segment.known:
-        ef += es + lift * (ex + UNIT * x0) + UNIT * (abs(segment.s0) + line)
-    ec = (ex + fast_x * ef + UNIT * (x0 + rest + slow0)) * q
-    drift = abs(segment.z0) + rest * t
-    ex += ec + UNIT * abs(end[0])
-    es = lift * ec + UNIT * (rest + abs(end[2]))
-    ez += UNIT * drift + slow_z * ec
-    growth = mode.m.exp(mode.fast_rate * t) if ef else 0.0
-    fast = fast0 * growth
-    off = ef * growth + UNIT * p * fast
-    if kind == "velocity_zero" and p * fast * fast_z > drift + slow_z * slow0 * q:
-        lag = off / (fast * rate)
-        gained = (ez + (rest + slow_z * slow0) * lag) / fast_z + UNIT * fast
-        return ex + fast_x * gained + slow0 * lag, es + fast_s * (gained + ef), 0.0, lag
-    gained = off + (ef + UNIT * (fast0 + fast)) * (p if p < 1.0 else 1.0)
-    if not kind:
-        return ex + fast_x * gained, es, ez + fast_z * gained, 0.0
-    return _projected(mode, kind, end, ex + fast_x * gained, es + fast_s * off, ez + fast_z * gained)
-
-
-def _smooth(segment, t, kind, state, ex, es, ez):
-    mode = segment.mode
-    rate, g, h, _ = map(abs, segment.responses(t))
-    lx, ls, lz, clock = _rounded(segment, t, state)
-    dx, ds, dz = map(abs, rates_at(mode, state))
-    x = ex * (1 + abs(mode.beta) * h + g) + es * g + lx + clock * dx
-    s = es * (rate + g) + ex * g + ls + clock * ds
-    z = ez + abs(mode.fall) * (es * (g + h) + ex * h) + lz + clock * dz
-    return _projected(mode, kind, state, x, s, z)
-
-
-def _projected(mode, kind, state, ex, es, ez):
-    """Return the errors of x, s, z after the event, and that of its time."""
-    if not kind:
-        return ex, es, ez, 0.0
-    dx, ds, dz = map(abs, rates_at(mode, state))
-    if kind == "velocity_zero":
-        lag = ez / dz
-        return ex + dx * lag, es + ds * lag, 0.0, lag
-    lag = es / ds
-    return ex + dx * lag, 0.0, ez + dz * lag, lag
-
-
 def _rounded(segment, t, state):
     """Return the rounding errors of x, s, z that a segment makes by itself, and that of its clock."""
     mode = segment.mode
@@ -148,11 +80,11 @@ def _rounded(segment, t, state):
     return UNIT * lx, UNIT * ls, UNIT * lz, UNIT * 3 * t
 
 
-def backward(segments: "Sequence[SolvedSegment]") -> float:
-    """Bound the error at the end by the derivatives of the final (x, z) with respect to every state before."""
+def estimated_error(segments: "Sequence[SolvedSegment]") -> float:
+    """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|; NaN beyond the doubles."""
     dx, _, dz = rates_at(segments[-1].segment.mode, segments[-1].end)
-    rows = (1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)
-    return max(_weighed(segments, row) for row in rows) / largest_state(segments)
+    of_x, of_z = (_weighed(segments, row) for row in ((1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)))
+    return (max(of_x, of_z) + 0 * (of_x + of_z)) / largest_state(segments)
 
 
 def _weighed(segments, row):
