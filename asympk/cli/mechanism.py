@@ -35,8 +35,7 @@ def _plot(described: Any, file: str) -> None:
     from asympk.pictures import sheets
     from asympk.pictures.rigid import motion_plot
 
-    sheet = sheets()
-    sheet.suffix_of(file)
+    sheet = sheets(file)
     with meter("drawing"), sheet.in_style():
         sheet.kept(motion_plot(described), file)
     print(f"wrote {file}")

@@ -26,7 +26,7 @@ def run(options: Namespace) -> None:
     if options.plot:
         from asympk.pictures import sheets
 
-        sheets().suffix_of(options.plot)
+        sheets(options.plot)
     sweep = read_sweep(options.file)
     with meter(total=sweep.total, log=True) as shown, executor(options.workers, options.dask) as chosen:
         follow(sweep, options.out, chosen, shown.add)

@@ -12,9 +12,7 @@ HEIGHT, PANEL, LINE = 2.6, 0.95, 0.16  # inches
 
 def plot(many: Many, file: str | File | None = None) -> Any:
     """Return the matplotlib ``Figure`` of many trajectories, written to ``file`` too where there is one."""
-    sheet = sheets()
-    if file is not None:
-        sheet.suffix_of(file)
+    sheet = sheets(file)
     with sheet.in_style():
         drawing = _map(many, sheet) if many.n_events.ndim == 2 and many.n_events.size else _panels(many, sheet)
     return sheet.kept(drawing, file)

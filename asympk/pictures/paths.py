@@ -24,10 +24,7 @@ def plot(path: Path, file: str | File | None = None) -> Any:
     it is larger for a short while. Raises ``InputError`` for a file of another kind than .pdf, .svg or .png,
     ``MissingPackage`` where matplotlib is not installed.
     """
-    sheet = sheets()
-    if file is not None:
-        sheet.suffix_of(file)
-    return sheet.kept(figure(path), file)
+    return sheets(file).kept(figure(path), file)
 
 
 def html(path: Path) -> str:

@@ -38,9 +38,7 @@ def phase(
     states are the first and the last where they are not given, and s and z for the rod. Raises ``InputError``,
     ``UnknownName`` for a state that is none, and what ``solve`` raises.
     """
-    sheet = sheets()
-    if file is not None:
-        sheet.suffix_of(file)
+    sheet = sheets(file)
     if not isinstance(what, Scene | Path | System):
         raise InputError(f"phase takes a Scene, a Path or a System, not {type(what).__name__}")
     with sheet.in_style():

@@ -71,9 +71,7 @@ def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     """Draw where a ``ParadoxSet`` has a paradox: bars over one quantity, an area over two; return the figure."""
     from matplotlib.patches import Patch
 
-    sheet = sheets()
-    if file is not None:
-        sheet.suffix_of(file)
+    sheet = sheets(file)
     with sheet.in_style():
         figure = sheet.blank_sheet(style.COLUMN, 2.6 if len(found.over) == 2 else 1.2)
         ax = figure.subplots()

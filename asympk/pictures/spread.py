@@ -14,9 +14,7 @@ def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
 
     The thick bar of a state has half of the final values, the thin one nine tenths, the line all; a dot is the median.
     """
-    sheet = sheets()
-    if file is not None:
-        sheet.suffix_of(file)
+    sheet = sheets(file)
     found, words = summary["quantiles"], [*summary["itineraries"].items()][:SHOWN]
     rows = [1.5] * len(found) + ([1 + len(words)] if words else [])
     with sheet.in_style():
