@@ -119,13 +119,11 @@ def first_phases(part: "Mapping[str, np.ndarray]") -> "np.ndarray":
     """Return the mode of the rod in which each trajectory begins, a place in ``PHASES``."""
     import numpy as np
 
-    s, z = part["x"] + part["y"], part["z"]
-    static = part.get("sigma0", part["sigma"])
-    grip = (static + 2) * np.abs(s) - np.abs(1 - s)
-    side = np.where(s == 0, 1 + part["mu"] * part["y"], s)  # a load of 0 goes where its rate points
-    modes = np.where(side * np.sign(z) > 0, 0, 1)
-    modes = np.where((z == 0) & (grip > 0), 2, np.where((z == 0) & (side > 0) & (s < 1), 0, modes))
-    close = ((s == 0) & (np.abs(side) <= 1e-9)) | ((z == 0) & (np.abs(grip) <= 1e-9 * (1 + np.abs(s))))
+    from asympk.systems.painleve_klein.arrays.safeguarded import starting_signs
+
+    x, y, z = (part[axis] for axis in "xyz")
+    s_sign, z_sign, close = starting_signs(part.get("sigma0", part["sigma"]), part["mu"], x, y, x + y, z)
+    modes = np.array([2, 0, 1])[(s_sign * z_sign).astype(int)]  # of the products 0, 1 and -1
     for row in np.flatnonzero(close):
         modes[row] = PHASES.index(_first_mode({field: float(values[row]) for field, values in part.items()}))
     return modes

@@ -86,7 +86,7 @@ def follow_arrays(
 ) -> FollowedArrays:  # fmt: skip
     """Follow trajectories, given as arrays of one length; ``told`` is their ``FollowedArrays`` in coarser numbers."""
     s = x + y
-    s_sign, z_sign, doubtful = _first_signs(sigma0, mu, x, y, s, z)
+    s_sign, z_sign, doubtful = starting_signs(sigma0, mu, x, y, s, z)
     flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
     rounds: list[tuple] = []
     live = np.flatnonzero(~(doubtful if told is None else told.doubtful))
@@ -103,7 +103,9 @@ def follow_arrays(
     return FollowedArrays((x, y, z), flight.t, flight.n_events, flight.doubtful, flight.events(), rounds)
 
 
-def _first_signs(sigma0, mu, x, y, s, z):
+def starting_signs(
+    sigma0: Number, mu: Number, x: Number, y: Number, s: Number, z: Number
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the signs of s and z just after the start, as in ``starts.first_signs``, and where they are in doubt."""
     rate = 1 + mu * y
     held = grip(sigma0, s)
