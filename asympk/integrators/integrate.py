@@ -54,10 +54,6 @@ class Work(NamedTuple):
     steps: int = 0
     jacobians: int = 0
 
-    def plus(self, other: "Work") -> "Work":
-        """Return the sum of two amounts of work."""
-        return Work(*(a + b for a, b in zip(self, other, strict=True)))
-
 
 class Settings(NamedTuple):
     """How to follow one mode: a method of the family, bounds on the error of a step, and what is left to the run.
@@ -169,10 +165,7 @@ def finished(path: Path) -> Path:
 
 def total(joined: Run) -> Work:
     """Return the work of all segments of a run."""
-    work = Work()
-    for segment in joined.segments:
-        work = work.plus(segment.work or Work())
-    return work
+    return Work(*map(sum, zip(Work(), *(segment.work or Work() for segment in joined.segments), strict=True)))
 
 
 @dataclass(frozen=True)
