@@ -15,7 +15,7 @@ from functools import cached_property
 import sympy as sp
 from sympy.integrals.rationaltools import ratint
 
-from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.errors import NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.numbers import known_order
 from asympk.shown import Several
 from asympk.symbolic.critical import (
@@ -110,9 +110,7 @@ def slow_manifold(
     above 0 where the rates are too long.
     """
     order = known_order(order)
-    if mode is None and len(system.modes) > 1:
-        raise InputError(f"this system has several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
-    dynamics = system.autonomous(system.mode(mode) if mode else system.modes[0])
+    dynamics = system.autonomous(system.mode(mode))
     at = sp.Dict({y: y for y in dynamics.fast}) if branch is None else checked_branch(branch, dynamics, system.small)
     manifold = SlowManifold(name, dynamics, system.small, at, system.assumptions, order)
     if is_zero(manifold.jacobian.det()):

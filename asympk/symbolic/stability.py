@@ -188,9 +188,7 @@ def _on_branch(system, on, mode):
         if isinstance(on, SlowManifold) and on.order:
             branch = on.expr if len(on.branch) > 1 else dict.fromkeys(on.branch, on.expr)
     else:
-        if mode is None and len(system.modes) > 1:
-            raise InputError(f"several modes; give mode= one of {', '.join(m.name for m in system.modes)}")
-        m = system.mode(mode) if mode else system.modes[0]
+        m = system.mode(mode)
         branch = checked_branch(on, m, system.small)
     return _spectrum(system, m, _jacobian(m).subs(branch, simultaneous=True))
 

@@ -234,12 +234,15 @@ class System(ShownAsFormulas):
             for branch in branches.named_branches(self)
         )
 
-    def mode(self, name: str) -> Mode:
-        """Return the mode called ``name``; raises ``InputError`` when there is none."""
+    def mode(self, name: str | None) -> Mode:
+        """Return the mode called ``name``, for None the only one; raises ``InputError`` when there is none."""
+        known = ", ".join(m.name for m in self.modes)
+        if name is None and len(self.modes) > 1:
+            raise InputError(f"this system has several modes; give mode= one of {known}")
         for mode in self.modes:
-            if isinstance(name, str) and mode.name == name:
+            if name is None or (isinstance(name, str) and mode.name == name):
                 return mode
-        raise InputError(f"mode {short(name)} is unknown; this system has {', '.join(m.name for m in self.modes)}")
+        raise InputError(f"mode {short(name)} is unknown; this system has {known}")
 
     def autonomous(self, mode: Mode) -> Mode:
         """Return ``mode`` with the explicit time, if there is one, as a slow state t, t' = 1."""
