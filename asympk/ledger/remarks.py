@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, precise, precise_path, ratios
+from asympk.ledger.runs import MUS, M, decimals, precise, precise_path, ratios
 from asympk.ledger.trend import negligible, tends_to_one
 from asympk.ledger.verdicts import (
     Check,
@@ -61,7 +61,7 @@ def held_damping() -> Iterator[Check]:
     yield numeric("what one stick takes of z0^2/2 over sigma^2/(sigma + 1)^2, h held", *tends_to_one(found))
     shares = [_share_at_fixed_ratio(small) for small in MUS[:3]]
     settles = abs(shares[2] - shares[1]) < abs(shares[1] - shares[0]) / 10 and shares[2] > 0.1
-    yield numeric_left_out("its share settles for h ~ k^(-1/2) (damping ratio 1) as well", settles, _four(shares))
+    yield numeric_left_out("its share settles for h ~ k^(-1/2) (damping ratio 1) as well", settles, decimals(shares))
 
 
 def _energy():
@@ -90,10 +90,6 @@ def _share_at_fixed_ratio(small):
     """Return what the first stick takes of z0^2 at mu = 1/4, where k ~ small^-2 makes z0 = -1/small."""
     start = (0, 0, -1 / small)
     return _lost_in_stick(start, Fraction(1, 4), 100) * precise(small) ** 2
-
-
-def _four(numbers):
-    return ", ".join(f"{float(value):.4f}" for value in numbers)
 
 
 @claim("C39", "3", "Damping lets fast and slow motions be separated; without it they do not separate")
@@ -164,11 +160,12 @@ def fast_motions_below() -> Iterator[Check]:
     bounds = [20 * _layer(mu) for mu in MUS]
     gains = [abs(shift - 1) < bound for shift, bound in zip(shifts[1], bounds, strict=True)]
     stays = [abs(shift) < bound for shift, bound in zip(shifts[-1], bounds, strict=True)]
-    yield numeric("at sigma = 1 x gains -z within 10 mu log(1/mu), up to O(mu log(1/mu))", all(gains), _four(shifts[1]))
-    yield numeric("at sigma = -1 it stays up to O(mu log(1/mu))", all(stays), _four(shifts[-1]))
+    gained = "at sigma = 1 x gains -z within 10 mu log(1/mu), up to O(mu log(1/mu))"
+    yield numeric(gained, all(gains), decimals(shifts[1]))
+    yield numeric("at sigma = -1 it stays up to O(mu log(1/mu))", all(stays), decimals(shifts[-1]))
     loads = [_load_at_stop(mu) for mu in MUS]
     yield numeric_left_out("at sigma = -sqrt(mu)/10 the mass stops before the load is half that on Pi2",
-                           all(load < 0.5 for load in loads), _four(loads))  # fmt: skip
+                           all(load < 0.5 for load in loads), decimals(loads))  # fmt: skip
 
 
 def _layer(mu):

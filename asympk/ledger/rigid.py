@@ -5,7 +5,7 @@ from itertools import product
 
 import sympy as sp
 
-from asympk.ledger.runs import value_at
+from asympk.ledger.runs import decimals, value_at
 from asympk.ledger.trend import negligible
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic
 from asympk.symbolic.lowering import lower
@@ -65,7 +65,7 @@ def steep_rod_turns_the_reaction() -> Iterator[Check]:
         for sign in (1, -1)
         for angle in (sp.Rational(6, 5), sp.pi - sp.Rational(6, 5))
     ]
-    yield numeric("mu R < 0 at f = 4, a = 6/5 and pi - 6/5", all(p < 0 for p in products), _listed(products))
+    yield numeric("mu R < 0 at f = 4, a = 6/5 and pi - 6/5", all(p < 0 for p in products), decimals(products))
 
 
 @claim("C05", "1", "Steep rod: for x1' < 0 no sign of mu satisfies (1.1), for x1' > 0 both do")
@@ -93,7 +93,3 @@ def friction_opposes() -> Iterator[Check]:
 def _value(expr, alpha=_PHYSICAL[rod.alpha]):
     at = {**_PHYSICAL, rod.alpha: alpha, rod.R: 5, rod.kappa: sp.Rational(-3, 2), rod.F: 1}
     return value_at(expr, at)
-
-
-def _listed(numbers):
-    return ", ".join(f"{float(number):.4f}" for number in numbers)

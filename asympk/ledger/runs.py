@@ -70,3 +70,8 @@ def modes(
 def listing(sequences: Iterable[tuple[str, ...]]) -> str:
     """Print mode sequences for evidence."""
     return "; ".join(" > ".join(sequence) for sequence in sequences)
+
+
+def decimals(numbers: Iterable[Number]) -> str:
+    """Print numbers with four places for evidence."""
+    return ", ".join(f"{float(number):.4f}" for number in numbers)
