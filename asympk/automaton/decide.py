@@ -558,10 +558,11 @@ def _chosen(system: System, left: dict[Branch, list[int]], t: Any, state: tuple,
 
 
 def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:
-    """Return the branch with a positive load where it vanishes for ever, of which no sign can be told."""
-    guards = mode_of(system, branch).guards
-    idle = {guards[k].friction for k in still if guards[k].kind == "force_zero"}
-    return tuple(phase._replace(load=1) if k in idle else phase for k, phase in enumerate(branch))
+    """Return the branch, open or with a positive load where that vanishes for ever, and no sign can be told."""
+    guards, kinds = mode_of(system, branch).guards, ("lift_off", "force_zero")
+    open_, idle = ({guards[k].friction for k in still if guards[k].kind == kind} for kind in kinds)
+    return tuple(OPEN if k in open_ else phase._replace(load=1) if k in idle else phase
+                 for k, phase in enumerate(branch))  # fmt: skip
 
 
 def _place(system: System, t: Any, state: tuple) -> str:

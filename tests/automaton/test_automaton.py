@@ -135,6 +135,19 @@ def test_a_mechanism_without_weight_at_rest_on_an_elastic_contact_stays_at_rest(
     assert path.final == (1, 1, 0, 0, 0)
 
 
+@pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "radau"}])
+@pytest.mark.parametrize("velocity", [0, 1])
+def test_a_mechanism_without_weight_slides_on_an_elastic_contact_without_friction(velocity, options):
+    """Whether a contact whose load vanishes for ever counts as closed or as open, its motion is one."""
+    (X, Y, U, V), (f, c) = sp.symbols("X Y U V"), sp.symbols("f c", positive=True)
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (1, 0), ap.Contact(Y, X, f, unilateral=True))
+    system = block.elastic(c, 1)
+    start = block.start(system, {X: 0, Y: 0, U: velocity, V: 0, f: 1})
+    path = ap.solve(ap.Scene(system=system, values={f: 1, c: "1e-3"}, start=start, until=2), **options)
+    assert dict(zip(path.names, map(float, path.final), strict=True)) == pytest.approx(
+        {"X": 2 + 2 * velocity, "Y": 0, "x": 0, "y": 0, "z": 2 + velocity})  # fmt: skip
+
+
 def test_a_locked_clutch_slips_again_where_the_torque_exceeds_its_static_bound_and_not_before():
     drive = ap.Friction(velocity=u - v, force=F, load=1, kinetic=1, static=2)
     system = ap.System.with_frictions({u: t + F, v: -F}, {}, [drive], time=t)
