@@ -1,7 +1,6 @@
 """Numbers for the symbols of a system: by symbol or by name, exact, and within what is assumed of them."""
 
 from collections.abc import Iterable, Mapping
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -9,6 +8,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.numbers import number, short
 from asympk.symbolic.reading import entries_of, rational
+from asympk.symbolic.values import by_symbol
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
@@ -35,32 +35,13 @@ def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -
         given = dict(zip(symbols, given, strict=True))
     if not isinstance(given, Mapping):
         raise InputError(f"{what} = {short(given)}: it must map each {kind}, {_names(symbols)}, to a number")
-    by_name = {}
-    for key, value in given.items():
-        name = _known(what, key, symbols, kind)
-        if name in by_name:
-            raise InputError(f"{what}: {name} is given twice, by symbol and by name")
-        by_name[name] = _number(what, name, value)
-    if missing := sorted({s.name for s in symbols} - by_name.keys()):
+    placed = by_symbol(given, symbols, "this system", kind)
+    if missing := sorted({s.name for s in symbols if s not in placed}):
         raise InputError(f"{what}: the {kind} {', '.join(missing)} is missing; give numbers for {_names(symbols)}")
-    for symbol in symbols:
-        _require_kind(what, symbol, by_name[symbol.name])
-    return tuple(by_name[s.name] for s in symbols)
-
-
-def _known(what: str, key: Any, symbols: tuple[sp.Symbol, ...], kind: str) -> str:
-    names = {s.name for s in symbols}
-    if isinstance(key, str):
-        if key in names:
-            return key
-    elif key in symbols and sum(s.name == key.name for s in symbols) == 1:
-        return key.name
-    elif isinstance(key, sp.Symbol) and key.name in names:
-        raise InputError(f"{what}: {key} is a Symbol with other assumptions than the {kind} of that name; "
-                         f"give it by name, {key.name!r}")  # fmt: skip
-    near = get_close_matches(str(key), names, 1)
-    hint = f"did you mean {near[0]}? " if near else ""
-    raise InputError(f"{what}: {str(key)[:60]} is not a {kind} of this system; {hint}it has {_names(symbols)}")
+    found = {s: _number(what, s.name, placed[s]) for s in symbols}
+    for symbol, value in found.items():
+        _require_kind(what, symbol, value)
+    return tuple(found.values())
 
 
 def _number(what: str, name: str, value: Any) -> Any:

@@ -27,10 +27,13 @@ def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: s
         example = f"{{{symbols[0].name!r}: 1}}" if symbols else "{}"
         raise InputError(f"{short(values)} is not a mapping from each {kind} of {owner} to its value, such as "
                          f"{example}")  # fmt: skip
+    named: dict[Any, list[sp.Symbol]] = {}
+    for s in symbols:
+        named.setdefault(s.name, []).append(s)
+    named |= {s: [s] for s in symbols}
     found: dict[sp.Symbol, Any] = {}
     for key, value in values.items():
-        meant = [s for s in symbols if s == key or s.name == key]
-        if not meant:
+        if not (meant := named.get(key)):
             raise InputError(_unknown(key, symbols, owner, kind))
         if twice := found.keys() & {*meant}:
             raise InputError(f"{in_words(twice)} is given twice, by symbol and by name; give it once")
