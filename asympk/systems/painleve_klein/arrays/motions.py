@@ -69,15 +69,19 @@ class Segments:
 
     def refined(self, t: Number, axis: int, level: Number, again: bool = True) -> np.ndarray:
         """Return better times, from nearly right ones, at which s (axis 2) or z (axis 3) is ``level``."""
-        state = self.state(t)
-        _, y, s, _ = state
-        slope = self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
-        step = (state[axis] - level) / slope
+        value, slope = self._off(axis, level, t)
+        step = value / slope
         t = t - step
         far = np.flatnonzero(again & (np.abs(step) * self.pace > REFINED))
         if far.size:
             t[far] = self.rows(far).refined(t[far], axis, level[far], again=False)
         return t
+
+    def _off(self, axis, level, t):
+        """Return by how much s (axis 2) or z (axis 3) is off its level at t, and its rate."""
+        state = self.state(t)
+        _, y, s, _ = state
+        return state[axis] - level, self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
 
     def _soon(self, t, state):
         """Replace the states at short times by those of the series."""
@@ -91,23 +95,13 @@ class Segments:
 
     def s_root(self, level: Number, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which s = level; s passes it upwards where ``rising``."""
-
-        def value_and_slope(rows, t):
-            part = self.rows(rows)
-            _, y, s, _ = part.state(t)
-            return s - level[rows], y + (part.a - part.b * s) / part.mu
-
-        return bracketed_roots(newton_step(value_and_slope), lo, hi, rising, (lo + hi) / 2)
+        step = newton_step(lambda rows, t: self.rows(rows)._off(2, level[rows], t))
+        return bracketed_roots(step, lo, hi, rising, (lo + hi) / 2)
 
     def z_root(self, lo: Number, hi: Number, rising: np.ndarray) -> np.ndarray:
         """Return the times in (lo, hi) at which z = 0."""
-
-        def value_and_slope(rows, t):
-            part = self.rows(rows)
-            _, _, s, z = part.state(t)
-            return z, part.a + part.fall * s
-
-        return bracketed_roots(newton_step(value_and_slope), lo, hi, rising, (lo + hi) / 2)
+        step = newton_step(lambda rows, t: self.rows(rows)._off(3, 0, t))
+        return bracketed_roots(step, lo, hi, rising, (lo + hi) / 2)
 
 
 class SeparateSegments(Segments):
