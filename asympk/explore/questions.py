@@ -9,7 +9,7 @@ from asympk.errors import InputError
 from asympk.explore.knobs import turned
 from asympk.explore.motion import motion
 from asympk.explore.surroundings import surroundings
-from asympk.numbers import number, short
+from asympk.numbers import number, short, whole
 from asympk.scene import Scene
 
 KEYS = ("scene", "parameters", "start", "until")
@@ -77,9 +77,7 @@ def _read(asked: Any, known: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _scene(scenes: tuple[Scene, ...], asked: dict[str, Any]) -> Scene:
-    which = asked.get("scene", 0)
-    if isinstance(which, bool) or not isinstance(which, int) or not 0 <= which < len(scenes):
-        raise InputError(f"scene = {short(which)}: it must be a whole number from 0 to {len(scenes) - 1}")
+    which = whole("scene", asked.get("scene", 0), 0, len(scenes) - 1)
     given = {key: asked.get(key, {}) for key in ("parameters", "start")}
     for key, table in given.items():
         if not isinstance(table, dict):
