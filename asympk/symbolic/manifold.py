@@ -140,21 +140,6 @@ def slow_manifolds(system: System, order: int = 1) -> Several[SlowManifold]:
     return Several(SlowManifold(c.name, c.dynamics, c.small, c.branch, c.assumptions, order) for c in found)
 
 
-def invariance_residual(manifold: SlowManifold) -> sp.Dict:
-    """Return {y: mu h_x f - g} with the truncated series put in: expressions of order mu**(order + 1)."""
-    mode, small = manifold.dynamics, manifold.small
-    if is_implicit(manifold.branch):
-        raise NotDerivable(f"{manifold.name} is implicit: its fast states are the branch's values; give a branch")
-    h = manifold.expr if len(manifold.branch) > 1 else {next(iter(manifold.branch)): manifold.expr}
-    flow = {x: f.subs(h, simultaneous=True) for x, f in mode.slow.items()}
-    return sp.Dict(
-        {
-            y: small * sum(h[y].diff(x) * rate for x, rate in flow.items()) - g.subs(h, simultaneous=True)
-            for y, g in mode.fast.items()
-        }
-    )
-
-
 def exact_slow_line(mode: Mode, small: sp.Symbol) -> sp.Expr | None:
     r"""Return the exact slow line of x' = p x + q y + r, mu y' = c x + d y + e, or None for another kind of mode.
 
