@@ -1,5 +1,6 @@
 """The automaton of any system: which mode begins, which follows, and where no motion goes on."""
 
+import itertools
 import math
 import random
 from fractions import Fraction
@@ -146,6 +147,21 @@ def test_a_mechanism_without_weight_slides_on_an_elastic_contact_without_frictio
     path = ap.solve(ap.Scene(system=system, values={f: 1, c: "1e-3"}, start=start, until=2), **options)
     assert dict(zip(path.names, map(float, path.final), strict=True)) == pytest.approx(
         {"X": 2 + 2 * velocity, "Y": 0, "x": 0, "y": 0, "z": 2 + velocity})  # fmt: skip
+
+
+def test_what_rounding_makes_of_a_difference_is_known_whichever_states_it_is_of():
+    """The load is that of two states which nearly cancel, and falls; the push is all that it holds, but for 6e-16."""
+    states = v, *others = sp.symbols("v s0:5", real=True)
+    F, load = sp.Symbol("F", real=True), 0.5 - 0.4853
+    for a, b, push in itertools.permutations(others, 3):
+        rates = {**dict.fromkeys(states, 0), v: push + F, b: -1}
+        system = ap.System.with_frictions(rates, {}, [ap.Friction(velocity=v, force=F, load=a + b, kinetic=1)])
+        here = tuple({a: 0.5, b: -0.4853, push: load - 6e-16}.get(s, 0.0) for s in states)
+        automaton = Automaton(system, ())
+        stick = automaton.first((0, *(1,) * 5))
+        lost = automaton.mode(stick).kinds.index(("slip_onset", 0))
+        after = automaton.next(stick, (lost + 1,), 0.25, here)
+        assert automaton.mode(after).name == "slip_same"
 
 
 def test_a_locked_clutch_slips_again_where_the_torque_exceeds_its_static_bound_and_not_before():
