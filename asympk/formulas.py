@@ -68,11 +68,12 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     if len(text) > LONGEST:
         raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
     plain = {_plain(name): symbol for name, symbol in symbols.items()}
+    source = _plain(text.replace("^", "**")).strip()
     try:
-        tree = ast.parse(_plain(text.replace("^", "**")).strip(), mode="eval")
+        tree = ast.parse(source, mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         raise InputError(f"{what} = {short(text)}: it is not a formula; write one such as 'x + 2*y'") from None
-    return _Reader(plain, what, text).read(tree.body, 0)
+    return _Reader(plain, what, text, source).read(tree.body, 0)
 
 
 def _degree(expr: sp.Expr) -> int:
@@ -99,8 +100,8 @@ def _as_written(name: str) -> str:
 class _Reader:
     """One formula: its names, and what a message calls it."""
 
-    def __init__(self, symbols: Mapping[str, sp.Expr], what: str, text: str):
-        self.symbols, self.what, self.text = symbols, what, text
+    def __init__(self, symbols: Mapping[str, sp.Expr], what: str, text: str, source: str):
+        self.symbols, self.what, self.text, self.source = symbols, what, text, source
 
     def read(self, node: ast.AST, depth: int) -> sp.Basic:
         if depth > DEEPEST:
@@ -123,7 +124,7 @@ class _Reader:
         raise self._refuse("it may hold numbers, names, + - * / ** and functions")
 
     def _number(self, node: ast.Constant) -> sp.Rational:
-        spelled = ast.get_source_segment(self._source(), node) or ""
+        spelled = ast.get_source_segment(self.source, node) or ""
         if isinstance(node.value, bool) or not _NUMBER.fullmatch(spelled):
             raise self._refuse(f"{short(spelled or node.value)} is not a number")
         value = Fraction(spelled)
@@ -187,9 +188,6 @@ class _Reader:
         if not isinstance(found, sp.Expr):
             raise self._refuse("a relation stands inside an expression")
         return found
-
-    def _source(self) -> str:
-        return _plain(self.text.replace("^", "**")).strip()
 
     def _refuse(self, reason: str) -> InputError:
         return InputError(f"{self.what} = {short(self.text)}: {reason}")
