@@ -7,7 +7,7 @@ within a step are those of a shorter one: dense output is coarser than a step, o
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache, partial
+from functools import cache
 
 from scipy.optimize import brentq, minimize_scalar
 
@@ -46,15 +46,11 @@ def _first_lost(step: Step, guards: Guards, size: int, before: tuple, after: tup
     hits = []
     for k, (a, b, fall, rise) in enumerate(zip(before[0], after[0], before[1], after[1], strict=True)):
         if b < 0 or (fall < 0 < rise and _may_dip(a, b, fall * step.span, rise * step.span)):
-            value = cache(partial(_guard_within, step, guards, size, k))
+            value = cache(lambda t, k=k: guards(t, step.state_at(t)[:size])[k])
             end = step.after if b < 0 else _dip(value, step)
             if end is not None:
                 hits.append((_zero(value, step.t, end), k))
     return min(hits, default=None)
-
-
-def _guard_within(step: Step, guards: Guards, size: int, k: int, t: float) -> float:
-    return guards(t, step.state_at(t)[:size])[k]
 
 
 def _may_dip(a: float, b: float, fall: float, rise: float) -> bool:
