@@ -55,8 +55,9 @@ class Server(ThreadingHTTPServer):
     def __init__(self, port: int = 0, seconds: float | None = None):
         self.token = token_urlsafe(24)
         self.scenes: Future[tuple[Scene, ...]] = Future()
+        page = files("asympk").joinpath("explore", "page")
         self.parts: dict[str, Callable[[], tuple[bytes, str]]] = {
-            name: partial(_part, _shipped(file), kind) for name, (file, kind) in PAGE.items()
+            name: partial(_part, page.joinpath(file).read_bytes(), kind) for name, (file, kind) in PAGE.items()
         }  # fmt: skip
         self.parts["scenes"] = self._scenes_part
         self.workers = {name: Worker(q, self.scenes, seconds or q.seconds, q.modules)
@@ -73,7 +74,7 @@ class Server(ThreadingHTTPServer):
             raise
 
     def _scenes_part(self) -> tuple[bytes, str]:
-        return _part(as_json([knobs_of(scene) for scene in self.scenes.result()]), "application/json")
+        return as_json([knobs_of(scene) for scene in self.scenes.result()]), "application/json"
 
     @property
     def address(self) -> str:
@@ -170,10 +171,6 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *arguments: Any) -> None:
         """Keep the terminal quiet."""
-
-
-def _shipped(file: str) -> bytes:
-    return files("asympk").joinpath("explore", "page", file).read_bytes()
 
 
 def _part(body: bytes, kind: str) -> tuple[bytes, str]:
