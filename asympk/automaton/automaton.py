@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.automaton import decide
+from asympk.automaton import contacts, decide
 from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.digits import carrier_context
 from asympk.errors import OutOfRange
@@ -242,4 +242,4 @@ def _dot(a: list, b: list) -> Any:
 
 
 def _exact(values: State, context: Any) -> State:
-    return tuple(decide.converted(context, v) for v in values)
+    return tuple(contacts.converted(context, v) for v in values)

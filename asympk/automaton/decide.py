@@ -13,16 +13,28 @@ rested before slips and it rests on in another; then those in which any slips th
 that are left end the motion.
 """
 
-import math
-from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from asympk.automaton.modes import GuardedMode, function, mode_of
+from asympk.automaton.contacts import (
+    DOUBLES,
+    ContactNumbers,
+    ContactPoint,
+    Numbers,
+    Place,
+    Solved,
+    Unclear,
+    contact_formulas,
+    contact_point,
+    converted,
+    row_at,
+    solved_forces,
+)
+from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.symbolic import branches
@@ -41,86 +53,6 @@ COARSER = 10  # digits that are left out to see what is rounding
 LONGEST = 5_000  # operations of a derivative that is differentiated once more
 MOST = 8  # frictions of which all combinations are tried
 SAME = 1e-12  # relative, of two bounds that count as equal
-_NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two states move alike in both
-
-
-class ContactNumbers(NamedTuple):
-    """The numbers of one friction at a point; ``reaction`` is the coefficient of the normal in the load."""
-
-    velocity: Any
-    load: Any
-    reaction: Any
-    kinetic: Any
-    static: Any
-    gap: Any
-
-
-class ContactPoint(NamedTuple):
-    """The contacts at a point, and there the rows of v' and of the reactions' equations in the forces."""
-
-    contacts: tuple[ContactNumbers, ...]
-    rows: tuple[tuple, ...]
-
-
-class Solved(NamedTuple):
-    """Forces and reactions at a point, and the size of the determinant of their equations."""
-
-    forces: dict[sp.Symbol, Any]
-    determinant: Any
-
-
-class Numbers(NamedTuple):
-    """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear.
-
-    That is a sign of a value above ``least``, and equations whose pivots are above ``singular``, relative to their row.
-    What ``coarser`` numbers give another sign is rounding.
-    """
-
-    target: str
-    functions: Any
-    convert: Any
-    least: float
-    singular: float = 0.0
-    coarser: "Numbers | None" = None
-
-    def decided_sign(self, values: list) -> int:
-        """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
-        first = values[0]
-        spread = max(abs(v - first) for v in values[1:])
-        if abs(first) <= 4 * spread:
-            return 0
-        if abs(first) <= self.least:
-            raise _Unclear
-        return 1 if first > 0 else -1
-
-
-class Place(NamedTuple):
-    """A time, a state and the parameters as numbers of one kind."""
-
-    numbers: Numbers
-    t: Any
-    state: tuple
-    p: tuple
-
-    def values(self, system: System, outputs: tuple, directions: tuple = ()) -> tuple:
-        """Return the values of expressions here, or their derivatives along directions."""
-        found = function(system, outputs, self.numbers.target, self.numbers.functions, directions)
-        return found(self.t, *self.state, *self.p)
-
-    def with_nudged(self, slack: Any) -> tuple["Place", ...]:
-        """Return this place and those that ``slack``, relative, and rounding might have made of it."""
-        numbers = self.numbers.coarser or self.numbers
-        p = tuple(map(numbers.convert, self.p))
-        moved = (_nudged(self.t, self.state, signs, slack) for signs in _NUDGES)
-        nudged = (Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p) for t, w in moved)
-        return (self, *nudged)
-
-
-class _Unclear(Exception):
-    """A sign that doubles might have wrong."""
-
-
-DOUBLES = Numbers("math", math, float, 2.0**-20, 2.0**-36)
 
 
 def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any) -> Branch:
@@ -128,7 +60,7 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
     if not automaton.system.frictions:
         return ()
     if isinstance(slack, float):
-        with suppress(_Unclear, ArithmeticError, ValueError):
+        with suppress(Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
     digits = max(WORKING, *(v.context.dps + COARSER for v in state if hasattr(v, "context")), 0)
     numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
@@ -151,8 +83,8 @@ def _follow_on(
     t, state = numbers.convert(t), tuple(map(numbers.convert, state))
     at = Place(numbers, t, state, tuple(map(numbers.convert, automaton.values)))
     places = at.with_nudged(slack)
-    values = (place.values(system, _expressions(system)[0]) for place in places)
-    points = [_point(system, tuple(map(numbers.convert, found))) for found in values]
+    values = (place.values(system, contact_formulas(system)[0]) for place in places)
+    points = [contact_point(system, tuple(map(numbers.convert, found))) for found in values]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     lost |= set() if before else _resting_rigid(system, at)
@@ -182,53 +114,6 @@ def _follow_on(
     branch = _chosen(system, {branch: consistent[branch] for branch in left}, t, state, tried)
     _require_shared(system, branch, consistent[branch], points[0], t, state)
     return branch
-
-
-def converted(ctx: Any, value: Any) -> Any:
-    """Return a number, exact fractions and numbers of other contexts too, rounded to a context."""
-    if hasattr(value, "numerator") and not isinstance(value, int):
-        return ctx.mpf(int(value.numerator)) / int(value.denominator)
-    return ctx.mpf(value)
-
-
-def _nudged(t: Any, state: tuple, signs: tuple, slack: Any) -> tuple:
-    return t * (1 + signs[-1] * slack), tuple(w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
-
-
-# the numbers at a point
-
-
-@lru_cache(maxsize=64)
-def _expressions(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
-    """Return (expressions, unknown forces, which frictions have a normal) of a point, in a flat order."""
-    unknowns, found, normals = [], [], []
-    for k, f in enumerate(system.frictions):
-        unknowns.append(f.force)
-        if f.normal is not None:
-            unknowns.append(f.normal)
-            normals.append(k)
-    zero = dict.fromkeys(unknowns, sp.S.Zero)
-    for f in system.frictions:
-        reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
-        found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
-    for row in (*(branches.velocity_rate(system, f) for f in system.frictions), *_reactions(system)):
-        found += [row.subs(zero), *(row.diff(u) for u in unknowns)]
-    calm = {e: 0 for f in system.frictions for e in (sp.sign(f.velocity), sp.sign(-f.velocity))}
-    return tuple(e.subs(calm) if e.has(sp.sign) else e for e in found), tuple(unknowns), tuple(normals)
-
-
-def _reactions(system: System) -> Iterator[sp.Expr]:
-    for f in system.frictions:
-        if f.normal is not None:
-            yield f.normal - f.load if f.constraint is None else f.constraint
-
-
-def _point(system: System, values: tuple) -> ContactPoint:
-    _, unknowns, _ = _expressions(system)
-    split = 6 * len(system.frictions)
-    contacts = tuple(ContactNumbers(*values[k : k + 6]) for k in range(0, split, 6))
-    width = 1 + len(unknowns)
-    return ContactPoint(contacts, tuple(values[k : k + width] for k in range(split, len(values), width)))
 
 
 # the phases that a friction might go on in
@@ -348,7 +233,7 @@ def _ties(
     """
     margins, sizes = [], []
     for point in points:
-        if (solved := _solve(system, branch, point, numbers)) is None:
+        if (solved := solved_forces(system, branch, point, numbers)) is None:
             return None
         margins.append(_margins(system, branch, resting, point, solved, touching))
         sizes.append(solved.determinant)
@@ -370,59 +255,11 @@ def _side(guards: tuple, k: int) -> int:
     return int(k > 0 and guards[k][:2] == guards[k - 1][:2])
 
 
-def _solve(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> Solved | None:
-    """Solve for the forces and reactions in numbers, or return None where they are not determined."""
-    _, unknowns, normals = _expressions(system)
-    place = {u: j for j, u in enumerate(unknowns)}
-    rows = [_law(system, k, phase, point, place) for k, phase in enumerate(branch)]
-    for row, k in enumerate(normals, start=len(branch)):
-        rows.append(point.rows[row] if branch[k] != OPEN else _unit(place[system.frictions[k].normal], len(unknowns)))
-    return _gauss(rows, unknowns, numbers)
-
-
-def _law(system: System, k: int, phase: Phase, point: ContactPoint, place: dict) -> tuple:
-    """Return the row of a friction's law: its constant, then its coefficients."""
-    friction, contact = system.frictions[k], point.contacts[k]
-    if phase.mode == "stick":
-        return point.rows[k]
-    row = [*_unit(place[friction.force], len(place))]
-    if phase != OPEN:
-        factor = phase.load * phase.velocity * contact.kinetic
-        row[0] = factor * contact.load
-        if friction.constraint is not None:
-            row[1 + place[friction.normal]] += factor * contact.reaction
-    return tuple(row)
-
-
-def _unit(place: int, size: int) -> tuple:
-    return tuple(int(j == place + 1) for j in range(size + 1))
-
-
-def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
-    rows, size = [list(row) for row in equations], len(unknowns)
-    largest = [max(map(abs, row[1:])) for row in equations]
-    for j in range(1, size + 1):
-        pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
-        left = abs(rows[pivot][j])
-        if left <= 1e-30 * largest[pivot]:
-            return None
-        if left <= numbers.singular * largest[pivot]:
-            raise _Unclear
-        for both in (rows, largest):
-            both[j - 1], both[pivot] = both[pivot], both[j - 1]
-        for i in range(size):
-            if i != j - 1 and rows[i][j] != 0:
-                factor = rows[i][j] / rows[j - 1][j]
-                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
-    forces = {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
-    return Solved(forces, abs(math.prod(rows[j][j + 1] for j in range(size))))
-
-
 def _margins(
     system: System, branch: Branch, resting: set[int], point: ContactPoint, solved: Solved, touching: dict
 ) -> dict[tuple, Any]:
     """Return, by (kind, friction, side), what must not be negative; at rest it is the rate of the velocity."""
-    forces = (1, *(solved.forces[u] for u in _expressions(system)[1]))
+    forces = (1, *(solved.forces[u] for u in contact_formulas(system)[1]))
     found: dict[tuple[str, int, int], Any] = {}
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         contact = point.contacts[k]
@@ -439,7 +276,7 @@ def _margins(
         else:
             if not branches.lifts(friction):
                 found["force_zero", k, 0] = phase.load * load
-            rate = _along(point.rows[k], forces)
+            rate = row_at(point.rows[k], forces)
             found["velocity_zero", k, 0] = phase.velocity * (rate if k in resting else contact.velocity)
     return found
 
@@ -449,7 +286,7 @@ def _breaks_loose(
 ) -> bool:
     """Tell whether a contact slips in a branch that static friction would hold if all rested that may."""
     rest = tuple(p._replace(velocity=0) if k in resting and p != OPEN else p for k, p in enumerate(branch))
-    if (solved := _solve(system, rest, point, numbers)) is None:
+    if (solved := solved_forces(system, rest, point, numbers)) is None:
         return False
     margins = _margins(system, rest, resting, point, solved, touching)
     over = {k for (kind, k, _), margin in margins.items() if kind == "slip_onset" and margin < 0}
@@ -465,13 +302,8 @@ def _opening(system: System, k: int, point: ContactPoint, forces: tuple, touchin
         return point.contacts[k].gap
     if k not in touching:
         return abs(point.contacts[k].gap)
-    normals = _expressions(system)[2]
-    return 0 if touching[k] else _along(point.rows[len(system.frictions) + normals.index(k)], forces)
-
-
-def _along(row: tuple, forces: tuple) -> Any:
-    """Return the value of a row of a point at (1, *forces)."""
-    return sum(a * b for a, b in zip(row, forces, strict=True))
+    normals = contact_formulas(system)[2]
+    return 0 if touching[k] else row_at(point.rows[len(system.frictions) + normals.index(k)], forces)
 
 
 def _still(mode: GuardedMode, ties: list[int], places: tuple[Place, ...], touching: dict) -> list[int] | None:
@@ -515,7 +347,7 @@ def _length(expr: sp.Expr) -> int:
 def _require_determined(system: System, tried: list[Branch], point: ContactPoint, numbers: Numbers, *at: Any) -> None:
     """Refuse a rest in which the forces of contacts are not determined, so that their bounds cannot be tried."""
     at_rest = (branch for branch in tried if not any(phase.velocity for phase in branch))
-    if branch := next((b for b in at_rest if _solve(system, b, point, numbers) is None), None):
+    if branch := next((b for b in at_rest if solved_forces(system, b, point, numbers) is None), None):
         raise UnboundedReaction(f"the forces of contacts at rest are not determined {_place(system, *at)}: "
                                 f"{branches.mode_name(branch)} has more of them than equations; merge contacts, or put "
                                 "compliance between them", *at)  # fmt: skip

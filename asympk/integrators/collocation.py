@@ -16,7 +16,7 @@ from math import ceil, inf, log2, log10
 from time import monotonic
 from typing import Any
 
-from asympk.automaton import decide
+from asympk.automaton import contacts
 from asympk.automaton.automaton import Automaton, NumericMode
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
@@ -102,7 +102,7 @@ def _with_steps(segment: Segment) -> Segment:
 def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:
     """Return the finer one of two runs, and their difference; ``inf`` where their modes differ."""
     automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
-    start, until = tuple(decide.converted(ctx, v) for v in scene.start), decide.converted(ctx, scene.until)
+    start, until = tuple(contacts.converted(ctx, v) for v in scene.start), contacts.converted(ctx, scene.until)
     first = automaton.first(scene.start)
     stages = max(STAGES, ceil(PER_DIGIT * digits))
     rough, fine = (_follow(automaton, first, start, until, stages + more, digits + extra, events, deadline)
@@ -338,7 +338,7 @@ class CollocationDense:
     def _state(self, t: Any) -> tuple:
         steps = [step for segment in self.joined.segments for step in segment.samples]
         until = self.joined.last.t
-        t = decide.converted(until.context, t)
+        t = contacts.converted(until.context, t)
         if not within(t, t, until):
             raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
         if not steps:

@@ -1,0 +1,196 @@
+r"""The contacts of a system at a point, in numbers: velocities, loads, bounds, and the equations of their forces.
+
+At a point the rates of the sliding velocities and the constraints of rigid contacts are linear in the forces and
+reactions. A branch says of each contact which equation holds: v' = 0 in stick, the law of friction in slip, no force
+where it is open.
+"""
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import sympy as sp
+
+from asympk.automaton.modes import function
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.system import System
+
+_NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two states move alike in both
+
+
+class ContactNumbers(NamedTuple):
+    """The numbers of one friction at a point; ``reaction`` is the coefficient of the normal in the load."""
+
+    velocity: Any
+    load: Any
+    reaction: Any
+    kinetic: Any
+    static: Any
+    gap: Any
+
+
+class ContactPoint(NamedTuple):
+    """The contacts at a point, and there the rows of v' and of the reactions' equations in the forces."""
+
+    contacts: tuple[ContactNumbers, ...]
+    rows: tuple[tuple, ...]
+
+
+class Solved(NamedTuple):
+    """Forces and reactions at a point, and the size of the determinant of their equations."""
+
+    forces: dict[sp.Symbol, Any]
+    determinant: Any
+
+
+class Numbers(NamedTuple):
+    """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear.
+
+    That is a sign of a value above ``least``, and equations whose pivots are above ``singular``, relative to their row.
+    What ``coarser`` numbers give another sign is rounding.
+    """
+
+    target: str
+    functions: Any
+    convert: Any
+    least: float
+    singular: float = 0.0
+    coarser: "Numbers | None" = None
+
+    def decided_sign(self, values: list) -> int:
+        """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
+        first = values[0]
+        spread = max(abs(v - first) for v in values[1:])
+        if abs(first) <= 4 * spread:
+            return 0
+        if abs(first) <= self.least:
+            raise Unclear
+        return 1 if first > 0 else -1
+
+
+class Place(NamedTuple):
+    """A time, a state and the parameters as numbers of one kind."""
+
+    numbers: Numbers
+    t: Any
+    state: tuple
+    p: tuple
+
+    def values(self, system: System, outputs: tuple, directions: tuple = ()) -> tuple:
+        """Return the values of expressions here, or their derivatives along directions."""
+        found = function(system, outputs, self.numbers.target, self.numbers.functions, directions)
+        return found(self.t, *self.state, *self.p)
+
+    def with_nudged(self, slack: Any) -> tuple["Place", ...]:
+        """Return this place and those that ``slack``, relative, and rounding might have made of it."""
+        numbers = self.numbers.coarser or self.numbers
+        p = tuple(map(numbers.convert, self.p))
+        moved = (_nudged(self.t, self.state, signs, slack) for signs in _NUDGES)
+        nudged = (Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p) for t, w in moved)
+        return (self, *nudged)
+
+
+class Unclear(Exception):
+    """A sign that doubles might have wrong."""
+
+
+DOUBLES = Numbers("math", math, float, 2.0**-20, 2.0**-36)
+
+
+def converted(ctx: Any, value: Any) -> Any:
+    """Return a number, exact fractions and numbers of other contexts too, rounded to a context."""
+    if hasattr(value, "numerator") and not isinstance(value, int):
+        return ctx.mpf(int(value.numerator)) / int(value.denominator)
+    return ctx.mpf(value)
+
+
+def _nudged(t: Any, state: tuple, signs: tuple, slack: Any) -> tuple:
+    return t * (1 + signs[-1] * slack), tuple(w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
+
+
+@lru_cache(maxsize=64)
+def contact_formulas(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
+    """Return (expressions, unknown forces, which frictions have a normal) of a point, in a flat order."""
+    unknowns, found, normals = [], [], []
+    for k, f in enumerate(system.frictions):
+        unknowns.append(f.force)
+        if f.normal is not None:
+            unknowns.append(f.normal)
+            normals.append(k)
+    zero = dict.fromkeys(unknowns, sp.S.Zero)
+    for f in system.frictions:
+        reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
+        found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
+    for row in (*(branches.velocity_rate(system, f) for f in system.frictions), *_reactions(system)):
+        found += [row.subs(zero), *(row.diff(u) for u in unknowns)]
+    calm = {e: 0 for f in system.frictions for e in (sp.sign(f.velocity), sp.sign(-f.velocity))}
+    return tuple(e.subs(calm) if e.has(sp.sign) else e for e in found), tuple(unknowns), tuple(normals)
+
+
+def _reactions(system: System) -> Iterator[sp.Expr]:
+    for f in system.frictions:
+        if f.normal is not None:
+            yield f.normal - f.load if f.constraint is None else f.constraint
+
+
+def contact_point(system: System, values: tuple) -> ContactPoint:
+    _, unknowns, _ = contact_formulas(system)
+    split = 6 * len(system.frictions)
+    contacts = tuple(ContactNumbers(*values[k : k + 6]) for k in range(0, split, 6))
+    width = 1 + len(unknowns)
+    return ContactPoint(contacts, tuple(values[k : k + width] for k in range(split, len(values), width)))
+
+
+def solved_forces(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> Solved | None:
+    """Solve for the forces and reactions in numbers, or return None where they are not determined."""
+    _, unknowns, normals = contact_formulas(system)
+    place = {u: j for j, u in enumerate(unknowns)}
+    rows = [_law(system, k, phase, point, place) for k, phase in enumerate(branch)]
+    for row, k in enumerate(normals, start=len(branch)):
+        rows.append(point.rows[row] if branch[k] != OPEN else _unit(place[system.frictions[k].normal], len(unknowns)))
+    return _gauss(rows, unknowns, numbers)
+
+
+def _law(system: System, k: int, phase: Phase, point: ContactPoint, place: dict) -> tuple:
+    """Return the row of a friction's law: its constant, then its coefficients."""
+    friction, contact = system.frictions[k], point.contacts[k]
+    if phase.mode == "stick":
+        return point.rows[k]
+    row = [*_unit(place[friction.force], len(place))]
+    if phase != OPEN:
+        factor = phase.load * phase.velocity * contact.kinetic
+        row[0] = factor * contact.load
+        if friction.constraint is not None:
+            row[1 + place[friction.normal]] += factor * contact.reaction
+    return tuple(row)
+
+
+def _unit(place: int, size: int) -> tuple:
+    return tuple(int(j == place + 1) for j in range(size + 1))
+
+
+def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
+    rows, size = [list(row) for row in equations], len(unknowns)
+    largest = [max(map(abs, row[1:])) for row in equations]
+    for j in range(1, size + 1):
+        pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
+        left = abs(rows[pivot][j])
+        if left <= 1e-30 * largest[pivot]:
+            return None
+        if left <= numbers.singular * largest[pivot]:
+            raise Unclear
+        for both in (rows, largest):
+            both[j - 1], both[pivot] = both[pivot], both[j - 1]
+        for i in range(size):
+            if i != j - 1 and rows[i][j] != 0:
+                factor = rows[i][j] / rows[j - 1][j]
+                rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
+    forces = {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
+    return Solved(forces, abs(math.prod(rows[j][j + 1] for j in range(size))))
+
+
+def row_at(row: tuple, forces: tuple) -> Any:
+    """Return the value of a row of a point at (1, *forces)."""
+    return sum(a * b for a, b in zip(row, forces, strict=True))
