@@ -142,7 +142,7 @@ def _following(system, branch, event):
     if len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions):
         return []
     kind, k = event
-    load, velocity, _ = branch[k]
+    load, velocity, *_ = branch[k]
     phases = {
         "velocity_zero": [Phase(load, v) for v in (0, 1, -1)],
         "force_zero": [Phase(sign, velocity) for sign in (1, -1)],

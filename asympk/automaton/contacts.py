@@ -6,7 +6,7 @@ where it is open.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -123,10 +123,21 @@ def contact_formulas(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symb
     for f in system.frictions:
         reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
         found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
-    for row in (*(branches.velocity_rate(system, f) for f in system.frictions), *_reactions(system)):
-        found += [row.subs(zero), *(row.diff(u) for u in unknowns)]
+    rows = in_forces(system, (*(branches.velocity_rate(system, f) for f in system.frictions), *_reactions(system)))
+    return (*_calm(system, found), *rows), tuple(unknowns), tuple(normals)
+
+
+def in_forces(system: System, exprs: Iterable[sp.Expr]) -> tuple[sp.Expr, ...]:
+    """Return the rows of expressions that are linear in the forces, one after the other: constant and coefficients."""
+    unknowns = [u for f in system.frictions for u in (f.force, f.normal) if u is not None]
+    zero = dict.fromkeys(unknowns, sp.S.Zero)
+    return _calm(system, [e for row in exprs for e in (row.subs(zero), *(row.diff(u) for u in unknowns))])
+
+
+def _calm(system, exprs):
+    """Return expressions at rest, where the signs of velocities count as 0."""
     calm = {e: 0 for f in system.frictions for e in (sp.sign(f.velocity), sp.sign(-f.velocity))}
-    return tuple(e.subs(calm) if e.has(sp.sign) else e for e in found), tuple(unknowns), tuple(normals)
+    return tuple(e.subs(calm) if e.has(sp.sign) else e for e in exprs)
 
 
 def _reactions(system: System) -> Iterator[sp.Expr]:
@@ -135,22 +146,34 @@ def _reactions(system: System) -> Iterator[sp.Expr]:
             yield f.normal - f.load if f.constraint is None else f.constraint
 
 
-def contact_point(system: System, values: tuple) -> ContactPoint:
-    _, unknowns, _ = contact_formulas(system)
+def contact_point(system: System, place: Place) -> ContactPoint:
+    """Return the contacts at a place, in its own numbers: so what follows is rounded there as coarsely."""
+    formulas, unknowns, _ = contact_formulas(system)
+    values = tuple(map(place.numbers.convert, place.values(system, formulas)))
     split = 6 * len(system.frictions)
     contacts = tuple(ContactNumbers(*values[k : k + 6]) for k in range(0, split, 6))
+    return ContactPoint(contacts, tuple(linear_rows(values[split:], unknowns)))
+
+
+def linear_rows(values: Sequence, unknowns: tuple) -> list[tuple]:
+    """Return values in rows: a constant and the coefficients of the unknowns."""
     width = 1 + len(unknowns)
-    return ContactPoint(contacts, tuple(values[k : k + width] for k in range(split, len(values), width)))
+    return [tuple(values[k : k + width]) for k in range(0, len(values), width)]
 
 
 def solved_forces(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> Solved | None:
     """Solve for the forces and reactions in numbers, or return None where they are not determined."""
+    return eliminated(contact_equations(system, branch, point), contact_formulas(system)[1], numbers)
+
+
+def contact_equations(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
+    """Return the rows that vanish in a branch: laws of friction or rates of velocities, then those of reactions."""
     _, unknowns, normals = contact_formulas(system)
     place = {u: j for j, u in enumerate(unknowns)}
     rows = [_law(system, k, phase, point, place) for k, phase in enumerate(branch)]
     for row, k in enumerate(normals, start=len(branch)):
         rows.append(point.rows[row] if branch[k] != OPEN else _unit(place[system.frictions[k].normal], len(unknowns)))
-    return _gauss(rows, unknowns, numbers)
+    return rows
 
 
 def _law(system: System, k: int, phase: Phase, point: ContactPoint, place: dict) -> tuple:
@@ -171,7 +194,8 @@ def _unit(place: int, size: int) -> tuple:
     return tuple(int(j == place + 1) for j in range(size + 1))
 
 
-def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
+def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
+    """Solve as many linear equations as unknowns by elimination, or return None where they are singular."""
     rows, size = [list(row) for row in equations], len(unknowns)
     largest = [max(map(abs, row[1:])) for row in equations]
     for j in range(1, size + 1):
@@ -189,6 +213,22 @@ def _gauss(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved 
                 rows[i] = [a - factor * b for a, b in zip(rows[i], rows[j - 1], strict=True)]
     forces = {u: -rows[j][0] / rows[j][j + 1] for j, u in enumerate(unknowns)}
     return Solved(forces, abs(math.prod(rows[j][j + 1] for j in range(size))))
+
+
+def independent(equations: list[tuple], numbers: Numbers) -> list[int]:
+    """Return the places of equations of which all others are combinations, but for their constants."""
+    left, found = dict(enumerate(equations)), []
+    for j in range(1, len(equations[0])):
+        pivot = max(left, key=lambda i: abs(left[i][j]), default=0)
+        largest = max(map(abs, equations[pivot][1:]))
+        if not left or abs(left[pivot][j]) <= 1e-30 * largest:
+            continue
+        if abs(left[pivot][j]) <= numbers.singular * largest:
+            raise Unclear
+        row = left.pop(pivot)
+        found.append(pivot)
+        left = {i: tuple(a - r[j] / row[j] * b for a, b in zip(r, row, strict=True)) for i, r in left.items()}
+    return found
 
 
 def row_at(row: tuple, forces: tuple) -> Any:

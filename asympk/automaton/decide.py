@@ -10,7 +10,7 @@ mpmath numbers where one is not.
 One consistent combination is the motion. Where several are, at rest stays at rest: combinations in which a contact
 breaks loose that its static bound would hold if all of them rested are left out; then those in which a contact that
 rested before slips and it rests on in another; then those in which any slips that rests in another. None or several
-that are left end the motion.
+that are left end the motion. Before all, what some forces hold at rest, though they are not determined, rests (``rest``).
 """
 
 from contextlib import suppress
@@ -35,6 +35,7 @@ from asympk.automaton.contacts import (
     solved_forces,
 )
 from asympk.automaton.modes import GuardedMode, mode_of
+from asympk.automaton.rest import stands_still
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.symbolic import branches
@@ -83,8 +84,7 @@ def _follow_on(
     t, state = numbers.convert(t), tuple(map(numbers.convert, state))
     at = Place(numbers, t, state, tuple(map(numbers.convert, automaton.values)))
     places = at.with_nudged(slack)
-    values = (place.values(system, contact_formulas(system)[0]) for place in places)
-    points = [contact_point(system, tuple(map(numbers.convert, found))) for found in values]
+    points = [contact_point(system, place) for place in places]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     lost |= set() if before else _resting_rigid(system, at)
@@ -94,6 +94,8 @@ def _follow_on(
     resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
     consistent: dict[Branch, list[int]] = {}
     tried = [*product(*phases)]
+    if standing := _standing(system, tried, lost, places, points, numbers):
+        return standing
     require_determined = partial(_require_determined, system, tried, points[0], numbers, t, state)
     for branch in tried:
         ties = _ties(system, branch, resting, points, numbers, touching, _unloaded(system, before, branch, lost))
@@ -342,6 +344,21 @@ def _length(expr: sp.Expr) -> int:
 
 
 # the choice
+
+
+def _standing(
+    system: System, tried: list[Branch], lost: set, places: tuple[Place, ...], points: list[ContactPoint],
+    numbers: Numbers,
+) -> Branch | None:  # fmt: skip
+    """Return a branch in which all stands still on contacts that have more forces than equations, or None."""
+    if system.time is not None or any(kind == "slip_onset" for kind, _ in lost):
+        return None
+    for branch in tried:
+        if len(branches.at_rest(branch)) > 1 and not any(phase.velocity for phase in branch):
+            loose = solved_forces(system, branch, points[0], numbers) is None
+            if loose and stands_still(system, branch, places, points, numbers):
+                return tuple(phase._replace(still=phase != OPEN) for phase in branch)
+    return None
 
 
 def _require_determined(system: System, tried: list[Branch], point: ContactPoint, numbers: Numbers, *at: Any) -> None:

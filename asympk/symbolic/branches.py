@@ -28,12 +28,14 @@ if TYPE_CHECKING:
 class Phase(NamedTuple):
     """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact.
 
-    With ``either`` they may both be the opposite: a name of a mode tells their product alone.
+    With ``either`` they may both be the opposite: a name of a mode tells their product alone. Where contacts stick that
+    have more forces than equations, all stands ``still``, whatever the forces.
     """
 
     load: int
     velocity: int
     either: bool = False
+    still: bool = False
 
     @property
     def mode(self) -> str:
@@ -63,6 +65,11 @@ def mode_name(branch: Branch) -> str:
 def at_rest(branch: Branch) -> frozenset[int]:
     """Return the frictions that stick."""
     return frozenset(k for k, phase in enumerate(branch) if phase.mode == "stick")
+
+
+def stands(branch: Branch) -> bool:
+    """Tell whether all stands still, on contacts whose forces are not determined."""
+    return any(phase.still for phase in branch)
 
 
 def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None) -> list[Branch]:
@@ -132,6 +139,8 @@ def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
     """Return the slow and the fast field of the mode, ``small`` still before the fast rates."""
     if not branch:
         return system.slow, system.fast
+    if stands(branch):
+        return sp.Dict(dict.fromkeys(system.slow, 0)), sp.Dict(dict.fromkeys(system.fast, 0))
     solved = forces(system, branch)
     resting = held(system, branch)
     slow = {s: sp.S.Zero if s in resting else _put(system, branch, rate, solved) for s, rate in system.slow.items()}
@@ -217,6 +226,8 @@ def conditions(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
 
 
 def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
+    if stands(branch):
+        return []
     solved, found = forces(system, branch), []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
