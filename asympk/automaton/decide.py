@@ -10,7 +10,7 @@ mpmath numbers where one is not.
 One consistent combination is the motion. Where several are, at rest stays at rest: combinations in which a contact
 breaks loose that its static bound would hold if all of them rested are left out; then those in which a contact that
 rested before slips and it rests on in another; then those in which any slips that rests in another. None or several
-that are left end the motion. Before all, what some forces hold at rest, though they are not determined, rests (``rest``).
+that are left end the motion. First of all, what some forces hold at rest rests, also where they are not determined.
 """
 
 from contextlib import suppress
