@@ -10,8 +10,9 @@ from asympk.errors import InputError
 from asympk.methods import solve
 from asympk.output.terminal import ladder_as_json, ladder_as_text
 from asympk.scene import Scene
-from asympk.studies.ladder import predictions
+from asympk.studies.ladder import distance, predictions
 from asympk.studies.least import LADDER, atlas, least_model, lowest
+from asympk.systems import crank_slider
 
 BACKWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, -1), until=2)
 FORWARD = Scene(sigma=1, mu=1e-4, start=(0, 0.2, 1), until=2)
@@ -41,6 +42,16 @@ def test_every_prediction_bounds_the_measured_error_on_random_scenes():
                 assert measured <= rung.predicted, (scene, rung)
                 applied += 1
     assert applied > 900
+
+
+@pytest.mark.slow
+def test_the_prediction_of_an_integrated_motion_bounds_its_error_where_a_looser_tolerance_is_right_by_chance():
+    # the slider-crank is wrong by 3e-10 with a tolerance of 1e-8, by 1e-9 with 1e-10, and by 1e-11 with jump of order 2
+    (stroke,) = crank_slider.scenes()
+    truth, (*_, exact) = solve(stroke, "jump", order=2), predictions(stroke)
+    assert truth.error < 1e-11
+    assert exact.model == "exact"
+    assert distance(solve(stroke).final, truth.final) < exact.predicted
 
 
 def test_predictions_are_not_idle_the_first_omitted_term_is_nearly_the_error():
