@@ -202,9 +202,14 @@ def _closed(
         loads = (1, -1)
     else:
         load = numbers.decided_sign([c.load for c in contacts])
-        moves = not friction.load.free_symbols <= {*system.parameters}
-        loads = (load,) if load else (1, -1) if moves else (1,)
+        loads = (load,) if load else (1, -1) if _loads_move(system)[k] else (1,)
     return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]
+
+
+@lru_cache(maxsize=64)
+def _loads_move(system: System) -> tuple[bool, ...]:
+    """Tell of every friction whether its load depends on more than parameters."""
+    return tuple(not friction.load.free_symbols <= {*system.parameters} for friction in system.frictions)
 
 
 def _require_few(phases: list[list[Phase]]) -> None:
