@@ -130,14 +130,17 @@ class NumericMode:
         return moved if near else self.settled(t, state)
 
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
-        """Return ``state`` after two Newton steps along the state that moves a guard most."""
-        moved = list(state)
+        """Return ``state`` after two Newton steps along the state whose motion, else whose size, moves a guard most.
+
+        What is left of the guard is an error in time: in a layer the slow states do nothing meanwhile.
+        """
+        moved, rates = list(state), self.rhs(t, state)
         for _ in range(2):
             slopes = self.guard_gradient(guard, t, moved)
-            sizes = zip(slopes, moved, self.movable, strict=True)
-            weights = [abs(slope) * (1 + abs(w)) * free for slope, w, free in sizes]
+            sizes = zip(slopes, moved, rates, self.movable, strict=True)
+            weights = [(abs(slope * rate) * free, abs(slope) * (1 + abs(w)) * free) for slope, w, rate, free in sizes]
             k = weights.index(max(weights))
-            if weights[k] == 0:
+            if slopes[k] == 0 or not self.movable[k]:
                 break
             moved[k] -= self.guard_values(t, tuple(moved))[guard] / slopes[k]
         return tuple(moved)
