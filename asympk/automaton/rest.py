@@ -5,8 +5,8 @@ Where E is singular they are not determined, but a system without an explicit ti
 
     E u + e = 0,    |F_k| <= static_k N_k,    all rates 0.
 
-The u that do this are a polyhedron without a line in it. If there is one, one is a corner: as many of the inequalities
-are equations there as E leaves dimensions open. The corners are tried one by one.
+If some u do this, then one of finitely many corners does, at which as many of the inequalities are equations as E leaves
+dimensions open (Lemma 10). They are tried one by one.
 """
 
 from collections.abc import Iterable, Sequence
