@@ -49,6 +49,8 @@ class Placed:
 @lru_cache(maxsize=512)
 def form_of(mode: GuardedMode) -> Form | None:
     """Return the affine form of a mode, or None where it has none."""
+    if _bent(mode):
+        return None
     linear = []
     for expr in (*mode.rates, *mode.guard_values):
         linear.append(_linear(mode, expr))
@@ -66,15 +68,14 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
     """Return which rate or guard of a mode is not affine in the states with a forcing that can be carried, or None."""
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
-    named = next(((what, expr) for what, expr in (*rates, *guards) if _linear(mode, expr) is None), None)
+    known = _bent(mode)
+    named = next(((w, e) for w, e in (*rates, *guards) if e in known or not (known or _linear(mode, e))), None)
     return named and f"in mode {mode.name} {named[0]} is not affine: {named[1]!s:.80}"
 
 
 def _linear(mode, expr):
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
     states, time = mode.system.states, mode.system.time
-    if heavy(expr) and expr in _bent(mode):
-        return None
     slopes = [expr.diff(s) if expr.has(s) else sp.S.Zero for s in states]
     slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in slopes)
     if any(slope.free_symbols & {*states, time} for slope in slopes):
@@ -85,10 +86,13 @@ def _linear(mode, expr):
 
 @lru_cache(maxsize=512)
 def _bent(mode: GuardedMode) -> frozenset[sp.Expr]:
-    """Return the rates and guards that numbers show not to be affine: bent between states, or turned by the time.
+    """Return the long rates and guards that numbers show not to be affine: bent between states, or turned by the time.
 
     The functions are those that an integrator will want, so that nothing is derived in vain.
     """
+    long = [*map(heavy, exprs := (*mode.rates, *mode.guard_values))]
+    if not any(long):
+        return frozenset()
     rates, guards = (function(mode.system, e, "math", math) for e in (mode.rates, mode.guard_values))
     p = _parts(len(mode.system.parameters), 5)
     low, high = _parts(len(mode.system.states), 7), _parts(len(mode.system.states), 9)
@@ -96,7 +100,7 @@ def _bent(mode: GuardedMode) -> frozenset[sp.Expr]:
               for t, share in ((0.3, 0), (0.3, 0.5), (0.3, 1), (0.7, 0), (0.7, 1))]  # fmt: skip
     try:
         columns = zip(*((*rates(*point, *p), *guards(*point, *p)) for point in points), strict=True)
-        return frozenset(e for e, v in zip((*mode.rates, *mode.guard_values), columns, strict=True) if _bends(*v))
+        return frozenset(e for e, v, of_use in zip(exprs, columns, long, strict=True) if of_use and _bends(*v))
     except (ArithmeticError, ValueError):
         return frozenset()
 
