@@ -101,16 +101,25 @@ def _load_sign(friction: "Friction") -> int:
 def telling(system: "System") -> Iterator[Branch]:
     """Yield a branch in which all contacts slip, and those that differ from it in one phase.
 
-    Of the phases of one mode one tells, unless a formula asks for the sign of something.
+    Of the phases of one mode one tells, unless a formula asks for the sign of something. Where several rigid contacts
+    that slip have more reactions than equations, those that can open are open but one.
     """
     choices = [*map(all_phases if _asks_for_signs(system) else _choices, system.frictions)]
-    slip = tuple(choice[0] for choice in choices)
-    yield slip
+    first = tuple(choice[0] for choice in choices)
+    if _is_redundant(system, first):
+        first = tuple(OPEN if OPEN in choice else choice[0] for choice in choices)
+    if not _is_redundant(system, first):
+        yield first
     for k, choice in enumerate(choices):
-        for phase in choice[1:]:
-            branch = (*slip[:k], phase, *slip[k + 1 :])
-            if _determined(system, branch):
+        for phase in choice:
+            branch = (*first[:k], phase, *first[k + 1 :])
+            if branch != first and _determined(system, branch):
                 yield branch
+
+
+def _is_redundant(system: "System", branch: Branch) -> bool:
+    """Tell whether several rigid contacts have more reactions than equations, in symbols."""
+    return sum(f.constraint is not None for f in system.frictions) > 1 and not _determined(system, branch)
 
 
 def _choices(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:

@@ -9,6 +9,7 @@ import sympy as sp
 from mechanisms import masses_between_guides, slender_rod
 from peers import here
 from scipy.integrate import solve_ivp
+from scipy.optimize import linprog
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
@@ -441,6 +442,66 @@ def test_a_block_on_two_feet_rests_as_long_as_some_forces_hold_it_and_slides_to_
     (stop,) = path.events
     assert path.modes == ("slip_same+slip_same", "stick+stick")
     assert (stop.t, path.final[0]) == (pytest.approx(5), pytest.approx(2.5))
+
+
+def _body(feet, normals):
+    """Return a body whose feet, points of it, stand on planes with these normals, under a weight, a push and a turn."""
+    X, Y, h, U, V, W = sp.symbols("X Y h U V W", real=True)
+    P, M = sp.symbols("P M", real=True)
+    N, F, f = (sp.symbols(f"{name}1:{len(feet) + 1}", real=True) for name in "NFf")
+    at = [(X + a * sp.cos(h) - b * sp.sin(h), Y + a * sp.sin(h) + b * sp.cos(h)) for a, b in feet]
+    gaps = [(x - a) * n + (y - b) * m for (x, y), (a, b), (n, m) in zip(at, feet, normals, strict=True)]
+    ends = [x * m - y * n for (x, y), (n, m) in zip(at, normals, strict=True)]
+    pairs = [*zip(gaps, N, strict=True), *zip(ends, F, strict=True)]
+    rates = {X: U, Y: V, h: W}
+    loads = zip((X, Y, h), (U, V, W), (P, -1, M), strict=True)
+    rates |= {v: sum(e.diff(q) * u for e, u in pairs) + load for q, v, load in loads}
+
+    def rate(expr):
+        return sum(expr.diff(q) * r for q, r in rates.items())
+
+    contacts = (ap.Friction(rate(e), F, N, f, gap=g, normal=N, constraint=rate(rate(g)))
+                for e, g, F, N, f in zip(ends, gaps, F, N, f, strict=True))  # fmt: skip
+    return ap.System.with_frictions(rates, {}, contacts), dict.fromkeys((X, Y, h, U, V, W), 0)
+
+
+@pytest.mark.parametrize("normals", [[(0, 1)] * 4, [(sp.Rational(3, 5), sp.Rational(4, 5)), (0, 1)] * 2, [(0, 1)] * 5])
+def test_a_body_on_many_feet_rests_where_a_linear_program_finds_forces_that_hold_it(normals):
+    feet = [(sp.Rational(k), 0) for k in range(len(normals))]
+    body, start = _body(feet, normals)
+    frictions = [sp.Rational(k % 3 + 1, 4) for k in range(len(feet))]
+    rows = np.array([[n for n, _ in normals] + [m for _, m in normals],
+                     [m for _, m in normals] + [-n for n, _ in normals],
+                     [a * m for (a, _), (_, m) in zip(feet, normals, strict=True)]
+                     + [-a * n for (a, _), (n, _) in zip(feet, normals, strict=True)]], float)  # fmt: skip
+    cone = np.vstack([np.hstack([-np.diag([*map(float, frictions)]), s * np.eye(len(feet))]) for s in (1, -1)])
+    for push, turn in ((0, 1), (0, 0), ("1/4", 2), ("1/2", 3), ("3/4", 2), (-2, 1), (0, -1)):
+        values = {f"f{k + 1}": f for k, f in enumerate(frictions)} | {"P": push, "M": turn}
+        load = -np.array([float(sp.Rational(push)), -1, turn])
+        bounds = [(0, None)] * len(feet) + [(None, None)] * len(feet)
+        rests = linprog([0] * (2 * len(feet)), cone, [0] * len(cone), rows, load, bounds).success
+        try:
+            path = ap.solve(ap.Scene(system=body, values=values, start=start, until="1/100"))
+            assert (path.modes == ("+".join(["stick"] * len(feet)),) and path.final == path.scene.start) is rests
+        except UnboundedReaction:
+            assert not rests
+
+
+def test_a_slide_in_two_guides_slips_as_their_resultant_says():
+    X, Y, h, U, V, W, N1, N2, F1, F2 = sp.symbols("X Y h U V W N1 N2 F1 F2", real=True)
+    P, at = sp.Symbol("P"), [(X + side * sp.cos(h), Y + side * sp.sin(h)) for side in (1, -1)]
+    turning = sum(N * y.diff(h) + F * x.diff(h) for (x, y), N, F in zip(at, (N1, N2), (F1, F2), strict=True))
+    rates = {X: U, Y: V, h: W, U: F1 + F2 + P, V: N1 + N2 - 1, W: 12 * turning}
+
+    def rate(expr):
+        return sum(expr.diff(q) * r for q, r in rates.items())
+
+    guides = [ap.Friction(rate(x), F, N, sp.S.Half, normal=N, constraint=rate(rate(y)))
+              for (x, y), N, F in zip(at, (N1, N2), (F1, F2), strict=True)]  # fmt: skip
+    slide = ap.System.with_frictions(rates, {}, guides)
+    for push, way in (("1/4", 0), ("1/2", 0), ("3/4", 1 / 8)):
+        path = ap.solve(ap.Scene(system=slide, values={"P": push}, start=dict.fromkeys((X, Y, h, U, V, W), 0), until=1))
+        assert path.final[0] == pytest.approx(way, abs=1e-9)
 
 
 def test_a_joint_at_rest_keeps_its_angle_where_the_time_alone_makes_another_contact_slip():
