@@ -215,22 +215,6 @@ def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Sol
     return Solved(forces, abs(math.prod(rows[j][j + 1] for j in range(size))))
 
 
-def independent(equations: list[tuple], numbers: Numbers) -> list[int]:
-    """Return the places of equations of which all others are combinations, but for their constants."""
-    left, found = dict(enumerate(equations)), []
-    for j in range(1, len(equations[0])):
-        pivot = max(left, key=lambda i: abs(left[i][j]), default=0)
-        largest = max(map(abs, equations[pivot][1:]))
-        if not left or abs(left[pivot][j]) <= 1e-30 * largest:
-            continue
-        if abs(left[pivot][j]) <= numbers.singular * largest:
-            raise Unclear
-        row = left.pop(pivot)
-        found.append(pivot)
-        left = {i: tuple(a - r[j] / row[j] * b for a, b in zip(r, row, strict=True)) for i, r in left.items()}
-    return found
-
-
 def row_at(row: tuple, forces: tuple) -> Any:
     """Return the value of a row of a point at (1, *forces)."""
     return sum(a * b for a, b in zip(row, forces, strict=True))

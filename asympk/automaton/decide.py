@@ -358,8 +358,8 @@ def _standing(
     """Return a branch in which all stands still on contacts that have more forces than equations, or None."""
     if system.time is not None or any(kind == "slip_onset" for kind, _ in lost):
         return None
-    for branch in tried:
-        if len(branches.at_rest(branch)) > 1 and not any(phase.velocity for phase in branch):
+    for branch in branches.most_at_rest(b for b in tried if not any(phase.velocity for phase in b)):
+        if len(branches.at_rest(branch)) > 1:
             loose = solved_forces(system, branch, points[0], numbers) is None
             if loose and stands_still(system, branch, places, points, numbers):
                 return tuple(phase._replace(still=phase != OPEN) for phase in branch)

@@ -5,13 +5,13 @@ Where E is singular they are not determined, but a system without an explicit ti
 
     E u + e = 0,    |F_k| <= static_k N_k,    all rates 0.
 
-If some u do this, then one of finitely many corners does, at which as many of the inequalities are equations as E leaves
-dimensions open (Lemma 10). They are tried one by one.
+If some u do this, then one of finitely many corners does, at which as many of the inequalities are equations as these
+leave dimensions open (Lemma 10). The criss-cross method finds one: each inequality is affine in those of a corner, and
+the first that does not hold is exchanged for the first of these that can mend it. If none can, there is no such u.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
-from itertools import combinations
 
 import sympy as sp
 
@@ -19,16 +19,16 @@ from asympk.automaton.contacts import (
     ContactPoint,
     Numbers,
     Place,
+    Unclear,
     contact_equations,
     contact_formulas,
-    eliminated,
     in_forces,
-    independent,
     linear_rows,
-    row_at,
 )
 from asympk.symbolic.branches import Branch
 from asympk.symbolic.system import System
+
+Table = list[tuple]  # rows in the columns 1, u: a row exchanged for a column is the unknown of that
 
 
 def stands_still(
@@ -39,25 +39,64 @@ def stands_still(
     The points are those of the places, of which the first is the state itself and the others what rounding makes of it.
     """
     unknowns = contact_formulas(system)[1]
-    equations = [contact_equations(system, branch, point) for point in points]
-    cones = [_cone(system, branch, point) for point in points]
     rates = [linear_rows(place.values(system, _rates(system)), unknowns) for place in places]
-    kept = independent(equations[0], numbers)
-    zeros = [[row for k, row in enumerate(e) if k not in kept] + r for e, r in zip(equations, rates, strict=True)]
-    for edges in combinations(range(len(cones[0])), len(unknowns) - len(kept)):
-        rows = ([e[k] for k in kept] + [c[k] for k in edges] for e, c in zip(equations, cones, strict=True))
-        corners = [eliminated(r, unknowns, numbers) for r in rows]
-        if None not in corners:
-            forces = [(1, *corner.forces.values()) for corner in corners if corner]
-            if not any(_signs(zeros, forces, numbers)) and -1 not in _signs(cones, forces, numbers):
-                return True
+    zeros = [contact_equations(system, branch, p) + r for p, r in zip(points, rates, strict=True)]
+    tables = [z + _cone(system, branch, p) for z, p in zip(zeros, points, strict=True)]
+    equations, cone = range(len(zeros[0])), range(len(zeros[0]), len(tables[0]))
+    columns = range(1, 1 + len(unknowns))
+    tables, solved = _without(tables, equations, columns, numbers)
+    if any(_sign(tables, i, 0, numbers) for i in equations if i not in solved.values()):
+        return False
+    tables, corner = _without(tables, cone, [j for j in columns if j not in solved], numbers)
+    return _has_corner(tables, {i: i for i in cone if i not in corner.values()}, corner, numbers)
+
+
+def _without(
+    tables: list[Table], rows: Collection[int], columns: Collection[int], numbers: Numbers
+) -> tuple[list[Table], dict[int, int]]:
+    """Return the tables with rows exchanged for columns as far as they depend on these, and which for which."""
+    found: dict[int, int] = {}
+    for j in columns:
+        left = [i for i in rows if i not in found.values()]
+        pivot = max(left, key=lambda i: abs(tables[0][i][j]), default=None)
+        if pivot is not None and not _vanishes(tables[0][pivot], j, numbers):
+            tables, found[j] = [_exchanged(table, pivot, j) for table in tables], pivot
+    return tables, found
+
+
+def _vanishes(row: tuple, j: int, numbers: Numbers) -> bool:
+    size, largest = abs(row[j]), max(map(abs, row[1:]))
+    if 1e-30 * largest < size <= numbers.singular * largest:
+        raise Unclear
+    return size <= 1e-30 * largest
+
+
+def _has_corner(tables: list[Table], basic: dict[int, int], corner: dict[int, int], numbers: Numbers) -> bool:
+    """Tell whether all inequalities hold somewhere; ``basic`` and ``corner`` number those of the rows and columns."""
+    tried: set[frozenset] = set()
+    while frozenset(corner.values()) not in tried:
+        tried.add(frozenset(corner.values()))
+        i = next((i for i in sorted(basic, key=basic.__getitem__) if _sign(tables, i, 0, numbers) < 0), None)
+        if i is None:
+            return True
+        j = next((j for j in sorted(corner, key=corner.__getitem__) if _sign(tables, i, j, numbers) > 0), None)
+        if j is None:
+            return False
+        tables = [_exchanged(table, i, j) for table in tables]
+        basic[i], corner[j] = corner[j], basic[i]
     return False
 
 
-def _signs(rows: Sequence[Sequence[tuple]], forces: Sequence[tuple], numbers: Numbers) -> Iterable[int]:
-    """Yield the signs of rows, which are given for every place, at the forces there."""
-    for by_place in zip(*rows, strict=True):
-        yield numbers.decided_sign([row_at(row, f) for row, f in zip(by_place, forces, strict=True)])
+def _sign(tables: list[Table], i: int, j: int, numbers: Numbers) -> int:
+    return numbers.decided_sign([table[i][j] for table in tables])
+
+
+def _exchanged(table: Table, i: int, j: int) -> Table:
+    """Return a table whose column j is the value of row i, and whose row i is the unknown that was column j."""
+    pivot = table[i][j]
+    own = tuple((1 if k == j else -a) / pivot for k, a in enumerate(table[i]))
+    rows = ([(m != j) * a + row[j] * b for m, (a, b) in enumerate(zip(row, own, strict=True))] for row in table)
+    return [own if k == i else tuple(row) for k, row in enumerate(rows)]
 
 
 def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
