@@ -78,6 +78,10 @@ def linear(system: System) -> Linear:
     if system.friction is None or system.small is None:
         raise NotDerivable(f"{len(system.frictions)} frictions, small parameter {system.small}: a jump is derived for "
                            f"one friction and a small parameter; {IN_NUMBERS}")  # fmt: skip
+    if system.time is not None and sp.Tuple(*system.slow.values(), *system.fast.values(), *_law(system.friction)).has(
+        system.time
+    ):
+        raise NotDerivable(f"the time {system.time} is in the system: a jump is derived without; {IN_NUMBERS}")
     z = system.friction.velocity
     slow = [v for v in system.modes[0].slow if v != z]
     fast = list(system.modes[0].fast)
@@ -96,6 +100,10 @@ def linear(system: System) -> Linear:
     )
     _require_load(found)
     return found
+
+
+def _law(friction):
+    return friction.velocity, friction.load, friction.kinetic, friction.static
 
 
 def _affine(expr, states):

@@ -320,7 +320,8 @@ def _spans(name, edges, sample, opens):
         if holds:
             steps = [*run]
             spans.append(_span(steps[0], steps[-1], borders))
-    return tuple(spans)
+    # where static and kinetic friction are one the sample between them stands for nothing
+    return tuple(s for s in spans if s.start != s.end or (s.closed_start and s.closed_end))
 
 
 def _holds(name, sample, load):

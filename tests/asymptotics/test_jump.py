@@ -308,6 +308,20 @@ def test_systems_without_a_jump_are_refused():
         jump_map(cubic)
 
 
+def test_a_system_whose_rates_contain_the_time_has_no_jump_map_in_symbols():
+    # the time that a layer takes would be missing from the order 2 on; a time that nothing depends on is none
+    time, force = sp.symbols("t F")
+
+    def driven(drive):
+        return System.with_friction({x: y}, {y: 1 - 2 * (x + y) + force + drive}, velocity={z: 1 - x - y + force},
+                                    force=force, load=x + y, kinetic=3, small=mu, time=time)  # fmt: skip
+
+    for drive in (time, sp.exp(time)):
+        with pytest.raises(NotDerivable, match=r"the time t is in the system.*solve\(scene, method='jump'"):
+            jump_map(driven(drive))
+    assert str(jump_map(driven(0), order=0).z) == "O(mu L)"
+
+
 def test_an_unknown_symbol_in_the_start_is_refused():
     with pytest.raises(ap.errors.InputError, match="q is not a state or parameter of start"):
         jump_map(SYSTEM, 0, {sp.Symbol("q"): 1})

@@ -44,6 +44,16 @@ def test_stick_up_and_down_cover_the_plane_once():
         assert np.array_equal(np.sum(parts, axis=0), np.ones_like(s))
 
 
+def test_where_static_and_kinetic_friction_are_one_nothing_is_ambiguous():
+    x, y, z, force = sp.symbols("x y z F")
+    system = ap.System.with_friction({x: y}, {y: 1 - 2 * (x + y) + force}, velocity={z: 1 - (x + y) + force},
+                                     force=force, load=x + y, kinetic=3, small=sp.Symbol("mu"))  # fmt: skip
+    regions = ap.stick_regions(system)
+    assert not any(cell.spans for cell in regions.ambiguous.cells)
+    assert str(regions.ambiguous) == "nowhere"
+    assert sum(len(cell.spans) for cell in regions.stick.cells) == 2
+
+
 def test_at_the_edges_the_force_is_exactly_the_static_one():
     for edge in REGIONS.edges:
         assert sp.cancel((1 - edge) ** 2 - (pk.sigma0 + 2) ** 2 * edge**2) == 0
