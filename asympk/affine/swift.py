@@ -14,7 +14,7 @@ from asympk.affine.forcing import value
 from asympk.affine.form import exact_values
 from asympk.arithmetic import Doubles
 from asympk.errors import InputError
-from asympk.symbolic.branches import Branch, Phase, most_at_rest
+from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest
 
 _ZERO, _CLEAR = 1e-13, 1e-11
 _ORDERS = 3
@@ -88,7 +88,9 @@ class Swift:
             return None
 
     def _table(self, candidates, zeros):
-        """Return the ``GuardTable`` of branches, or None where one cannot be told by rows."""
+        """Return the ``GuardTable`` of branches, or None where one cannot be told by rows, as a rest on more forces."""
+        if not all(determined(self.system, branch) for branch in candidates if not any(p.velocity for p in branch)):
+            return None
         kept, waves, rows, kinds = [], set(), [], []
         for branch in candidates:
             if not (found := self.entered(branch)):

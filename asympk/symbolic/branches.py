@@ -82,7 +82,7 @@ def named_branches(system: "System") -> Iterator[Branch]:
     """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
     asked = _asks_for_signs(system)
     choices = (_choices(friction, asked) for friction in system.frictions)
-    return (branch for branch in product(*choices) if _determined(system, branch))
+    return (branch for branch in product(*choices) if determined(system, branch))
 
 
 def _asks_for_signs(system: "System") -> bool:
@@ -113,13 +113,13 @@ def telling(system: "System") -> Iterator[Branch]:
     for k, choice in enumerate(choices):
         for phase in choice:
             branch = (*first[:k], phase, *first[k + 1 :])
-            if branch != first and _determined(system, branch):
+            if branch != first and determined(system, branch):
                 yield branch
 
 
 def _is_redundant(system: "System", branch: Branch) -> bool:
     """Tell whether several rigid contacts have more reactions than equations, in symbols."""
-    return sum(f.constraint is not None for f in system.frictions) > 1 and not _determined(system, branch)
+    return sum(f.constraint is not None for f in system.frictions) > 1 and not determined(system, branch)
 
 
 def _choices(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:
@@ -139,7 +139,7 @@ def all_phases(friction: "Friction") -> tuple[Phase, ...]:
     return (*closed, *([OPEN] if friction.gap is not None else []))
 
 
-def _determined(system: "System", branch: Branch) -> bool:
+def determined(system: "System", branch: Branch) -> bool:
     unknowns, matrix, _ = _equations(system, branch)
     return not unknowns or sp.cancel(matrix.det()) != 0
 

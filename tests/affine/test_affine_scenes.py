@@ -422,3 +422,18 @@ def test_two_blocks_that_move_in_symmetry_stop_together(sides):
     x, _, v, _ = path.final
     assert path.final == pytest.approx((x, sides[0] * sides[1] * x, v, sides[0] * sides[1] * v), abs=1e-15)
     assert (x, v) == pytest.approx(single.final)
+
+
+def test_a_mass_in_two_brakes_rests_up_to_the_sum_of_their_static_bounds_however_often_it_is_asked():
+    x, v, F, G = sp.symbols("x v F G", real=True)
+    kinetic, bounds = sp.S.Half, ((F, 1), (G, 2))
+    pads = [ap.Friction(velocity=v, force=force, load=load, kinetic=kinetic, static=1) for force, load in bounds]
+    brake = ap.System.with_frictions({x: v, v: -x + F + G}, {}, pads)
+    for place in (0, 1, 2, 3, 3, "5/2", 3):
+        path = ap.solve(ap.Scene(system=brake, values={}, start={"x": place, "v": 0}, until=4))
+        assert path.modes == ("stick+stick",)
+        assert path.final == path.scene.start
+    places = np.linspace(-4, 4, 33)
+    ends = np.where(abs(places) <= 3, places, 3 * np.sign(places) - places)
+    many = ap.solve_many(system=brake, values={}, start={"x": places, "v": 0}, until=4)
+    assert many.final[0] == pytest.approx(ends, abs=1e-12)
