@@ -7,7 +7,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
-from asympk.mechanics.tidy import vanishes
+from asympk.mechanics.tidy import cofactors, vanishes
 from asympk.symbolic.reading import as_floats, require_names
 
 _OFF = 1e-6  # relative to coordinates and rates: numbers rounded by hand are still a closed contact
@@ -75,7 +75,7 @@ def _check_mass(mass: sp.ImmutableMatrix) -> None:
                     f"mass is not symmetric: entry ({i + 1}, {j + 1}) is {mass[i, j]!s:.40}, "
                     f"entry ({j + 1}, {i + 1}) is {mass[j, i]!s:.40}"
                 )
-    if vanishes(mass.det(method="berkowitz")):
+    if vanishes(cofactors(mass)[1]):
         raise InputError("mass is singular, its determinant is 0; give every coordinate inertia, or eliminate it")
     diagonal = any(mass[k, k].is_nonpositive for k in range(mass.rows))
     if diagonal or (not mass.free_symbols and not mass.is_positive_definite):

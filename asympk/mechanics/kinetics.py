@@ -12,7 +12,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import expanded_determinant, tidy
+from asympk.mechanics.tidy import LONG, cofactors, expanded_determinant, tidy
 from asympk.symbolic.reading import spare
 
 
@@ -59,7 +59,8 @@ class Kinetics:
     @cached_property
     def _undivided(self) -> sp.Matrix:
         """G times det M."""
-        return (self.directions * self._adjugate * self.directions.T).applyfunc(sp.expand)
+        found = self.directions * self._adjugate * self.directions.T
+        return found if self._long else found.applyfunc(sp.expand)
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
@@ -78,18 +79,29 @@ class Kinetics:
 
         The border has no fractions; of G's the products are long, and SymPy may expand them for ever.
         """
+        if self._long:
+            return self.delassus[0, 0] * self.delassus[1, 1] - self.delassus[0, 1] ** 2
         border = sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
         return tidy(tidy(expanded_determinant(border)) / self._inertia)
 
     @cached_property
     def _adjugate(self) -> sp.Matrix:
         """det M times M^-1."""
-        return self.mass.adjugate()
+        return self._cofactors[0] if self._long else self.mass.adjugate()
 
     @cached_property
     def _inertia(self) -> sp.Expr:
         """det M."""
-        return tidy(expanded_determinant(self.mass))
+        return self._cofactors[1] if self._long else tidy(expanded_determinant(self.mass))
+
+    @cached_property
+    def _cofactors(self) -> tuple[sp.Matrix, sp.Expr]:
+        return cofactors(self.mass)
+
+    @cached_property
+    def _long(self) -> bool:
+        """Whether the mass matrix is one whose products are not expanded."""
+        return self._cofactors[1].count_ops() > LONG
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""

@@ -5,7 +5,7 @@ are expanded first, so either form is unique and vanishes only with the expressi
 """
 
 from collections.abc import Iterator
-from functools import lru_cache, reduce
+from functools import cache, lru_cache, reduce
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
@@ -34,6 +34,22 @@ def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
     polynomials = DomainMatrix.from_Matrix(matrix.xreplace(functions))
     found = polynomials.domain.to_sympy(polynomials.det())
     return sp.expand(found.xreplace({name: f for f, name in functions.items()}))
+
+
+def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
+    """Return (adjugate, determinant), minors within minors, which are not expanded: n of them share all the others."""
+
+    @cache
+    def minor(rows: tuple[int, ...], columns: tuple[int, ...]) -> sp.Expr:
+        if not rows:
+            return sp.S.One
+        kept = [(k, matrix[rows[0], c]) for k, c in enumerate(columns) if matrix[rows[0], c] != 0]
+        return sp.Add(*((-1) ** k * e * minor(rows[1:], columns[:k] + columns[k + 1 :]) for k, e in kept))
+
+    every = tuple(range(matrix.rows))
+    but = [every[:k] + every[k + 1 :] for k in every]
+    adjugate = sp.Matrix([[(-1) ** (i + j) * minor(but[j], but[i]) for j in every] for i in every])
+    return adjugate, minor(every, every)
 
 
 def vanishes(expr: sp.Expr) -> bool:
