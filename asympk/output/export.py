@@ -19,7 +19,7 @@ from asympk.naming import named
 from asympk.numbers import known_order
 from asympk.storage.files import write_text
 from asympk.symbolic.branches import heavy
-from asympk.symbolic.expansion import fast_jacobian, is_implicit
+from asympk.symbolic.expansion import fast_jacobian, is_implicit, one_side
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifold, slow_manifolds
 from asympk.symbolic.reading import spare
@@ -113,10 +113,14 @@ def _coefficients(m, system, order):
     if not _is_long(m.dynamics):
         found = replace(m, order=order).coefficients
         return (), [tuple(c.values()) if isinstance(c, sp.Dict) else (c,) for c in found]
-    parameters = tuple(p for p in system.parameters if p != m.small)
-    definitions, found = formulas(m.dynamics, m.small, parameters, order).series
-    count = len(m.branch)
-    return definitions, [found[k : k + count] for k in range(0, len(found), count)]
+    mode, count = m.dynamics, len(m.branch)
+    signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
+    one_sided = replace(mode, slow=one_side(mode.slow, signs), fast=one_side(mode.fast, signs))
+    parameters = (*(p for p in system.parameters if p != m.small), *signs)
+    definitions, found = formulas(one_sided, m.small, parameters, order).series
+    used = sp.Tuple(*(e for _, e in definitions)).free_symbols
+    taken = [(s, sp.Abs(on := q.subs(m.branch)) / on) for s, q in signs.items() if s in used]
+    return (*taken, *definitions), [found[k : k + count] for k in range(0, len(found), count)]
 
 
 def _is_long(mode):

@@ -74,10 +74,10 @@ def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, 
 def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansion:
     """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
     signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
-    mode = replace(mode, slow=_one_side(mode.slow, signs), fast=_one_side(mode.fast, signs))
+    mode = replace(mode, slow=one_side(mode.slow, signs), fast=one_side(mode.fast, signs))
     slow, fast = tuple(mode.slow), tuple(mode.fast)
     on_branch = {s: q.subs(branch) for s, q in signs.items()}
-    branch = dict(_one_side(branch, signs))
+    branch = dict(one_side(branch, signs))
     implicit = is_implicit(branch)
     named = implicit or not _atoms(branch.values()) <= _atoms([*mode.slow.values(), *mode.fast.values(), *slow])
     over = over_fast(mode, small, branch)
@@ -100,7 +100,7 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     return Expansion(ring, height, flow, branch if named else {}, on_branch)
 
 
-def _one_side(rates, signs):
+def one_side(rates, signs):
     """Put s q for |q| and s for sign(q): an expansion with a constant s in it is that on both sides of q = 0."""
     known = {k: v for s, q in signs.items() for k, v in put_sign(q, s).items()}
     return sp.Dict({x: sp.sympify(rate, strict=True).subs(known) for x, rate in rates.items()})

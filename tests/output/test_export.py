@@ -86,6 +86,22 @@ def test_straight_line_code_gives_the_coefficients_of_the_series():
             assert all(abs(a - b) < 1e-12 * (1 + abs(b)) for a, b in pairs)
 
 
+def test_straight_line_code_takes_the_sign_of_the_velocity_from_its_argument():
+    # a long Stribeck law, whose manifold of order 0 is known: the load is (1 + rate) / (2 + f (1 + exp(-|z|)))
+    x, y, z, q, f, small, force = sp.symbols("x y z q f mu F", real=True)
+    rate = sum(sp.sin(k * q) * sp.exp(-k * x) for k in range(1, 12))
+    kinetic = f * (1 + sp.exp(-sp.Abs(z)))
+    system = ap.System.with_friction({x: y, q: z}, {y: 1 + rate - 2 * (x + y) + force}, velocity={z: 1 - x - y + force},
+                                     force=force, load=x + y, kinetic=kinetic, static=3 * f, small=small)  # fmt: skip
+    series = next(f for f in module_functions(system, order=1) if f.name == "Pi1_series")
+    written = lower(series.args, series.values, "math", branching=True, definitions=series.definitions)
+    for velocity in (0.7, -0.7):
+        place = {"x": 0.3, "q": 0.4, "z": velocity, "f": 0.5}
+        (value, _), at = written(*(place[a.name] for a in series.args)), {x: 0.3, q: 0.4}
+        load = (1 + rate.subs(at)) / (2 + 0.5 * (1 + math.exp(-0.7)))
+        assert value == pytest.approx(float(load) - 0.3)
+
+
 @pytest.mark.slow
 def test_the_slow_manifold_of_an_arm_is_written_and_its_residual_is_of_the_order_that_is_omitted(tmp_path):
     system, order = arm.system(), 2
