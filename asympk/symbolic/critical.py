@@ -15,7 +15,7 @@ from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHype
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.branches import heavy
-from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, over_fast
+from asympk.symbolic.expansion import by_powers, fast_jacobian, is_long, is_zero, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.signs import conjunction, nonzero
@@ -235,7 +235,9 @@ def _located(part, states, assumptions):
     """Reduce one condition of a mode on the manifold, the sign of the parameters told from that of the states."""
     if not isinstance(part, (sp.StrictGreaterThan, sp.StrictLessThan)):
         return part
-    parameters, rest = sp.factor(part.gts - part.lts).as_independent(*states, as_Add=False)
+    if is_long(difference := part.gts - part.lts):
+        return part
+    parameters, rest = sp.factor(difference).as_independent(*states, as_Add=False)
     cases = (conjunction([(parameters, sign), (rest, sign)], assumptions) for sign in (1, -1))
     return sp.Or(*cases)
 

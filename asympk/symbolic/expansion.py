@@ -24,7 +24,7 @@ from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
-LONG = 200  # operations of rates that are not rational, from which on a coefficient has a hundred thousand
+LONG = 200  # operations of what is not rational; from as many on a coefficient has a hundred thousand
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +50,14 @@ def is_implicit(branch: sp.Dict) -> bool:
     return all(y == h for y, h in branch.items())
 
 
+def is_long(expr: sp.Basic) -> bool:
+    """Tell whether an expression is no rational one and too long to be factored or expanded in a series."""
+    return heavy(expr) and expr.count_ops() > LONG
+
+
 def require_short(mode: Mode, order: int) -> None:
     """Raise ``NotDerivable`` for coefficients beyond order 0 that would be too long to be written."""
-    rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
-    if order and heavy(rates) and rates.count_ops() > LONG:
+    if order and is_long(sp.Tuple(*mode.slow.values(), *mode.fast.values())):
         raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
                            "export writes them, and solve(scene, method='slow', order=n) uses them")  # fmt: skip
 

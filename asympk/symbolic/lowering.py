@@ -121,8 +121,11 @@ def lower(
     and, unless ``branching``, for what branches, such as a Piecewise.
     """
     target = named("target", target, _PRINTERS)
-    args, (outputs, keys, single), definitions = _arguments(args), _outputs(expr), tuple(definitions)
-    known = {*args, *(symbol for symbol, _ in definitions)}
+    args, (outputs, keys, single) = _arguments(args), _outputs(expr)
+    definitions, known = _definitions(definitions), {*args}
+    for symbol, e in definitions:
+        _check(e, args, known, branching)
+        known.add(symbol)
     for output in (*outputs, *(e for _, e in definitions)):
         _check(output, args, known, branching)
         if target != "mpmath" and any(abs(n) >= _LARGEST for n in output.atoms(sp.Rational)):
@@ -344,6 +347,15 @@ def _outputs(expr):
     if isinstance(expr, list | tuple | sp.Tuple):
         return tuple(expression(f"expr[{k}]", value) for k, value in enumerate(expr)), None, False
     return (expression("expr", expr),), None, True
+
+
+def _definitions(given):
+    """Read pairs of a symbol and an expression."""
+    pairs = [entries_of("definitions", pair, "pairs of a Symbol and an expression") for pair in
+             entries_of("definitions", given, "pairs of a Symbol and an expression")]  # fmt: skip
+    if wrong := next((p for p in pairs if len(p) != 2 or not isinstance(p[0], sp.Symbol)), None):
+        raise InputError(f"definitions: {short(wrong)} is no pair of a Symbol and an expression")
+    return tuple((symbol, expression(f"definitions[{symbol}]", e)) for symbol, e in pairs)
 
 
 def _check(expr, args, known, branching):

@@ -206,3 +206,14 @@ def test_the_slow_manifold_loses_no_digit_where_the_textbook_root_loses_half():
     with mpmath.workdps(50):
         exact = lower(args, plane.closed, "mpmath")("1e-12", 1, 2)
     assert math.isclose(lower(args, plane.closed, "math")(1e-12, 1, 2), exact, rel_tol=4e-16)
+
+
+A, B = sp.symbols("A B")
+WRONG = [[(A, B + 1), (B, x)], {A: x}, "q", 5, [(A,)], [(1, x)], [("A", x)], [(A, A)], [(A, 0.5)]]
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_definitions_that_are_no_pairs_or_look_ahead_are_refused(wrong):
+    assert lower((x,), A + 1, "math", definitions=[(B, x), (A, B + 1)])(2) == 4
+    with pytest.raises(InputError):
+        lower((x,), A + 1, "c", definitions=wrong)
