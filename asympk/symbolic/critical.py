@@ -15,13 +15,14 @@ from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHype
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.branches import heavy
-from asympk.symbolic.expansion import by_powers, fast_jacobian, is_long, is_zero, over_fast
+from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
+MOST = 8  # sines and other functions in what is factored: with more it may not end
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2)
 }  # fmt: skip
@@ -235,7 +236,7 @@ def _located(part, states, assumptions):
     """Reduce one condition of a mode on the manifold, the sign of the parameters told from that of the states."""
     if not isinstance(part, (sp.StrictGreaterThan, sp.StrictLessThan)):
         return part
-    if is_long(difference := part.gts - part.lts):
+    if len((difference := part.gts - part.lts).atoms(sp.Function)) > MOST:
         return part
     parameters, rest = sp.factor(difference).as_independent(*states, as_Add=False)
     cases = (conjunction([(parameters, sign), (rest, sign)], assumptions) for sign in (1, -1))

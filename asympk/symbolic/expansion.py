@@ -12,6 +12,7 @@ dy/dx = -g_y^-1 g_x, and takes its value only when a coefficient is asked for. A
 takes it: its coefficients are rational in x and the branch's value y, in y alone where g = 0 is x = phi(y).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import factorial, prod
@@ -24,7 +25,7 @@ from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
-LONG = 200  # operations of what is not rational; from as many on a coefficient has a hundred thousand
+LONG = 200  # operations of rates that are not rational, from which on a coefficient has a hundred thousand
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +51,10 @@ def is_implicit(branch: sp.Dict) -> bool:
     return all(y == h for y, h in branch.items())
 
 
-def is_long(expr: sp.Basic) -> bool:
-    """Tell whether an expression is no rational one and too long to be factored or expanded in a series."""
-    return heavy(expr) and expr.count_ops() > LONG
-
-
 def require_short(mode: Mode, order: int) -> None:
     """Raise ``NotDerivable`` for coefficients beyond order 0 that would be too long to be written."""
-    if order and is_long(sp.Tuple(*mode.slow.values(), *mode.fast.values())):
+    rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
+    if order and heavy(rates) and rates.count_ops() > LONG:
         raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
                            "export writes them, and solve(scene, method='slow', order=n) uses them")  # fmt: skip
 
@@ -104,7 +101,7 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
     return Expansion(ring, height, flow, branch if named else {}, on_branch)
 
 
-def one_side(rates, signs):
+def one_side(rates: Mapping, signs: Mapping[sp.Symbol, sp.Expr]) -> sp.Dict:
     """Put s q for |q| and s for sign(q): an expansion with a constant s in it is that on both sides of q = 0."""
     known = {k: v for s, q in signs.items() for k, v in put_sign(q, s).items()}
     return sp.Dict({x: sp.sympify(rate, strict=True).subs(known) for x, rate in rates.items()})
