@@ -69,6 +69,13 @@ class Numbers(NamedTuple):
             raise Unclear
         return 1 if first > 0 else -1
 
+    def is_singular(self, pivot: Any, row: Sequence) -> bool:
+        """Tell whether a pivot, its sign aside, is the rounding of its row's largest entry."""
+        largest = max(map(abs, row))
+        if 1e-30 * largest < abs(pivot) <= self.singular * largest:
+            raise Unclear
+        return abs(pivot) <= 1e-30 * largest
+
 
 class Place(NamedTuple):
     """A time, a state and the parameters as numbers of one kind."""
@@ -113,25 +120,26 @@ def _nudged(t: Any, state: tuple, signs: tuple, slack: Any) -> tuple:
 @lru_cache(maxsize=64)
 def contact_formulas(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
     """Return (expressions, unknown forces, which frictions have a normal) of a point, in a flat order."""
-    unknowns, found, normals = [], [], []
-    for k, f in enumerate(system.frictions):
-        unknowns.append(f.force)
-        if f.normal is not None:
-            unknowns.append(f.normal)
-            normals.append(k)
+    unknowns, found = _unknowns(system), []
+    normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     for f in system.frictions:
         reaction = f.load.diff(f.normal) if f.constraint is not None else sp.S.Zero
         found += [f.velocity, f.load.subs(zero), reaction, f.kinetic, f.static, sp.S.Zero if f.gap is None else f.gap]
     rows = in_forces(system, (*(branches.velocity_rate(system, f) for f in system.frictions), *_reactions(system)))
-    return (*_calm(system, found), *rows), tuple(unknowns), tuple(normals)
+    return (*_calm(system, found), *rows), unknowns, normals
 
 
 def in_forces(system: System, exprs: Iterable[sp.Expr]) -> tuple[sp.Expr, ...]:
     """Return the rows of expressions that are linear in the forces, one after the other: constant and coefficients."""
-    unknowns = [u for f in system.frictions for u in (f.force, f.normal) if u is not None]
+    unknowns = _unknowns(system)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     return _calm(system, [e for row in exprs for e in (row.subs(zero), *(row.diff(u) for u in unknowns))])
+
+
+def _unknowns(system):
+    """Return the forces, each before the normal of its contact."""
+    return tuple(u for f in system.frictions for u in (f.force, f.normal) if u is not None)
 
 
 def _calm(system, exprs):
@@ -197,15 +205,12 @@ def _unit(place: int, size: int) -> tuple:
 def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Solved | None:
     """Solve as many linear equations as unknowns by elimination, or return None where they are singular."""
     rows, size = [list(row) for row in equations], len(unknowns)
-    largest = [max(map(abs, row[1:])) for row in equations]
+    given = [[*row[1:]] for row in equations]
     for j in range(1, size + 1):
         pivot = max(range(j - 1, size), key=lambda i: abs(rows[i][j]))
-        left = abs(rows[pivot][j])
-        if left <= 1e-30 * largest[pivot]:
+        if numbers.is_singular(rows[pivot][j], given[pivot]):
             return None
-        if left <= numbers.singular * largest[pivot]:
-            raise Unclear
-        for both in (rows, largest):
+        for both in (rows, given):
             both[j - 1], both[pivot] = both[pivot], both[j - 1]
         for i in range(size):
             if i != j - 1 and rows[i][j] != 0:

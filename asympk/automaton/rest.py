@@ -19,7 +19,6 @@ from asympk.automaton.contacts import (
     ContactPoint,
     Numbers,
     Place,
-    Unclear,
     contact_equations,
     contact_formulas,
     in_forces,
@@ -59,16 +58,9 @@ def _without(
     for j in columns:
         left = [i for i in rows if i not in found.values()]
         pivot = max(left, key=lambda i: abs(tables[0][i][j]), default=None)
-        if pivot is not None and not _vanishes(tables[0][pivot], j, numbers):
+        if pivot is not None and not numbers.is_singular(tables[0][pivot][j], tables[0][pivot][1:]):
             tables, found[j] = [_exchanged(table, pivot, j) for table in tables], pivot
     return tables, found
-
-
-def _vanishes(row: tuple, j: int, numbers: Numbers) -> bool:
-    size, largest = abs(row[j]), max(map(abs, row[1:]))
-    if 1e-30 * largest < size <= numbers.singular * largest:
-        raise Unclear
-    return size <= 1e-30 * largest
 
 
 def _has_corner(tables: list[Table], basic: dict[int, int], corner: dict[int, int], numbers: Numbers) -> bool:
