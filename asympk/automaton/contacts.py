@@ -169,6 +169,11 @@ def linear_rows(values: Sequence, unknowns: tuple) -> list[tuple]:
     return [tuple(values[k : k + width]) for k in range(0, len(values), width)]
 
 
+def gap_row(system: System, k: int, point: ContactPoint) -> tuple:
+    """Return the row of the reaction's equation of a contact: of a rigid one it is g''."""
+    return point.rows[len(system.frictions) + contact_formulas(system)[2].index(k)]
+
+
 def solved_forces(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> Solved | None:
     """Solve for the forces and reactions in numbers, or return None where they are not determined."""
     return eliminated(contact_equations(system, branch, point), contact_formulas(system)[1], numbers)

@@ -31,11 +31,12 @@ from asympk.automaton.contacts import (
     contact_formulas,
     contact_point,
     converted,
+    gap_row,
     row_at,
     solved_forces,
 )
 from asympk.automaton.modes import GuardedMode, mode_of
-from asympk.automaton.rest import stands_still
+from asympk.automaton.rest import has_forces, stands_still
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.symbolic import branches
@@ -92,29 +93,36 @@ def _follow_on(
     phases = [_phases(system, k, before, lost, points, numbers, touching) for k in range(len(system.frictions))]
     _require_few(phases)
     resting = {k for k, choice in enumerate(phases) if any(phase.mode == "stick" for phase in choice)}
-    consistent: dict[Branch, list[int]] = {}
     tried = [*product(*phases)]
     if standing := _standing(system, tried, lost, places, points, numbers):
         return standing
-    require_determined = partial(_require_determined, system, tried, points[0], numbers, t, state)
+    try:
+        return _going_on(system, before, lost, tried, resting, touching, places, points)
+    except (NoMotion, TwoMotions, Undecided):
+        _require_determined(system, tried, resting, touching, places[0], points)
+        raise
+
+
+def _going_on(
+    system: System, before: Branch | None, lost: set, tried: list[Branch], resting: set[int], touching: dict,
+    places: tuple[Place, ...], points: list[ContactPoint],
+) -> Branch:  # fmt: skip
+    """Return the one branch of those ``tried`` that goes on; raises ``NoMotion``, ``TwoMotions`` and ``Undecided``."""
+    consistent: dict[Branch, list[int]] = {}
+    at = places[0]
     for branch in tried:
-        ties = _ties(system, branch, resting, points, numbers, touching, _unloaded(system, before, branch, lost))
-        try:
-            still = None if ties is None else _still(mode_of(system, branch), ties, places, touching)
-        except Undecided:
-            require_determined()
-            raise
+        ties = _ties(system, branch, resting, points, at.numbers, touching, _unloaded(system, before, branch, lost))
+        still = None if ties is None else _still(mode_of(system, branch), ties, places, touching)
         if still is not None:
             consistent[branch] = still
     if len(consistent) > 1:
         onsets = {k for kind, k in lost if kind == "slip_onset"}
-        broken = partial(_breaks_loose, system, resting, points[0], numbers, touching, onsets)
+        broken = partial(_breaks_loose, system, resting, points[0], at.numbers, touching, onsets)
         consistent = {branch: still for branch, still in consistent.items() if not broken(branch)} or consistent
     held = branches.at_rest(before or ()) - {k for _, k in lost}
-    if not (left := branches.most_at_rest(branches.most_at_rest(consistent, held))):
-        require_determined()
-    branch = _chosen(system, {branch: consistent[branch] for branch in left}, t, state, tried)
-    _require_shared(system, branch, consistent[branch], points[0], t, state)
+    left = branches.most_at_rest(branches.most_at_rest(consistent, held))
+    branch = _chosen(system, {branch: consistent[branch] for branch in left}, at.t, at.state, tried)
+    _require_shared(system, branch, consistent[branch], points[0], at.t, at.state)
     return branch
 
 
@@ -309,8 +317,7 @@ def _opening(system: System, k: int, point: ContactPoint, forces: tuple, touchin
         return point.contacts[k].gap
     if k not in touching:
         return abs(point.contacts[k].gap)
-    normals = contact_formulas(system)[2]
-    return 0 if touching[k] else row_at(point.rows[len(system.frictions) + normals.index(k)], forces)
+    return 0 if touching[k] else row_at(gap_row(system, k, point), forces)
 
 
 def _still(mode: GuardedMode, ties: list[int], places: tuple[Place, ...], touching: dict) -> list[int] | None:
@@ -366,13 +373,15 @@ def _standing(
     return None
 
 
-def _require_determined(system: System, tried: list[Branch], point: ContactPoint, numbers: Numbers, *at: Any) -> None:
-    """Refuse a rest in which the forces of contacts are not determined, so that their bounds cannot be tried."""
-    at_rest = (branch for branch in tried if not any(phase.velocity for phase in branch))
-    if branch := next((b for b in at_rest if solved_forces(system, b, point, numbers) is None), None):
-        raise UnboundedReaction(f"the forces of contacts at rest are not determined {_place(system, *at)}: "
+def _require_determined(
+    system: System, tried: list[Branch], resting: set[int], touching: dict, at: Place, points: list[ContactPoint]
+) -> None:
+    """Refuse a branch that some forces agree with and no equations determine, so that its motion cannot be told."""
+    loose = (branch for branch in tried if solved_forces(system, branch, points[0], at.numbers) is None)
+    if branch := next((b for b in loose if has_forces(system, b, resting, touching, points, at.numbers)), None):
+        raise UnboundedReaction(f"the forces of contacts are not determined {_place(system, at.t, at.state)}: "
                                 f"{branches.mode_name(branch)} has more of them than equations; merge contacts, or put "
-                                "compliance between them", *at)  # fmt: skip
+                                "compliance between them", at.t, at.state)  # fmt: skip
 
 
 def _require_shared(

@@ -21,10 +21,11 @@ from asympk.automaton.contacts import (
     Place,
     contact_equations,
     contact_formulas,
+    gap_row,
     in_forces,
     linear_rows,
 )
-from asympk.symbolic.branches import Branch
+from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.system import System
 
 Table = list[tuple]  # rows in the columns 1, u: a row exchanged for a column is the unknown of that
@@ -40,9 +41,29 @@ def stands_still(
     unknowns = contact_formulas(system)[1]
     rates = [linear_rows(place.values(system, _rates(system)), unknowns) for place in places]
     zeros = [contact_equations(system, branch, p) + r for p, r in zip(points, rates, strict=True)]
-    tables = [z + _cone(system, branch, p) for z, p in zip(zeros, points, strict=True)]
+    return _holds_somewhere(zeros, [_cone(system, branch, p) for p in points], numbers)
+
+
+def has_forces(
+    system: System, branch: Branch, resting: Collection[int], touching: Collection[int], points: Sequence[ContactPoint],
+    numbers: Numbers,
+) -> bool:  # fmt: skip
+    """Tell whether some forces agree with a branch, and are in each of its equations.
+
+    ``resting`` contacts have no velocity, ``touching`` ones no gap.
+    """
+    zeros = [contact_equations(system, branch, p) for p in points]
+    if not all(any(row[1:]) for row in zeros[0]):
+        return False
+    cones = [_cone(system, branch, p) + _parting(system, branch, resting, touching, p) for p in points]
+    return _holds_somewhere(zeros, cones, numbers)
+
+
+def _holds_somewhere(zeros: list[Table], cones: list[Table], numbers: Numbers) -> bool:
+    """Tell whether some forces make all rows of the first tables 0 and those of the others not negative."""
+    tables = [z + cone for z, cone in zip(zeros, cones, strict=True)]
     equations, cone = range(len(zeros[0])), range(len(zeros[0]), len(tables[0]))
-    columns = range(1, 1 + len(unknowns))
+    columns = range(1, len(tables[0][0]))
     tables, solved = _without(tables, equations, columns, numbers)
     if any(_sign(tables, i, 0, numbers) for i in equations if i not in solved.values()):
         return False
@@ -92,17 +113,27 @@ def _exchanged(table: Table, i: int, j: int) -> Table:
 
 
 def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
-    """Return the rows that must not be negative: of every contact at rest its load, and how far friction is within."""
+    """Return the rows that must not be negative: of closed contacts the load, of those at rest what friction leaves."""
     unknowns, found = contact_formulas(system)[1], []
     for friction, phase, contact in zip(system.frictions, branch, point.contacts, strict=True):
+        push = [phase.load * contact.reaction * (u == friction.normal) for u in unknowns]
+        load = (phase.load * contact.load, *push)
+        found += [load] if phase != OPEN and contact.reaction else []
         if phase.mode == "stick":
-            push = [phase.load * contact.reaction * (u == friction.normal) for u in unknowns]
-            load = (phase.load * contact.load, *push)
             force = (0, *(int(u == friction.force) for u in unknowns))
             pairs = [*zip(load, force, strict=True)]
             found += [tuple(contact.static * a + side * b for a, b in pairs) for side in (1, -1)]
-            found += [load] if contact.reaction else []
     return found
+
+
+def _parting(
+    system: System, branch: Branch, resting: Collection[int], touching: Collection[int], point: ContactPoint
+) -> list[tuple]:
+    """Return the rows that must not be negative where rest ends: rates of velocities, and g'' of contacts that open."""
+    slipping = [k for k, phase in enumerate(branch) if phase.velocity and k in resting]
+    opening = [k for k, phase in enumerate(branch) if phase == OPEN and k in touching]
+    rows = [tuple(branch[k].velocity * a for a in point.rows[k]) for k in slipping]
+    return rows + [gap_row(system, k, point) for k in opening]
 
 
 @lru_cache(maxsize=64)

@@ -2,6 +2,7 @@
 
 import math
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -485,6 +486,29 @@ def test_a_body_on_many_feet_rests_where_a_linear_program_finds_forces_that_hold
             assert (path.modes == ("+".join(["stick"] * len(feet)),) and path.final == path.scene.start) is rests
         except UnboundedReaction:
             assert not rests
+
+
+@pytest.mark.parametrize("two_sided", [False, True])
+@pytest.mark.parametrize(("push", "velocity"), [(1, 0), (0, 1)])
+def test_a_body_that_slides_on_three_feet_is_refused_for_the_forces_of_its_slip(push, velocity, two_sided):
+    body, _ = _body([(sp.Rational(k), 0) for k in (-1, 0, 1)], [(0, 1)] * 3)
+    if two_sided:
+        guides = [replace(friction, gap=None) for friction in body.frictions]
+        body = ap.System.with_frictions(dict(body.slow), {}, guides)
+    values = {"f1": "1/2", "f2": "1/2", "f3": "1/4", "P": push, "M": 0}
+    scene = ap.Scene(system=body, values=values, start=[0, 0, 0, velocity, 0, 0], until=1)
+    if two_sided and not velocity:  # guides that press against one another hold any push
+        assert ap.solve(scene).final == scene.start
+        return
+    with pytest.raises(UnboundedReaction, match=r"not determined at t = 0.*: slip_same\+slip_same\+slip_same has more"):
+        ap.solve(scene)
+
+
+def test_feet_that_coincide_bear_what_no_equation_shares_out():
+    body, _ = _body([(sp.Rational(0), 0)] * 2, [(0, 1)] * 2)
+    values = {"f1": "1/2", "f2": "1/2", "P": 0, "M": 0}
+    with pytest.raises(UnboundedReaction, match=r"not determined at t = 0.*: slip_same\+slip_same has more"):
+        ap.solve(ap.Scene(system=body, values=values, start=[0, 0, 0, 1, 0, 0], until=1))
 
 
 def test_a_slide_in_two_guides_slips_as_their_resultant_says():
