@@ -59,7 +59,7 @@ class Numbers(NamedTuple):
     singular: float = 0.0
     coarser: "Numbers | None" = None
 
-    def decided_sign(self, values: list) -> int:
+    def decided_sign(self, values: Sequence) -> int:
         """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
         first = values[0]
         spread = max(abs(v - first) for v in values[1:])

@@ -123,7 +123,7 @@ def _going_on(
     left = branches.most_at_rest(branches.most_at_rest(consistent, held))
     branch = _chosen(system, {branch: consistent[branch] for branch in left}, at.t, at.state, tried)
     _require_shared(system, branch, consistent[branch], points[0], at.t, at.state)
-    return branch
+    return _idle(mode_of(system, branch), consistent[branch], places)
 
 
 # the phases that a friction might go on in
@@ -340,14 +340,43 @@ def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: 
     for order in range(first, 2 + moving):
         before = mode.derivative(guard, order - 1)
         if order > first and _length(before) > LONGEST:
-            if mode.system.time is None and not any(places[0].values(mode.system, mode.rates)):
-                return 0  # what stands still does so for ever
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(places[0].t):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
         values = [place.values(mode.system, (before,), (mode.flow,))[0] for place in places]
         if sign := places[0].numbers.decided_sign(values):
             return sign
+        if order == first and _stays(mode, guard, places):
+            break
     return 0
+
+
+def _idle(mode: GuardedMode, still: list[int], places: tuple[Place, ...]) -> Branch:
+    """Return the branch of a mode without the guards that stay 0: of these rounding alone would make events."""
+    idle = [mode.guards[k] for k in still if _stays(mode, k, places)]
+    kinds = (tuple(g.kind for g in idle if g.friction == k) for k in range(len(mode.branch)))
+    return tuple(phase if phase == OPEN else phase._replace(idle=kind)
+                 for phase, kind in zip(mode.branch, kinds, strict=True))  # fmt: skip
+
+
+def _stays(mode: GuardedMode, guard: int, places: tuple[Place, ...]) -> bool:
+    """Tell whether a guard depends on states alone that stand still, and do so for ever."""
+    rates = _behind(mode, guard)
+    rows = [place.values(mode.system, rates) for place in places]
+    timed = mode.system.time in sp.Tuple(mode.guards[guard].value, *rates).free_symbols
+    return not timed and not any(map(places[0].numbers.decided_sign, zip(*rows, strict=True)))
+
+
+@lru_cache(maxsize=512)
+def _behind(mode: GuardedMode, guard: int) -> tuple[sp.Expr, ...]:
+    """Return the rates of the states that a guard depends on, and of those that these rates depend on."""
+    rates = dict(zip(mode.system.states, mode.rates, strict=True))
+    found: dict[sp.Symbol, sp.Expr] = {}
+    left = [mode.guards[guard].value]
+    while left:
+        states = left.pop().free_symbols & rates.keys() - found.keys()
+        found |= {s: rates[s] for s in states}
+        left += [rates[s] for s in states]
+    return tuple(found.values())
 
 
 @lru_cache(maxsize=256)

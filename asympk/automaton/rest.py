@@ -65,7 +65,9 @@ def _holds_somewhere(zeros: list[Table], cones: list[Table], numbers: Numbers) -
     equations, cone = range(len(zeros[0])), range(len(zeros[0]), len(tables[0]))
     columns = range(1, len(tables[0][0]))
     tables, solved = _without(tables, equations, columns, numbers)
-    if any(_sign(tables, i, 0, numbers) for i in equations if i not in solved.values()):
+    free = [row[0] for row in zeros[0]]
+    left = [i for i in equations if i not in solved.values()]
+    if any(_sign(tables, i, 0, numbers) and not numbers.is_singular(tables[0][i][0], free) for i in left):
         return False
     tables, corner = _without(tables, cone, [j for j in columns if j not in solved], numbers)
     return _has_corner(tables, {i: i for i in cone if i not in corner.values()}, corner, numbers)

@@ -36,6 +36,7 @@ class Phase(NamedTuple):
     velocity: int
     either: bool = False
     still: bool = False
+    idle: tuple[str, ...] = ()
 
     @property
     def mode(self) -> str:
@@ -252,7 +253,7 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
         else:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
-    found += _unambiguous(system, branch)
+    found = [g for g in found if g.kind not in branch[g.friction].idle] + _unambiguous(system, branch)
     return [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
 
 
