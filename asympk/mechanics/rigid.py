@@ -158,15 +158,16 @@ def _stick(terms: _Terms, unilateral: bool) -> Branch:
     """Return the branch of stick; where G_TT = 0, as at a dead centre, friction is idle and holds nothing."""
     import numpy as np
 
-    idle = terms.G_TT == 0
-    divisor = np.where(idle, terms.G_NN, terms.G_NN * terms.G_TT - terms.G_NT**2)
+    idle, power = terms.G_TT == 0, np.frexp(np.maximum(terms.G_NN, terms.G_TT))[1]
+    G_NN, G_NT, G_TT = (np.ldexp(G, -power) for G in (terms.G_NN, terms.G_NT, terms.G_TT))  # products keep their range
+    divisor = np.where(idle, G_NN, G_NN * G_TT - G_NT**2)
     possible = (divisor != 0) & (~idle | (terms.a_T == 0))
     divisor = np.where(divisor == 0, 1.0, divisor)
-    reaction = np.where(idle, -terms.a_N, terms.G_NT * terms.a_T - terms.G_TT * terms.a_N) / divisor + 0.0
-    friction = np.where(idle, 0.0, terms.G_NT * terms.a_N - terms.G_NN * terms.a_T) / divisor
+    reaction = np.where(idle, -terms.a_N, G_NT * terms.a_T - G_TT * terms.a_N) / divisor + 0.0
+    friction = np.where(idle, 0.0, G_NT * terms.a_N - G_NN * terms.a_T) / divisor
     bound = terms.static * np.abs(reaction)
-    size = bound + np.where(idle, 0.0, np.abs(terms.G_NT * terms.a_N) + np.abs(terms.G_NN * terms.a_T)) / abs(divisor)
+    size = bound + np.where(idle, 0.0, np.abs(G_NT * terms.a_N) + np.abs(G_NN * terms.a_T)) / abs(divisor)
     exists = possible & (terms.slip == 0) & (np.abs(friction) <= bound + _ROUNDING * size)
     if unilateral:
         exists &= reaction >= 0
-    return Branch("stick", exists, np.where(exists, reaction, 0.0))
+    return Branch("stick", exists, np.where(exists, np.ldexp(reaction, -power), 0.0))

@@ -137,6 +137,14 @@ def test_at_its_critical_friction_no_rounded_stiffness_gives_the_rod_a_huge_reac
     assert _rod(slender_rod(), np.arctan(2), 0.0, -1, 4 / 3) == ()
 
 
+@pytest.mark.parametrize("mass", ["1e-300", "1e300"])
+def test_a_block_of_whatever_mass_rests_on_the_ground(mass):
+    X, Y, U, V, m, f = sp.symbols("X Y U V m f")
+    block = ap.Mechanism((X, Y), (U, V), sp.diag(m, m), (0, -m), ap.Contact(Y, X, f, unilateral=True))
+    ((name, reaction),) = block.motions({"m": mass, "f": 1, "U": 0})
+    assert (name, reaction) == ("stick", pytest.approx(float(mass)))
+
+
 def test_a_map_counts_on_arrays_what_numbers_count_one_by_one():
     rod = slender_rod()
     theta, rate = np.linspace(0.1, 1.5, 8)[:, None], np.linspace(-5, 5, 7)
