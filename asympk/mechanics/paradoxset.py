@@ -17,6 +17,7 @@ from asympk.errors import InputError
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.paradox import ratio
+from asympk.mechanics.rigid import ROUNDING
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsTable
 from asympk.symbolic.reading import as_floats, exact_constant
@@ -116,18 +117,21 @@ def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
     return low, high
 
 
-def _excess(kinetics: Kinetics, names: tuple, values: dict, others: Any) -> Callable[[Any, Any], Any]:
-    """Return friction load |G_NT| - G_NN as a function of arrays: the first coordinate, and which of ``others``."""
+def _excess(kinetics: Kinetics, names: tuple, values: dict, others: Any) -> Callable[..., Any]:
+    """Return friction load |G_NT| - G_NN as a function of arrays: the first coordinate, and which of ``others``.
+
+    Its third argument is the part of both terms that it is less.
+    """
     import numpy as np
 
     G = kinetics.delassus
-    expr = kinetics.friction * kinetics.load * sp.Abs(G[0, 1]) - G[0, 0]
+    terms = (kinetics.friction * kinetics.load * sp.Abs(G[0, 1]), G[0, 0])
 
-    def excess(at: Any, row: Any) -> Any:
+    def excess(at: Any, row: Any, less: float = 0.0) -> Any:
         turned = (at, others[row])[: len(names)]
         placed = {key: value(*turned) if callable(value) else value for key, value in values.items()}
-        (found,) = evaluate((expr,), placed | dict(zip(names, turned, strict=True)))
-        return np.broadcast_to(found, np.shape(at))
+        coupling, normal = evaluate(terms, placed | dict(zip(names, turned, strict=True)))
+        return np.broadcast_to(coupling - normal - less * (coupling + normal), np.shape(at))
 
     return excess
 
@@ -172,7 +176,7 @@ def _polynomial(expr: sp.Expr, name: sp.Symbol) -> tuple[tuple[sp.Expr, ...], bo
     return tuple(sp.Poly(numerator, T).all_coeffs()), angle
 
 
-def _extrema(function: Callable[[Any, Any], Any], at: Any, row: Any) -> tuple[Any, Any]:
+def _extrema(function: Callable[..., Any], at: Any, row: Any) -> tuple[Any, Any]:
     """Return (places, rows) where a function is least or greatest between the neighbours of an extreme sample."""
     import numpy as np
 
@@ -187,11 +191,16 @@ def _extrema(function: Callable[[Any, Any], Any], at: Any, row: Any) -> tuple[An
     return (low + high) / 2, of
 
 
-def _positive(function: Callable[[Any, Any], Any], at: Any, row: Any) -> list[tuple[int, tuple[float, float]]]:
-    """Return (row, (start, end)) where a function is positive, the ends within a row refined by halving."""
+def _positive(function: Callable[..., Any], at: Any, row: Any) -> list[tuple[int, tuple[float, float]]]:
+    """Return (row, (start, end)) where a function is positive, the ends within a row refined by halving.
+
+    Where it is nowhere more than rounding it only touches zero.
+    """
     import numpy as np
 
     inside, turns = function(at, row) > 0, row[1:] != row[:-1]
+    stretch = np.cumsum(np.append(False, (inside[1:] != inside[:-1]) | turns))
+    inside &= np.bincount(stretch, function(at, row, ROUNDING) > 0)[stretch] > 0
     cuts = np.nonzero((inside[1:] != inside[:-1]) & ~turns)[0]
     low, high, of = at[cuts], at[cuts + 1], row[cuts]
     for _ in range(_HALVINGS if len(cuts) else 0):

@@ -111,12 +111,12 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     if np.any(terms[_STATIC] < terms[_KINETIC]):
         raise InputError("static friction is below the kinetic one at these values; make it at least that")
     slip = terms[_SLIP]
-    slip[np.abs(slip) <= _ROUNDING * size] = 0.0
+    slip[np.abs(slip) <= ROUNDING * size] = 0.0
     return _Terms(*terms)
 
 
 _SLIP, _KINETIC, _STATIC = 5, 6, 7  # places among the terms
-_ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
+ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
 
 
 def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:
@@ -140,7 +140,7 @@ def _reaction(terms: _Terms, bound: Any, direction: int, sign: int) -> tuple[Any
 
     coupling = bound * terms.G_NT
     p = terms.G_NN - direction * sign * coupling
-    p = np.where(abs(p) <= _ROUNDING * (terms.G_NN + abs(coupling)), 0.0, p)
+    p = np.where(abs(p) <= ROUNDING * (terms.G_NN + abs(coupling)), 0.0, p)
     if np.any((p == 0) & (terms.a_N == 0)):
         raise Undecided("a_N = 0 where G_NN = friction load |G_NT|: any reaction would do; move off this point")
     reaction = -terms.a_N / np.where(p == 0, 1.0, p) + 0.0
@@ -151,7 +151,7 @@ def _reaction(terms: _Terms, bound: Any, direction: int, sign: int) -> tuple[Any
 def _starts(terms: _Terms, bound: Any, reaction: Any, direction: int, sign: int, held: Any) -> Any:
     rate = direction * (terms.a_T + (terms.G_NT - direction * sign * bound * terms.G_TT) * reaction)
     size = abs(terms.a_T) + (abs(terms.G_NT) + bound * terms.G_TT) * abs(reaction)
-    return rate > 2 * _ROUNDING * size * held
+    return rate > 2 * ROUNDING * size * held
 
 
 def _stick(terms: _Terms, unilateral: bool) -> Branch:
@@ -167,7 +167,7 @@ def _stick(terms: _Terms, unilateral: bool) -> Branch:
     friction = np.where(idle, 0.0, G_NT * terms.a_N - G_NN * terms.a_T) / divisor
     bound = terms.static * np.abs(reaction)
     size = bound + np.where(idle, 0.0, np.abs(G_NT * terms.a_N) + np.abs(G_NN * terms.a_T)) / abs(divisor)
-    exists = possible & (terms.slip == 0) & (np.abs(friction) <= bound + _ROUNDING * size)
+    exists = possible & (terms.slip == 0) & (np.abs(friction) <= bound + ROUNDING * size)
     if unilateral:
         exists &= reaction >= 0
     return Branch("stick", exists, np.where(exists, np.ldexp(reaction, -power), 0.0))

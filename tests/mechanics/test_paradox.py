@@ -84,6 +84,12 @@ def test_there_is_no_paradox_below_the_least_critical_friction():
     assert len(slender_rod().paradox_set({"theta": (0, "1.57")}, {"f": "1.334", "m": 1}).intervals) == 1
 
 
+@pytest.mark.parametrize("friction", ["4/3", 4 / 3])
+@pytest.mark.parametrize("ends", [(-4, 4), (0, sp.pi), (sp.atan(2), sp.pi / 2)])
+def test_at_the_least_critical_friction_the_paradox_is_touched_and_nowhere_met(friction, ends):
+    assert slender_rod().paradox_set({"theta": ends}, {"f": friction, "m": 1}).intervals == ()
+
+
 def test_over_two_coordinates_every_row_is_that_of_one():
     found = slender_rod().paradox_set({"theta": (0, "1.57"), "f": (1, 3)}, {"m": 1})
     assert found.over == ("theta", "f")
