@@ -49,7 +49,8 @@ def driver(where, solver, directed=True, snap=True, most=40):
     while len(modes) <= most:
         mode = automaton.mode(branch)
         guards = [_guard(mode, k, directed) for k in (0, 1)]
-        run = solve_ivp(mode.rhs, (t, until), state, solver, events=guards, rtol=1e-6, atol=1e-6, jac=mode.jac)
+        run = solve_ivp(mode.rhs, (t, until), state, solver, events=guards, rtol=1e-6, atol=1e-6,
+                        jac=lambda t, w, mode=mode: np.array(mode.jac(t, w)))  # fmt: skip
         t, state = float(run.t[-1]), tuple(run.y[:, -1].tolist())
         if run.status != 1:
             break
