@@ -2,9 +2,10 @@ r"""The first root of any guard, isolated by bounds.
 
 On [lo, hi] of length h let the integral of ``|g''|`` be at most S. Then g stays above ``min(g(lo), g(hi)) - S h/4``,
 and ``(g'(lo) + g'(hi) -+ S)/2`` bound its slope from below and above (Lemma 6): the slope of a single exponential has a
-known sign however long the interval is. So an interval is free of roots, or the guard falls through zero on it once
-while the others stay positive, or it is halved: nothing is sampled. In doubles a mesh that is kept per mode bounds a
-hundred intervals at once; only those in which something may happen that it cannot tell are looked at one by one.
+known sign however long the interval is. Where g'' keeps its sign, the least value of g decides. So an interval is free
+of roots, or the guard falls through zero on it once while the others stay positive, or it is cut: nothing is sampled.
+In doubles a mesh that is kept per mode bounds a hundred intervals at once, for digits, too; only those in which
+something may happen that it cannot tell are looked at one by one.
 
 A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised. At
 ``until`` alone it counts as lost: a motion that ends at an event meets it. Where signs are taken as they are, a guard
@@ -12,6 +13,7 @@ whose least value is within its rounding touches zero, and counts as lost, too: 
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cached_property
 from itertools import repeat
 from operator import mul
@@ -34,8 +36,9 @@ _FURTHER = 1.375
 _NOTHING = 1e-8
 _ORDER = 16
 _REACH = 16  # times of the fastest part, and less where that is too long
-_PATIENCE = 8  # steps before the dearer bounds are taken
+_PATIENCE = 2  # steps before the dearer bounds are taken
 _FEW = 0.125  # of the digits in which a derivative is zero where it vanishes with those before it
+_SLOW = 0.4  # of the step before, for one of Newton's steps to a root that is not simple
 _NARROW = 1e-6  # of the time, for an interval in which a guard may only touch zero
 
 
@@ -47,6 +50,14 @@ class GuardValues(NamedTuple):
     slopes: list
     doubts: list
     slope_doubts: list
+
+
+class Bending(NamedTuple):
+    """How a guard bends on an interval: g'' in its middle, how far it differs from that, the integral of its size."""
+
+    middle: Any
+    spread: Any
+    area: Any
 
 
 def first_root(guards: "Guards", until: Number, mesh: "Mesh") -> tuple[Number, tuple[int, ...]] | None:
@@ -72,6 +83,7 @@ class Guards:
         self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
         self.every = range(segment.slopes.shape[1])
         self._reaches: dict[int, Number] = {}
+        self._dips: dict[int, Number] = {}
 
     @cached_property
     def lists(self) -> tuple[list, ...]:
@@ -110,23 +122,27 @@ class Guards:
             found.append(self.segment.flow.rate @ found[-1])
         return [table.T.tolist() for table in found]
 
-    def sharper_bounds(self, lo: Number, hi: Number) -> list[Number]:
-        """Return bounds of the integral of every ``|g''|`` over [lo, hi] by the Taylor series of g'' at lo.
+    def bending(self, lo: Number, hi: Number) -> list[Bending]:
+        """Return the ``Bending`` of every guard on [lo, hi] by the Taylor series of g'' at its middle.
 
-        Where eigenvalues are close, weights are large and cancel: in the derivatives at lo they do, and in the
+        Where eigenvalues are close, weights are large and cancel: in the derivatives there they do, and in the
         remainder they count little.
         """
-        m, h = self.m, hi - lo
-        found, *_ = functions(m, self.blocks, lo)
-        most = sizes(m, self.blocks, lo, hi)
-        totals, factor = [0 * h for _ in self.every], h
-        for k, tables in enumerate(self.derivatives):
-            rest = k == len(self.derivatives) - 1
-            for q, weights in enumerate(tables):
-                size = _dot(map(abs, weights), most)
-                totals[q] += factor * (size if rest else abs(_dot(weights, found)) + m.margin * size)
-            factor = factor * h / (k + 2)
-        return totals
+        m, half = self.m, (hi - lo) / 2
+        found, *_ = functions(m, self.blocks, lo + half)
+        most, margin = sizes(m, self.blocks, lo, hi), max(m.margin, m.slack)
+        powers = [1 + 0 * half]
+        while len(powers) < len(self.derivatives):
+            powers.append(powers[-1] * half / len(powers))
+        bent = []
+        for every in zip(*self.derivatives, strict=True):
+            *values, _ = (_dot(weights, found) for weights in every)
+            *doubts, rest = (_dot(map(abs, weights), most) for weights in every)
+            terms = [*(abs(v) + margin * doubt for v, doubt in zip(values, doubts, strict=True)), rest]
+            spread = margin * doubts[0] + _dot(powers[1:], terms[1:])
+            area = sum(2 * half * p * term / k for k, (p, term) in enumerate(zip(powers, terms, strict=True), 1))
+            bent.append(Bending(values[0], spread, area))
+        return bent
 
     def value(self, guard: int, t: Number) -> tuple[Number, Number]:
         """Return the value and the slope of one guard."""
@@ -134,17 +150,26 @@ class Guards:
         weights, _, slopes, _, _, bases, _ = self.lists
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
-    def least(self, guard: int, t: Number) -> Number:
+    def dip(self, guard: int, lo: Number, hi: Number) -> Number:
+        """Return where a guard that is bent upward on [lo, hi] is least there."""
+        known = self._dips.get(guard)
+        if known is None or not lo < known < hi:
+            known = self._dips[guard] = self.least(guard, (lo + hi) / 2, 0)
+        return max(lo, min(known, hi))
+
+    def least(self, guard: int, t: Number, most: int = _ORDER - 2) -> Number:
         """Return where the slope of a guard that is bent upward vanishes, by Newton's method from ``t``.
 
-        Where the bend vanishes with it, as far as some digits tell, the last derivative that does so gives the time.
+        Where the bend vanishes with it, as far as some digits tell, the last derivative that does so gives the time,
+        of the first ``most`` ones.
         """
         weights = [self.lists[2][guard], *(table[guard] for table in self.derivatives)]
         order, before = 0, float("inf")
         for _ in range(_MOST_STEPS):
             found, *_ = functions(self.m, self.blocks, t)
             slope, bend = (_dot(row, found) for row in weights[order : order + 2])
-            if abs(bend) < self.m.slack**_FEW * _dot(map(abs, weights[order + 1]), sizes(self.m, self.blocks, t, t)):
+            size = _dot(map(abs, weights[order + 1]), sizes(self.m, self.blocks, t, t)) if order < most else 0
+            if abs(bend) < self.m.slack**_FEW * size:
                 order, before = order + 1, float("inf")
                 continue
             if not abs(slope) < before * (abs(bend) if order else bend):
@@ -161,17 +186,27 @@ class Guards:
         exponential does.
         """
         last = self._last()
+        coarse = self._in_doubles
         for window in mesh.windows():
-            suspect = self._suspects(window) if self.m is Doubles else zip(range(len(window.h)), repeat(None))
+            suspect = coarse._suspects(window) if coarse else zip(range(len(window.h)), repeat(None))
             for k, falling in suspect:
                 if window.t[k] >= until or window.t[k + 1] > last:
                     break
                 lo, hi = self.m.number(window.t[k]), self.m.number(window.t[k + 1])
-                yield (lo, hi, falling) if hi <= until else (lo, until, None)
+                yield (lo, hi, falling if coarse is self else None) if hi <= until else (lo, until, None)
             if window.t[-1] >= min(until, last):
                 break
         if until > last:
             self._refuse(last)
+
+    @cached_property
+    def _in_doubles(self):
+        """The guards in doubles, which rule out intervals for any numbers; None beyond their range."""
+        if self.m is Doubles:
+            return self
+        with suppress(OverflowError):
+            return Guards(self.segment.in_doubles())
+        return None
 
     def _last(self):
         """Return the time at which a part of a guard leaves the range of the numbers in use."""
@@ -265,18 +300,18 @@ def _isolated(guards, lo, hi, until):
         right = pieces[-1]
         verdicts = _verdicts(guards, left, right, guards.bounds(left.t, right.t))
         if step > _PATIENCE and "unknown" in verdicts:
-            verdicts = _verdicts(guards, left, right, guards.sharper_bounds(left.t, right.t))
+            verdicts = _closer_verdicts(guards, left, right)
         fall = [q for q, verdict in zip(guards.every, verdicts, strict=True) if verdict == "falls"]
         if all(verdict == "positive" for verdict in verdicts):
             left = pieces.pop()
             if not pieces:
                 return None, done
-        elif fall and "unknown" not in verdicts:
+        elif {*verdicts} <= {"positive", "falls"}:
             return _earliest(guards, fall, left, right), done
         elif (touch := _touch(guards, left, right, verdicts)) is not None:
             return touch, done
         else:
-            pieces.append(_cut(guards, left, right))
+            pieces.append(_cut(guards, left, right, verdicts))
     raise Undecided
 
 
@@ -286,7 +321,7 @@ def _touch(guards, left, right, verdicts):
     Others may fall at the same time. Raises ``Undecided`` unless signs are to be taken as they are.
     """
     m, unknown = guards.m, [q for q in guards.every if verdicts[q] != "positive"]
-    if right.t - left.t > right.t * _NARROW:
+    if right.t - left.t > right.t * _NARROW and "unknown" in verdicts:
         return None
     lows = sorted((_low(guards, q, left.t, right.t, verdicts[q]), q) for q in unknown)
     points = {q: guards.at(t, m.slack) for t, q in lows}
@@ -301,7 +336,9 @@ def _touch(guards, left, right, verdicts):
 def _low(guards, q, lo, hi, verdict):
     """Return where a guard falls through zero, or is least."""
     middle = (lo + hi) / 2
-    return guard_root(guards, q, lo, hi, middle) if verdict == "falls" else max(lo, min(guards.least(q, middle), hi))
+    if verdict == "falls":
+        return guard_root(guards, q, lo, hi, middle)
+    return guards.dip(q, lo, hi) if verdict == "dips" else max(lo, min(guards.least(q, middle), hi))
 
 
 def _earliest(guards, fall, left, right):
@@ -336,9 +373,10 @@ def _signs(point):
     return all(abs(g) > off for g, off in zip(point.values, point.doubts, strict=True))
 
 
-def _cut(guards, left, right):
-    """Return a point between where every guard has a sign."""
-    times = [left.t + (right.t - left.t) * part for part in _CUTS]
+def _cut(guards, left, right, verdicts):
+    """Return a point between where every guard has a sign: where one is least, if that is known."""
+    times = [guards.dip(q, left.t, right.t) for q in guards.every if verdicts[q] == "dips"]
+    times += [left.t + (right.t - left.t) * part for part in _CUTS]
     if not left.t:
         times = [reach for q in guards.segment.zero if (reach := guards.reach(q)) < right.t] + times
     for t in times:
@@ -368,9 +406,34 @@ def _verdict(guards, q, left, right, area):
     return "unknown"
 
 
+def _closer_verdicts(guards, left, right):
+    """Return the verdicts by the dearer bounds, and by how the guards bend: "dips" is what has one least value."""
+    bent = guards.bending(left.t, right.t)
+    verdicts = _verdicts(guards, left, right, [bending.area for bending in bent])
+    return [_bent_verdict(guards, q, left, right, bent[q]) if verdict == "unknown" else verdict
+            for q, verdict in zip(guards.every, verdicts, strict=True)]  # fmt: skip
+
+
+def _bent_verdict(guards, q, left, right, bending):
+    """Return the verdict on a guard whose bend keeps its sign, and that has one at the ends, too."""
+    (a, off_a), (b, off_b) = ((p.values[q], p.doubts[q]) for p in (left, right))
+    if abs(bending.middle) <= bending.spread or a <= off_a or abs(b) <= off_b:
+        return "unknown"
+    if b < 0:
+        return "unknown" if _is_rounding(guards, q, right.t, b) else "falls"
+    if bending.middle < 0:
+        return "positive"
+    least = guards.at(guards.dip(q, left.t, right.t), max(guards.m.margin, guards.m.slack))
+    below = (abs(least.slopes[q]) + least.slope_doubts[q]) * (right.t - left.t)
+    return "positive" if least.values[q] > least.doubts[q] + below else "dips"
+
+
 def guard_root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Number:
-    """Return the root of a guard that falls from plus at ``lo`` to minus at ``hi``, by Newton's method from ``t``."""
-    close = (hi - lo) * guards.m.root_tol
+    """Return the root of a guard that falls from plus at ``lo`` to minus at ``hi``, by Newton's method from ``t``.
+
+    Beside a double root, or at a triple one, each step is a part of the one before: the next goes to their limit.
+    """
+    close, shrunk, before = (hi - lo) * guards.m.root_tol, guards.m.root_tol**0.5, 0 * lo
     for _ in range(_MOST_STEPS):
         value, slope = guards.value(q, t)
         if value > 0:
@@ -378,12 +441,19 @@ def guard_root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Num
         else:
             hi = t
         new = t - value / slope if slope < 0 else lo
-        if abs(new - t) <= close:
+        step = abs(new - t)
+        if slope < 0 and step <= close and (step <= shrunk * before or _is_rounding(guards, q, t, value)):
             value, slope = guards.value(q, new)
             return new - value / slope if slope else new
+        if _SLOW * before < step < before:
+            new, step = t + (new - t) * before / (before - step), 0 * step
         if not lo < new < hi:
             new = lo + (hi - lo) / 2
             if not lo < new < hi:
                 return t
-        t = new
+        t, before = new, step
     raise Undecided
+
+
+def _is_rounding(guards, q, t, value):
+    return abs(value) <= guards.at(t, guards.m.slack).doubts[q]

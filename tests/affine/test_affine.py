@@ -151,6 +151,17 @@ def test_two_close_roots_are_told_apart(gap):
     assert abs(time - true) < 1e-15 / gap**0.5
 
 
+@pytest.mark.parametrize("power", [4, 20, 30])
+def test_two_close_roots_are_told_apart_to_all_digits(power):
+    m, gap = digits(100), Fraction(1, 10**power)
+    mode = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), 1 - gap)])
+    time, _ = ClosedSegment(in_digits(m, mode), [m.zero, m.one]).first_event(m.mpf(100))
+    with mpmath.mp.workdps(140):
+        assert abs(time - mpmath.asin(mpmath.mpf(1) - mpmath.mpf(10) ** -power)) < mpmath.mpf(10) ** (power / 2 - 98)
+    above = AffineMode.of([[0, 1], [-1, 0]], [0, 0], [((-1, 0), 1 + gap)])
+    assert ClosedSegment(in_digits(m, above), [m.zero, m.one]).first_event(m.mpf(100)) is None
+
+
 def test_a_guard_that_is_nearly_touched_is_not_hit():
     assert height(Fraction(1) + Fraction(1, 10**11), (0, 1)).first_event(100.0) is None
 

@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
+from asympk.affine.events import Guards
 from asympk.affine.run import run
 
 x, y, v, w, F, G, t = sp.symbols("x y v w F G t", real=True)
@@ -35,6 +36,16 @@ def test_a_block_that_has_stuck_to_its_belt_touches_the_speed_of_the_belt_ever_a
     assert [float(w) for w in path.final] == pytest.approx([0.5 + math.sin(turn), math.cos(turn)], abs=1e-13)
     times = np.linspace(float(left.t), 40, 7)
     assert np.array(path(times)[0], float) == pytest.approx(0.5 + np.sin(times - float(left.t)), abs=1e-13)
+
+
+def test_a_touch_is_found_at_a_few_times_however_many_digits_decide_it(monkeypatch):
+    """Bounds in doubles rule out the times between, and a guard that is bent upward has one least value."""
+    looks, at = [], Guards.at
+    monkeypatch.setattr(Guards, "at", lambda *arguments: looks.append(1) or at(*arguments))
+    scene = ap.Scene(system=on_a_belt("1/2"), start=(0, 1), until=40)
+    ap.solve(scene)
+    touches = 2 * 6  # in two runs that agree
+    assert len(looks) < 15 * touches
 
 
 def test_at_a_touch_static_friction_above_the_kinetic_one_holds():
