@@ -21,6 +21,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import short
+from asympk.symbolic.long import replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.system import System
 
@@ -83,7 +84,7 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     rest = completing(kinetics)
     reaction = x + scaling.ratio * y
     rates = velocities(kinetics, rest, -scaling.closing * y, z)
-    put = lambda expr: tidy(expr.xreplace(rates))  # noqa: E731
+    put = lambda expr: tidy(replaced(expr, rates))  # noqa: E731
     normal, force = force_names(kinetics, scaling.small)
     pushed = normal if kinetics.unilateral else reaction
     gap, slip, others = _accelerations(kinetics, rest, pushed, force, put)

@@ -1,13 +1,12 @@
 """Expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
-from contextlib import nullcontext
 from typing import Any
 
 import sympy as sp
 
 from asympk.errors import InputError, OutOfRange
 from asympk.symbolic.reading import as_floats
-from asympk.symbolic.truth import array_function
+from asympk.symbolic.truth import array_function, holds
 
 
 def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) -> tuple[Any, ...]:
@@ -16,12 +15,28 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     Raises ``InputError`` naming the symbols that have no value, the values that are no numbers, and the arrays that
     do not broadcast.
     """
+    import numpy as np
+
     needed = sorted(set().union(*(e.free_symbols for e in expressions)), key=str)
     missing = [str(symbol) for symbol in needed if symbol not in values]
     if missing:
         raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")
     numbers = broadcast({symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed})
-    return tuple(_at(e, tuple(needed), numbers) for e in expressions)
+    given, shape = dict(zip(needed, numbers, strict=True)), np.broadcast_shapes(*map(np.shape, numbers))
+    plain = sp.Tuple(*(e for e in expressions if isinstance(e, sp.Expr)))
+    try:
+        found = iter(array_function(plain, (*needed,))(*numbers))
+        return tuple(next(found) if isinstance(e, sp.Expr) else _truth(e, given, shape) for e in expressions)
+    except OutOfRange:
+        place = ", ".join(f"{symbol} = {value.flat[0]:g}" for symbol, value in given.items() if value.size)
+        raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it") from None
+
+
+def _truth(condition: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, ...]) -> Any:
+    import numpy as np
+
+    found = holds(condition, given)
+    return np.broadcast_to(found, shape) if shape else found
 
 
 def broadcast(arrays: dict[sp.Symbol, Any]) -> tuple:
@@ -32,24 +47,6 @@ def broadcast(arrays: dict[sp.Symbol, Any]) -> tuple:
         return np.broadcast_arrays(*arrays.values())
     except ValueError:
         raise InputError(f"the arrays given for {', '.join(map(str, arrays))} do not broadcast") from None
-
-
-def _at(expr: sp.Basic, symbols: tuple[sp.Symbol, ...], numbers: tuple) -> Any:
-    """Return one expression, condition, or expression in pieces at arrays of one shape."""
-    import numpy as np
-
-    if isinstance(expr, sp.And):
-        return np.logical_and.reduce([_at(part, symbols, numbers) for part in expr.args])
-    if expr in (sp.true, sp.false):
-        return np.full(np.shape(numbers[0]) if numbers else (), expr == sp.true)
-    if isinstance(expr, sp.StrictGreaterThan | sp.StrictLessThan):
-        return _at(expr.gts - expr.lts, symbols, numbers) > 0
-    try:
-        with np.errstate(invalid="ignore", divide="ignore") if expr.has(sp.Piecewise) else nullcontext():
-            return array_function(expr, symbols)(*numbers)
-    except OutOfRange:
-        place = ", ".join(f"{s} = {value.flat[0]:g}" for s, value in zip(symbols, numbers, strict=True) if value.size)
-        raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it") from None
 
 
 def _declared(symbol: sp.Symbol, value: Any) -> Any:

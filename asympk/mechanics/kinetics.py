@@ -13,6 +13,7 @@ from functools import cached_property
 import sympy as sp
 
 from asympk.mechanics.tidy import LONG, cofactors, expanded_determinant, tidy
+from asympk.symbolic.long import is_longer
 from asympk.symbolic.reading import spare
 
 
@@ -60,7 +61,7 @@ class Kinetics:
     def _undivided(self) -> sp.Matrix:
         """G times det M."""
         found = self.directions * self._adjugate * self.directions.T
-        return found if self._long else found.applyfunc(sp.expand)
+        return found if self.long else found.applyfunc(sp.expand)
 
     @cached_property
     def gap_rate(self) -> sp.Expr:
@@ -79,7 +80,7 @@ class Kinetics:
 
         The border has no fractions; of G's the products are long, and SymPy may expand them for ever.
         """
-        if self._long:
+        if self.long:
             return self.delassus[0, 0] * self.delassus[1, 1] - self.delassus[0, 1] ** 2
         border = sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
         return tidy(tidy(expanded_determinant(border)) / self._inertia)
@@ -87,21 +88,21 @@ class Kinetics:
     @cached_property
     def _adjugate(self) -> sp.Matrix:
         """det M times M^-1."""
-        return self._cofactors[0] if self._long else self.mass.adjugate()
+        return self._cofactors[0] if self.long else self.mass.adjugate()
 
     @cached_property
     def _inertia(self) -> sp.Expr:
         """det M."""
-        return self._cofactors[1] if self._long else tidy(expanded_determinant(self.mass))
+        return self._cofactors[1] if self.long else tidy(expanded_determinant(self.mass))
 
     @cached_property
     def _cofactors(self) -> tuple[sp.Matrix, sp.Expr]:
         return cofactors(self.mass)
 
     @cached_property
-    def _long(self) -> bool:
+    def long(self) -> bool:
         """Whether the mass matrix is one whose products are not expanded."""
-        return self._cofactors[1].count_ops() > LONG
+        return is_longer(self._cofactors[1], LONG)
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""
@@ -137,4 +138,4 @@ class Kinetics:
 
 def _short(total: sp.Expr) -> sp.Expr:
     """Tidy a sum of tidy terms; a long one gains little over one denominator and costs seconds to bring there."""
-    return total if total.count_ops() > 60 else tidy(total)
+    return total if is_longer(total, 60) else tidy(total)

@@ -25,6 +25,7 @@ from asympk.mechanics.paradoxset import ParadoxSet, paradox_set
 from asympk.mechanics.rigid import Motion, MotionMap
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
+from asympk.symbolic.long import replaced
 from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.system import System, require_system
 
@@ -258,8 +259,8 @@ class Mechanism(ShownAsFormulas):
         """Return an expression or matrix in plain symbols in the mechanism's own coordinates and velocities."""
         back = {plain: own for own, plain in self._names.items()}
         if isinstance(thing, sp.MatrixBase):
-            return thing.applyfunc(lambda part: part.xreplace(back))
-        return thing.xreplace(back)
+            return thing.applyfunc(lambda part: replaced(part, back))
+        return replaced(thing, back)
 
     def keyed(self, values: dict[Any, Any]) -> dict[sp.Symbol, Any]:
         """Return ``values`` with the plain symbols as keys, from names, symbols and dynamicsymbols."""

@@ -29,6 +29,8 @@ def ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
     normal, mixed = kinetics.undivided
     if mixed == 0 or kinetics.delassus[0, 1] == 0:
         return sp.S.One, sp.S.Zero
+    if kinetics.long:
+        return normal, sp.Abs(mixed, evaluate=False)
     quotient = shortest(tidy(normal / mixed), tidy(-normal / mixed))
     return tuple(map(sp.Abs, sp.fraction(quotient)))
 

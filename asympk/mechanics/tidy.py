@@ -10,6 +10,8 @@ from functools import cache, lru_cache, reduce
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
+from asympk.symbolic.long import generic_place, is_longer
+
 LONG = 150  # operations: beyond, a shorter form costs seconds and is not readable either
 CLEAR = 1e-9  # a value that fifteen digits tell from 0
 
@@ -20,7 +22,7 @@ def tidy(expr: sp.Expr) -> sp.Expr:
 
     An expression of more than ``LONG`` operations is returned as it stands.
     """
-    if expr.count_ops() > LONG:
+    if is_longer(expr, LONG):
         return expr
     plain = sp.cancel(sp.together(expr))
     if not plain.has(sp.sin, sp.cos):
@@ -54,8 +56,7 @@ def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
 
 def vanishes(expr: sp.Expr) -> bool:
     """Tell whether ``expr`` is 0 for all values of its symbols; at one place it mostly shows that it is not."""
-    place = {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
-    value = expr.evalf(subs=place)
+    value = expr.evalf(subs=generic_place(expr))
     if isinstance(value, sp.Float) and abs(value) > CLEAR:
         return False
     return tidy(expr) == 0 or sp.simplify(expr) == 0

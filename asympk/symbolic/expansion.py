@@ -22,6 +22,7 @@ import sympy as sp
 from asympk.errors import NotDerivable
 from asympk.symbolic.branches import heavy, put_sign, without_squares
 from asympk.symbolic.diffring import DifferentialRing, Fraction, atoms_of
+from asympk.symbolic.long import is_longer
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
@@ -54,7 +55,7 @@ def is_implicit(branch: sp.Dict) -> bool:
 def require_short(mode: Mode, order: int) -> None:
     """Raise ``NotDerivable`` for coefficients beyond order 0 that would be too long to be written."""
     rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
-    if order and heavy(rates) and rates.count_ops() > LONG:
+    if order and heavy(rates) and is_longer(rates, LONG):
         raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
                            "export writes them, and solve(scene, method='slow', order=n) uses them")  # fmt: skip
 

@@ -7,6 +7,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.symbolic.long import replaced
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import as_floats
 from asympk.symbolic.values import in_words
@@ -69,7 +70,7 @@ def require_relations(allowed: sp.Basic, numbers: Mapping) -> None:
 def array_function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
     """Return ``expr`` as a function of arrays in place of ``symbols``, whatever their names, a prime among them."""
     plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
-    return lower(tuple(plain.values()), expr.xreplace(plain), "numpy", branching=True)
+    return lower(tuple(plain.values()), replaced(expr, plain), "numpy", branching=True)
 
 
 def _evaluated(condition, numbers):

@@ -1,0 +1,45 @@
+"""Long expressions, which contain the same part many times: how to walk through them without meeting it as often."""
+
+from collections.abc import Mapping
+from itertools import islice
+from typing import Any
+
+import sympy as sp
+
+PARTS = 4  # of a tree, atoms left out, for one operation: -a/b in a sum has two parts and two operations
+REGULAR = 1e9  # a condition number that fifteen digits tell from that of a singular matrix
+
+
+def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
+    """Return ``expr.xreplace(rule)``, each part rebuilt once however often it occurs."""
+    found = dict(rule)
+
+    def rebuilt(part: sp.Basic) -> sp.Basic:
+        if part not in found:
+            args = [rebuilt(arg) for arg in part.args]
+            changed = any(new is not old for new, old in zip(args, part.args, strict=True))
+            found[part] = part.func(*args) if changed else part
+        return found[part]
+
+    return rebuilt(expr)
+
+
+def is_longer(expr: sp.Basic, operations: int) -> bool:
+    """Tell whether an expression has more operations than these; one of very many parts is not counted out."""
+    parts = (part for part in sp.preorder_traversal(expr) if part.args)
+    many = PARTS * operations + 1
+    return sum(1 for _ in islice(parts, many)) == many or expr.count_ops() > operations
+
+
+def generic_place(expr: Any) -> dict[sp.Symbol, sp.Expr]:
+    """Return numbers for the symbols of an expression or matrix, at which what is not 0 for all values hardly is."""
+    return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
+
+
+def is_regular(matrix: sp.Matrix) -> bool:
+    """Tell whether a matrix is clearly regular at one place, in fifteen digits; what is not may be singular."""
+    import numpy as np
+
+    found = matrix.evalf(subs=generic_place(matrix))
+    known = all(e.is_Number and e.is_finite for e in found)
+    return known and bool(np.linalg.cond(np.array(found, dtype=float)) < REGULAR)
