@@ -20,6 +20,7 @@ from sympy.solvers.solveset import NonlinearError
 
 from asympk.errors import InputError
 from asympk.numbers import short
+from asympk.symbolic.long import is_longer, is_regular, replaced
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -142,7 +143,7 @@ def all_phases(friction: "Friction") -> tuple[Phase, ...]:
 
 def determined(system: "System", branch: Branch) -> bool:
     unknowns, matrix, _ = _equations(system, branch)
-    return not unknowns or sp.cancel(matrix.det()) != 0
+    return not unknowns or is_regular(matrix) or sp.cancel(matrix.det()) != 0
 
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
@@ -171,10 +172,8 @@ def where(system: "System", branch: Branch) -> sp.Basic:
             conditions.append(v * load > 0 if phase.mode == "slip_same" else v * load < 0)
         else:
             drive, coupling = _sliding(system, branch, friction)
-            bound = friction.static * sp.Abs(load)
-            conditions.append(
-                sp.And(sp.Eq(v, 0), sp.Abs(drive) <= (bound if coupling == 1 else bound * sp.Abs(coupling)))
-            )
+            size, slope = (sp.Abs(part, evaluate=not heavy(part)) for part in (drive, coupling))
+            conditions.append(sp.And(sp.Eq(v, 0), size <= friction.static * sp.Abs(load) * slope))
     return sp.And(*conditions)
 
 
@@ -220,7 +219,7 @@ def _by_elimination(
         )
     meaning = {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
     found = names.adjugate() * right / determinant
-    return {u: value.subs(meaning) for u, value in zip(unknowns, found, strict=True)}
+    return {u: value.xreplace(meaning) for u, value in zip(unknowns, found, strict=True)}
 
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
@@ -291,9 +290,9 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
     """Return (d, c) of the rate of the sliding velocity, v' = d + c F, a reaction put in as the load."""
     rate = velocity_rate(system, friction)
     if friction.normal is not None and friction.constraint is None:
-        rate = rate.subs(friction.normal, friction.load)
-    rate = sp.expand(rate)
-    return rate.subs(friction.force, 0), rate.coeff(friction.force)
+        rate = rate.xreplace({friction.normal: friction.load})
+    rate = rate if heavy(rate) else sp.expand(rate)
+    return rate.xreplace({friction.force: sp.S.Zero}), rate.diff(friction.force)
 
 
 def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
@@ -368,7 +367,7 @@ def lifts(friction: "Friction") -> bool:
 @lru_cache(maxsize=1024)
 def heavy(expr: sp.Basic) -> bool:
     """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
-    return not _is_rational(expr) and expr.count_ops() > 60
+    return not _is_rational(expr) and is_longer(expr, 60)
 
 
 def _is_rational(expr: sp.Basic) -> bool:
@@ -384,7 +383,7 @@ def _expanded(expr: sp.Expr) -> sp.Expr:
 
 
 def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Expr:
-    return _tidy(_signed(system, branch, expr).subs(solved))
+    return _tidy(replaced(_signed(system, branch, expr), solved))
 
 
 def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:

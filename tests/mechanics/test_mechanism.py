@@ -9,6 +9,7 @@ from sympy.physics.mechanics import KanesMethod, LagrangesMethod, Particle, Poin
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
+from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.tidy import cofactors, expanded_determinant
 
 
@@ -276,6 +277,26 @@ def test_the_delassus_matrix_of_a_chain_of_four_links_is_that_of_its_mass_matrix
 
 def test_the_response_of_a_chain_of_five_links_is_not_written_out():
     assert max(part.count_ops() for part in _chain(5).plain.response) < 10_000
+
+
+def test_the_critical_friction_of_a_chain_of_four_links_is_that_of_its_delassus_matrix_in_numbers():
+    chain = _chain(4)
+    at = {f"q{k}": k / 5 + 0.2 for k in range(4)}
+    critical, normal, mixed = (chain.evaluate(e, at) for e in (chain.critical_friction, *chain.delassus[0, :]))
+    assert critical == pytest.approx(normal / abs(mixed), rel=1e-12)
+
+
+def test_the_modes_of_an_elastic_chain_of_three_links_are_written_without_its_products():
+    c = sp.Symbol("c", positive=True)
+    system = _chain(3).elastic(compliance=c, damping=1)
+    friction = system.friction
+    (bound,) = (e for e in system.mode("stick").where.args if isinstance(e, sp.LessThan))
+    at = {s: k / 7 + 0.4 for k, s in enumerate((*system.states, friction.force, c))}
+    rate, drive, coupling, load, room = evaluate(
+        (system.rates[friction.velocity], system.drive, system.coupling, friction.load, bound.gts - bound.lts), at
+    )
+    assert rate == pytest.approx(drive + coupling * at[friction.force], rel=1e-9)
+    assert room == pytest.approx(abs(coupling * load) - abs(drive), rel=1e-9)
 
 
 def _chain(links):
