@@ -384,11 +384,6 @@ class EnclosedSegment:
                 total = total + factor * (power * weight).real
         return total
 
-    def newton(self, guard: AffineGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
-        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
-        (value,), slope = self.jet(guard, middle), self.jet(guard, time, 1)[1]
-        return middle - value / slope * (self.growth * (middle - time)).exp(), certain_sign(value)
-
 
 def _derived(root, factors):
     """Return the coefficients of ``t^k/k! e^{l t}`` in the derivative of a sum with coefficients ``factors``."""

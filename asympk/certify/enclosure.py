@@ -63,9 +63,12 @@ def segment(a: int, b: Ball, mu: Ball, start: RodBalls, deviation: Ball | None =
 
 
 class MatrixExponential:
-    """A mode followed by the exponential of its matrix: for b and 1 - 4 mu/b that may vanish."""
+    """A mode followed by the exponential of its matrix: for b and 1 - 4 mu/b that may vanish.
 
-    unstable, work = False, _MATRIX_WORK
+    The jets of a segment at t are divided by e^{growth t}, so that their signs do not drown in the growth of the mode.
+    """
+
+    unstable, work, growth = False, _MATRIX_WORK, 0
 
     def __init__(self, a: int, b: Ball, mu: Ball, start: RodBalls):
         self.a, self.b, self.mu, self.start = a, b, mu, start
@@ -90,11 +93,6 @@ class MatrixExponential:
         else:
             values = state.z - guard.level, self.a - (self.b - 1) * state.s, (1 - self.b) * slope
         return tuple(guard.side * value for value in values[: order + 1])
-
-    def newton(self, guard: LevelGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
-        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
-        (value,), slope = self.jet(guard, middle), self.jet(guard, time, 1)[1]
-        return middle - value / slope, certain_sign(value)
 
     def at(self, guard: LevelGuard, t: Ball) -> RodBalls:
         """Return the state at the root of the guard."""
@@ -122,10 +120,7 @@ class Oscillation(MatrixExponential):
 
 
 class Exponentials(MatrixExponential):
-    """A mode with two real rates: x = a/b + P e^{l1 t} + Q e^{l2 t}, l1 = -rho b / mu, l2 = -1/rho, rho = (1 + root)/2.
-
-    Where l1 > 0 the jets are divided by e^{l1 t}, so that their signs do not drown in its growth.
-    """
+    """A mode of two real rates: x = a/b + P e^{l1 t} + Q e^{l2 t}, l1 = -rho b/mu, l2 = -1/rho, rho = (1 + root)/2."""
 
     work = 1
 
@@ -136,8 +131,8 @@ class Exponentials(MatrixExponential):
         self.rates, self.lift = (-rho / k, -1 / rho), -k / (rho * rho)
         fast = (start.s - a / (b * rho)) - self.lift * start.x if deviation is None else deviation
         self.parts = fast * (-k / root), start.x - self.rest + fast * k / root
-        self.grows = b < 0
-        self.unstable = self.grows and fast.contains(0)
+        self.growth = self.rates[0] if b < 0 else 0
+        self.unstable = b < 0 and fast.contains(0)
         self._factors: dict[tuple, tuple] = {}
 
     def state(self, t: Ball) -> RodBalls:
@@ -154,7 +149,7 @@ class Exponentials(MatrixExponential):
     def jet(self, guard: LevelGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
         """Return the guard and its first ``order`` derivatives (at most 2) on ``t``, all times one positive factor."""
         (l1, l2), start, arb = self.rates, self.start, flint().arb
-        one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.grows else (
+        one, p, q = ((-l1 * t).exp(), arb(1), ((l2 - l1) * t).exp()) if self.b < 0 else (
             arb(1), (l1 * t).exp(), (l2 * t).exp())
         still, drift = self.rest - guard.level, 0
         if guard.axis == "z":
@@ -171,12 +166,6 @@ class Exponentials(MatrixExponential):
             second = [times(rate, factor) for rate, factor in zip(self.rates, first, strict=True)]
             self._factors[axis] = first, second, [times(r, f) for r, f in zip(self.rates, second, strict=True)]
         return self._factors[axis]
-
-    def newton(self, guard: LevelGuard, middle: Ball, time: Ball) -> tuple[Ball, int]:
-        """Return Newton's interval step to the root of the guard in ``time``, and the guard's sign at ``middle``."""
-        (value,), slope = self.jet(guard, middle), self.jet(guard, time, 1)[1]
-        factor = (self.rates[0] * (middle - time)).exp() if self.grows else 1
-        return middle - value / slope * factor, certain_sign(value)
 
     def at(self, guard: LevelGuard, t: Ball) -> RodBalls:
         """Return the state at the root of the guard, the fast part from its equation where that is sharper."""
@@ -243,7 +232,8 @@ def _root(segment, guard, lo, hi):
     for _ in range(_NEWTON_STEPS):
         time = lo.union(hi)
         middle = ((lo + hi) / 2).mid()
-        step, side = segment.newton(guard, middle, time)
+        (value,), slope = segment.jet(guard, middle), segment.jet(guard, time, 1)[1]
+        step, side = middle - value / slope * (segment.growth * (middle - time)).exp(), certain_sign(value)
         lower, upper = (middle, hi) if side > 0 else (lo, middle) if side < 0 else (lo, hi)
         new = common(lower.union(upper), step) if step.is_finite() else lower.union(upper)
         if not new.rad() < time.rad() * 0.9:
