@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
 from asympk.errors import InputError
+from asympk.numbers import numbers
 from asympk.shown import Card, ShownAsTable, few, number_as_text
 
 if TYPE_CHECKING:
     from pathlib import Path as File
 
+    import numpy as np
     from matplotlib.figure import Figure
     from pandas import DataFrame
 
@@ -128,6 +130,19 @@ def within(first: Any, last: Any, until: Any) -> bool:
     return bool(first >= 0 and (last <= until or last <= float(until)))
 
 
+def require_within(first: Any, last: Any, until: Any) -> None:
+    """Raise ``InputError`` where times from ``first`` to ``last`` leave [0, until]."""
+    if not within(first, last, until):
+        raise InputError(f"t = {last if first >= 0 else first}: it must be from 0 to until = {until}")
+
+
+def times_within(t: Any, until: Any) -> "np.ndarray":
+    """Return the times ``t`` as an array of doubles; raises ``InputError`` where they leave [0, until]."""
+    times = numbers("t", t).astype(float)
+    require_within(times.min(initial=0.0), times.max(initial=0.0), until)
+    return times
+
+
 class ClosedForm:
     """The segments of a scene that ``run`` has solved; pickled as the scene, which ``run`` solves again."""
 
@@ -135,12 +150,6 @@ class ClosedForm:
 
     def __init__(self, run: Any, scene: Any, digits: int | None, segments: Any, convert: Any) -> None:
         self.run, self.scene, self.digits, self.segments, self.convert = run, scene, digits, segments, convert
-
-    def require_within(self, first: Any, last: Any) -> None:
-        """Raise ``InputError`` where times from ``first`` to ``last`` leave [0, until]."""
-        if not within(first, last, self.scene.until):
-            wrong = last if first >= 0 else first
-            raise InputError(f"t = {wrong}: it must be from 0 to until = {self.scene.until}")
 
     def __reduce__(self) -> tuple:
         return _solved, (self.run, self.scene, self.digits)

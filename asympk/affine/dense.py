@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from asympk.affine.functions import Arrays, functions
-from asympk.numbers import Number, number, numbers, unread
-from asympk.path import ClosedForm
+from asympk.numbers import Number, number, unread
+from asympk.path import ClosedForm, require_within, times_within
 
 
 class AffineDense(ClosedForm):
@@ -21,13 +21,12 @@ class AffineDense(ClosedForm):
         if self.digits is not None and one:
             return self._state(t)
         if self.digits is None and self.convert is float:
-            return self._states(numbers("t", t).astype(float))
+            return self._states(times_within(t, self.scene.until))
         times, size, kind = unread("t", t), len(self.scene.names), float if self.digits is None else object
         states = np.array([self._state(time) for time in times.ravel()], dtype=kind)
         return states.reshape(times.size, size).T.reshape(size, *times.shape)
 
     def _states(self, times):
-        self.require_within(times.min(initial=0.0), times.max(initial=0.0))
         flat, size = times.ravel(), len(self.scene.names)
         found = np.empty((size, flat.size))
         which = np.searchsorted([timed.start for timed in self.segments], flat, side="right") - 1
@@ -41,7 +40,7 @@ class AffineDense(ClosedForm):
 
     def _state(self, t):
         t = number("t", t)
-        self.require_within(t, t)
+        require_within(t, t, self.scene.until)
         t = self.segments[0].segment.m.number(t)
         timed = self.segments[bisect_right([timed.start for timed in self.segments], t) - 1]
         return tuple(map(self.convert, timed.segment.state(t - timed.start)[: len(self.scene.names)]))

@@ -18,8 +18,8 @@ from asympk.asymptotics.impact import LimitLayers
 from asympk.asymptotics.matched import MatchedPath, Stretch
 from asympk.asymptotics.smooth import ROUNDING, checked_order, predicted_error, tolerance
 from asympk.automaton.automaton import Automaton
-from asympk.errors import InputError, NotDerivable, OutOfRange
-from asympk.path import Path
+from asympk.errors import NotDerivable, OutOfRange
+from asympk.path import Path, times_within
 from asympk.symbolic import branches
 from asympk.symbolic.system import System
 
@@ -121,9 +121,7 @@ class StretchedDense:
     until: float
 
     def __call__(self, t: Any) -> Any:
-        times = np.asarray(t, dtype=float)
-        if not ((times >= 0) & (times <= self.until)).all():
-            raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
+        times = times_within(t, self.until)
         began = np.array([s.began for s in self.stretches])
         which = np.searchsorted(began, times.ravel(), side="right") - 1
         parts = [(which == k, s.states(times.ravel()[which == k] - s.began)) for k, s in enumerate(self.stretches)]

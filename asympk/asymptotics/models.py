@@ -20,9 +20,9 @@ from asympk.asymptotics.itinerary import LoadLine
 from asympk.asymptotics.linear import SLIP
 from asympk.asymptotics.validity import validity_conditions
 from asympk.digits import carried, carrier_context
-from asympk.errors import InputError, NoManifold, NoMotion, OutOfRange, TwoMotions
-from asympk.numbers import known_order, number, numbers, short, sign_of, unread, whole
-from asympk.path import Event, Path, within
+from asympk.errors import NoManifold, NoMotion, OutOfRange, TwoMotions
+from asympk.numbers import known_order, number, sign_of, unread, whole
+from asympk.path import Event, Path, require_within, times_within
 from asympk.scene import in_doubles
 
 HIGHEST_ORDER = 6
@@ -140,15 +140,11 @@ class CompositeDense:
         import numpy as np
 
         if self.digits is None:
-            times = numbers("t", t).astype(float)
-        else:
-            times = np.array([number("t", u) for u in unread("t", t).flat], dtype=object).reshape(np.shape(t))
-        if not within(times.min(initial=0), times.max(initial=0), self.until):
-            raise InputError(f"t = {short(t)}: it must be within [0, {self.until}]")
-        m = FLOATS if self.digits is None else _multiprecision(self.digits)
-        if m is FLOATS:
             with np.errstate(all="ignore"):
-                return np.stack(composite.states(self.motion, times, arrays()))
+                return np.stack(composite.states(self.motion, times_within(t, self.until), arrays()))
+        times = np.array([number("t", u) for u in unread("t", t).flat], dtype=object).reshape(np.shape(t))
+        require_within(times.min(initial=0), times.max(initial=0), self.until)
+        m = _multiprecision(self.digits)
         flat = [[m.out(v) for v in composite.state(self.motion, m.number(u), m)] for u in times.flat]
         return np.array(flat, dtype=object).T.reshape((3, *times.shape))
 

@@ -22,8 +22,8 @@ from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import Landing, land
 from asympk.asymptotics.reduced import Reduced
-from asympk.errors import InputError, NotDerivable, OrderError, OutOfRange
-from asympk.path import Path
+from asympk.errors import NotDerivable, OrderError, OutOfRange
+from asympk.path import Path, times_within
 
 HIGHEST_ORDER = 4
 EXTRA = 2  # the orders beyond the one asked for, which tell its error
@@ -156,8 +156,6 @@ class LayeredDense:
     until: float
 
     def __call__(self, t: Any) -> Any:
-        times = np.asarray(t, dtype=float)
-        if not ((times >= 0) & (times <= self.until)).all():
-            raise InputError(f"t = {t!r}: it must be within [0, {self.until}]")
+        times = times_within(t, self.until)
         slow = self.motion.states(times)[0]
         return slow + self.motion.layer(times)[0] if self.layered else slow

@@ -416,7 +416,7 @@ def test_dense_output_has_the_shape_of_the_times_and_ends_in_the_final_state():
     assert path(times).shape == (3, 3, 4)
     assert path(0.5).shape == (3,)
     assert np.allclose(path(1.0), path.final, rtol=1e-14)
-    with pytest.raises(InputError, match=r"within \[0, 1"):
+    with pytest.raises(InputError, match=r"from 0 to until = 1"):
         path(1.5)
 
 

@@ -152,7 +152,7 @@ def test_a_layer_on_a_limit_cycle_is_refused():
 def test_orders_and_numbers_that_are_not_known_are_refused():
     with pytest.raises(OrderError):
         _path("cubic", "1/100", 1, order=5)
-    with pytest.raises(InputError, match="within"):
+    with pytest.raises(InputError, match="from 0 to until"):
         _path("cubic", "1/100", 1)(2)
 
 
@@ -317,3 +317,11 @@ def test_slow_motion_within_a_layer_is_refused_as_that():
         _solved(system, {mu: "1e-6"}, (1, 4), "1e-6", method="slow")
     assert _solved(system, {mu: "1e-6"}, (1, 4), "1e-6").final[1] == pytest.approx(1 + 3 / math.e, abs=1e-5)
     assert _solved(system, {mu: "1e-6"}, (1, 4), "1e-4", method="slow").error < 1e-9
+
+
+@pytest.mark.parametrize("method", ["exact", "slow", "jump"])
+@pytest.mark.parametrize("time", ["now", True, float("nan"), -1, "2.1", [0, 3]])
+def test_a_time_that_is_none_or_not_of_the_run_is_refused_alike_by_every_model(method, time):
+    path = ap.solve(ap.Scene(system=LINEAR, values={mu: "1/100"}, start={x: 1, y: 0}, until=2), method)
+    with pytest.raises(InputError, match=r"from 0 to until = 2|must be a (decimal|number)"):
+        path(time)

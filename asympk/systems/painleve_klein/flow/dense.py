@@ -4,7 +4,7 @@ from bisect import bisect_right
 from typing import Any
 
 from asympk.numbers import Number, number, unread
-from asympk.path import ClosedForm
+from asympk.path import ClosedForm, require_within
 
 
 class RodDense(ClosedForm):
@@ -26,7 +26,7 @@ class RodDense(ClosedForm):
 
     def _state(self, t, starts):
         t = number("t", t) if self.digits is not None else float(number("t", t))
-        self.require_within(t, t)
+        require_within(t, t, self.scene.until)
         t = self.segments[0].segment.mode.m.number(t)
         solved = self.segments[bisect_right(starts, t) - 1]
         x, y, _, z, _ = solved.segment.state(t - solved.start)
