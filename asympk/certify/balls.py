@@ -7,6 +7,7 @@ is. A comparison of balls is true only when it holds for every point of both.
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
+from math import prod
 from threading import RLock
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -97,10 +98,7 @@ def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
     if expr.is_Add:
         return sum(parts[1:], parts[0])
     if expr.is_Mul:
-        product = parts[0]
-        for part in parts[1:]:
-            product *= part
-        return product
+        return prod(parts[1:], start=parts[0])
     if expr.is_Pow and expr.exp.is_Integer:
         return parts[0] ** int(expr.exp)
     if expr.is_Pow and abs(expr.exp) == sp.Rational(1, 2):
