@@ -73,11 +73,6 @@ class Rebound:
     overdamped: float
 
 
-def formula_rows() -> list[MechanismFormulas]:
-    """Return a row for every mechanism of the catalogue, in its order."""
-    return [_formulas(name) for name in MECHANISMS]
-
-
 def _formulas(name):
     described = described_mechanism(name)
     rod, kinetics = described.mechanism, described.mechanism.plain
@@ -147,11 +142,6 @@ def _after(described: Any, scene: Scene) -> dict[str, float]:
     return {name: float(known[name]) for name in scene.names}
 
 
-def rebounds() -> list[Rebound]:
-    """Return the rebounds of the slender rod that slides backward with unit speed, by angle and damping ratio."""
-    return [_rebound(theta, friction, ratio) for theta, friction in REBOUNDS for ratio in RATIOS]
-
-
 def _rebound(theta, friction, ratio):
     rod, numbers = painleve_rod.mechanism(), _sliding(theta, friction)
     law, undamped = (rod.evaluate(rod.jump_law(ratio=sp.Rational(b)).gap_rate, numbers) for b in (ratio, 0))
@@ -187,8 +177,8 @@ def _kept(value):
 
 
 def stored_formulas() -> Stored:
-    """Return the rows of ``formula_rows``, and what they were computed with."""
-    return formula_rows(), {"kept": KEPT, "examples": "those of the catalogue"}
+    """Return a row for every mechanism of the catalogue, in its order, and what they were computed with."""
+    return [_formulas(name) for name in MECHANISMS], {"kept": KEPT, "examples": "those of the catalogue"}
 
 
 def stored_errors() -> Stored:
@@ -197,5 +187,6 @@ def stored_errors() -> Stored:
 
 
 def stored_rebounds() -> Stored:
-    """Return the rows of ``rebounds``, and what they were computed with."""
-    return rebounds(), {"kept": KEPT, "eps": STIFF}
+    """Return the rebounds of the slender rod that slides backward with unit speed, by angle and damping ratio."""
+    rows = [_rebound(theta, friction, ratio) for theta, friction in REBOUNDS for ratio in RATIOS]
+    return rows, {"kept": KEPT, "eps": STIFF}
