@@ -25,7 +25,8 @@ from asympk.symbolic.reading import as_floats, exact_constant
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-ROWS = 201  # values of the second coordinate
+SAMPLES = 2001  # values of the first coordinate
+ROWS = 201  # and of the second one
 _HALVINGS = 60  # of a bracket, to rounding
 
 
@@ -44,13 +45,12 @@ class ParadoxSet(ShownAsTable):
 
     ``intervals`` is the table; ``edges`` are its ends that lie within the range, to rounding. With ``complete`` every
     interval over the first coordinate is there; without it one may be missed where the condition has two extrema
-    within the range divided by ``samples``.
+    within one ``SAMPLES``-th of the range.
     """
 
     over: tuple[str, ...]
     ends: tuple[tuple[float, float], ...]
     intervals: tuple[Interval, ...]
-    samples: int
     complete: bool
 
     def plot(self, file: str | Path | None = None) -> "Figure":
@@ -72,9 +72,7 @@ class ParadoxSet(ShownAsTable):
         return tuple(end for end in ends if end not in self.ends[0])
 
 
-def paradox_set(
-    kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.Symbol, Any], samples: int = 2001
-) -> ParadoxSet:
+def paradox_set(kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.Symbol, Any]) -> ParadoxSet:
     """Return the ``ParadoxSet`` over the coordinates or parameters of ``over``, ``{name: (low, high)}``, one or two.
 
     ``values`` gives the others, as numbers or as functions of those of ``over``, in their order; the edges over the
@@ -83,15 +81,13 @@ def paradox_set(
     names = tuple(over)
     if not 1 <= len(names) <= 2:
         raise InputError(f"{len(names)} ranges; give one or two coordinates or parameters with their (low, high)")
-    if not isinstance(samples, int) or samples < 3:
-        raise InputError(f"samples = {short(samples)}: give a whole number of 3 or more")
     ends = tuple(_ends(name, over[name]) for name in names)
     import numpy as np
 
     witnesses = _witnesses(kinetics, names, values)
     others = np.linspace(*ends[1], ROWS) if len(names) == 2 else np.zeros(1)
     excess = _excess(kinetics, names, values, others)
-    at, row = np.tile(np.linspace(*ends[0], samples), len(others)), np.repeat(np.arange(len(others)), samples)
+    at, row = np.tile(np.linspace(*ends[0], SAMPLES), len(others)), np.repeat(np.arange(len(others)), SAMPLES)
     if witnesses is None:
         inner, of = _extrema(excess, at, row)
     else:
@@ -101,7 +97,7 @@ def paradox_set(
     order = np.lexsort((at, row))
     found = _positive(excess, at[order], row[order])
     intervals = (Interval(*span, float(others[k]) if len(names) == 2 else None) for k, span in found)
-    return ParadoxSet(tuple(map(str, names)), ends, tuple(intervals), samples, witnesses is not None)
+    return ParadoxSet(tuple(map(str, names)), ends, tuple(intervals), witnesses is not None)
 
 
 def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
