@@ -5,7 +5,7 @@ formula.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Integral, Rational
@@ -65,6 +65,17 @@ def unread(name: str, value: Any) -> "np.ndarray":
     """Return ``value`` as an array of what it holds, for ``number`` to read; raises ``InputError`` as ``numbers``."""
     values = _array(name, value, None)
     return values if values.dtype.kind in "iuf" else _array(name, value, object)
+
+
+def common_shape(names: Iterable[Any], arrays: Collection[Any]) -> tuple[int, ...]:
+    """Return the shape that arrays broadcast to; raises ``InputError`` telling their shapes by name."""
+    import numpy as np
+
+    try:
+        return np.broadcast_shapes(*map(np.shape, arrays))
+    except ValueError:
+        shapes = ", ".join(f"{name} {np.shape(value)}" for name, value in zip(names, arrays, strict=True))
+        raise InputError(f"the arrays do not broadcast; their shapes are {shapes}") from None
 
 
 def entry_name(name: str, at: tuple) -> str:

@@ -20,7 +20,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function
 from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, Many, outcome_of
-from asympk.numbers import entry_name, numbers, short, unread
+from asympk.numbers import common_shape, entry_name, numbers, short, unread
 from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
 
@@ -143,10 +143,7 @@ def _broadcast(system, values, start, until):
             raise InputError(f"{what} = {short(given)}: give a mapping from symbols or names to numbers or arrays")
     states = [_floats(f"start: {key}", v) for key, v in start.items()]
     arrays = [*(unread(f"values: {key}", v) for key, v in values.items()), *states, _floats("until", until)]
-    try:
-        shape = np.broadcast_shapes(*(a.shape for a in arrays))
-    except ValueError:
-        raise InputError(f"arrays of the shapes {', '.join(str(a.shape) for a in arrays)} do not broadcast") from None
+    shape = common_shape((*values, *start, "until"), arrays)
     flat = [np.broadcast_to(a, shape).ravel() for a in arrays]
     parameters = dict(zip(values, flat, strict=False))
     order = {str(key): k + len(values) for k, key in enumerate(start)}

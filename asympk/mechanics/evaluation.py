@@ -5,6 +5,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, OutOfRange
+from asympk.numbers import common_shape
 from asympk.symbolic.reading import as_floats
 from asympk.symbolic.truth import array_function, holds
 
@@ -21,11 +22,12 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     missing = [str(symbol) for symbol in needed if symbol not in values]
     if missing:
         raise InputError(f"no value for {', '.join(missing)}; give one for each of {', '.join(map(str, needed))}")
-    numbers = broadcast({symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed})
-    given, shape = dict(zip(needed, numbers, strict=True)), np.broadcast_shapes(*map(np.shape, numbers))
+    given = {symbol: _declared(symbol, as_floats(str(symbol), values[symbol])) for symbol in needed}
+    shape = common_shape(given, given.values())
+    given = {symbol: np.broadcast_to(value, shape) for symbol, value in given.items()}
     plain = sp.Tuple(*(e for e in expressions if isinstance(e, sp.Expr)))
     try:
-        found = iter(array_function(plain, (*needed,))(*numbers))
+        found = iter(array_function(plain, (*needed,))(*given.values()))
         return tuple(next(found) if isinstance(e, sp.Expr) else _truth(e, given, shape) for e in expressions)
     except OutOfRange:
         place = ", ".join(f"{symbol} = {value.flat[0]:g}" for symbol, value in given.items() if value.size)
@@ -37,16 +39,6 @@ def _truth(condition: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, .
 
     found = holds(condition, given)
     return np.broadcast_to(found, shape) if shape else found
-
-
-def broadcast(arrays: dict[sp.Symbol, Any]) -> tuple:
-    """Return arrays of one shape; raises ``InputError`` naming those that have none."""
-    import numpy as np
-
-    try:
-        return np.broadcast_arrays(*arrays.values())
-    except ValueError:
-        raise InputError(f"the arrays given for {', '.join(map(str, arrays))} do not broadcast") from None
 
 
 def _declared(symbol: sp.Symbol, value: Any) -> Any:

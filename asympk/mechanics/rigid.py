@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.errors import InputError, Undecided
-from asympk.mechanics.evaluation import broadcast, evaluate
+from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
+from asympk.numbers import common_shape
 
 
 class Motion(NamedTuple):
@@ -101,9 +102,8 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     parts = (kinetics.directions[1, k] * u for k, u in enumerate(kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
     found = evaluate((*contact_terms(kinetics), size), values)
-    given = broadcast({s: np.zeros(np.shape(value)) for s, value in values.items()})  # those that do not matter, too
-    arrays = np.broadcast_arrays(*found, *given)[: len(found)]
-    *terms, size = (np.array(a, dtype=float) for a in arrays)
+    shape = common_shape(values, values.values())  # of those that do not matter, too
+    *terms, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
     if (least := min(terms[0].min(initial=0), terms[2].min(initial=0))) < 0:
         raise InputError(f"the mass matrix is not positive at these values: it gives G_NN or G_TT = {least:g}")
     if (least := terms[_KINETIC].min(initial=0)) < 0:

@@ -25,7 +25,7 @@ from sympy.printing.pycode import MpmathPrinter, PythonCodePrinter
 from asympk.errors import InputError, OutOfRange
 from asympk.multiprecision import as_mpf, in_context, private_context
 from asympk.naming import named
-from asympk.numbers import Number, number, numbers, short
+from asympk.numbers import Number, common_shape, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.reading import entries_of, expression
@@ -277,11 +277,7 @@ def _numpy(lowered, values):
     import numpy as np
 
     arrays = [numbers(str(a), v).astype(float) for a, v in zip(lowered.args, values, strict=True)]
-    try:
-        shape = np.broadcast_shapes(*(a.shape for a in arrays))
-    except ValueError:
-        shapes = ", ".join(f"{a} {v.shape}" for a, v in zip(lowered.args, arrays, strict=True))
-        raise InputError(f"the arguments do not broadcast; their shapes are {shapes}") from None
+    shape = common_shape(lowered.args, arrays)
     with np.errstate(all="ignore"):
         found = [np.broadcast_to(np.asarray(v, dtype=float), shape) for v in lowered.compiled(*arrays)]
     for output, v in zip(lowered.outputs, found, strict=True):

@@ -7,10 +7,10 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.numbers import common_shape
 from asympk.symbolic.long import replaced
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import as_floats
-from asympk.symbolic.values import in_words
 
 _COMPARE = {
     sp.Ge: lambda a, b: a >= b,
@@ -36,10 +36,7 @@ def as_arrays(given: Mapping[sp.Symbol, Any]) -> dict:
     import numpy as np
 
     found = {symbol: np.asarray(as_floats(str(symbol), value)) for symbol, value in given.items()}
-    try:
-        np.broadcast_shapes(*(value.shape for value in found.values()))
-    except ValueError as error:
-        raise InputError(f"{in_words(given)} do not broadcast: {error}") from None
+    common_shape(found, found.values())
     return found
 
 
