@@ -200,5 +200,5 @@ def _functions():
     import jax.numpy as jnp
 
     names = {f"a{name}": f"arc{name}" for name in ("sin", "cos", "tan", "tan2", "sinh", "cosh", "tanh")}
-    plain = ("pi", "e", "sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
+    plain = ("pi", "e", "pow", "sqrt", "exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh")
     return namespace(**{name: getattr(jnp, name) for name in plain}, **{k: getattr(jnp, v) for k, v in names.items()})

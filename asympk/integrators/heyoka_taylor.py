@@ -70,9 +70,10 @@ def _compiled(method, mode, tol):
 @cache
 def _functions():
     import math
+    import operator
 
     import heyoka as hy
 
     names = ("sqrt", "exp", "log", "erf", "sin", "cos", "tan", "asin", "acos", "atan", "atan2",
              "sinh", "cosh", "tanh", "asinh", "acosh", "atanh")  # fmt: skip
-    return namespace(pi=math.pi, e=math.e, **{name: getattr(hy, name) for name in names})
+    return namespace(pi=math.pi, e=math.e, pow=operator.pow, **{name: getattr(hy, name) for name in names})

@@ -186,7 +186,16 @@ class _C(C99CodePrinter):
         return super()._print_Pow(expr)
 
 
-_PRINTERS = {"numpy": NumPyPrinter, "math": PythonCodePrinter, "mpmath": MpmathPrinter, "c": _C}
+class _Math(PythonCodePrinter):
+    """Python's floats: a power that is not real raises ``ValueError``, where ``**`` would return a complex number."""
+
+    def _print_Pow(self, expr, rational=False):
+        if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:
+            return super()._print_Pow(expr, rational)
+        return f"{self._module_format('math.pow')}({self._print(expr.base)}, {self._print(expr.exp)})"
+
+
+_PRINTERS = {"numpy": NumPyPrinter, "math": _Math, "mpmath": MpmathPrinter, "c": _C}
 _EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}},
           "c": {"math_macros": {}}}  # fmt: skip
 _MACROS = ("INFINITY", "NAN", "HUGE_VAL", "HUGE_VALF", "HUGE_VALL", "FP_NAN", "FP_INFINITE", "FP_ZERO", "FP_SUBNORMAL",

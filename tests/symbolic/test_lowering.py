@@ -157,6 +157,15 @@ def test_a_value_that_is_not_finite_and_real_is_an_error_that_says_where(target,
         lower((x,), expr, target)(value)
 
 
+def test_the_source_for_floats_has_no_complex_values():
+    """A power by ** would have one."""
+    space = {"math": math}
+    exec(lower((x,), sp.cbrt(x) + 1, "math").source, space)
+    assert space["f"](8.0) == 3
+    with pytest.raises(ValueError, match="math domain error"):
+        space["f"](-8.0)
+
+
 def test_in_an_array_the_first_bad_place_is_named():
     with pytest.raises(OutOfRange, match=r"1/x is not a finite real number at x = 0\.0, mu = 5\.0"):
         lower((x, mu), [1 / x, mu])([[1], [0]], [5, 6])
