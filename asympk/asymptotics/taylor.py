@@ -14,6 +14,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "sqrt")
 U = sp.Symbol("u", positive=True)
@@ -71,6 +72,8 @@ def evaluated(expr: sp.Expr, values: dict, tape: Any) -> Any:
         for value in rest:
             first = _combined(expr, first, value)
         return first
+    if isinstance(expr, Penetration):  # its own series, where the contact is closed
+        return evaluated(expr.args[0], values, tape)
     base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
     if exponent.is_Integer and expr.is_Pow:
         return _power(evaluated(base, values, tape), int(exponent))

@@ -322,6 +322,8 @@ def _opening(system: System, k: int, point: ContactPoint, forces: tuple, touchin
 
 def _still(mode: GuardedMode, ties: list[int], places: tuple[Place, ...], touching: dict) -> list[int] | None:
     """Return those of the guards that vanish with all derivatives, or None at the first that falls."""
+    if mode.pressed and any(v < 0 for v in places[0].values(mode.system, mode.conditions)):
+        return None  # a margin vanishes with the penetration, and is negative as soon as there is one
     still = []
     for k in ties:
         sign = _growth(mode, k, places, touching)
@@ -333,16 +335,21 @@ def _still(mode: GuardedMode, ties: list[int], places: tuple[Place, ...], touchi
 
 
 def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: dict) -> int:
-    """Return the sign of the first derivative along the field, of a guard that vanishes, that does not; else 0."""
-    kind, friction, _ = mode.guards[guard]
-    first = 3 if kind == "touch_down" and friction in touching else 1  # g, g' and g'' vanish there
+    """Return the sign of the first derivative along the field, of a guard that vanishes, that does not; else 0.
+
+    Powers of the penetration are left out of each (Lemma 11).
+    """
+    kind, friction, _, divided = mode.guards[guard]
+    first = 3 if kind == "touch_down" and friction in touching else 1 - divided  # g, g' and g'' vanish there
     moving = 5 if mode.system.time else min(len(mode.system.states), 5)
     for order in range(first, 2 + moving):
-        before = mode.derivative(guard, order - 1)
+        before = mode.derivative(guard, max(order - 1, 0))
         if order > first and _length(before) > LONGEST:
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(places[0].t):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
-        values = [place.values(mode.system, (before,), (mode.flow,))[0] for place in places]
+        written = mode.pressed or not order
+        asked = ((mode.derivative(guard, order),), ()) if written else ((before,), (mode.flow,))
+        values = [place.values(mode.system, *asked)[0] for place in places]
         if sign := places[0].numbers.decided_sign(values):
             return sign
         if order == first and _stays(mode, guard, places):

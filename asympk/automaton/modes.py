@@ -18,6 +18,7 @@ import sympy as sp
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.lowering import Lowered, lower
+from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
@@ -90,8 +91,16 @@ class GuardedMode:
         return moved + (expr.diff(self.system.time) if self.system.time else 0)
 
     def derivative(self, guard: int, order: int) -> sp.Expr:
-        """Return the derivative of a guard's value of the given order along the field."""
+        """Return the derivative of a guard's value of the given order along the field.
+
+        Powers of the penetration, which are positive in the mode, are left out of each: they grow as no power of t.
+        """
         return _derivative(self, guard, order)
+
+    @cached_property
+    def pressed(self) -> bool:
+        """Whether anything in the mode has a power of the penetration in it."""
+        return sp.Tuple(*self.rates, *self.guard_values).has(Penetration)
 
 
 @lru_cache(maxsize=512)
@@ -102,7 +111,9 @@ def mode_of(system: System, branch: Branch) -> GuardedMode:
 
 @lru_cache(maxsize=512)
 def _derivative(mode: GuardedMode, guard: int, order: int) -> sp.Expr:
-    return mode.guards[guard].value if order == 0 else mode.lie_derivative(_derivative(mode, guard, order - 1))
+    if order == 0:
+        return mode.guards[guard].value
+    return without_penetration(mode.lie_derivative(_derivative(mode, guard, order - 1)))
 
 
 @lru_cache(maxsize=1024)

@@ -21,6 +21,7 @@ from sympy.solvers.solveset import NonlinearError
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.long import is_longer, is_regular, replaced
+from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
     from asympk.symbolic.system import Friction, System
@@ -52,11 +53,15 @@ Branch = tuple[Phase, ...]
 
 
 class Guard(NamedTuple):
-    """A function that is positive inside a mode: the kind of event that its loss is, and the friction it belongs to."""
+    """A function that is positive inside a mode: the kind of event that its loss is, and the friction it belongs to.
+
+    ``divided`` tells that a power of the penetration was taken out, with which a margin vanishes where this may not.
+    """
 
     kind: str
     friction: int
     value: sp.Expr
+    divided: bool = False
 
 
 def mode_name(branch: Branch) -> str:
@@ -253,7 +258,13 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
     found = [g for g in found if g.kind not in branch[g.friction].idle] + _unambiguous(system, branch)
-    return [g._replace(value=_put(system, branch, g.value, solved)) for g in found]
+    return [_divided(g._replace(value=_put(system, branch, g.value, solved))) for g in found]
+
+
+def _divided(guard: Guard) -> Guard:
+    """Return a guard without its factors that are positive while the contact is closed."""
+    value = without_penetration(guard.value)
+    return guard if value == guard.value or guard.kind == "lift_off" else guard._replace(value=value, divided=True)
 
 
 def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
@@ -355,12 +366,16 @@ def held(system: "System", branch: Branch) -> set[sp.Symbol]:
 
 
 def lifts(friction: "Friction") -> bool:
-    """Tell whether the contact opens just where its load vanishes: the load then keeps its sign while closed."""
+    """Tell whether the contact opens just where its load vanishes: the load then keeps its sign while closed.
+
+    It is a multiple of the gap, or of a power of the penetration.
+    """
     if friction.gap is None:
         return False
     if friction.constraint is not None:
         return True
-    ratio = sp.cancel(friction.load / friction.gap)
+    ratio = without_penetration(friction.load)
+    ratio = sp.cancel(friction.load / friction.gap) if ratio == friction.load else ratio
     return not ratio.free_symbols & (friction.load.free_symbols & friction.gap.free_symbols)
 
 

@@ -51,7 +51,7 @@ def _slope(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     if expr.is_Mul:
         slopes = ((k, _slope(factor, s)) for k, factor in enumerate(expr.args))
         return sp.Add(*(sp.Mul(*expr.args[:k], slope, *expr.args[k + 1 :]) for k, slope in slopes if slope != 0))
-    if expr.is_Pow and expr.exp.is_Number:
+    if expr.is_Pow and not expr.exp.has_free(s):
         return expr.exp * expr.base ** (expr.exp - 1) * _slope(expr.base, s)
     return expr.diff(s)
 

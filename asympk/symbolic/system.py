@@ -24,6 +24,7 @@ from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
+from asympk.symbolic.penetration import with_penetration
 from asympk.symbolic.placing import place
 from asympk.symbolic.reading import entries_of, expression, require_names
 
@@ -53,11 +54,12 @@ class Friction(ShownAsFormulas):
 
     ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic``
     and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
-    open, without load, while ``gap > 0``. ``normal`` is the symbol, if any, under which the load enters the rates: it
-    is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression linear in
-    ``normal`` and the forces that vanishes while the contact is closed, ``normal`` is the reaction that this equation
-    determines, and ``load`` a multiple of it: the rigid contact. With a gap g the constraint is g'', and ``normal``,
-    which only pushes, enters it with a positive coefficient.
+    open, without load, while ``gap > 0``; a power of -gap in the load that is not whole is that of the penetration,
+    ``Max(0, -gap)``, as in the contact of Hertz. ``normal`` is the symbol, if any, under which the load enters the
+    rates: it is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression
+    linear in ``normal`` and the forces that vanishes while the contact is closed, ``normal`` is the reaction that this
+    equation determines, and ``load`` a multiple of it: the rigid contact. With a gap g the constraint is g'', and
+    ``normal``, which only pushes, enters it with a positive coefficient.
     """
 
     velocity: sp.Expr
@@ -81,6 +83,9 @@ class Friction(ShownAsFormulas):
                 raise InputError(f"friction: {name} = None: a friction needs one, an expression or a number")
             _put(self, name, getattr(self, name))
         _put(self, "static", static)
+        if isinstance(self.gap, sp.Expr) and self.gap.free_symbols and self.constraint is None:
+            for name in ("load", "kinetic", "static"):
+                _put(self, name, with_penetration(getattr(self, name), self.gap))
         for name in ("force", "normal"):
             symbol = getattr(self, name)
             if not (isinstance(symbol, sp.Symbol) or (symbol is None and name == "normal")):

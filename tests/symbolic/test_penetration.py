@@ -1,0 +1,86 @@
+"""Loads that are powers of the penetration, as that of Hertz: real while a contact is open, and followed through it."""
+
+import math
+
+import mpmath
+import pytest
+import sympy as sp
+from scipy.integrate import quad
+
+import asympk as ap
+from asympk.symbolic.lowering import lower
+from asympk.symbolic.penetration import Penetration, with_penetration
+
+x, v, y, F, N = sp.symbols("x v y F N", real=True)
+K, p, mu = sp.symbols("K p mu", positive=True)
+HERTZ = sp.Rational(3, 2)
+
+
+def ball(load, gap=x, push=0, static=None):
+    """A ball of mass 1 and weight 1 over rough ground, with a tangential velocity y that friction 1/5 turns down."""
+    contact = ap.Friction(velocity=y, force=F, load=load, kinetic=sp.Rational(1, 5), static=static, gap=gap, normal=N)
+    return ap.System.with_frictions({x: v, v: -1 + N, y: F + push * N}, {}, [contact])
+
+
+@pytest.mark.parametrize(
+    "load", [(-x) ** HERTZ, sp.Max(-x, 0) ** HERTZ, sp.Abs(x) ** HERTZ, (-2 * x) ** HERTZ / 2**HERTZ]
+)
+def test_one_penetration_is_meant_by_every_way_to_write_it(load):
+    assert sp.expand_power_base(with_penetration(load, x), force=True) in (
+        Penetration(-x) ** HERTZ, Penetration(-2 * x) ** HERTZ / 2**HERTZ)  # fmt: skip
+
+
+def test_what_is_no_multiple_of_the_gap_and_whole_powers_stay():
+    for load in ((-x) ** 3, x**HERTZ, (1 - x) ** HERTZ, sp.Max(x, 0), sp.Abs(v), -K * x):
+        assert with_penetration(load, x) == load
+
+
+@pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
+def test_a_penetration_is_zero_while_the_contact_is_open(target):
+    depth = lower((x,), Penetration(-x) ** HERTZ / 2, target)
+    assert depth(4) == 0
+    assert float(depth(-4)) == 4
+    assert "fmax(-x, 0.0)" in lower((x,), Penetration(-x), "c")
+
+
+def lift_off():
+    """When a ball dropped from 1 leaves again: its contact lasts twice the quadrature of the way down."""
+    deepest = float(mpmath.findroot(lambda d: 2 + 2 * d - 800 * d ** mpmath.mpf(2.5), 0.08))
+    speed = lambda u: math.sqrt(2 + 2 * deepest * (1 - u * u) - 800 * (deepest * (1 - u * u)) ** 2.5)  # noqa: E731
+    return math.sqrt(2) + 2 * quad(lambda u: 2 * deepest * u / speed(u), 0, 1, epsabs=1e-13)[0]
+
+
+@pytest.mark.parametrize(("how", "tolerance"), [({}, 1e-8), ({"method": "radau"}, 1e-5), ({"digits": 10}, 1e-10)])
+def test_a_ball_on_hertz_s_law_bounces_as_the_quadrature_of_its_energy_says(how, tolerance):
+    path = ap.solve(ap.Scene(system=ball(1000 * (-x) ** HERTZ), start={x: 1, v: 0, y: 1}, until=4), **how)
+    assert path.modes == ("open", "slip_same", "open")
+    fall, leave = (float(event.t) for event in path.events)
+    assert (fall, leave) == pytest.approx((math.sqrt(2), lift_off()), abs=tolerance)
+    after, (height, speed, slide) = 4 - leave, (float(w) for w in path.final)
+    thrown = after * math.sqrt(2) - after**2 / 2, math.sqrt(2) - after
+    assert (height, speed) == pytest.approx(thrown, abs=4 * tolerance)
+    assert slide == pytest.approx(1 - (2 * math.sqrt(2) + leave - fall) / 5, abs=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("push", "after", "gained"),
+    [("0", "stick", 0), ("1/10", "stick", 0), ("1/2", "slip_same", 0.3), ("-1/2", "slip_opposite", -0.3)],
+)
+def test_what_follows_a_touch_down_is_told_though_load_and_push_vanish_there(push, after, gained):
+    """The push of half the load is held by friction of a fifth up to three tenths."""
+    system = ball(K * (-x) ** p, push=sp.Rational(push))
+    path = ap.solve(ap.Scene(system=system, values={K: 1000, p: "3/2"}, start={x: 1, v: 0, y: 0}, until=2))
+    assert path.modes == ("open", after, "open")
+    landed, left = (float(event.t) for event in path.events)
+    impulse = 2 * math.sqrt(2) + left - landed
+    assert path.final[2] == pytest.approx(gained * impulse, abs=1e-7)
+
+
+def test_a_contact_of_hertz_and_of_a_small_time_has_its_slow_manifold_and_models():
+    contact = ap.Friction(velocity=y, force=F, load=(-x) ** HERTZ * (1 - v), kinetic=sp.Rational(1, 5), gap=x, normal=N)
+    soft = ap.System.with_frictions({y: F + sp.Rational(1, 10)}, {x: v, v: -1 + N}, [contact], small=mu)
+    assert {plane.branch[x] for plane in ap.slow_manifolds(soft)} == {-1}
+    scene = ap.Scene(system=soft, values={mu: "1e-3"}, start={x: "-1/2", v: 0, y: 1}, until=5)
+    exact, jump = ap.solve(scene), ap.solve(scene, "jump", order=2)
+    assert exact.modes == jump.modes
+    assert list(jump.final) == pytest.approx(list(exact.final), abs=2 * jump.error)
