@@ -174,6 +174,7 @@ class NumericMode:
         One that depends on those before it is 0 with them, and is passed over. What cancels to rounding is 0.
         """
         rounding = 4 * getattr(self.functions, "eps", 2.0**-52)
+        least = [rounding * abs(w) for w in state]
         for _ in range(2):
             basis: list[list] = []
             for expr in expressions:
@@ -187,8 +188,8 @@ class NumericMode:
                 if size <= DEPENDENT * whole:
                     continue
                 basis.append(direction)
-                moved = [(w, w - value * a / size) for w, a in zip(state, direction, strict=True)]
-                state = tuple(new if abs(new) > rounding * abs(w) else w - w for w, new in moved)
+                moved = (w - value * a / size for w, a in zip(state, direction, strict=True))
+                state = tuple(w if abs(w) > small else w - w for w, small in zip(moved, least, strict=True))
         return state
 
     def _gradient(self, expr: sp.Expr) -> Callable[..., tuple]:

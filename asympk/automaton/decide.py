@@ -84,7 +84,7 @@ def _follow_on(
     system = automaton.system
     t, state = numbers.convert(t), tuple(map(numbers.convert, state))
     at = Place(numbers, t, state, tuple(map(numbers.convert, automaton.values)))
-    places = at.with_nudged(slack)
+    places = tuple(_settled(automaton, before, place) for place in at.with_nudged(slack))
     points = [contact_point(system, place) for place in places]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
@@ -101,6 +101,17 @@ def _follow_on(
     except (NoMotion, TwoMotions, Undecided):
         _require_determined(system, tried, resting, touching, places[0], points)
         raise
+
+
+def _settled(automaton: "Automaton", before: Branch | None, place: Place) -> Place:
+    """Return a place moved to where all vanishes that does in the mode before, in its own numbers.
+
+    Rounded as a number of other ones, what only rounding leaves there would count as given.
+    """
+    if not before:
+        return place
+    mode = automaton.mode(before, getattr(place.numbers.functions, "dps", None))
+    return place._replace(state=mode.settled(place.t, place.state))
 
 
 def _going_on(

@@ -445,7 +445,7 @@ def test_a_block_on_two_feet_rests_as_long_as_some_forces_hold_it_and_slides_to_
     assert (stop.t, path.final[0]) == (pytest.approx(5), pytest.approx(2.5))
 
 
-def _body(feet, normals):
+def _body(feet, normals, push=None):
     """Return a body whose feet, points of it, stand on planes with these normals, under a weight, a push and a turn."""
     X, Y, h, U, V, W = sp.symbols("X Y h U V W", real=True)
     P, M = sp.symbols("P M", real=True)
@@ -455,7 +455,7 @@ def _body(feet, normals):
     ends = [x * m - y * n for (x, y), (n, m) in zip(at, normals, strict=True)]
     pairs = [*zip(gaps, N, strict=True), *zip(ends, F, strict=True)]
     rates = {X: U, Y: V, h: W}
-    loads = zip((X, Y, h), (U, V, W), (P, -1, M), strict=True)
+    loads = zip((X, Y, h), (U, V, W), (P if push is None else push, -1, M), strict=True)
     rates |= {v: sum(e.diff(q) * u for e, u in pairs) + load for q, v, load in loads}
 
     def rate(expr):
@@ -520,6 +520,17 @@ def test_a_block_that_only_just_does_not_tip_slides_to_rest_though_a_foot_bears_
     path = ap.solve(ap.Scene(system=block, values=values, start=[0, 0, 0, 1, 0, 0], until=4), **method)
     assert path.modes == ("slip_same+slip_same", "stick+stick")
     assert float(path.final[0]) == pytest.approx(float(1 / half / 2), abs=1e-5)
+
+
+@pytest.mark.parametrize("method", [{}, {"digits": 15}])
+def test_a_block_that_only_just_does_not_tip_swings_on_a_spring_as_one_that_cannot(method):
+    half, X = sp.Rational(1, 10), sp.Symbol("X", real=True)
+    block, _ = _body([(-half, -1), (half, -1)], [(0, 1)] * 2, push=-X)
+    values = {"f1": half, "f2": half, "M": 0}
+    path = ap.solve(ap.Scene(system=block, values=values, start=[2, 0, 0, 0, 0, 0], until=7), **method)
+    assert path.modes == ("slip_opposite+slip_opposite", "slip_same+slip_same", "slip_opposite+slip_opposite")
+    assert [float(e.state[0]) for e in path.events] == pytest.approx([-1.8, 1.6], abs=1e-8)
+    assert float(path.final[0]) == pytest.approx(0.1 + 1.5 * math.cos(7), abs=1e-8)
 
 
 def test_a_slide_in_two_guides_slips_as_their_resultant_says():
