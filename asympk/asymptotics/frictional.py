@@ -36,6 +36,8 @@ def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path
     ``OutOfRange`` where a layer does not settle, ``NotNormallyHyperbolic``, ``NoMotion``, ``TooManyEvents``.
     """
     system = scene.system
+    if system.small is None:
+        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     if checked_order(method, order):
         return _to_order(scene, method, order)
     _require_derivable(system)
@@ -56,8 +58,6 @@ def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
 
 def _to_order(scene: Any, method: str, order: int) -> Path:
     """Follow a scene to an order above 0; ``path.info["omitted"]`` is what the next order changes at ``until``."""
-    if scene.system.small is None:
-        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
     paths = matched.matched_paths(scene, method, order, rtol)
