@@ -47,18 +47,20 @@ class Penetration(sp.Function):
 def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
     """Return ``expr`` with the penetration where -gap, times a constant, has a power that is not whole, or a size."""
 
-    def depth(base):
-        """Return the multiple of -gap that ``base`` is, up to its sign; None where it is none."""
-        ratio = sp.cancel(base / gap)
-        return None if ratio.free_symbols & gap.free_symbols or ratio.is_zero else -base if ratio.is_positive else base
+    def times_gap(factor):
+        """Return the constant that the gap has in ``factor``, a multiple of it; of all else 0."""
+        ratio = sp.cancel(factor / gap)
+        return sp.S.Zero if ratio.free_symbols & gap.free_symbols else ratio
 
     def of_size(size):
-        base = size.args[0] if isinstance(size, sp.Abs) else sp.Add(*(a for a in size.args if a != 0))
-        known = depth(base) if isinstance(size, sp.Abs) or sp.S.Zero in size.args else None
-        return size if known is None or (isinstance(size, sp.Max) and known != base) else Penetration(known)
+        rest = [a for a in size.args if a != 0]
+        constant = times_gap(rest[0]) if len(rest) == 1 else sp.S.Zero
+        if constant.is_negative:
+            return Penetration(rest[0])
+        return Penetration(-rest[0]) if constant.is_positive and isinstance(size, sp.Abs) else size
 
     def of_power(power):
-        return Penetration(power.base) ** power.exp if depth(power.base) == power.base else power
+        return Penetration(power.base) ** power.exp if times_gap(power.base).could_extract_minus_sign() else power
 
     found = expr.replace(lambda e: isinstance(e, sp.Abs | sp.Max), of_size)
     return found.replace(lambda e: e.is_Pow and not e.exp.is_integer and not e.base.has(Penetration), of_power)

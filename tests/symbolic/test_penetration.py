@@ -31,7 +31,9 @@ def test_one_penetration_is_meant_by_every_way_to_write_it(load):
 
 
 def test_what_is_no_multiple_of_the_gap_and_whole_powers_stay():
-    for load in ((-x) ** 3, x**HERTZ, (1 - x) ** HERTZ, sp.Max(x, 0), sp.Abs(v), -K * x):
+    k = sp.Symbol("k", real=True)
+    others = x**HERTZ, (k * x) ** HERTZ, (1 - x) ** HERTZ, sp.Max(x, 0), sp.Max(1, -x), sp.Abs(v), sp.Abs(k * x)
+    for load in (*others, (-x) ** 3, -K * x):
         assert with_penetration(load, x) == load
 
 
