@@ -421,8 +421,8 @@ def _bent_verdict(guards, q, left, right, bending):
         return "unknown"
     if b < 0:
         return "unknown" if _is_rounding(guards, q, right.t, b) else "falls"
-    if bending.middle < 0:
-        return "positive"
+    if bending.middle < 0 or left.slopes[q] > left.slope_doubts[q] or right.slopes[q] < -right.slope_doubts[q]:
+        return "positive"  # it is least at an end
     least = guards.at(guards.dip(q, left.t, right.t), max(guards.m.margin, guards.m.slack))
     below = (abs(least.slopes[q]) + least.slope_doubts[q]) * (right.t - left.t)
     return "positive" if least.values[q] > least.doubts[q] + below else "dips"

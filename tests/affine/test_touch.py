@@ -48,6 +48,17 @@ def test_a_touch_is_found_at_a_few_times_however_many_digits_decide_it(monkeypat
     assert len(looks) < 15 * touches
 
 
+def test_what_falls_all_the_way_to_a_triple_root_is_least_at_an_end(monkeypatch):
+    searches, least = [], Guards.least
+    monkeypatch.setattr(Guards, "least", lambda *arguments: searches.append(1) or least(*arguments))
+    friction = ap.Friction(velocity=v, force=F, load=(1 - t) ** 3, kinetic=1)
+    block = ap.System.with_frictions({v: F}, {}, (friction,), time=t)
+    path = ap.solve(ap.Scene(system=block, start=(5,), until=2))
+    assert [(event.kind, float(event.t)) for event in path.events] == [("force_zero", 1)]
+    assert float(path.final[0]) == pytest.approx(4.5, abs=1e-15)
+    assert len(searches) < 20
+
+
 def test_at_a_touch_static_friction_above_the_kinetic_one_holds():
     """It sticks from x = 1/2 to x = 3/5."""
     path = ap.solve(ap.Scene(system=on_a_belt("3/5"), start=("3/2", 0), until=10))
