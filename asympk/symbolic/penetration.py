@@ -62,8 +62,16 @@ def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
     def of_power(power):
         return Penetration(power.base) ** power.exp if times_gap(power.base).could_extract_minus_sign() else power
 
+    def of_product(product):
+        """Return a product with the penetration for its factors -gap, too: its slope is never 0/0 at the opening."""
+        known = min(product.atoms(Penetration), key=sp.default_sort_key)
+        parts = [factor.as_base_exp() for factor in product.args]
+        bases = (sp.cancel(b / known.args[0]) * known if times_gap(b) else b for b, _ in parts)
+        return sp.Mul(*(base**power for base, (_, power) in zip(bases, parts, strict=True)))
+
     found = expr.replace(lambda e: isinstance(e, sp.Abs | sp.Max), of_size)
-    return found.replace(lambda e: e.is_Pow and not e.exp.is_integer and not e.base.has(Penetration), of_power)
+    found = found.replace(lambda e: e.is_Pow and not e.exp.is_integer and not e.base.has(Penetration), of_power)
+    return found.replace(lambda e: e.is_Mul and e.has(Penetration), of_product)
 
 
 def without_penetration(expr: sp.Expr) -> sp.Expr:

@@ -23,7 +23,8 @@ def ball(load, gap=x, push=0, static=None):
 
 
 @pytest.mark.parametrize(
-    "load", [(-x) ** HERTZ, sp.Max(-x, 0) ** HERTZ, sp.Abs(x) ** HERTZ, (-2 * x) ** HERTZ / 2**HERTZ]
+    "load",
+    [(-x) ** HERTZ, sp.Max(-x, 0) ** HERTZ, sp.Abs(x) ** HERTZ, (-2 * x) ** HERTZ / 2**HERTZ, -x * sp.sqrt(-x)],
 )
 def test_one_penetration_is_meant_by_every_way_to_write_it(load):
     assert sp.expand_power_base(with_penetration(load, x), force=True) in (
@@ -43,6 +44,13 @@ def test_a_penetration_is_zero_while_the_contact_is_open(target):
     assert depth(4) == 0
     assert float(depth(-4)) == 4
     assert "fmax(-x, 0.0)" in lower((x,), Penetration(-x), "c")
+
+
+def test_a_gap_beside_the_penetration_leaves_the_slope_of_a_load_finite_at_a_touch_down():
+    load = (1 - x) * (5 * sp.sqrt(2 - 2 * x) + 7 * v)
+    meant = with_penetration(load, x - 1)
+    assert meant.diff(x).subs(x, 1) == -7 * v
+    assert sp.simplify((meant - load).subs(x, -3)) == 0
 
 
 def lift_off():
