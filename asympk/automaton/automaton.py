@@ -13,10 +13,12 @@ from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.digits import carrier_context
 from asympk.errors import OutOfRange
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
+from asympk.symbolic.switches import switches
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
 FARTHEST = 1e-3  # of the largest state, that a guard of forces moves one; beyond it the guard's gradient is rounding
+BESIDE = 4  # roundings of a time, by which smooth stretches keep away from what switches by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
 
 State = tuple[Any, ...]
@@ -92,6 +94,37 @@ class NumericMode:
                 raise OutOfRange(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
                                  f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it")  # fmt: skip
         return after
+
+    def smooth_until(self, t: Any, until: Any) -> Any:
+        """Return the time just before the next at which the mode switches by the time alone, or ``until``."""
+        found = [until]
+        for slope, phase, every in self._phases(t):
+            wholes = range(int(phase) - 2, int(phase) + 3) if every else (0,)
+            found += [(t + (n - phase) / slope) * (1 - self.beside) for n in wholes] if slope else []
+        return min(end for end in found if end > t and (end == until or self.after_switch(end) < until))
+
+    def after_switch(self, t: Any) -> Any:
+        """Return the time just after a switch that ``t`` is just before."""
+        return t * (1 + 3 * self.beside)
+
+    @property
+    def beside(self) -> Any:
+        """The relative distance in time that smooth stretches keep from a switch."""
+        return BESIDE * getattr(self.functions, "eps", 2.0**-52)
+
+    @cached_property
+    def _switches(self) -> list:
+        frictions = (e for f in self.mode.system.frictions for e in (f.load, f.kinetic, f.static, f.velocity))
+        system, exprs = self.mode.system, (*self.mode.rates, *self.mode.guard_values, *frictions)
+        return switches(exprs, system.time, system.parameters)
+
+    def _phases(self, t: Any) -> list[tuple]:
+        if not self._switches:
+            return []
+        time, states = self.mode.system.time, self.mode.system.states
+        exprs = tuple(e for switch in self._switches for e in (switch.phase.diff(time), switch.phase))
+        values = self._compiled(exprs)(t, *(t for _ in states), *self.p)
+        return [*zip(values[::2], values[1::2], (switch.every for switch in self._switches), strict=True)]
 
     def rhs(self, t: Any, state: State) -> tuple:
         """Return the rates at a time and a state."""

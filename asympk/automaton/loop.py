@@ -68,9 +68,16 @@ def follow(
         segments.append(segment._replace(branch=mode.branch))
         if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
             mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
-        if segment.short or segment.hit is None:
+        if segment.short or (segment.hit is None and segment.t >= until):
             break
-        branch, event = _passed(automaton, mode, (segment.hit, *segment.together), segment.t, segment.state, slack)
+        if segment.hit is None:
+            t, state = mode.after_switch(segment.t), segment.state
+            if not (hits := tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)):
+                continue
+        else:
+            t, hits = segment.t, (segment.hit, *segment.together)
+            state = _on_zeros(mode, hits, t, segment.state)
+        branch, event = _passed(automaton, mode, hits, t, state, slack if segment.hit is not None else mode.beside)
         t, state = event.t, event.state
         if branch == mode.branch:
             _require_progress(segments, mode)
@@ -85,14 +92,19 @@ def follow(
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
 
 
-def _passed(
-    automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any
-) -> tuple[Branch, Event]:
-    """Return what follows guards that are lost, and the event; raises where the motion of a rigid contact ends."""
+def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:
+    """Return ``state`` moved onto the zeros of guards that fall; raises where the motion of a rigid contact ends."""
     for hit in hits:
         if mode.kinds[hit][0] in _ENDS:
             raise _ended(mode, hit, t, state)
         state = mode.snapped(hit, t, state)
+    return state
+
+
+def _passed(
+    automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any
+) -> tuple[Branch, Event]:
+    """Return what follows guards that are lost, and the event."""
     after = automaton.next(mode.branch, hits, t, state, slack)
     kind, friction = _kind(mode, hits[0], after)
     return after, Event(kind, t, state, friction)

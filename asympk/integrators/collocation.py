@@ -134,7 +134,8 @@ def _follow(
         doubles = automaton.mode(mode.branch)
         scheme = Scheme(mode, doubles, tableau, tolerance, deadline)
         try:
-            return followed(doubles, t, state, until, lambda end: _segment(scheme, t, state, end))
+            end = mode.smooth_until(t, until)
+            return followed(doubles, t, state, end, lambda end: _segment(scheme, t, state, end))
         except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no order
             raise OutOfRange(f"a rate or its slope is not a finite real number in mode {mode.name} from "
                              f"t = {float(t):.6g} on; run it without digits, or start elsewhere") from error

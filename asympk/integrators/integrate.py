@@ -126,10 +126,11 @@ def _trace(scene, method, options, times=(), keep=False):
     deadline = float("inf") if times else monotonic() + options["seconds"]
 
     def on(mode, t, state, segments):
-        left, later = options["steps"] - sum(s.work.steps for s in segments), [v for v in times if v > t]
+        left = options["steps"] - sum(s.work.steps for s in segments)
+        later = [max(v, t) for v in times[sum(len(s.samples) for s in segments) :]]
         settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep)
         return in_range(t, state, lambda: _settled(mode, later, followed(
-            mode, t, state, until, lambda end: advance(mode, t, state, end, settings))))
+            mode, t, state, mode.smooth_until(t, until), lambda end: advance(mode, t, state, end, settings))))
 
     return follow(automaton, automaton.first(scene.start), start, until, on, options["events"])
 

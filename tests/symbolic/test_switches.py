@@ -1,0 +1,58 @@
+import math
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.symbolic.switches import switches
+
+x, v, F, t, a = sp.symbols("x v F t a", real=True)
+PULSE = sp.Piecewise((1, (t > 5) & (t < sp.Rational(26, 5))), (0, True))
+METHODS = [{}, {"method": "radau"}, {"method": "lsoda"}, {"digits": 12}]
+
+
+def _block(push):
+    rubbing = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(3, 10))
+    return ap.System.with_frictions({x: v, v: push + F}, {}, [rubbing], time=t)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_block_at_rest_is_moved_by_a_pulse_however_short_it_is_beside_the_rest(method):
+    path = ap.solve(ap.Scene(system=_block(PULSE), start=[0, 0], until=10), **method)
+    assert path.modes == ("stick", "slip_same", "stick")
+    assert [float(e.t) for e in path.events] == pytest.approx([5, 5 + 2 / 3], abs=1e-5)
+    assert float(path.final[0]) == pytest.approx(7 / 150, abs=1e-5)  # 0.7 (0.2)^2 / 2 and (0.14)^2 / 0.6
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_oscillator_at_rest_swings_after_a_pulse_and_is_read_where_it_begins(method):
+    system = ap.System.smooth(slow={x: v, v: PULSE - x}, fast={}, small=None, time=t)
+    path = ap.solve(ap.Scene(system=system, start=[0, 0], until=10), **method)
+    assert float(path.final[0]) == pytest.approx(math.cos(4.8) - math.cos(5), abs=3e-5)
+    assert [float(w) for w in path([5, 5.2, 7])[0]] == pytest.approx(
+        [0, 1 - math.cos(0.2), math.cos(1.8) - math.cos(2)], abs=3e-5
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_ramp_that_ends_before_the_steps_look_again_moves_a_block(method):
+    path = ap.solve(ap.Scene(system=_block(sp.Max(0, 1 - abs(t - 5))), start=[0, 0], until=10), **method)
+    assert float(path.events[0].t) == pytest.approx(4.3, abs=1e-6)
+    assert float(path.final[0]) == pytest.approx(0.81554166667, abs=1e-4)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_oscillator_under_a_saw_tooth_is_that_of_its_steps(method):
+    system = ap.System.smooth(slow={x: v, v: sp.Mod(t, sp.Rational(1, 2)) - x}, fast={}, small=None, time=t)
+    path = ap.solve(ap.Scene(system=system, start=[0, 0], until="9/4"), **method)
+    steps = sum(math.cos((9 - 2 * k) / 4) - 1 for k in range(1, 5)) / 2
+    assert float(path.final[0]) == pytest.approx(9 / 4 - math.sin(9 / 4) + steps, abs=1e-5)
+
+
+def test_a_saw_tooth_switches_at_whole_periods_and_a_square_wave_at_the_zeros_of_its_sine():
+    phases = {s.phase: s.every for s in switches([sp.Mod(t, a), sp.sign(3 * sp.cos(t)), sp.Abs(t)], t, [a])}
+    assert phases == {t / a: True, t / sp.pi + sp.Rational(1, 2): True, t: False}
+
+
+def test_what_depends_on_a_state_or_on_no_time_is_no_switch():
+    assert switches([sp.Max(x, t), abs(a - 1), sp.sign(t**2 - 1)], t, [a]) == []
