@@ -20,6 +20,7 @@ FUNCTIONS = {
     name: getattr(sp, name)
     for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
 } | {"abs": sp.Abs, "Abs": sp.Abs, "sign": sp.sign, "cbrt": sp.cbrt}
+FUNCTIONS |= {"max": sp.Max, "Max": sp.Max, "min": sp.Min, "Min": sp.Min}
 CONSTANTS = {"pi": sp.pi}
 LONGEST = 4000  # characters
 DEEPEST = 60  # levels of the tree
@@ -172,9 +173,10 @@ class _Reader:
             near = get_close_matches(name, FUNCTIONS, 1)
             hint = f"did you mean {near[0]}? " if near else ""
             raise self._refuse(f"the function {name or '?'} is unknown; {hint}there are {', '.join(FUNCTIONS)}")
-        if len(node.args) != 1 or node.keywords:
-            raise self._refuse(f"{name} takes one argument")
-        return FUNCTIONS[name](self._expression(node.args[0], depth + 1))
+        two = FUNCTIONS[name] in (sp.Max, sp.Min)
+        if len(node.args) != 1 + two or node.keywords:
+            raise self._refuse(f"{name} takes {'two arguments' if two else 'one argument'}")
+        return FUNCTIONS[name](*(self._expression(argument, depth + 1) for argument in node.args))
 
     def _relation(self, node: ast.Compare, depth: int) -> sp.Basic:
         sides = [self._expression(side, depth + 1) for side in (node.left, *node.comparators)]

@@ -8,11 +8,13 @@ from fractions import Fraction
 
 import mpmath
 import pytest
+import sympy as sp
 from mechanisms import SLENDER_ROD
 
 import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import InputError, MissingPackage, UnknownName
+from asympk.formulas import read_formula
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
 
@@ -25,6 +27,13 @@ def _file(tmp_path, entries, name="scene.toml"):
     path = tmp_path / name
     path.write_text("".join(f"{key} = {value}\n" for key, value in entries.items()), encoding="utf-8")
     return path
+
+
+def test_a_formula_of_an_end_stop_takes_the_larger_of_two():
+    x = sp.Symbol("x", real=True)
+    assert read_formula("x + 100*max(x - 1, 0) - min(x, -x)", {"x": x}) == x + 100 * sp.Max(x - 1, 0) - sp.Min(x, -x)
+    with pytest.raises(InputError, match="max takes two arguments"):
+        read_formula("max(x)", {"x": x})
 
 
 def test_a_byte_order_mark_is_passed_over(tmp_path):
