@@ -55,6 +55,8 @@ def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
     def of_size(size):
         rest = [a for a in size.args if a != 0]
         constant = times_gap(rest[0]) if len(rest) == 1 else sp.S.Zero
+        if isinstance(size, sp.Min):
+            return -Penetration(-rest[0]) if constant.is_positive else size
         if constant.is_negative:
             return Penetration(rest[0])
         return Penetration(-rest[0]) if constant.is_positive and isinstance(size, sp.Abs) else size
@@ -69,7 +71,7 @@ def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
         bases = (sp.cancel(b / known.args[0]) * known if times_gap(b) else b for b, _ in parts)
         return sp.Mul(*(base**power for base, (_, power) in zip(bases, parts, strict=True)))
 
-    found = expr.replace(lambda e: isinstance(e, sp.Abs | sp.Max), of_size)
+    found = expr.replace(lambda e: isinstance(e, sp.Abs | sp.Max | sp.Min), of_size)
     found = found.replace(lambda e: e.is_Pow and not e.exp.is_integer and not e.base.has(Penetration), of_power)
     return found.replace(lambda e: e.is_Mul and e.has(Penetration), of_product)
 
