@@ -101,7 +101,7 @@ class NumericMode:
         for slope, phase, every in self._phases(t):
             wholes = range(int(phase) - 2, int(phase) + 3) if every else (0,)
             found += [(t + (n - phase) / slope) * (1 - self.beside) for n in wholes] if slope else []
-        return min(end for end in found if end > t and (end == until or self.after_switch(end) < until))
+        return min(end for end in found if end > t)
 
     def after_switch(self, t: Any) -> Any:
         """Return the time just after a switch that ``t`` is just before."""

@@ -127,10 +127,12 @@ def _trace(scene, method, options, times=(), keep=False):
 
     def on(mode, t, state, segments):
         left = options["steps"] - sum(s.work.steps for s in segments)
-        later = [max(v, t) for v in times[sum(len(s.samples) for s in segments) :]]
+        end = mode.smooth_until(t, until)
+        last = end if mode.after_switch(end) >= until else until
+        later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
         settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep)
         return in_range(t, state, lambda: _settled(mode, later, followed(
-            mode, t, state, mode.smooth_until(t, until), lambda end: advance(mode, t, state, end, settings))))
+            mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))
 
     return follow(automaton, automaton.first(scene.start), start, until, on, options["events"])
 

@@ -56,3 +56,15 @@ def test_a_saw_tooth_switches_at_whole_periods_and_a_square_wave_at_the_zeros_of
 
 def test_what_depends_on_a_state_or_on_no_time_is_no_switch():
     assert switches([sp.Max(x, t), abs(a - 1), sp.sign(t**2 - 1)], t, [a]) == []
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_run_that_ends_on_a_switch_sees_what_comes_just_before_it(method):
+    """A push t^16 falls back to 0 at t = 1, and friction has held it up to 3/10."""
+    path = ap.solve(ap.Scene(system=_block(sp.Piecewise((t**16, t < 1), (0, True))), start=[0, 0], until=1), **method)
+    onset = 0.3 ** (1 / 16)
+    assert path.modes == ("stick", "slip_same")
+    assert float(path.events[0].t) == pytest.approx(onset, abs=1e-9)
+    assert float(path.final[1]) == pytest.approx((1 - onset**17) / 17 - 0.3 * (1 - onset), abs=1e-5)
+    assert [float(w) for w in path(1)] == pytest.approx([float(w) for w in path.final], abs=1e-14)
+    assert path.end == 1
