@@ -207,12 +207,12 @@ class ClosedSegment:
 
     ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within rounding
     vanishes there, and is set to zero; one that has no slope vanishes for ever, and is set to one, which nothing meets.
-    Where ``told`` is false, all guards stay as they are computed.
+    Where ``snapped`` is false, all guards stay as they are computed.
     """
 
     def __init__(
         self, flow: AffineFlow, start: Sequence[Number] | np.ndarray,
-        sizes: Sequence[Number] | np.ndarray | None = None, told: bool = True,
+        sizes: Sequence[Number] | np.ndarray | None = None, snapped: bool = True,
     ):  # fmt: skip
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
@@ -222,7 +222,7 @@ class ClosedSegment:
         self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.times(flow.tables, whole))
         first, off = self.guards[self.functions], flow.row_sizes @ self.size
         vanishing, moves = abs(first) <= off * max(m.margin, m.slack), self.slopes.any(axis=0)
-        self.zero, self.held = (np.flatnonzero(vanishing & told & some).tolist() for some in (moves, ~moves))
+        self.zero, self.held = (np.flatnonzero(vanishing & snapped & some).tolist() for some in (moves, ~moves))
         first[self.zero] = m.number(0)
         self.guards[self.functions :, self.held] = m.number(1)
 
@@ -237,7 +237,7 @@ class ClosedSegment:
     def in_doubles(self) -> "ClosedSegment":
         """Return the motion in doubles, all of whose guards stay as they are; raises ``OverflowError`` beyond them."""
         start, size = (np.array([*map(float, values[: len(self.start)])]) for values in (self.start, self.size))
-        return ClosedSegment(self.flow.mode.in_doubles, start, size, told=False)
+        return ClosedSegment(self.flow.mode.in_doubles, start, size, snapped=False)
 
     def state(self, t: Number) -> np.ndarray:
         """Return the state (n,) at the time t."""
