@@ -13,7 +13,7 @@ from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.digits import carrier_context
 from asympk.errors import OutOfRange
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
-from asympk.symbolic.switches import switches
+from asympk.symbolic.switches import Switch, switches
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
@@ -97,9 +97,12 @@ class NumericMode:
 
     def smooth_until(self, t: Any, until: Any) -> Any:
         """Return the time just before the next at which the mode switches by the time alone, or ``until``."""
+        if not self._switches:
+            return until
+        values = self._phases(t, *(t for _ in self.mode.system.states), *self.p)
         found = [until]
-        for slope, phase, every in self._phases(t):
-            wholes = range(int(phase) - 2, int(phase) + 3) if every else (0,)
+        for switch, slope, phase in zip(self._switches, values[::2], values[1::2], strict=True):
+            wholes = range(int(phase) - 2, int(phase) + 3) if switch.every else (0,)
             found += [(t + (n - phase) / slope) * (1 - self.beside) for n in wholes] if slope else []
         return min(end for end in found if end > t)
 
@@ -113,18 +116,17 @@ class NumericMode:
         return BESIDE * getattr(self.functions, "eps", 2.0**-52)
 
     @cached_property
-    def _switches(self) -> list:
+    def _switches(self) -> list[Switch]:
+        """The switches by the time alone."""
         frictions = (e for f in self.mode.system.frictions for e in (f.load, f.kinetic, f.static, f.velocity))
         system, exprs = self.mode.system, (*self.mode.rates, *self.mode.guard_values, *frictions)
         return switches(exprs, system.time, system.parameters)
 
-    def _phases(self, t: Any) -> list[tuple]:
-        if not self._switches:
-            return []
-        time, states = self.mode.system.time, self.mode.system.states
-        exprs = tuple(e for switch in self._switches for e in (switch.phase.diff(time), switch.phase))
-        values = self._compiled(exprs)(t, *(t for _ in states), *self.p)
-        return [*zip(values[::2], values[1::2], (switch.every for switch in self._switches), strict=True)]
+    @cached_property
+    def _phases(self) -> Callable[..., tuple]:
+        """The slope and the phase of every switch, one after the other, as a function of (t, *state, *p)."""
+        time = self.mode.system.time
+        return self._compiled(tuple(e for switch in self._switches for e in (switch.phase.diff(time), switch.phase)))
 
     def rhs(self, t: Any, state: State) -> tuple:
         """Return the rates at a time and a state."""

@@ -69,7 +69,8 @@ def follow(
         if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
             mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
         if segment.short or (segment.hit is None and mode.after_switch(segment.t) >= until):
-            segments[-1] = segments[-1] if segment.short else segments[-1]._replace(t=until)
+            if not segment.short:
+                segments[-1] = segments[-1]._replace(t=until)
             break
         if segment.hit is None:
             t, state = mode.after_switch(segment.t), segment.state

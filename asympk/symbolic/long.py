@@ -32,7 +32,7 @@ def is_longer(expr: sp.Basic, operations: int) -> bool:
 
 
 def generic_place(expr: Any) -> dict[sp.Symbol, sp.Expr]:
-    """Return numbers for the symbols of an expression or matrix, at which what is not 0 for all values hardly is."""
+    """Return numbers for the symbols of an expression or matrix, at which hardly anything vanishes by chance."""
     return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
 
 
