@@ -145,10 +145,10 @@ def _flow(m, mode, exact):
     states = exact.matrices[:, :-1]
     guards = np.stack([_weights(rows, matrix, exact.bits) for matrix in exact.matrices]) // denominator
     rate = rate_of(exact.blocks, unit)
-    slopes = _product(rate, guards) >> exact.bits
+    slopes = _derived(rate, guards, exact.bits)
     start = np.array(np.eye(width - 1, width, dtype=int), dtype=object) * unit
     sums = *_summed(exact.blocks, states, start), *_summed(exact.blocks, guards, rows * unit // denominator)
-    tables = *sums, slopes, _product(rate, slopes) >> exact.bits
+    tables = *sums, slopes, _derived(rate, slopes, exact.bits)
     tables = np.concatenate([table.reshape(-1, width) for table in tables])
     if m is Doubles:
         tables = _rounded(m, tables, exact.bits)
@@ -178,8 +178,8 @@ def _number(m, value, bits):
     return value / (1 << bits) if m is Doubles else m.ldexp(m.mpf(value), -bits)
 
 
-def _product(rate, weights):
-    return (rate @ weights.reshape(len(rate), -1)).reshape(weights.shape)
+def _derived(rate, weights, bits):
+    return _weights(rate, weights.reshape(len(rate), -1), bits).reshape(weights.shape) >> bits
 
 
 def _summed(blocks, weights, whole):

@@ -283,3 +283,13 @@ def test_a_compliance_below_the_doubles_is_refused_in_a_line():
     block = ap.System.with_friction({x: u}, {u: 1 - x - u}, {v: F}, force=F, load=x + u, kinetic=1, small=c)
     with pytest.raises(OutOfRange):
         ap.solve(ap.Scene(system=block, values={c: "1e-400"}, start=(1, 0, 1), until="1/2"))
+
+
+@pytest.mark.parametrize("damping", [2, 3, 20])
+def test_a_sliding_block_put_down_on_a_damped_ground_settles_there_from_its_first_touch(damping):
+    """The gap x and its rate w vanish at the start; friction takes half of the impulse of the load, which is 1 + w."""
+    ground = ap.Friction(velocity=v, force=F, load=-100 * x - damping * w, kinetic=sp.S.Half, gap=x, normal=N)
+    block = ap.System.with_frictions({x: w, v: F, w: N - 1}, {}, [ground])
+    path = followed(block, {}, {x: 0, v: 1, w: 0}, 1)
+    assert path.modes == ("slip_same",)
+    assert path.final[1] == pytest.approx((1 - path.final[2]) / 2, abs=1e-14)
