@@ -379,14 +379,15 @@ def _idle(mode: GuardedMode, still: list[int], places: tuple[Place, ...]) -> Bra
 def _stays(mode: GuardedMode, guard: int, places: tuple[Place, ...]) -> bool:
     """Tell whether a guard depends on states alone that stand still, and do so for ever."""
     rates = _behind(mode, guard)
+    if rates is None:
+        return False
     rows = [place.values(mode.system, rates) for place in places]
-    timed = mode.system.time in sp.Tuple(mode.guards[guard].value, *rates).free_symbols
-    return not timed and not any(map(places[0].numbers.decided_sign, zip(*rows, strict=True)))
+    return not any(map(places[0].numbers.decided_sign, zip(*rows, strict=True)))
 
 
 @lru_cache(maxsize=512)
-def _behind(mode: GuardedMode, guard: int) -> tuple[sp.Expr, ...]:
-    """Return the rates of the states that a guard depends on, and of those that these rates depend on."""
+def _behind(mode: GuardedMode, guard: int) -> tuple[sp.Expr, ...] | None:
+    """Return the rates of the states that a guard depends on, and of those behind these; None where the time is one."""
     rates = dict(zip(mode.system.states, mode.rates, strict=True))
     found: dict[sp.Symbol, sp.Expr] = {}
     left = [mode.guards[guard].value]
@@ -394,7 +395,8 @@ def _behind(mode: GuardedMode, guard: int) -> tuple[sp.Expr, ...]:
         states = left.pop().free_symbols & rates.keys() - found.keys()
         found |= {s: rates[s] for s in states}
         left += [rates[s] for s in states]
-    return tuple(found.values())
+    timed = mode.system.time in sp.Tuple(mode.guards[guard].value, *found.values()).free_symbols
+    return None if timed else tuple(found.values())
 
 
 @lru_cache(maxsize=256)
