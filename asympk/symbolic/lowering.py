@@ -28,6 +28,7 @@ from asympk.naming import named
 from asympk.numbers import Number, common_shape, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import directional_derivatives
+from asympk.symbolic.penetration import computed
 from asympk.symbolic.reading import entries_of, expression
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.frac, sp.Mod)
@@ -243,7 +244,7 @@ def _spare(lowered, **assumptions):
 
 
 def _shared(outputs, spare):
-    return sp.cse(outputs, symbols=spare, order="canonical")
+    return sp.cse([computed(e) for e in outputs], symbols=spare, order="canonical")
 
 
 def _renamed(lowered):

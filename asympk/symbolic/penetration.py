@@ -2,9 +2,11 @@ r"""The penetration of a contact, max(0, -g) of its gap g, whose powers are load
 
 (-g)^(3/2) is no real number while the contact is open, where there is no load; nor is it where the last step in a
 closed mode ends, shortly beyond the opening. The penetration is real everywhere. Its derivative is that of the closed
-contact, as a load counts in that alone.
+contact, as a load counts in that alone. Where a slope of the load is infinite at the opening, as that of Kuwabara and
+Kono's damping is, it is left out there.
 """
 
+from functools import partialmethod
 from typing import Any
 
 import sympy as sp
@@ -42,6 +44,36 @@ class Penetration(sp.Function):
         return f"fmax({printer.doprint(self.args[0])}, 0.0)"
 
     _pythoncode = _mpmathcode = _numpycode = _code
+
+
+class PenetrationPower(sp.Function):
+    """b^e where b is positive, else 0, whatever e: a power of the penetration as it is computed."""
+
+    nargs = 2
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Return the derivative by b."""
+        b, e = self.args
+        return e * PenetrationPower(b, e - 1)
+
+    def _print_as(self, choice: str, printer: Any) -> str:
+        b, e = self.args
+        if e.is_positive:
+            return f"({printer.doprint(Penetration(b) ** e)})"
+        return choice.format(b=printer.doprint(b), e=printer.doprint(e), power=printer.doprint(b**e))
+
+    _pythoncode = _mpmathcode = partialmethod(_print_as, "({power} if {b} > 0 else 0*({b}))")
+    _numpycode = partialmethod(_print_as, "(({b} > 0)*numpy.where({b} > 0, {b}, 1.0)**({e}))")
+    _ccode = partialmethod(_print_as, "({b} > 0 ? {power} : 0.0)")
+
+
+def computed(expr: sp.Expr) -> sp.Expr:
+    """Return ``expr`` with the powers of the penetration as they are computed."""
+
+    def is_power(e):
+        return e.is_Pow and isinstance(e.base, Penetration) and not (e.exp.is_Integer and e.exp.is_positive)
+
+    return expr.replace(is_power, lambda e: PenetrationPower(e.base.args[0], e.exp)) if expr.has(Penetration) else expr
 
 
 def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:

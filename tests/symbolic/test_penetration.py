@@ -5,7 +5,7 @@ import math
 import mpmath
 import pytest
 import sympy as sp
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
 
 import asympk as ap
 from asympk.symbolic.lowering import lower
@@ -48,6 +48,15 @@ def test_a_penetration_is_zero_while_the_contact_is_open(target):
     assert "fmax(-x, 0.0)" in lower((x,), Penetration(-x), "c")
 
 
+@pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
+def test_an_infinite_slope_of_a_load_is_left_out_at_the_opening(target):
+    depth = Penetration(-x)
+    load = lower((x,), (depth ** sp.Rational(1, 4), depth.diff(x) / sp.sqrt(depth), depth ** (-p).subs(p, 2)), target)
+    assert [float(value) for value in load(-16)] == [2, -0.25, 2**-8]
+    assert [float(value) for at in (0, 4) for value in load(at)] == [0] * 6
+    assert "(-x > 0 ? " in lower((x,), 1 / sp.sqrt(depth), "c")
+
+
 def test_a_gap_beside_the_penetration_leaves_the_slope_of_a_load_finite_at_a_touch_down():
     load = (1 - x) * (5 * sp.sqrt(2 - 2 * x) + 7 * v)
     meant = with_penetration(load, x - 1)
@@ -72,6 +81,24 @@ def test_a_ball_on_hertz_s_law_bounces_as_the_quadrature_of_its_energy_says(how,
     thrown = after * math.sqrt(2) - after**2 / 2, math.sqrt(2) - after
     assert (height, speed) == pytest.approx(thrown, abs=4 * tolerance)
     assert slide == pytest.approx(1 - (2 * math.sqrt(2) + leave - fall) / 5, abs=tolerance)
+
+
+@pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "digits"])
+@pytest.mark.parametrize(("stiff", "power", "damped"), [(1000, 1.5, 0.5), (1000, 1.5, 0.25), (30, 0.5, None)])
+def test_loads_with_an_infinite_slope_at_the_opening_are_followed(method, stiff, power, damped):
+    """Kuwabara and Kono's damping, Tsuji's, and a spring that is stiffest at first, against one smooth integration."""
+    load = stiff * (-x) ** sp.Rational(power) - (20 * (-x) ** sp.Rational(damped) * v if damped else 0)
+    scene = ap.Scene(system=ball(load), start={x: 0, v: -1, y: 2}, until="1/20")
+    path = ap.solve(scene, digits=8) if method == "digits" else ap.solve(scene, method)
+
+    def rates(t, state):
+        depth, speed = max(0, -state[0]), state[1]
+        push = stiff * depth**power - (20 * depth**damped * speed if damped else 0)
+        return speed, push - 1, -push / 5
+
+    meant = solve_ivp(rates, (0, 0.05), (0, -1, 2), "DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+    assert path.modes == ("slip_same",)
+    assert [*map(float, path.final)] == pytest.approx(meant, abs=2e-5 if method in ("radau", "lsoda") else 1e-8)
 
 
 @pytest.mark.parametrize(
