@@ -140,10 +140,11 @@ def source(
     """Return the text of ``f(t, *state, *p)``; whole powers of symbols are products, as Taylor series want them."""
     plain, time = _plain(system)
     arguments = (time, *(plain[s] for s in (*system.states, *system.parameters)))
-    values = tuple(e.xreplace(plain) for e in outputs)
+    changed = {s: name for s, name in plain.items() if s != name}
+    values = tuple(e.xreplace(changed) for e in outputs)
     if directions:
         still = (sp.S.Zero,) * len(system.parameters)
-        rates = tuple((*(e.xreplace(plain) for e in direction), *still) for direction in directions)
+        rates = tuple((*(e.xreplace(changed) for e in direction), *still) for direction in directions)
         text = Lowered(arguments, values, target, directions=rates).source
     else:
         text = lower(arguments, values, target=target, branching=True).source

@@ -53,6 +53,9 @@ def _slope(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
         return sp.Add(*(sp.Mul(*expr.args[:k], slope, *expr.args[k + 1 :]) for k, slope in slopes if slope != 0))
     if expr.is_Pow and not expr.exp.has_free(s):
         return expr.exp * expr.base ** (expr.exp - 1) * _slope(expr.base, s)
+    if isinstance(expr, sp.Piecewise):  # SymPy compares all conditions anew, which takes minutes for a table
+        pieces = [(_slope(piece, s), condition) for piece, condition in expr.args]
+        return sp.Piecewise(*pieces, evaluate=False) if any(slope for slope, _ in pieces) else sp.S.Zero
     return expr.diff(s)
 
 

@@ -30,6 +30,7 @@ from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import directional_derivatives
 from asympk.symbolic.penetration import computed
 from asympk.symbolic.reading import entries_of, expression
+from asympk.symbolic.tables import as_tree, without_tables
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _OPEN = (sp.Derivative, sp.Subs, sp.Sum, sp.Product)  # what still is to be worked out
@@ -226,7 +227,7 @@ def _emission(lowered):
                          "function, or write what jumps as a friction")  # fmt: skip
     try:
         arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
-        shared = [(printer.doprint(t), printer.doprint(e)) for t, e in shared]
+        shared = [(printer.doprint(t), printer.doprint(as_tree(e))) for t, e in shared]
     except PrintMethodNotImplementedError as reason:
         unknown = str(reason).splitlines()[0].rpartition(" ")[2]
         if unknown == "DiracDelta":
@@ -244,7 +245,9 @@ def _spare(lowered, **assumptions):
 
 
 def _shared(outputs, spare):
-    return sp.cse([computed(e) for e in outputs], symbols=spare, order="canonical")
+    tables, outputs = without_tables(map(computed, outputs), spare)
+    shared, found = sp.cse(outputs, symbols=spare, order="canonical")
+    return [*tables, *shared], found
 
 
 def _renamed(lowered):
