@@ -18,6 +18,8 @@ from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
 FARTHEST = 1e-3  # of the largest state, that a guard of forces moves one; beyond it the guard's gradient is rounding
+LATEST = 1e-9  # of a time, by which doubles miss the zero of a guard of the time in which large terms cancel
+NEWTON = 3  # steps from there to all digits
 BESIDE = 4  # roundings of a time, by which smooth stretches keep away from what switches by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
 
@@ -163,6 +165,18 @@ class NumericMode:
         farthest = FARTHEST * max(map(abs, state))
         near = all(abs(new - old) <= farthest for new, old in zip(moved, state, strict=True))
         return moved if near else self.settled(t, state)
+
+    def time_of_fall(self, guard: int, t: Any, state: State) -> Any:
+        """Return the time at which a guard that no state moves falls through 0, where that is near."""
+        if any(self.guard_gradient(guard, t, state)):
+            return t
+        found = t
+        for _ in range(NEWTON):
+            rate = self.guard_rates(found, state)[guard]
+            if not rate < 0:
+                return t
+            found -= self.guard_values(found, state)[guard] / rate
+        return found if abs(found - t) <= LATEST * t else t
 
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` after two Newton steps along the state whose motion, else whose size, moves a guard most.

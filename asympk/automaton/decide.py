@@ -84,7 +84,7 @@ def _follow_on(
     system = automaton.system
     t, state = numbers.convert(t), tuple(map(numbers.convert, state))
     at = Place(numbers, t, state, tuple(map(numbers.convert, automaton.values)))
-    places = tuple(_settled(automaton, before, place) for place in at.with_nudged(slack))
+    places = tuple(_settled(automaton, before, hits, place) for place in at.with_nudged(slack))
     points = [contact_point(system, place) for place in places]
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
@@ -103,15 +103,20 @@ def _follow_on(
         raise
 
 
-def _settled(automaton: "Automaton", before: Branch | None, place: Place) -> Place:
+def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place) -> Place:
     """Return a place moved to where all vanishes that does in the mode before, in its own numbers.
 
-    Rounded as a number of other ones, what only rounding leaves there would count as given.
+    Rounded as a number of other ones, what only rounding leaves there would count as given. So would what cancels in a
+    guard of the time alone: doubles take it for zero some roundings beside the time where it is.
     """
     if not before:
         return place
-    mode = automaton.mode(before, getattr(place.numbers.functions, "dps", None))
-    return place._replace(state=mode.settled(place.t, place.state))
+    digits = getattr(place.numbers.functions, "dps", None)
+    mode = automaton.mode(before, digits)
+    t = place.t
+    for guard in hits if digits else ():
+        t = mode.time_of_fall(guard, t, place.state)
+    return place._replace(t=t, state=mode.settled(t, place.state))
 
 
 def _going_on(

@@ -290,6 +290,20 @@ def test_a_load_that_swings_while_the_state_rests_ends_stick_at_every_swing():
     assert [float(e.t) for e in (onset, vanished)] == pytest.approx([math.pi / 3, math.pi / 2], abs=1e-6)
 
 
+@pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "dop853"])
+@pytest.mark.parametrize("part", [34, 36, 38])
+def test_a_push_in_which_large_terms_cancel_sets_a_block_in_motion(part, method):
+    """Doubles take it for the edge of stick a little before or after the time at which it is."""
+    t, v, force = sp.symbols("t v F", real=True)
+    turn = 3 + sp.Rational(part, 97)
+    push = sp.Piecewise((0, t < turn - sp.Rational(1, 200)), (sp.expand(10**6 * (t - turn) ** 3), True))
+    contact = ap.Friction(velocity=v, force=force, load=1, kinetic=sp.Rational(1, 5))
+    system = ap.System.with_frictions({v: force + push}, {}, [contact], time=t)
+    path = ap.solve(ap.Scene(system=system, start={v: 0}, until=turn + sp.Rational(1, 100)), method)
+    assert path.modes == ("stick", "slip_same")
+    assert path.events[0].t == pytest.approx(float(turn) + 2e-7 ** (1 / 3), abs=1e-9)
+
+
 def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     system = block()
     assert Automaton(system, ()) == Automaton(block(), ())
