@@ -19,6 +19,7 @@ from asympk.arithmetic import flow_context, set_digits
 from asympk.automaton.modes import GuardedMode, function, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.symbolic.branches import heavy
+from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
 ROUGH = 1e-6  # of the size of values, a difference that no rounding makes
@@ -76,6 +77,8 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
 def _linear(mode, expr):
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
     states, time = mode.system.states, mode.system.time
+    if is_switched(expr, states):
+        return None
     slopes = [expr.diff(s) if expr.has(s) else sp.S.Zero for s in states]
     slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in slopes)
     if any(slope.free_symbols & {*states, time} for slope in slopes):

@@ -1,9 +1,10 @@
 """Automaton: a system with numbers for its parameters, which modes there are, and which mode follows."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import Any
 
 import sympy as sp
@@ -11,8 +12,9 @@ import sympy as sp
 from asympk.automaton import contacts, decide
 from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.digits import carrier_context
-from asympk.errors import OutOfRange
+from asympk.errors import NotDerivable, OutOfRange
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
+from asympk.symbolic.sides import Sides
 from asympk.symbolic.switches import Switch, switches
 from asympk.symbolic.system import System
 
@@ -20,6 +22,7 @@ DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those 
 FARTHEST = 1e-3  # of the largest state, that a guard of forces moves one; beyond it the guard's gradient is rounding
 LATEST = 1e-9  # of a time, by which doubles miss the zero of a guard of the time in which large terms cancel
 NEWTON = 3  # steps from there to all digits
+DERIVATIVES = 4  # that tell on which side of a phase a motion begins
 BESIDE = 4  # roundings of a time, by which smooth stretches keep away from what switches by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
 
@@ -129,6 +132,19 @@ class NumericMode:
         """The slope and the phase of every switch, one after the other, as a function of (t, *state, *p)."""
         time = self.mode.system.time
         return self._compiled(tuple(e for switch in self._switches for e in (switch.phase.diff(time), switch.phase)))
+
+    def values(self, exprs: tuple[sp.Expr, ...], t: Any, state: State) -> tuple:
+        """Return the values of expressions at a time and a state."""
+        return self._compiled(exprs)(t, *state, *self.p)
+
+    def departure(self, phase: sp.Expr, t: Any, state: State) -> int:
+        """Return the sign of the first derivative of a phase along the field that does not vanish; 0 of none."""
+        for _ in range(DERIVATIVES):
+            phase = self.mode.lie_derivative(phase)
+            (value,) = self.values((phase,), t, state)
+            if value or phase == 0:
+                return (value > 0) - (value < 0)
+        return 0
 
     def rhs(self, t: Any, state: State) -> tuple:
         """Return the rates at a time and a state."""
@@ -255,9 +271,9 @@ class Automaton:
     system: System
     values: tuple[Any, ...]
 
-    def mode(self, branch: Branch, digits: int | None = None) -> NumericMode:
+    def mode(self, branch: Branch, digits: int | None = None, sides: Sides = ()) -> NumericMode:
         """Return a mode on doubles, or on mpmath numbers of ``digits`` digits."""
-        return _numeric(self, branch, digits)
+        return _numeric(self, branch, digits, sides)
 
     def first(self, start: State) -> Branch:
         """Return the mode that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``."""
@@ -278,9 +294,40 @@ def _first(automaton: Automaton, start: State) -> Branch:
     return decide.follow_on(automaton, None, (), context.zero, _exact(start, context), slack)
 
 
+def on_sides(
+    automaton: Automaton, mode: NumericMode, digits: int | None, t: Any, state: State,
+    crossed: Collection[sp.Expr] = (),
+) -> NumericMode:  # fmt: skip
+    """Return a mode on the sides that the motion goes on in from a state; ``crossed`` are phases that vanish there.
+
+    Raises ``NotDerivable`` where the motion stays on a phase at which the rates jump.
+    """
+    while opened := mode.mode.open_phases:
+        mode = _entered(automaton, mode, digits, opened, t, state, crossed)
+    return mode
+
+
+def _entered(
+    automaton: Automaton, mode: NumericMode, digits: int | None, opened: tuple[sp.Expr, ...], t: Any, state: State,
+    crossed: Collection[sp.Expr],
+) -> NumericMode:  # fmt: skip
+    """Return a mode on those sides of its phases ``opened`` that their rates there lead into."""
+    values = mode.values(opened, t, state)
+    signs = [0 if phase in crossed else (v > 0) - (v < 0) for phase, v in zip(opened, values, strict=True)]
+    for choice in product(*((sign,) if sign else (1, -1) for sign in signs)):
+        sides = (*mode.mode.sides, *zip(opened, choice, strict=True))
+        found = automaton.mode(mode.branch, digits, sides)
+        vanishing = (side for side, sign in zip(sides[-len(opened) :], signs, strict=True) if not sign)
+        if all(sign * found.departure(phase, t, state) >= 0 for phase, sign in vanishing):
+            return found
+    where = ", ".join(f"{phase} = 0" for phase, sign in zip(opened, signs, strict=True) if not sign)
+    raise NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "
+                       "jumps there as a friction, or smooth it by tanh")  # fmt: skip
+
+
 @lru_cache(maxsize=512)
-def _numeric(automaton: Automaton, branch: Branch, digits: int | None) -> NumericMode:
-    mode = mode_of(automaton.system, branch)
+def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Sides) -> NumericMode:
+    mode = mode_of(automaton.system, branch, sides)
     if digits is None:
         try:
             return NumericMode(mode, tuple(map(float, automaton.values)), "math", math)

@@ -4,10 +4,14 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from asympk.automaton.automaton import Automaton, NumericMode
+import sympy as sp
+
+from asympk.automaton.automaton import Automaton, NumericMode, on_sides
+from asympk.automaton.modes import SWITCH
 from asympk.errors import Accumulation, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
 from asympk.symbolic.branches import Branch, at_rest
+from asympk.symbolic.sides import Sides
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 PARADOX = 2.0**-40  # by which a stiffness to the second motion is below zero, as a part of that to the first
@@ -18,7 +22,7 @@ class Segment(NamedTuple):
 
     ``short`` says why the segment ends early, "" where it does not; ``work`` and ``samples`` are the flow's own.
     ``together`` are other guards lost at the same time. ``steps`` are times and states from its start to its end,
-    ``branch`` is what each friction does in its mode.
+    ``branch`` is what each friction does in its mode, which is on the ``sides`` of what switches by the state.
     """
 
     t: Any
@@ -30,6 +34,7 @@ class Segment(NamedTuple):
     together: tuple[int, ...] = ()
     steps: tuple = ()
     branch: Branch = ()
+    sides: Sides = ()
 
 
 class Run(NamedTuple):
@@ -60,12 +65,13 @@ def follow(
     modes are those of doubles, or of mpmath numbers of ``digits`` digits; ``slack`` is the relative error of a state
     at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction`` and ``Accumulation``.
     """
-    mode, t, state = automaton.mode(first, digits), 0 * until, start
+    t, state = 0 * until, start
+    mode = on_sides(automaton, automaton.mode(first, digits), digits, t, state)
     names, marks, segments = [mode.name], list[Event](), list[Segment]()
     while t < until or not segments:
         _require_one_motion(mode, t, state)
         segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
-        segments.append(segment._replace(branch=mode.branch))
+        segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides))
         if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
             mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
         if segment.short or (segment.hit is None and mode.after_switch(segment.t) >= until):
@@ -77,21 +83,34 @@ def follow(
             if not (hits := tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)):
                 continue
         else:
-            t, hits = segment.t, (segment.hit, *segment.together)
-            state = _on_zeros(mode, hits, t, segment.state)
+            t, state, hits = segment.t, segment.state, (segment.hit, *segment.together)
+        crossed, hits = _crossed(mode, hits)
+        if not hits:
+            _require_progress(segments, mode)
+            mode = on_sides(automaton, automaton.mode(mode.branch, digits), digits, t, state, crossed)
+            continue
+        if segment.hit is not None:
+            state = _on_zeros(mode, hits, t, state)
         branch, event = _passed(automaton, mode, hits, t, state, slack if segment.hit is not None else mode.beside)
         t, state = event.t, event.state
-        if branch == mode.branch:
-            _require_progress(segments, mode)
+        ended, mode = mode, on_sides(automaton, automaton.mode(branch, digits), digits, t, state, crossed)
+        if branch == ended.branch:
+            _require_progress(segments, ended)
             continue
         marks.append(event)
         _require_apart(marks, automaton)
-        mode = automaton.mode(branch, digits)
         names.append(mode.name)
         if len(marks) > events:
             segments[-1] = segment._replace(short=f"limit of {events} events reached", state=state)
             break
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
+
+
+def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], tuple[int, ...]]:
+    """Return the phases, of either sign, at which a mode ends that switches by the state, and its other guards lost."""
+    switched = [k for k in hits if mode.kinds[k][0] == SWITCH]
+    phases = [sign * mode.mode.guards[k].value for k in switched for sign in (1, -1)]
+    return phases, tuple(k for k in hits if k not in switched)
 
 
 def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:

@@ -19,19 +19,25 @@ from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.lowering import Lowered, lower
 from asympk.symbolic.penetration import Penetration, without_penetration
+from asympk.symbolic.sides import Sides, on_sides, phases
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
 MOST = 64  # factors of a product
+SWITCH = "switch"  # the kind of a guard that a side ends at
 _POWER = re.compile(r"\b([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
 @dataclass(frozen=True)
 class GuardedMode:
-    """One smooth mode in the symbols of its system: rates in the order of the states, and guards."""
+    """One smooth mode in the symbols of its system: rates in the order of the states, and guards.
+
+    What switches by the state is as it is on its ``sides``; where those end is a guard of the kind ``switch``.
+    """
 
     system: System
     branch: Branch
+    sides: Sides = ()
 
     @property
     def name(self) -> str:
@@ -43,7 +49,8 @@ class GuardedMode:
         """The rate of every state, in the order of ``system.states``."""
         slow, fast = branches.fields(self.system, self.branch)
         small = self.system.small
-        return tuple(slow[s] if s in slow else fast[s] / small for s in self.system.states)
+        rates = (slow[s] if s in slow else fast[s] / small for s in self.system.states)
+        return tuple(on_sides(rate, self.sides) for rate in rates) if self.sides else tuple(rates)
 
     @cached_property
     def units(self) -> tuple[Direction, ...]:
@@ -59,7 +66,16 @@ class GuardedMode:
     @cached_property
     def guards(self) -> tuple[Guard, ...]:
         """The guards, positive inside the mode."""
-        return branches.guards(self.system, self.branch)
+        found = branches.guards(self.system, self.branch)
+        if not self.sides:
+            return found
+        ends = (Guard(SWITCH, -1, sign * phase) for phase, sign in self.sides if self.lie_derivative(phase) != 0)
+        return (*(guard._replace(value=on_sides(guard.value, self.sides)) for guard in found), *ends)
+
+    @cached_property
+    def open_phases(self) -> tuple[sp.Expr, ...]:
+        """What the mode is still switched by: phases of the states that are on no side."""
+        return phases((*self.rates, *self.guard_values), self.system.states)
 
     @cached_property
     def conditions(self) -> tuple[sp.Expr, ...]:
@@ -104,9 +120,9 @@ class GuardedMode:
 
 
 @lru_cache(maxsize=512)
-def mode_of(system: System, branch: Branch) -> GuardedMode:
+def mode_of(system: System, branch: Branch, sides: Sides = ()) -> GuardedMode:
     """Return the mode of a branch; the same object each time, so that its derivations are made once."""
-    return GuardedMode(system, branch)
+    return GuardedMode(system, branch, sides)
 
 
 @lru_cache(maxsize=512)

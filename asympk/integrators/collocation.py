@@ -131,7 +131,7 @@ def _follow(
     tableau = _tableau(stages, ctx.dps)
 
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
-        doubles = automaton.mode(mode.branch)
+        doubles = automaton.mode(mode.branch, sides=mode.mode.sides)
         scheme = Scheme(mode, doubles, tableau, tolerance, deadline)
         try:
             end = mode.smooth_until(t, until)

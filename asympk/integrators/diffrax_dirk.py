@@ -96,7 +96,8 @@ def _split(found):
 def _together(mode):
     """Return the modes that are compiled with a mode: all of its system, or itself alone."""
     system = mode.system
-    if len(system.frictions) != 1 or any(f.gap is not None or f.constraint is not None for f in system.frictions):
+    opens = any(f.gap is not None or f.constraint is not None for f in system.frictions)
+    if mode.sides or len(system.frictions) != 1 or opens:
         return (mode,)
     return tuple(mode_of(system, branch) for branch in product(*map(all_phases, system.frictions)))
 

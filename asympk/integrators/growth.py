@@ -65,7 +65,7 @@ def _passed(
     """Return, step by step, what becomes of an error and how large one is; after them the event that ends them."""
     import numpy as np
 
-    mode = automaton.mode(segment.branch)
+    mode = automaton.mode(segment.branch, sides=segment.sides)
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
     slopes = np.array([mode.jac(*here) for here in at], dtype=float)
@@ -74,8 +74,9 @@ def _passed(
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
     means = (slopes[1:] + slopes[:-1]) / 2 * np.diff(times)[:, None, None]
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
-    if after is not None and segment.hit is not None and after.branch != segment.branch:
-        found.append((_saltation(mode, automaton.mode(after.branch), segment.hit, *at[-1]), 0 * sizes[-1]))
+    if after is not None and segment.hit is not None and (after.branch, after.sides) != (segment.branch, segment.sides):
+        later = automaton.mode(after.branch, sides=after.sides)
+        found.append((_saltation(mode, later, segment.hit, *at[-1]), 0 * sizes[-1]))
     return found
 
 

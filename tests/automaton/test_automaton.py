@@ -11,11 +11,12 @@ import sympy as sp
 from peers import here
 
 import asympk as ap
+from asympk.affine.run import obstacle
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function, mode_of
 from asympk.certify import certify
 from asympk.digits import carrier_context
-from asympk.errors import Accumulation, InputError, NoMotion, TwoMotions, UnboundedReaction
+from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction
 from asympk.symbolic.branches import named_branches
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
@@ -304,6 +305,58 @@ def test_a_push_in_which_large_terms_cancel_sets_a_block_in_motion(part, method)
     assert path.events[0].t == pytest.approx(float(turn) + 2e-7 ** (1 / 3), abs=1e-9)
 
 
+MODERATE, ICE = sp.Rational(1, 5), sp.Rational(1, 20)
+UPHILL = sp.sqrt(sp.Rational(3, 5))  # the velocity from 1 after a way of 1 with friction 1/5
+
+
+def sliding(kinetic, push=0):
+    x, v, force = sp.symbols("x v F", real=True)
+    contact = ap.Friction(velocity=v, force=force, load=1, kinetic=kinetic)
+    return ap.System.with_frictions({x: v, v: force + push}, {}, [contact])
+
+
+@pytest.mark.parametrize("how", [{}, *({"method": m} for m in ("radau", "lsoda", "dop853")), {"digits": 12}])
+@pytest.mark.parametrize("laws", ["ice", "strip", "push"])
+def test_what_jumps_with_the_place_is_met_where_it_does(laws, how):
+    """A block that slides on at v with the friction k has v'^2 = v^2 - 2 k d after the way d."""
+    x = sp.Symbol("x", real=True)
+    end, short = sp.Rational(101, 100), sp.Rational(1, 100)
+    within = (x > 1) & (x < end)
+    system, drag, width, after = {
+        "ice": (sliding(sp.Piecewise((MODERATE, x < 1), (ICE, True))), 0, 0, ICE),
+        "strip": (sliding(sp.Piecewise((2, within), (MODERATE, True))), 2, short, MODERATE),
+        "push": (sliding(MODERATE, 10 * sp.Piecewise((1, within), (0, True))), MODERATE - 10, short, MODERATE),
+    }[laws]
+    leaves = sp.sqrt(UPHILL**2 - 2 * drag * width)
+    left = 2 - (1 - UPHILL) / MODERATE - ((UPHILL - leaves) / drag if drag else 0)
+    path = ap.solve(ap.Scene(system=system, start={"x": 0, "v": 1}, until=2), **how)
+    expected = 1 + width + leaves * left - after * left**2 / 2, leaves - after * left
+    tolerance = 1e-4 if "method" in how else 1e-8 if not how else 1e-12
+    assert [float(w) for w in path.final] == pytest.approx([float(w) for w in expected], abs=tolerance)
+    assert path.modes == ("slip_same",)
+
+
+@pytest.mark.parametrize("how", [{}, {"method": "radau"}, {"digits": 12}])
+@pytest.mark.parametrize(("velocity", "end", "last"), [(1, "151/40", "17/20"), (-1, "-11/10", "-2/5"), (0, 1, 0)])
+def test_a_start_on_the_edge_of_the_ice_goes_on_upon_its_own_side(velocity, end, last, how):
+    x = sp.Symbol("x", real=True)
+    system = sliding(sp.Piecewise((MODERATE, x < 1), (ICE, True)))
+    path = ap.solve(ap.Scene(system=system, start={"x": 1, "v": velocity}, until=3), **how)
+    assert [float(w) for w in path.final] == pytest.approx([float(Fraction(end)), float(Fraction(last))], abs=1e-9)
+
+
+def test_a_motion_that_stays_where_a_rate_jumps_is_refused_by_name():
+    x, v = sp.symbols("x v", real=True)
+    system = ap.System.with_frictions({x: v, v: -x - sp.sign(v) / 4}, {}, [])
+    with pytest.raises(NotDerivable, match=r"stays on v = 0 .* write what jumps there as a friction"):
+        ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=20), "radau")
+
+
+def test_a_rate_that_jumps_with_a_state_is_not_affine():
+    x = sp.Symbol("x", real=True)
+    assert "not affine" in obstacle(sliding(sp.Piecewise((MODERATE, x < 1), (ICE, True))))
+
+
 def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     system = block()
     assert Automaton(system, ()) == Automaton(block(), ())
@@ -402,5 +455,9 @@ def test_peers_know_inverse_functions_and_refuse_those_they_lack_in_one_line(met
     inverse = block(sp.asinh(x) + sp.atanh(x / 4) + sp.acosh(3 + x / 2))
     expected = follow(inverse, start, 2, values, method="dop853", rtol=1e-10).final
     assert follow(inverse, start, 2, values, method=method, rtol=1e-9).final == pytest.approx(expected, abs=1e-6)
+    turned = follow(block(x * abs(x)), start, 2, values, method=method, rtol=1e-9).final
+    assert turned == pytest.approx(follow(block(x * abs(x)), start, 2, values).final, abs=1e-6)
+    contact = ap.Friction(velocity=w, force=F, load=-w * sp.sqrt(-x), kinetic=c, gap=x, normal=N)
+    bounce = ap.System.with_frictions({x: v, v: N - 1, w: F}, {}, [contact])
     with pytest.raises(InputError, match=r"has a function that (heyoka|JAX) lacks"):
-        follow(block(x * abs(x)), start, 2, values, method=method)
+        follow(bounce, {"x": 1, "v": 0, "w": -1}, 2, values, method=method)

@@ -1,0 +1,71 @@
+r"""Sides of what switches by the state: a ``Piecewise`` patch, a stop ``Max(x - 1, 0)``, ``Abs``, ``sign``.
+
+A rate has a kink or jumps where a phase, such as x - 1, vanishes. On either side of it the rates are smooth, and those
+of a side may be continued beyond it: a step that ends there has one smooth law all along.
+"""
+
+from collections.abc import Iterable
+from itertools import combinations
+
+import sympy as sp
+
+Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has
+MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
+_ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
+_SIZES = (sp.Abs, sp.sign, sp.Heaviside)
+_SWITCHING = (*_ORDERED, *_SIZES, sp.Max, sp.Min)
+
+
+def phases(exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol]) -> tuple[sp.Expr, ...]:
+    """Return what switches expressions where it vanishes and depends on states, as far as it does not switch itself."""
+    atoms, states = sp.Tuple(*exprs).atoms(*_SWITCHING), {*states}
+    found = {_phase(part)[0] for atom in atoms for part in _parts(atom) if part.free_symbols & states}
+    plain = {phase for phase in found if not phase.atoms(*_SWITCHING)}
+    return tuple(sorted(plain, key=sp.default_sort_key)) if len(plain) <= MOST else ()
+
+
+def is_switched(expr: sp.Expr, states: Iterable[sp.Symbol]) -> bool:
+    """Tell whether an expression is switched by the state."""
+    states = {*states}
+    return any(atom.free_symbols & states for atom in expr.atoms(*_SWITCHING))
+
+
+def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
+    """Return an expression as it is on the ``sides`` of its phases."""
+    signs = dict(sides)
+    while changes := {atom: on for atom in expr.atoms(*_SWITCHING) if (on := _on_side(atom, signs)) != atom}:
+        expr = expr.xreplace(changes)
+    return expr
+
+
+def _parts(atom: sp.Basic) -> list[sp.Expr]:
+    """Return what a function or a relation is switched by."""
+    return [atom.args[0]] if isinstance(atom, _SIZES) else [a - b for a, b in combinations(atom.args, 2)]
+
+
+def _phase(part: sp.Expr) -> tuple[sp.Expr, int]:
+    """Return the phase of which ``part`` is a multiple, and the sign of the factor."""
+    _, phase = part.primitive()
+    return (-phase, -1) if phase.could_extract_minus_sign() else (phase, 1)
+
+
+def _on_side(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
+    if isinstance(atom, sp.Max | sp.Min):
+        return _largest(atom, signs, 1 if isinstance(atom, sp.Max) else -1)
+    phase, factor = _phase(_parts(atom)[0])
+    if phase not in signs:
+        return atom
+    sign = factor * signs[phase]
+    if isinstance(atom, _ORDERED):
+        return sp.true if (sign > 0) == isinstance(atom, sp.Gt | sp.Ge) else sp.false
+    return {sp.Abs: sign * atom.args[0], sp.sign: sp.Integer(sign), sp.Heaviside: sp.Integer(sign > 0)}[type(atom)]
+
+
+def _largest(atom: sp.Basic, signs: dict[sp.Expr, int], order: int) -> sp.Basic:
+    """Return a maximum, or for ``order`` = -1 a minimum, without the entries that are known not to be it."""
+    left = [*atom.args]
+    for a, b in combinations(atom.args, 2):
+        phase, factor = _phase(a - b)
+        if phase in signs and a in left and b in left:
+            left.remove(b if order * factor * signs[phase] > 0 else a)
+    return atom if len(left) == len(atom.args) else type(atom)(*left)
