@@ -294,7 +294,7 @@ def _first(automaton: Automaton, start: State) -> Branch:
     return decide.follow_on(automaton, None, (), context.zero, _exact(start, context), slack)
 
 
-def on_sides(
+def mode_on_sides(
     automaton: Automaton, mode: NumericMode, digits: int | None, t: Any, state: State,
     crossed: Collection[sp.Expr] = (),
 ) -> NumericMode:  # fmt: skip
