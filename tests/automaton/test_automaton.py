@@ -345,6 +345,14 @@ def test_a_start_on_the_edge_of_the_ice_goes_on_upon_its_own_side(velocity, end,
     assert [float(w) for w in path.final] == pytest.approx([float(Fraction(end)), float(Fraction(last))], abs=1e-9)
 
 
+@pytest.mark.parametrize("how", [{}, {"method": "radau"}, {"digits": 12}])
+def test_a_force_of_constant_size_towards_a_point_throws_parabolas(how):
+    x, v = sp.symbols("x v", real=True)
+    system = ap.System.with_frictions({x: v, v: -sp.sign(x)}, {}, [])
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 1}, until=5), **how)
+    assert [float(w) for w in path.final] == pytest.approx([0.5, 0], abs=1e-8)
+
+
 def test_a_motion_that_stays_where_a_rate_jumps_is_refused_by_name():
     x, v = sp.symbols("x v", real=True)
     system = ap.System.with_frictions({x: v, v: -x - sp.sign(v) / 4}, {}, [])

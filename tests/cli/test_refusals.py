@@ -129,7 +129,6 @@ def test_a_scheduler_that_is_not_there_is_one_line_at_once(tmp_path, address):
         ("-x + sin(t) + F", 'the name t is unknown; a system that depends on the time says so by time = "t"'),
         ("-x' + F", "the name x' is unknown"),
         ("-lambda*x + F", "the name lambda is unknown"),
-        ("-x - sign(x) + F", "write what jumps as a friction"),
     ],
 )
 def test_what_is_mistyped_in_a_system_is_told_as_it_was_written(tmp_path, rate, advice):
