@@ -295,13 +295,13 @@ def _first(automaton: Automaton, start: State) -> Branch:
 
 
 def mode_on_sides(
-    automaton: Automaton, mode: NumericMode, digits: int | None, t: Any, state: State,
-    crossed: Collection[sp.Expr] = (),
-) -> NumericMode:  # fmt: skip
-    """Return a mode on the sides that the motion goes on in from a state; ``crossed`` are phases that vanish there.
+    automaton: Automaton, branch: Branch, digits: int | None, t: Any, state: State, crossed: Collection[sp.Expr] = ()
+) -> NumericMode:
+    """Return the mode of a branch on the sides that go on from a state; ``crossed`` are phases that vanish there.
 
     Raises ``NotDerivable`` where the motion stays on a phase at which the rates jump.
     """
+    mode = automaton.mode(branch, digits)
     while opened := mode.mode.open_phases:
         mode = _entered(automaton, mode, digits, opened, t, state, crossed)
     return mode

@@ -66,7 +66,7 @@ def follow(
     at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction`` and ``Accumulation``.
     """
     t, state = 0 * until, start
-    mode = mode_on_sides(automaton, automaton.mode(first, digits), digits, t, state)
+    mode = mode_on_sides(automaton, first, digits, t, state)
     names, marks, segments = [mode.name], list[Event](), list[Segment]()
     while t < until or not segments:
         _require_one_motion(mode, t, state)
@@ -87,13 +87,13 @@ def follow(
         crossed, hits = _crossed(mode, hits)
         if not hits:
             _require_progress(segments, mode)
-            mode = mode_on_sides(automaton, automaton.mode(mode.branch, digits), digits, t, state, crossed)
+            mode = mode_on_sides(automaton, mode.branch, digits, t, state, crossed)
             continue
         if segment.hit is not None:
             state = _on_zeros(mode, hits, t, state)
         branch, event = _passed(automaton, mode, hits, t, state, slack if segment.hit is not None else mode.beside)
         t, state = event.t, event.state
-        ended, mode = mode, mode_on_sides(automaton, automaton.mode(branch, digits), digits, t, state, crossed)
+        ended, mode = mode, mode_on_sides(automaton, branch, digits, t, state, crossed)
         if branch == ended.branch:
             _require_progress(segments, ended)
             continue

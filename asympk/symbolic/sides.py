@@ -19,7 +19,7 @@ _SWITCHING = (*_ORDERED, *_SIZES, sp.Max, sp.Min)
 def phases(exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol]) -> tuple[sp.Expr, ...]:
     """Return what switches expressions where it vanishes and depends on states, as far as it does not switch itself."""
     atoms, states = sp.Tuple(*exprs).atoms(*_SWITCHING), {*states}
-    found = {_phase(part)[0] for atom in atoms for part in _parts(atom) if part.free_symbols & states}
+    found = {_phase(part)[0] for atom in atoms for part in switching_parts(atom) if part.free_symbols & states}
     plain = {phase for phase in found if not phase.atoms(*_SWITCHING)}
     return tuple(sorted(plain, key=sp.default_sort_key)) if len(plain) <= MOST else ()
 
@@ -38,8 +38,8 @@ def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
     return expr
 
 
-def _parts(atom: sp.Basic) -> list[sp.Expr]:
-    """Return what a function or a relation is switched by."""
+def switching_parts(atom: sp.Basic) -> list[sp.Expr]:
+    """Return what a size, a maximum, a minimum or a relation is switched by, where it vanishes."""
     return [atom.args[0]] if isinstance(atom, _SIZES) else [a - b for a, b in combinations(atom.args, 2)]
 
 
@@ -52,7 +52,7 @@ def _phase(part: sp.Expr) -> tuple[sp.Expr, int]:
 def _on_side(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
     if isinstance(atom, sp.Max | sp.Min):
         return _largest(atom, signs, 1 if isinstance(atom, sp.Max) else -1)
-    phase, factor = _phase(_parts(atom)[0])
+    phase, factor = _phase(switching_parts(atom)[0])
     if phase not in signs:
         return atom
     sign = factor * signs[phase]

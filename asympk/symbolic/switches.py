@@ -5,10 +5,11 @@ linear in the time, that passes 0, or any whole number.
 """
 
 from collections.abc import Iterable, Iterator
-from itertools import combinations
 from typing import NamedTuple
 
 import sympy as sp
+
+from asympk.symbolic.sides import switching_parts
 
 _WHOLE = (sp.floor, sp.ceiling, sp.frac)
 _SWITCHING = (*_WHOLE, sp.Mod, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.core.relational.Relational)
@@ -36,10 +37,8 @@ def _of(atom: sp.Basic) -> Iterator[Switch]:
         yield Switch(atom.args[0] / atom.args[1], every=True)
     elif isinstance(atom, _WHOLE):
         yield Switch(atom.args[0], every=True)
-    elif isinstance(atom, sp.Max | sp.Min | sp.core.relational.Relational):
-        yield from (_zero(a - b) for a, b in combinations(atom.args, 2))
     else:
-        yield _zero(atom.args[0])
+        yield from map(_zero, switching_parts(atom))
 
 
 def _zero(expr: sp.Expr) -> Switch:

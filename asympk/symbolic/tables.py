@@ -4,7 +4,7 @@ Asked one after the other, its conditions take a time proportional to its length
 leaves half of the pieces, they take its logarithm.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -74,23 +74,24 @@ def _joined(sides: list[tuple[Any, Any]]) -> tuple[Any, Any]:
     if any(begin is not None and begin.rhs > last.rhs for (_, last), (begin, _) in pairwise(sides)):
         return None, None
     begins = [begin for begin, _ in sides]
-    return None if None in begins else min(begins, key=lambda begin: begin.rhs), sides[-1][1]
+    first = None if None in begins else min(begins, key=lambda begin: begin.rhs)
+    return first, sides[-1][1]
 
 
 def as_tree(table: sp.Expr) -> sp.Expr:
     """Return a table as a tree of ``Piecewise`` of two pieces each, equal wherever it is defined; else ``table``."""
     if not (isinstance(table, sp.Piecewise) and is_table(table)):
         return table
-    pieces = table.args
-    first, last = _bounds(pieces[0].cond)[0], _bounds(pieces[-1].cond)[1]
-    leaves = [piece.expr for piece in pieces]
+    begins, ends = zip(*(_bounds(piece.cond) for piece in table.args), strict=True)
+    first, last = begins[0], ends[-1]
+    leaves = [piece.expr for piece in table.args]
     if last is not None:
         leaves[-1] = sp.Piecewise((leaves[-1], last), evaluate=False)
-    tree = _halved(leaves, [_bounds(piece.cond)[1] for piece in pieces])
+    tree = _halved(leaves, ends)
     return sp.Piecewise((tree, first), evaluate=False) if first is not None else tree
 
 
-def _halved(leaves: list[sp.Expr], ends: list[Any]) -> sp.Expr:
+def _halved(leaves: Sequence[sp.Expr], ends: Sequence[Any]) -> sp.Expr:
     """Return the tree of ``leaves``, each of which holds up to its end."""
     if len(leaves) == 1:
         return leaves[0]
