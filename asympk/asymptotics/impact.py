@@ -108,6 +108,7 @@ class LimitLayers:
         ``speed`` is the velocity over mu, if that is of this order; the one that is left at the guard comes last.
         """
         mode, y = self.automaton.mode(branch), state[self.fast]
+        mode.require_smooth(t, t)
         slope = self.mu * mode.jac(t, state)[self.fast][self.fast]
         force = self.mu * mode.rhs(t, state)[self.fast]
         if slope == 0:

@@ -131,6 +131,7 @@ def through_layer(
     """
     while True:
         slow, mode = slow_of(automaton, path.branch, order), automaton.mode(path.branch)
+        mode.require_smooth(path.t, path.t)
         found, lost = _in_mode(mode, slow, path, until, mu, order, rtol)
         if not found:
             return path
@@ -232,10 +233,11 @@ def _timed(mode):
 def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
     """Follow a path by slow motion to ``order`` from where its layer ends, to ``until`` or through the next edge.
 
-    Raises ``NotNormallyHyperbolic`` and ``OutOfRange``.
+    Raises ``NotDerivable`` for a mode that switches, ``NotNormallyHyperbolic`` and ``OutOfRange``.
     """
     known = max(order, 1)  # the rate of a fast state, which tells what follows an edge, is not known to order 0
     slow, mode = slow_of(automaton, path.branch, known), automaton.mode(path.branch)
+    mode.require_smooth(path.t, until)
     point = slow.point(path.t, path.state)
     branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
 

@@ -111,6 +111,17 @@ class NumericMode:
             found += [(t + (n - phase) / slope) * (1 - self.beside) for n in wholes] if slope else []
         return min(end for end in found if end > t)
 
+    def require_smooth(self, t: Any, until: Any) -> None:
+        """Raise ``NotDerivable`` where the mode is switched by the state, or by the time before ``until``."""
+        switched = [f"{phase} = 0" for phase in self.mode.open_phases]
+        own, system = (*self.mode.rates, *self.mode.guard_values), self.mode.system
+        timed = t < until and switches(own, system.time, system.parameters)
+        if timed and (end := self.smooth_until(t, until)) < until:
+            switched.append(f"t = {float(end):.6g}")
+        if switched:
+            raise NotDerivable(f"mode {self.name} switches at {', '.join(switched)}: this model follows no switch; use "
+                               "an exact method, or end the run before it")  # fmt: skip
+
     def after_switch(self, t: Any) -> Any:
         """Return the time just after a switch that ``t`` is just before."""
         return t * (1 + 3 * self.beside)

@@ -14,7 +14,7 @@ import asympk as ap
 from asympk.asymptotics.impact import Creep
 from asympk.asymptotics.nonstiff import steps
 from asympk.asymptotics.watching import watched
-from asympk.errors import NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
+from asympk.errors import InputError, NoManifold, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
 from asympk.studies.decreasing import held_rod
 from asympk.studies.ladder import distance
 from asympk.systems import arm, brake_shoe, nonlinear_rod, painleve_klein
@@ -321,6 +321,31 @@ def test_what_has_no_jump_in_the_limit_or_in_symbols_is_refused_with_what_does()
         ap.jump_map(_two_frictions())
     with pytest.raises(NotDerivable, match=r"jump_law\(\) of its mechanism"):
         ap.jump_map(held_rod())
+
+
+@pytest.mark.parametrize(("method", "order"), [("slow", 0), ("slow", 1), ("jump", 0), ("jump", 1)])
+def test_a_guard_that_the_time_switches_off_and_on_again_is_not_stepped_over(method, order):
+    t, half = sp.Symbol("t", real=True), sp.Rational(1, 2)
+    pulse = sp.Piecewise((2, t < sp.Rational(2, 5)), (half, t < sp.Rational(41, 100)), (2, True))
+    held = ap.Friction(velocity=w, force=F, load=1, kinetic=half, static=pulse)
+    driven = ap.System.with_frictions({a: w, w: b + F}, {b: a + 1 - b}, [held], small=c, time=t)
+    scene = ap.Scene(system=driven, values={c: "1e-4"}, start={a: 0, w: 0, b: 1}, until=2)
+    assert ap.solve(scene).modes == ("stick", "slip_same")
+    with pytest.raises(NotDerivable, match=r"mode stick switches at t = 0\.4:"):
+        ap.solve(scene, method, order=order)
+    before = replace(scene, until="3/10")
+    assert ap.solve(before, method, order=order).final == pytest.approx((0, 0, 1))
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_jump_onto_a_patch_of_ice_is_no_load_that_nothing_stops(order):
+    kinetic = sp.Piecewise((3, a < sp.Rational(1, 2)), (sp.Rational(1, 20), True))
+    patched = ap.System.with_friction(slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F},
+                                      force=F, load=a + b, kinetic=kinetic, small=c)  # fmt: skip
+    scene = ap.Scene(system=patched, values={c: "1e-4"}, start=(0, 0, -1), until=2)
+    assert ap.solve(scene).modes == ("slip_opposite", "stick", "slip_same")
+    with pytest.raises((InputError, NotDerivable), match=r"no series|switches at 2\*a - 1 = 0"):
+        ap.solve(scene, "jump", order=order)
 
 
 @pytest.mark.parametrize("off", ["1/10", "1/1000", "1/100000", "-1/100000"])
