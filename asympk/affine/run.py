@@ -18,13 +18,12 @@ from asympk.affine.swift import Swift
 from asympk.arithmetic import SPARE_DIGITS, Doubles, agreed, flow_context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
-from asympk.automaton.modes import mode_of
+from asympk.automaton.modes import GuardedMode, is_switched_by_state, mode_of, on_all_sides
 from asympk.digits import carried, double
 from asympk.errors import OutOfRange, TooLarge, TooManyEvents, Undecided
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.symbolic import branches
-from asympk.symbolic.branches import Branch
 from asympk.symbolic.system import System
 
 MOST_DIGITS = 1000
@@ -50,15 +49,16 @@ class TimedSegment(NamedTuple):
 def obstacle(system: System) -> str | None:
     """Return what keeps a system from the exact flow, or None where all modes are affine and their forcing is carried.
 
-    What one friction does leaves the others' terms as they are: modes that differ from one of them in one phase tell.
+    A mode that the state switches is to be so on each of its sides. What one friction does leaves the others' terms as
+    they are: modes that differ from one of them in one phase tell.
     """
-    modes = (mode_of(system, branch) for branch in branches.telling(system))
+    modes = (side for branch in branches.telling(system) for side in on_all_sides(mode_of(system, branch)))
     return next((form.mode_obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
 
 
 def affine(system: System) -> bool:
-    """Tell whether all modes of a system are affine in its states, and their forcing of a kind that can be carried."""
-    return obstacle(system) is None
+    """Tell whether all modes of a system are affine in its states, one law all over, with a forcing that is carried."""
+    return not is_switched_by_state(system) and obstacle(system) is None
 
 
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:
@@ -136,11 +136,11 @@ class Flows:
         self.swift = Swift(self)
         self._found: dict = {}
 
-    def of(self, m: Any, branch: Branch) -> tuple[Any, tuple, tuple[int, ...]]:
+    def of(self, m: Any, mode: GuardedMode) -> tuple[Any, tuple, tuple[int, ...]]:
         """Return (flow, waves, indices of the guards that move) of a mode in the numbers of ``m``."""
-        key = branch, m.prec, m.margin, m.largest  # what signs are taken for differs at one precision, too
+        key = mode.branch, mode.sides, m.prec, m.margin, m.largest  # signs at one precision differ by the margin, too
         if key not in self._found:
-            affine_form = form.form_of(mode_of(self.automaton.system, branch))
+            affine_form = form.form_of(mode)
             found = form.placed(affine_form, self.automaton.values, 24 if m is Doubles else m.dps)
             flow = found.mode.in_doubles if m is Doubles else in_digits(m, found.mode)
             waves = [(power, m.number(decay), m.number(turn), sine) for power, decay, turn, sine in found.waves]
@@ -154,7 +154,7 @@ def _followed(m, case):
     until, digits = m.number(scene.until), None if m is Doubles else m.dps
 
     def advance(mode, t, state, segments):
-        flow, waves, kept = case.flows.of(m, mode.branch)
+        flow, waves, kept = case.flows.of(m, mode.mode)
         known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
         segment = ClosedSegment(flow, (*state, *(value(m, *wave, t) for wave in waves)), known)
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
@@ -189,10 +189,13 @@ def _standing(automaton, start, advance):
 def _span(case, m, mode, segment, left, k):
     """Return (duration, guards lost together) of the segment number k; from the known run, if there is one."""
     if case.known:
-        if k >= len(case.known.modes) or case.known.modes[k] != mode.name:
+        if k >= len(case.known.segments):
+            return left, ()
+        known = case.known.segments[k]
+        if (known.branch, known.sides) != (mode.branch, mode.mode.sides):
             raise Undecided
-        timed = case.known.segments[k].work if k < len(case.known.segments) else None  # its last event is at the end
-        if timed is None or timed.guard is None:
+        timed = known.work
+        if timed.guard is None:
             return left, ()
         span = segment.refined(m.number(timed.span), timed.guard)
         if span > left * (1 + m.root_tol):

@@ -13,6 +13,7 @@ import numpy as np
 from asympk.affine.forcing import value
 from asympk.affine.form import exact_values
 from asympk.arithmetic import Doubles
+from asympk.automaton.modes import is_switched_by_state
 from asympk.errors import InputError
 from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest
 
@@ -67,7 +68,12 @@ class Swift:
         return found or self.automaton.next(branch, hits, t, state, slack)
 
     def _known(self, key, candidates, zeros):
-        """Return the table of a decision, made when it is asked for often enough to pay; None before."""
+        """Return the table of a decision, made when it is asked for often enough to pay; None before.
+
+        There is none where the state switches the modes.
+        """
+        if is_switched_by_state(self.system):
+            return None
         if key not in self._tables:
             self._asked[key] = self._asked.get(key, 0) + 1
             if self._asked[key] <= _PAYS:
@@ -83,7 +89,7 @@ class Swift:
         try:
             conditions = self.mode(branch).mode.conditions
             fixed = exact_values(self.system, conditions, self.automaton.values, 24).values()
-            return self.flows.of(Doubles, branch) if all(v >= 0 for v in fixed) else None
+            return self.flows.of(Doubles, self.mode(branch).mode) if all(v >= 0 for v in fixed) else None
         except InputError:
             return None
 

@@ -13,6 +13,7 @@ from asympk.automaton import contacts, decide
 from asympk.automaton.modes import GuardedMode, function, mode_of
 from asympk.digits import carrier_context
 from asympk.errors import NotDerivable, OutOfRange
+from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.sides import Sides
 from asympk.symbolic.switches import Switch, switches
@@ -154,7 +155,7 @@ class NumericMode:
             phase = self.mode.lie_derivative(phase)
             (value,) = self.values((phase,), t, state)
             if value or phase == 0:
-                return (value > 0) - (value < 0)
+                return sign_of(value)
         return 0
 
     def rhs(self, t: Any, state: State) -> tuple:
@@ -324,7 +325,7 @@ def _entered(
 ) -> NumericMode:  # fmt: skip
     """Return a mode on those sides of its phases ``opened`` that their rates there lead into."""
     values = mode.values(opened, t, state)
-    signs = [0 if phase in crossed else (v > 0) - (v < 0) for phase, v in zip(opened, values, strict=True)]
+    signs = [0 if phase in crossed else sign_of(v) for phase, v in zip(opened, values, strict=True)]
     for choice in product(*((sign,) if sign else (1, -1) for sign in signs)):
         sides = (*mode.mode.sides, *zip(opened, choice, strict=True))
         found = automaton.mode(mode.branch, digits, sides)

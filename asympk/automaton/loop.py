@@ -83,14 +83,13 @@ def follow(
             if not (hits := tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)):
                 continue
         else:
-            t, state, hits = segment.t, segment.state, (segment.hit, *segment.together)
+            t, hits = segment.t, (segment.hit, *segment.together)
+            state = _on_zeros(mode, hits, t, segment.state)
         crossed, hits = _crossed(mode, hits)
         if not hits:
             _require_progress(segments, mode)
             mode = mode_on_sides(automaton, mode.branch, digits, t, state, crossed)
             continue
-        if segment.hit is not None:
-            state = _on_zeros(mode, hits, t, state)
         branch, event = _passed(automaton, mode, hits, t, state, slack if segment.hit is not None else mode.beside)
         t, state = event.t, event.state
         ended, mode = mode, mode_on_sides(automaton, branch, digits, t, state, crossed)

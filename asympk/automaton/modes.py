@@ -7,9 +7,10 @@ namespace of functions. Lie derivatives of a guard along its field tell what hap
 
 import ast
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
+from itertools import islice
 from types import ModuleType
 from typing import Any
 
@@ -19,11 +20,11 @@ from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.lowering import Lowered, lower
 from asympk.symbolic.penetration import Penetration, without_penetration
-from asympk.symbolic.sides import Sides, on_sides, phases
+from asympk.symbolic.sides import MOST, Sides, on_sides, phases, sides_of
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
-MOST = 64  # factors of a product
+FACTORS = 64  # of a product that is written out
 SWITCH = "switch"  # the kind of a guard that a side ends at
 _POWER = re.compile(r"\b([A-Za-z_]\w*)\*\*([2-9])\b")
 
@@ -125,6 +126,23 @@ def mode_of(system: System, branch: Branch, sides: Sides = ()) -> GuardedMode:
     return GuardedMode(system, branch, sides)
 
 
+@lru_cache(maxsize=256)
+def is_switched_by_state(system: System) -> bool:
+    """Tell whether a mode of a system has phases of the state in it."""
+    return any(mode_of(system, branch).open_phases for branch in branches.telling(system))
+
+
+def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
+    """Yield a mode on all sides that the state may switch it to; itself where there are none, or more than ``MOST``."""
+    opened = mode.open_phases
+    choices = [*islice(sides_of(opened, mode.system.states), MOST + 1)] if opened else []
+    if not 0 < len(choices) <= MOST:
+        yield mode
+        return
+    for choice in choices:
+        yield from on_all_sides(mode_of(mode.system, mode.branch, (*mode.sides, *choice)))
+
+
 @lru_cache(maxsize=512)
 def _derivative(mode: GuardedMode, guard: int, order: int) -> sp.Expr:
     if order == 0:
@@ -173,7 +191,7 @@ class _Products(ast.NodeTransformer):
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
         match node:
-            case ast.BinOp(base, ast.Pow(), ast.Constant(int(power))) if 2 < power <= MOST:
+            case ast.BinOp(base, ast.Pow(), ast.Constant(int(power))) if 2 < power <= FACTORS:
                 return reduce(lambda product, factor: ast.BinOp(product, ast.Mult(), factor), [base] * power)
         return node
 

@@ -4,8 +4,8 @@ A rate has a kink or jumps where a phase, such as x - 1, vanishes. On either sid
 of a side may be continued beyond it: a step that ends there has one smooth law all along.
 """
 
-from collections.abc import Iterable
-from itertools import combinations
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations, product
 
 import sympy as sp
 
@@ -22,6 +22,36 @@ def phases(exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol]) -> tuple[sp.E
     found = {_phase(part)[0] for atom in atoms for part in switching_parts(atom) if part.free_symbols & states}
     plain = {phase for phase in found if not phase.atoms(*_SWITCHING)}
     return tuple(sorted(plain, key=sp.default_sort_key)) if len(plain) <= MOST else ()
+
+
+def sides_of(opened: Iterable[sp.Expr], states: Sequence[sp.Symbol]) -> Iterator[Sides]:
+    """Yield the sides that phases can be on together: x - 1 is not positive where x - 2 is not negative.
+
+    Phases that differ by numbers lie one after the other; of others all sides are taken.
+    """
+    lines: dict[sp.Expr, list[tuple[sp.Expr, sp.Expr, int]]] = {}
+    for phase in opened:
+        slope, direction, offset = _along(phase, states)
+        lines.setdefault(direction, []).append((offset, phase, slope))
+    for choice in product(*(_in_order(line) for line in lines.values())):
+        yield tuple(side for line in choice for side in line)
+
+
+def _along(phase: sp.Expr, states: Sequence[sp.Symbol]) -> tuple[int, sp.Expr, sp.Expr]:
+    """Return (sign, direction, offset) of a phase, which is |number| sign (direction - offset)."""
+    offset, moving = phase.as_independent(*states, as_Add=True)
+    factor, direction = moving.as_coeff_Mul()
+    if not (offset / factor).is_Rational:
+        return 1, phase, sp.S.Zero
+    sign = -1 if direction.could_extract_minus_sign() else 1
+    return int(sp.sign(factor)) * sign, sign * direction, -sign * offset / factor
+
+
+def _in_order(line: list[tuple[sp.Expr, sp.Expr, int]]) -> Iterator[Sides]:
+    """Yield the sides of phases on one line, from below the least offset to beyond the largest."""
+    line = sorted(line, key=lambda place: place[0])
+    for passed in range(len(line) + 1):
+        yield tuple((phase, slope if k < passed else -slope) for k, (_, phase, slope) in enumerate(line))
 
 
 def is_switched(expr: sp.Expr, states: Iterable[sp.Symbol]) -> bool:

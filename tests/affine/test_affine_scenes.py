@@ -114,7 +114,7 @@ def _guard(automaton, branch, leg):
 
     from asympk.arithmetic import Doubles
 
-    return flows(automaton).of(Doubles, branch)[2][leg.guard]
+    return flows(automaton).of(Doubles, automaton.mode(branch).mode)[2][leg.guard]
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ import sympy as sp
 from peers import here
 
 import asympk as ap
-from asympk.affine.run import obstacle
+from asympk.affine.run import affine, obstacle
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import function, mode_of
 from asympk.certify import certify
@@ -360,9 +360,13 @@ def test_a_motion_that_stays_where_a_rate_jumps_is_refused_by_name():
         ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=20), "radau")
 
 
-def test_a_rate_that_jumps_with_a_state_is_not_affine():
-    x = sp.Symbol("x", real=True)
-    assert "not affine" in obstacle(sliding(sp.Piecewise((MODERATE, x < 1), (ICE, True))))
+def test_a_rate_that_jumps_with_a_state_is_affine_where_its_sides_are_and_has_no_one_law():
+    x, v = sp.symbols("x v", real=True)
+    ice = sliding(sp.Piecewise((MODERATE, x < 1), (ICE, True)))
+    assert obstacle(ice) is None
+    assert not affine(ice)
+    assert "not affine" in obstacle(sliding(MODERATE, sp.Max(x - 1, 0) ** 2))
+    assert "not affine" in obstacle(sliding(MODERATE, sp.Abs(x) * sp.Max(v, 0)))
 
 
 def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():

@@ -1,0 +1,57 @@
+"""Systems whose modes are affine on each side of what the state switches: stops, dead zones, saturations."""
+
+import math
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.symbolic.sides import sides_of
+
+x, v, t = sp.symbols("x v t", real=True)
+F = sp.Symbol("F", real=True)
+RUB = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 50))
+SPRINGS = {
+    "stop": -x - 10 * sp.Max(x - 1, 0),
+    "dead zone": -4 * sp.Max(x - 1, 0) + 4 * sp.Max(-x - 1, 0),
+    "stop that moves": -x - 10 * sp.Max(x - 1 - t / 20, 0) + sp.cos(t),
+    "saturation": -sp.Min(1, sp.Max(-1, 3 * x)) - v / 10,
+    "table": -x - sp.Piecewise((0, x < 0), (x, 4 * x < 1), (2 * x - sp.Rational(1, 4), x < 2), (3 * x / 2, True)),
+}
+
+
+def test_an_oscillator_of_two_stiffnesses_returns_after_half_a_period_of_each():
+    system = ap.System.with_frictions({x: v, v: -x - 3 * sp.Max(x, 0)}, {}, [])
+    until = sp.Rational(str((3 * sp.pi / 2).n(50)))
+    path = ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=until))
+    assert path.final == pytest.approx([1, 0], abs=1e-15)
+    assert path.model == "exact"
+    assert "why" not in path.info
+    assert path(float(until) / 2)[0] == pytest.approx(-2 * math.sin(math.pi / 2), abs=1e-15)
+    exact = ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=until), digits=40)
+    assert max(abs(exact.final[0] - 1), abs(exact.final[1])) < 1e-39
+
+
+@pytest.mark.parametrize("spring", SPRINGS)
+def test_closed_forms_joined_at_the_edges_of_sides_are_what_steps_that_end_there_give(spring):
+    system = ap.System.with_frictions({x: v, v: SPRINGS[spring] + F}, {}, [RUB], time=t)
+    scene = ap.Scene(system=system, start={x: -3, v: 0}, until=20)
+    path, exact = ap.solve(scene), ap.solve(scene, digits=25)
+    steps = ap.solve(scene, "dop853", rtol=1e-13, atol=1e-13)
+    assert path.final == pytest.approx([*map(float, exact.final)], abs=1e-14)
+    assert steps.final == pytest.approx(path.final, abs=2e-11)
+    assert path.modes == exact.modes == steps.modes
+
+
+def test_a_motion_that_only_touches_a_stop_is_not_turned_by_it():
+    system = ap.System.with_frictions({x: v, v: -x - 3 * sp.Max(x - 1, 0)}, {}, [])
+    path = ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=20))
+    assert path.final == pytest.approx([math.cos(20), -math.sin(20)], abs=1e-15)
+
+
+def test_phases_on_one_line_have_a_side_more_than_they_are_and_others_all_combinations():
+    line = [x - 1, 2 * x - 1, 3 - x]
+    assert len([*sides_of(line, (x, v))]) == 4
+    assert {dict(side)[3 - x] for side in sides_of(line, (x, v)) if dict(side)[x - 1] < 0} == {1}
+    a = sp.Symbol("a", positive=True)
+    assert len([*sides_of([*line, v, x - a], (x, v))]) == 4 * 2 * 2
