@@ -8,7 +8,7 @@ same expressions give the same source in every run.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, reduce
 from importlib import import_module
 from itertools import chain
 from threading import local
@@ -196,8 +196,21 @@ class _Math(PythonCodePrinter):
             return super()._print_Pow(expr, rational)
         return f"{self._module_format('math.pow')}({self._print(expr.base)}, {self._print(expr.exp)})"
 
+    def _print_frac(self, expr):
+        return f"(({self._print(expr.args[0])}) % 1)"  # SymPy's own has no parentheses: 2*x % 1 is frac(2 x)
 
-_PRINTERS = {"numpy": NumPyPrinter, "math": _Math, "mpmath": MpmathPrinter, "c": _C}
+
+class _NumPy(NumPyPrinter):
+    """NumPy alone: SymPy's own largest and least of several need ``functools``."""
+
+    def _print_Max(self, expr):
+        choice = self._module_format("numpy.maximum" if isinstance(expr, sp.Max) else "numpy.minimum")
+        return reduce(lambda a, b: f"{choice}({a}, {b})", map(self._print, expr.args))
+
+    _print_Min = _print_Max
+
+
+_PRINTERS = {"numpy": _NumPy, "math": _Math, "mpmath": MpmathPrinter, "c": _C}
 _EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}},
           "c": {"math_macros": {}}}  # fmt: skip
 _MACROS = ("INFINITY", "NAN", "HUGE_VAL", "HUGE_VALF", "HUGE_VALL", "FP_NAN", "FP_INFINITE", "FP_ZERO", "FP_SUBNORMAL",

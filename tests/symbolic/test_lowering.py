@@ -32,6 +32,14 @@ def test_targets_agree_with_sympy(target):
     assert abs(sp.Float(str(f(2, 0.25, 3)), 30) - exact) < 1e-14 * exact
 
 
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("choice", [sp.frac(x), sp.Mod(x, mu), sp.Max(x, mu, 1), sp.Min(x, mu, 1)])
+def test_what_branches_is_a_factor_in_every_target(target, choice):
+    f = lower((x, mu), 2 * choice, target, branching=True)
+    exact = (2 * choice).subs({x: sp.Rational(17, 10), mu: sp.Rational(3, 4)})
+    assert float(f("1.7", 0.75) if target == "mpmath" else f(1.7, 0.75)) == pytest.approx(float(exact), abs=1e-15)
+
+
 @settings(max_examples=50)
 @given(st.fractions(max_denominator=10**12).filter(lambda q: abs(q) < 10**12), st.integers(15, 120))
 def test_a_rational_constant_has_the_precision_of_the_call(q, digits):
