@@ -15,8 +15,8 @@ from asympk.digits import carrier_context
 from asympk.errors import NotDerivable, OutOfRange
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
-from asympk.symbolic.sides import Sides
-from asympk.symbolic.switches import Switch, switches
+from asympk.symbolic.sides import Sides, inside, measured
+from asympk.symbolic.switches import switches, switches_of
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
@@ -103,14 +103,8 @@ class NumericMode:
 
     def smooth_until(self, t: Any, until: Any) -> Any:
         """Return the time just before the next at which the mode switches by the time alone, or ``until``."""
-        if not self._switches:
-            return until
-        values = self._phases(t, *(t for _ in self.mode.system.states), *self.p)
-        found = [until]
-        for switch, slope, phase in zip(self._switches, values[::2], values[1::2], strict=True):
-            wholes = range(int(phase) - 2, int(phase) + 3) if switch.every else (0,)
-            found += [(t + (n - phase) / slope) * (1 - self.beside) for n in wholes] if slope else []
-        return min(end for end in found if end > t)
+        ends = (switch * (1 - self.beside) for switch in self._switched_near(t))
+        return min([until, *(end for end in ends if end > t)])
 
     def require_smooth(self, t: Any, until: Any) -> None:
         """Raise ``NotDerivable`` where the mode is switched by the state, or by the time before ``until``."""
@@ -127,23 +121,32 @@ class NumericMode:
         """Return the time just after a switch that ``t`` is just before."""
         return t * (1 + 3 * self.beside)
 
+    def after_start(self, until: Any) -> Any:
+        """Return the time 0 at which a run to ``until`` starts, or that just after it where a switch is there."""
+        near = self.beside * until
+        return 3 * near if any(abs(switch) <= near for switch in self._switched_near(0 * until)) else 0 * until
+
     @property
     def beside(self) -> Any:
         """The relative distance in time that smooth stretches keep from a switch."""
         return BESIDE * getattr(self.functions, "eps", 2.0**-52)
 
-    @cached_property
-    def _switches(self) -> list[Switch]:
-        """The switches by the time alone."""
-        frictions = (e for f in self.mode.system.frictions for e in (f.load, f.kinetic, f.static, f.velocity))
-        system, exprs = self.mode.system, (*self.mode.rates, *self.mode.guard_values, *frictions)
-        return switches(exprs, system.time, system.parameters)
+    def _switched_near(self, t: Any) -> list:
+        """Return the times next to ``t`` at which something switches by the time alone."""
+        found: list = []
+        if known := switches_of(self.mode.system):
+            values = self._phases(t, *(t for _ in self.mode.system.states), *self.p)
+            for switch, slope, phase in zip(known, values[::2], values[1::2], strict=True):
+                wholes = range(int(phase) - 2, int(phase) + 3) if switch.every else (0,)
+                found += [t + (n - phase) / slope for n in wholes] if slope else []
+        return found
 
     @cached_property
     def _phases(self) -> Callable[..., tuple]:
         """The slope and the phase of every switch, one after the other, as a function of (t, *state, *p)."""
-        time = self.mode.system.time
-        return self._compiled(tuple(e for switch in self._switches for e in (switch.phase.diff(time), switch.phase)))
+        system = self.mode.system
+        phases = [switch.phase for switch in switches_of(system)]
+        return self._compiled(tuple(e for phase in phases for e in (phase.diff(system.time), phase)))
 
     def values(self, exprs: tuple[sp.Expr, ...], t: Any, state: State) -> tuple:
         """Return the values of expressions at a time and a state."""
@@ -287,9 +290,12 @@ class Automaton:
         """Return a mode on doubles, or on mpmath numbers of ``digits`` digits."""
         return _numeric(self, branch, digits, sides)
 
-    def first(self, start: State) -> Branch:
-        """Return the mode that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``."""
-        return _first(self, tuple(start))
+    def first(self, start: State, until: Any = 1) -> Branch:
+        """Return the mode that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``.
+
+        Where something switches at t = 0, within the rounding of ``until``, it is the mode that begins just after.
+        """
+        return _first(self, tuple(start), until if switches_of(self.system) else 1)
 
     def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48) -> Branch:
         """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``.
@@ -300,10 +306,12 @@ class Automaton:
 
 
 @lru_cache(maxsize=256)  # a scene is often followed by several methods
-def _first(automaton: Automaton, start: State) -> Branch:
+def _first(automaton: Automaton, start: State, until: Any) -> Branch:
     context = carrier_context(decide.DIGITS)
     slack = context.mpf(10) ** -decide.EXACT
-    return decide.follow_on(automaton, None, (), context.zero, _exact(start, context), slack)
+    still = automaton.mode((OPEN,) * len(automaton.system.frictions), decide.DIGITS)
+    begun = still.after_start(contacts.converted(context, until))
+    return decide.follow_on(automaton, None, (), begun, _exact(start, context), slack)
 
 
 def mode_on_sides(
@@ -324,17 +332,28 @@ def _entered(
     crossed: Collection[sp.Expr],
 ) -> NumericMode:  # fmt: skip
     """Return a mode on those sides of its phases ``opened`` that their rates there lead into."""
-    values = mode.values(opened, t, state)
-    signs = [0 if phase in crossed else sign_of(v) for phase, v in zip(opened, values, strict=True)]
-    for choice in product(*((sign,) if sign else (1, -1) for sign in signs)):
-        sides = (*mode.mode.sides, *zip(opened, choice, strict=True))
+    values = mode.values(tuple(map(measured, opened)), t, state)
+    choices = [_choices(phase, value, mode, crossed) for phase, value in zip(opened, values, strict=True)]
+    for choice in product(*choices):
+        sides = (*mode.mode.sides, *((phase, side) for phase, (side, _) in zip(opened, choice, strict=True)))
         found = automaton.mode(mode.branch, digits, sides)
-        vanishing = (side for side, sign in zip(sides[-len(opened) :], signs, strict=True) if not sign)
-        if all(sign * found.departure(phase, t, state) >= 0 for phase, sign in vanishing):
+        leaving = ((measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign)
+        if all(sign * found.departure(phase, t, state) >= 0 for phase, sign in leaving):
             return found
-    where = ", ".join(f"{phase} = 0" for phase, sign in zip(opened, signs, strict=True) if not sign)
+    edges = (inside(phase, sides[0][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1)
+    where = ", ".join(f"{edge} = 0" for edge in edges)
     raise NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "
                        "jumps there as a friction, or smooth it by tanh")  # fmt: skip
+
+
+def _choices(phase: sp.Expr, value: Any, mode: NumericMode, crossed: Collection[sp.Expr]) -> list[tuple[int, int]]:
+    """Return the sides that a phase may go on to, each with the sign that its rate has there if it is left now."""
+    number, floor = measured(phase), mode.functions.floor
+    whole = number != phase
+    edge = int(floor(value + 0.5)) if whole else 0
+    if value == edge or number - edge in crossed:
+        return [(edge, 1), (edge - 1, -1)] if whole else [(1, 1), (-1, -1)]
+    return [(int(floor(value)) if whole else sign_of(value), 0)]
 
 
 @lru_cache(maxsize=512)

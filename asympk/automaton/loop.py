@@ -65,7 +65,7 @@ def follow(
     modes are those of doubles, or of mpmath numbers of ``digits`` digits; ``slack`` is the relative error of a state
     at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction`` and ``Accumulation``.
     """
-    t, state = 0 * until, start
+    t, state = automaton.mode(first, digits).after_start(until), start
     mode = mode_on_sides(automaton, first, digits, t, state)
     names, marks, segments = [mode.name], list[Event](), list[Segment]()
     while t < until or not segments:

@@ -18,9 +18,10 @@ import sympy as sp
 
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.lowering import Lowered, lower
 from asympk.symbolic.penetration import Penetration, without_penetration
-from asympk.symbolic.sides import MOST, Sides, on_sides, phases, sides_of
+from asympk.symbolic.sides import MOST, Sides, inside, measured, on_sides, phases, sides_of
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
@@ -70,7 +71,8 @@ class GuardedMode:
         found = branches.guards(self.system, self.branch)
         if not self.sides:
             return found
-        ends = (Guard(SWITCH, -1, sign * phase) for phase, sign in self.sides if self.lie_derivative(phase) != 0)
+        moved = (inside(*side) for side in self.sides if self.lie_derivative(measured(side[0])) != 0)
+        ends = (Guard(SWITCH, -1, value) for values in moved for value in values)
         return (*(guard._replace(value=on_sides(guard.value, self.sides)) for guard in found), *ends)
 
     @cached_property
@@ -104,8 +106,8 @@ class GuardedMode:
 
     def lie_derivative(self, expr: sp.Expr) -> sp.Expr:
         """Return the derivative of ``expr`` along the field: its Lie derivative and its partial one by the time."""
-        moved = sum((expr.diff(s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)
-        return moved + (expr.diff(self.system.time) if self.system.time else 0)
+        moved = sum((slope_by(expr, s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)
+        return moved + (slope_by(expr, self.system.time) if self.system.time else 0)
 
     def derivative(self, guard: int, order: int) -> sp.Expr:
         """Return the derivative of a guard's value of the given order along the field.

@@ -103,7 +103,7 @@ def _references(scene: Scene, digits: int, events: int, deadline: float) -> tupl
     """Return the finer one of two runs, and their difference; ``inf`` where their modes differ."""
     automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
     start, until = tuple(contacts.converted(ctx, v) for v in scene.start), contacts.converted(ctx, scene.until)
-    first = automaton.first(scene.start)
+    first = automaton.first(scene.start, scene.until)
     stages = max(STAGES, ceil(PER_DIGIT * digits))
     rough, fine = (_follow(automaton, first, start, until, stages + more, digits + extra, events, deadline)
                    for more, extra in ORDERS)  # fmt: skip

@@ -134,7 +134,7 @@ def _trace(scene, method, options, times=(), keep=False):
         return in_range(t, state, lambda: _settled(mode, later, followed(
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))
 
-    return follow(automaton, automaton.first(scene.start), start, until, on, options["events"])
+    return follow(automaton, automaton.first(scene.start, scene.until), start, until, on, options["events"])
 
 
 def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment]) -> Segment:

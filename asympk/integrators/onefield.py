@@ -24,6 +24,7 @@ from asympk.integrators.integrate import (
 from asympk.numbers import number, short
 from asympk.path import Path
 from asympk.scene import Scene
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.reading import exact_constant
 from asympk.systems.automata import automaton_of
 
@@ -121,9 +122,5 @@ def _functions(system, width):
     forces = {f.force: -f.kinetic * sp.Abs(f.load) * direction(f.velocity) for f in system.frictions}
     forces |= {f.normal: f.load for f in system.frictions if f.normal is not None}
     rates = tuple(system.rates[s].subs(forces) for s in system.states)
-    real = {s: sp.Dummy(real=True) for s in sp.Tuple(*rates).free_symbols}
-    back = {dummy: s for s, dummy in real.items()}
-    smooth = [rate.xreplace(real) for rate in rates]
-    jacobian = (rate.diff(real.get(s, s)) for rate in smooth for s in system.states)
-    without_jumps = tuple(e.replace(sp.DiracDelta, lambda *_: sp.S.Zero).xreplace(back) for e in jacobian)
-    return function(system, rates, "math", math), function(system, without_jumps, "math", math)
+    jacobian = tuple(slope_by(rate, s) for rate in rates for s in system.states)
+    return function(system, rates, "math", math), function(system, jacobian, "math", math)

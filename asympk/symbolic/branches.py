@@ -20,6 +20,7 @@ from sympy.solvers.solveset import NonlinearError
 
 from asympk.errors import InputError
 from asympk.numbers import short
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import is_longer, is_regular, replaced
 from asympk.symbolic.penetration import without_penetration
 
@@ -313,8 +314,8 @@ def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
 
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """Return the rate of an expression in the states along the field, forces as symbols."""
-    rate = sum(expr.diff(s) * r for s, r in system.rates.items() if expr.has(s))
-    rate += expr.diff(system.time) if system.time else 0
+    rate = sum(slope_by(expr, s) * r for s, r in system.rates.items() if expr.has(s))
+    rate += slope_by(expr, system.time) if system.time else 0
     return _expanded(rate)
 
 

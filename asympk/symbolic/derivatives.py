@@ -2,6 +2,8 @@ r"""Derivatives of expressions that share parts, by the chain rule through the p
 
 A part is a pair (symbol, expression in the arguments and in earlier symbols), as ``sympy.cse`` gives them. Where the
 arguments have rates, the part u = e(v_1, v_2, ..) has the rate u' = sum_j (de/dv_j) v_j': forward differentiation.
+
+A derivative is that between jumps, where signs, steps and whole parts stand still.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -9,6 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import sympy as sp
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
+_STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling)
 
 
 def directional_derivatives(
@@ -37,30 +40,37 @@ def directional_derivatives(
 
 def _slopes(expr: sp.Expr, moving: Iterable, found: Parts, spare: Iterator[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
     """Return the partial derivatives by what moves, each a part of its own."""
-    return {s: _named(_slope(expr, s), found, spare) for s in sorted(expr.free_symbols & {*moving}, key=str)}
+    return {s: _named(slope_by(expr, s), found, spare) for s in sorted(expr.free_symbols & {*moving}, key=str)}
 
 
-def _slope(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
-    """Return the derivative by the rules for sums, products and powers, which is all that most parts need."""
+def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
+    """Return the derivative between jumps, by the rules for sums, products and powers where they are all it needs."""
     if expr == s:
         return sp.S.One
-    if not expr.has_free(s):
+    if not expr.has_free(s) or isinstance(expr, _STANDING):
         return sp.S.Zero
     if expr.is_Add:
-        return sp.Add(*(_slope(term, s) for term in expr.args))
+        return sp.Add(*(slope_by(term, s) for term in expr.args))
     if expr.is_Mul:
-        slopes = ((k, _slope(factor, s)) for k, factor in enumerate(expr.args))
-        return sp.Add(*(sp.Mul(*expr.args[:k], slope, *expr.args[k + 1 :]) for k, slope in slopes if slope != 0))
+        slopes = ((k, slope_by(factor, s)) for k, factor in enumerate(expr.args))
+        return sp.Add(*(sp.Mul(*expr.args[:k], part, *expr.args[k + 1 :]) for k, part in slopes if part != 0))
     if expr.is_Pow and not expr.exp.has_free(s):
-        return expr.exp * expr.base ** (expr.exp - 1) * _slope(expr.base, s)
+        return expr.exp * expr.base ** (expr.exp - 1) * slope_by(expr.base, s)
     if isinstance(expr, sp.Piecewise):  # SymPy compares all conditions anew, which takes minutes for a table
-        pieces = [(_slope(piece, s), condition) for piece, condition in expr.args]
-        return sp.Piecewise(*pieces, evaluate=False) if any(slope for slope, _ in pieces) else sp.S.Zero
-    return expr.diff(s)
+        pieces = [(slope_by(piece, s), condition) for piece, condition in expr.args]
+        return sp.Piecewise(*pieces, evaluate=False) if any(part for part, _ in pieces) else sp.S.Zero
+    if isinstance(expr, sp.frac | sp.Mod):
+        number, divisor = expr.args if isinstance(expr, sp.Mod) else (expr.args[0], sp.S.One)
+        return slope_by(number - divisor * sp.floor(number / divisor), s)
+    if isinstance(expr, sp.Abs):
+        return sp.sign(expr.args[0]) * slope_by(expr.args[0], s)
+    if isinstance(expr, sp.Function | sp.Max | sp.Min):
+        return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope_by(e, s)) != 0))
+    return expr * slope_by(expr.exp * sp.log(expr.base), s) if expr.is_Pow else expr.diff(s)
 
 
 def _moved(partials: dict[sp.Symbol, sp.Expr], rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    return sp.Add(*(slope * rates.get(s, 0) for s, slope in partials.items()))
+    return sp.Add(*(partial * rates.get(s, 0) for s, partial in partials.items()))
 
 
 def _named(expr: sp.Expr, found: Parts, spare: Iterator[sp.Symbol]) -> sp.Expr:

@@ -243,9 +243,6 @@ def _emission(lowered):
         shared = [(printer.doprint(t), printer.doprint(as_tree(e))) for t, e in shared]
     except PrintMethodNotImplementedError as reason:
         unknown = str(reason).splitlines()[0].rpartition(" ")[2]
-        if unknown == "DiracDelta":
-            raise InputError("what has sign or Heaviside in it jumps and has no derivative there; write what jumps as "
-                             "a friction, what the time switches as a Piecewise, or smooth it by tanh") from None
         raise InputError(f"target {lowered.target!r} has no {unknown}; target 'mpmath' has more functions") from None
     if foreign := set(getattr(printer, "module_imports", {})) - {lowered.target}:
         raise InputError(f"target {lowered.target!r} would need {', '.join(foreign)} here; use target 'mpmath'")

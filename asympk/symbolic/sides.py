@@ -1,7 +1,8 @@
-r"""Sides of what switches by the state: a ``Piecewise`` patch, a stop ``Max(x - 1, 0)``, ``Abs``, ``sign``.
+r"""Sides of what switches by the state: a ``Piecewise`` patch, a stop ``Max(x - 1, 0)``, ``Abs``, ``sign``, ``floor``.
 
 A rate has a kink or jumps where a phase, such as x - 1, vanishes. On either side of it the rates are smooth, and those
-of a side may be continued beyond it: a step that ends there has one smooth law all along.
+of a side may be continued beyond it: a step that ends there has one smooth law all along. The phase floor(x) of teeth
+along x has a side for every whole number.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -9,18 +10,20 @@ from itertools import combinations, product
 
 import sympy as sp
 
-Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has
+Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, or its whole part
 MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
-_SWITCHING = (*_ORDERED, *_SIZES, sp.Max, sp.Min)
+WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
+_SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
 def phases(exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol]) -> tuple[sp.Expr, ...]:
     """Return what switches expressions where it vanishes and depends on states, as far as it does not switch itself."""
     atoms, states = sp.Tuple(*exprs).atoms(*_SWITCHING), {*states}
-    found = {_phase(part)[0] for atom in atoms for part in switching_parts(atom) if part.free_symbols & states}
-    plain = {phase for phase in found if not phase.atoms(*_SWITCHING)}
+    parts = {(part, isinstance(atom, WHOLE)) for atom in atoms for part in switching_parts(atom)}
+    plain = {(e, whole) for e, whole in parts if e.free_symbols & states and not e.atoms(*_SWITCHING)}
+    plain = {sp.floor(part, evaluate=False) if whole else _phase(part)[0] for part, whole in plain}
     return tuple(sorted(plain, key=sp.default_sort_key)) if len(plain) <= MOST else ()
 
 
@@ -60,6 +63,17 @@ def is_switched(expr: sp.Expr, states: Iterable[sp.Symbol]) -> bool:
     return any(atom.free_symbols & states for atom in expr.atoms(*_SWITCHING))
 
 
+def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
+    """Return what is positive on a side of a phase."""
+    number = measured(phase)
+    return (number - side, side + 1 - number) if number != phase else (side * phase,)
+
+
+def measured(phase: sp.Expr) -> sp.Expr:
+    """Return what moves while a side holds: a phase itself, or that of which it is the whole part."""
+    return phase.args[0] if isinstance(phase, sp.floor) else phase
+
+
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
     """Return an expression as it is on the ``sides`` of its phases."""
     signs = dict(sides)
@@ -69,7 +83,9 @@ def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
 
 
 def switching_parts(atom: sp.Basic) -> list[sp.Expr]:
-    """Return what a size, a maximum, a minimum or a relation is switched by, where it vanishes."""
+    """Return what a size, a maximum, a minimum or a relation is switched by where it vanishes, a whole part at each."""
+    if isinstance(atom, WHOLE):
+        return [-atom.args[0] if isinstance(atom, sp.ceiling) else atom.args[0] / sp.Mul(*atom.args[1:])]
     return [atom.args[0]] if isinstance(atom, _SIZES) else [a - b for a, b in combinations(atom.args, 2)]
 
 
@@ -82,6 +98,8 @@ def _phase(part: sp.Expr) -> tuple[sp.Expr, int]:
 def _on_side(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
     if isinstance(atom, sp.Max | sp.Min):
         return _largest(atom, signs, 1 if isinstance(atom, sp.Max) else -1)
+    if isinstance(atom, WHOLE):
+        return _in_whole_parts(atom, signs)
     phase, factor = _phase(switching_parts(atom)[0])
     if phase not in signs:
         return atom
@@ -89,6 +107,15 @@ def _on_side(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
     if isinstance(atom, _ORDERED):
         return sp.true if (sign > 0) == isinstance(atom, sp.Gt | sp.Ge) else sp.false
     return {sp.Abs: sign * atom.args[0], sp.sign: sp.Integer(sign), sp.Heaviside: sp.Integer(sign > 0)}[type(atom)]
+
+
+def _in_whole_parts(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
+    whole = signs.get(sp.floor(switching_parts(atom)[0], evaluate=False))
+    if whole is None:
+        return atom
+    if isinstance(atom, sp.floor | sp.ceiling):
+        return sp.Integer(-whole if isinstance(atom, sp.ceiling) else whole)
+    return atom.args[0] - whole * sp.Mul(*atom.args[1:])
 
 
 def _largest(atom: sp.Basic, signs: dict[sp.Expr, int], order: int) -> sp.Basic:

@@ -5,14 +5,15 @@ linear in the time, that passes 0, or any whole number.
 """
 
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
 
-from asympk.symbolic.sides import switching_parts
+from asympk.symbolic.sides import WHOLE, switching_parts
+from asympk.symbolic.system import System
 
-_WHOLE = (sp.floor, sp.ceiling, sp.frac)
-_SWITCHING = (*_WHOLE, sp.Mod, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.core.relational.Relational)
+_SWITCHING = (*WHOLE, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.core.relational.Relational)
 
 
 class Switch(NamedTuple):
@@ -20,6 +21,14 @@ class Switch(NamedTuple):
 
     phase: sp.Expr
     every: bool
+
+
+@lru_cache(maxsize=256)
+def switches_of(system: System) -> tuple[Switch, ...]:
+    """Return the switches of a system by the time alone."""
+    exprs = (e for f in system.frictions for e in (f.load, f.kinetic, f.static, f.velocity, f.gap, f.constraint))
+    rates = (*system.rates.values(), *(e for e in exprs if e is not None))
+    return tuple(switches(rates, system.time, system.parameters))
 
 
 def switches(exprs: Iterable[sp.Basic], time: sp.Symbol | None, parameters: Iterable[sp.Symbol]) -> list[Switch]:
@@ -33,12 +42,8 @@ def switches(exprs: Iterable[sp.Basic], time: sp.Symbol | None, parameters: Iter
 
 
 def _of(atom: sp.Basic) -> Iterator[Switch]:
-    if isinstance(atom, sp.Mod):
-        yield Switch(atom.args[0] / atom.args[1], every=True)
-    elif isinstance(atom, _WHOLE):
-        yield Switch(atom.args[0], every=True)
-    else:
-        yield from map(_zero, switching_parts(atom))
+    parts = switching_parts(atom)
+    yield from (Switch(part, every=True) for part in parts) if isinstance(atom, WHOLE) else map(_zero, parts)
 
 
 def _zero(expr: sp.Expr) -> Switch:

@@ -447,13 +447,22 @@ def test_a_taylor_series_begins_where_a_power_has_a_base_of_zero(method, power):
     assert follow(system, start, 3, method=method, rtol=1e-11).final == pytest.approx(expected, abs=1e-8)
 
 
+@pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}, {"method": "rk45"}])
+@pytest.mark.parametrize("level", [sp.floor(x), sp.ceiling(x) - 1, x - sp.frac(x), x - sp.Mod(x, 1)])
+def test_a_force_of_steps_along_a_state_is_followed_from_step_to_step(level, way):
+    """From the edge at 2 it is thrown up and back with the force 2, falls with the force 1, and is free below 1."""
+    path = follow(ap.System.smooth({x: v, v: -level}, {}, None), {"x": 2, "v": 1}, 2, **way)
+    assert [float(w) for w in path.final] == pytest.approx([4 - 2 * 3**0.5, -(3**0.5)], abs=1e-6)
+
+
 @pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
-@pytest.mark.parametrize("jumps", [sp.floor, lambda e: sp.Mod(e, 2)])
-def test_a_rate_that_has_no_derivative_is_refused_by_its_name(jumps, way):
+def test_a_block_on_a_ratchet_of_saw_teeth_stops_on_a_tooth(way):
+    """On every tooth it loses the work 1/2 + 1/10 of its energy 2, and on the fourth v^2/2 = 1/5 - d^2/2 - d/10."""
     friction = ap.Friction(velocity=v, force=F, load=1, kinetic=c)
-    system = ap.System.with_frictions({x: v, v: -jumps(x) + F}, {}, [friction])
-    with pytest.raises(InputError, match=r"^(floor|Mod) has no derivative that can be written"):
-        follow(system, {"x": "1.3", "v": 0}, 5, {c: "0.1"}, **way)
+    system = ap.System.with_frictions({x: v, v: -sp.Mod(x, 1) + F}, {}, [friction])
+    path = follow(system, {"x": 0, "v": 2}, 5, {c: "0.1"}, **way)
+    turn = path.events[0]
+    assert float(turn.state[0]) == pytest.approx(3 - 0.1 + (0.01 + 0.4) ** 0.5, abs=1e-5)
 
 
 @pytest.mark.slow

@@ -49,6 +49,19 @@ def test_an_oscillator_under_a_saw_tooth_is_that_of_its_steps(method):
     assert float(path.final[0]) == pytest.approx(9 / 4 - math.sin(9 / 4) + steps, abs=1e-5)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("push", "place"), [
+    (2 * sp.Heaviside(t), 7.65),
+    (2 * sp.Heaviside(t - 1), 3.4),
+    (sp.Piecewise((0, t <= 0), (2, True)), 7.65),
+    (sp.floor(t), 1.9),
+    (sp.sign(sp.sin(sp.pi * t)), 0.62141206540),
+])  # fmt: skip
+def test_a_block_at_rest_feels_a_push_that_jumps_at_once(push, place, method):
+    path = ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
+    assert float(path.final[0]) == pytest.approx(place, abs=1e-5)
+
+
 def test_a_saw_tooth_switches_at_whole_periods_and_a_square_wave_at_the_zeros_of_its_sine():
     phases = {s.phase: s.every for s in switches([sp.Mod(t, a), sp.sign(3 * sp.cos(t)), sp.Abs(t)], t, [a])}
     assert phases == {t / a: True, t / sp.pi + sp.Rational(1, 2): True, t: False}
