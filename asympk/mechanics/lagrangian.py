@@ -23,9 +23,16 @@ def equations_of(
     if not isinstance(source, sp.Expr):
         raise InputError(f"lagrangian = {short(source)}: give an expression, a LagrangesMethod or a KanesMethod")
     coordinates = _functions(coordinates)
-    method = LagrangesMethod(source, coordinates)
+    given = {_real(q): q for q in coordinates}
+    method = LagrangesMethod(source.xreplace({q: real for real, q in given.items()}), [*given])
     method.form_lagranges_equations()
-    return coordinates, method.mass_matrix, method.forcing + sp.Matrix(_forces(forces, coordinates)), {}
+    mass, forcing = (part.xreplace(given) for part in (method.mass_matrix, method.forcing))
+    return coordinates, mass, forcing + sp.Matrix(_forces(forces, coordinates)), {}
+
+
+def _real(coordinate: Any) -> sp.Expr:
+    """Return a coordinate as a real function of time: the slope of |q| is that of a complex number otherwise."""
+    return sp.Function(coordinate.func.__name__, real=True)(*coordinate.args)
 
 
 def _functions(coordinates: Any) -> tuple:

@@ -45,6 +45,17 @@ def test_plain_symbols_give_what_the_lagrangian_gives():
     assert plain.sliding_velocity == contact.slip
 
 
+@pytest.mark.parametrize(
+    ("potential", "force"),
+    [(sp.Abs(X), -sp.sign(X)), (5 * sp.Max(X - 1, 0) ** 2, -10 * sp.Max(X - 1, 0) * sp.Heaviside(X - 1))],
+)
+def test_coordinates_are_real_where_a_potential_has_a_kink(potential, force):
+    kinetic = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
+    block = ap.Mechanism.from_lagrangian(kinetic - potential, (X, Y), contact=ap.Contact(gap=Y, slip=X, friction=f))
+    x = sp.Symbol("X", real=True)
+    assert block.plain.forces == sp.Matrix([force.subs(X, x), 0])
+
+
 def test_a_method_of_lagrange_and_one_of_kane_give_the_same_mechanism():
     """A particle on a pendulum of variable length, with a speed that is no rate: u = r theta'."""
     r, a, v, w = dynamicsymbols("r a v w")
