@@ -96,6 +96,8 @@ def _manifolds(system, order):
         kind = f", the {m.stability} slow manifold" if isinstance(m.stability, str) else ""
         where = f"{y} on {m.name}{kind} of {m.mode}"
         where += f" by {y} on its branch" if is_implicit(m.branch) else ""
+        one_sided = m.domain != sp.true and m.dynamics.where != system.mode(m.mode).where
+        where += f", where {m.domain}" if one_sided else ""
         definitions, levels = _coefficients(m, system, order)
         values = tuple(sp.Add(*(c * m.small**k for k, c in enumerate(cs))) for cs in zip(*levels, strict=True))
         single = len(values) == 1

@@ -15,13 +15,16 @@ from asympk.errors import BranchError, InputError, NotDerivable, NotNormallyHype
 from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.branches import heavy
-from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, over_fast
+from asympk.symbolic.conditions import reduce_under
+from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, one_side, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
+from asympk.symbolic.sides import Sides, is_switched, on_sides, phases
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
+MOST_SIDES = 8  # phases of one mode
 MOST = 8  # sines and other functions in what is factored: with more it may not end
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2)
@@ -119,7 +122,7 @@ class CriticalManifold(ShownAsFormulas):
         # SymPy multiplies out what it takes the modulus of, which long expressions do not outlast
         moduli = {a: sp.Abs(a.args[0].subs(self.branch), evaluate=False) for a in where.atoms(sp.Abs) if heavy(a)}
         parts = sp.And.make_args(where.xreplace(moduli).subs(self.branch, simultaneous=True))
-        return sp.And(*(_located(part, states, self.assumptions) for part in parts))
+        return reduce_under(sp.And(*(_located(part, states, self.assumptions) for part in parts)), self.assumptions)
 
     def at(self, **values: Any) -> Self:
         """Put in values of parameters by name, exact numbers or strings: ``at(sigma="1/2")``.
@@ -181,17 +184,34 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """Solve g = 0 for the fast variables in every mode.
 
     Manifolds of slip and smooth modes are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; one that
-    lies nowhere in its mode has ``domain`` False. Raises ``NotDerivable`` when SymPy cannot solve g = 0.
+    lies nowhere in its mode has ``domain`` False. A mode that switches has those of every side, each with its domain.
+    Raises ``NotDerivable`` when SymPy cannot solve g = 0, or where a mode has too many sides.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
-    for mode in map(system.autonomous, system.modes):
+    for mode in (part for m in system.modes for part in _smooth_parts(system.autonomous(m), system.assumptions)):
         letter = "Lambda" if mode.name == "stick" else "Pi"
         for branch in _branches(mode, system.small):
             count[letter] = count.get(letter, 0) + 1
             name = f"{letter}{count[letter]}"
             found.append(CriticalManifold(name, mode, system.small, branch, system.assumptions))
     return Several(found)
+
+
+def _smooth_parts(mode: Mode, assumptions: sp.Basic, sides: Sides = ()) -> list[Mode]:
+    """Return the mode on each side of what switches its rates by a state or the time: there they are smooth."""
+    if (beyond := conjunction(list(sides), assumptions)) == sp.false:
+        return []
+    states, signs = (*mode.slow, *mode.fast), {sp.Dummy(real=True): quantity for quantity in mode.signed}
+    slow, fast = (sp.Dict({s: on_sides(r, sides) for s, r in rates.items()}) for rates in (mode.slow, mode.fast))
+    rates = [*slow.values(), *fast.values()]
+    if not any(is_switched(rate, states) for part in (slow, fast) for rate in one_side(part, signs).values()):
+        where = sp.And(on_sides(mode.where, sides), beyond)
+        return [] if where == sp.false else [replace(mode, slow=slow, fast=fast, where=where)]
+    opened = sorted(phases(rates, states), key=lambda phase: phase in mode.signed)
+    if not opened or len(sides) == MOST_SIDES:
+        raise NotDerivable(f"mode {mode.name!r} has more sides than can be told apart; write one side of it")
+    return [part for sign in (1, -1) for part in _smooth_parts(mode, assumptions, (*sides, (opened[0], sign)))]
 
 
 def checked_branch(branch: Any, mode: Mode, small: sp.Symbol) -> sp.Dict:

@@ -219,7 +219,7 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
 
 
 def rest_state(manifold: SlowManifold) -> RestState | None:
-    """Return the isolated ``RestState`` on the manifold, or None.
+    """Return the isolated ``RestState`` on the manifold, within its domain, or None.
 
     Raises ``NotDerivable`` when there are several, or when SymPy cannot solve f = g = 0.
     """
@@ -232,6 +232,7 @@ def rest_state(manifold: SlowManifold) -> RestState | None:
     except NotImplementedError:
         raise NotDerivable(f"{manifold.name}: SymPy does not solve f = g = 0 for its rest states") from None
     found = [s for s in found if s.keys() == {*unknowns} and _lies_on(s, manifold)]
+    found = [s for s in found if manifold.domain.subs(s) != sp.false]
     if len(found) > 1:
         raise NotDerivable(f"{manifold.name}: several rest states lie on it: {'; '.join(map(equations, found))}")
     if not found:

@@ -211,3 +211,11 @@ def test_a_rate_with_the_sign_of_its_velocity_is_exported_for_both_signs(tmp_pat
     space = {}
     exec(path.read_text(encoding="utf-8"), space)
     assert (space["slip_same"](2, 1)[1], space["slip_same"](-2, -1)[1]) == (-8, 4)
+
+
+def test_a_manifold_of_one_side_says_where_it_holds(tmp_path):
+    x, y = sp.symbols("x y", real=True)
+    (path,) = export(ap.System.smooth({x: -y}, {y: sp.Max(x, 0) - y}, mu), "python", tmp_path)
+    text = path.read_text(encoding="utf-8")
+    assert "slow manifold of smooth, where x > 0, to order 3" in text
+    assert "slow manifold of smooth, where x < 0, to order 3" in text

@@ -533,3 +533,39 @@ def test_a_law_with_the_speed_in_it_has_the_manifold_of_each_side_of_no_speed(na
         return [c.subs(at) for c in found.coefficients]
 
     assert coefficients(k / (1 + sp.Abs(z))) == coefficients(k / (1 + side * z))
+
+
+TIME = sp.Symbol("t", real=True)
+
+
+@pytest.mark.parametrize(
+    ("force", "expected"),
+    [
+        (x - y - sp.Abs(y) / 2, {2 * x / 3: x > 0, 2 * x: x < 0}),
+        (x - sp.Max(y, 2 * y), {x / 2: x > 0, x: x < 0}),
+        (x - y - sp.sign(y), {x - 1: x > 1, x + 1: x < -1}),
+        (sp.Piecewise((1 - y, x < 1), (2 - y, True)), {1: x < 1, 2: x > 1}),
+        (sp.Min(1, sp.Max(-1, x)) - y, {-1: x < -1, x: (x > -1) & (x < 1), 1: x > 1}),
+        (sp.Piecewise((1 - y, y < 0), (3 - y, True)), {3: sp.true}),
+        (sp.Piecewise((x - y, TIME < 1), (2 * x - y, True)), {x: TIME < 1, 2 * x: TIME > 1}),
+    ],
+)
+def test_a_mode_that_switches_has_the_slow_manifolds_of_each_of_its_sides(force, expected):
+    system = ap.System.smooth({x: -y}, {y: force}, mu, time=TIME)
+    found = ap.slow_manifolds(system, order=1)
+    assert {m.branch[y]: m.domain for m in found} == expected
+    assert all(m.stability == "stable" for m in found)
+    for m in found:
+        height = m.branch[y]
+        assert sp.simplify(m.coefficient(1) + height * height.diff(x) / m.jacobian[0]) == 0
+
+
+def test_a_rest_of_the_continued_side_is_no_rest():
+    system = ap.System.smooth({x: 1 - x}, {y: x + 2 * sp.Max(x - 2, 0) - y}, mu)
+    assert [rest_state(m) and dict(rest_state(m).state) for m in ap.slow_manifolds(system)] == [None, {x: 1, y: 1}]
+
+
+def test_a_mode_of_more_sides_than_can_be_told_apart_is_refused_by_name():
+    bumps = sum(sp.Abs(x - k * z) for k in range(9))
+    with pytest.raises(NotDerivable, match="more sides than can be told apart"):
+        critical_manifolds(ap.System.smooth({x: y, z: x}, {y: bumps - y}, mu))
