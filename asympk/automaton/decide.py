@@ -41,6 +41,7 @@ from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import Friction, System
 
 if TYPE_CHECKING:
@@ -353,7 +354,7 @@ def _still(mode: GuardedMode, ties: list[int], places: tuple[Place, ...], touchi
 def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: dict) -> int:
     """Return the sign of the first derivative along the field, of a guard that vanishes, that does not; else 0.
 
-    Powers of the penetration are left out of each (Lemma 11).
+    Powers of the penetration are left out of each (Lemma 11), infinite ones where what they multiply is not 0.
     """
     kind, friction, _, divided = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in touching else 1 - divided  # g, g' and g'' vanish there
@@ -363,11 +364,14 @@ def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: 
         if order > first and _length(before) > LONGEST:
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(places[0].t):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
-        written = mode.pressed or not order
-        asked = ((mode.derivative(guard, order),), ()) if written else ((before,), (mode.flow,))
-        values = [place.values(mode.system, *asked)[0] for place in places]
-        if sign := places[0].numbers.decided_sign(values):
-            return sign
+        asked: list[tuple[tuple, tuple]] = [((before,), (mode.flow,))]
+        if mode.pressed or not order:
+            found = mode.derivative(guard, order)
+            asked = [((expr,), ()) for expr in dict.fromkeys((with_finite_powers(found), found))]
+        for part in asked:
+            values = [place.values(mode.system, *part)[0] for place in places]
+            if sign := places[0].numbers.decided_sign(values):
+                return sign
         if order == first and _stays(mode, guard, places):
             break
     return 0

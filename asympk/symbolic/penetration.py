@@ -6,7 +6,7 @@ contact, as a load counts in that alone. Where a slope of the load is infinite a
 Kono's damping is, it is left out there.
 """
 
-from functools import partialmethod
+from functools import lru_cache, partialmethod
 from typing import Any
 
 import sympy as sp
@@ -106,6 +106,16 @@ def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
     found = expr.replace(lambda e: isinstance(e, sp.Abs | sp.Max | sp.Min), of_size)
     found = found.replace(lambda e: e.is_Pow and not e.exp.is_integer and not e.base.has(Penetration), of_power)
     return found.replace(lambda e: e.is_Mul and e.has(Penetration), of_product)
+
+
+@lru_cache(maxsize=1024)
+def with_finite_powers(expr: sp.Expr) -> sp.Expr:
+    """Return ``expr`` times powers of the penetration that leave none of its own infinite."""
+    powers = [power for power in expr.atoms(sp.Pow) if isinstance(power.base, Penetration) and power.exp.is_negative]
+    for base in sorted({power.base for power in powers}, key=sp.default_sort_key):
+        largest = min((power.exp for power in powers if power.base == base), key=float)
+        expr = sp.Add(*(term / base**largest for term in sp.Add.make_args(sp.expand_mul(expr))))
+    return expr
 
 
 def without_penetration(expr: sp.Expr) -> sp.Expr:

@@ -123,3 +123,28 @@ def test_a_contact_of_hertz_and_of_a_small_time_has_its_slow_manifold_and_models
     exact, jump = ap.solve(scene), ap.solve(scene, "jump", order=2)
     assert exact.modes == jump.modes
     assert list(jump.final) == pytest.approx(list(exact.final), abs=2 * jump.error)
+
+
+@pytest.mark.parametrize("load", [1000 * (-x) ** HERTZ, 1000 * (-x) ** HERTZ * (1 - v / 5)])
+def test_a_ball_that_comes_down_beside_a_spring_without_tension_sticks(load):
+    contact = ap.Friction(velocity=y, force=F, load=load, kinetic=sp.Rational(1, 2), gap=x, normal=N)
+    s = sp.Symbol("s", real=True)
+    held = ap.System.with_frictions({s: y, y: F - s, x: v, v: N - 1}, {}, [contact])
+    path = ap.solve(ap.Scene(system=held, start={s: 0, y: 0, x: "1/10", v: 0}, until=1))
+    assert path.modes == ("open", "stick", "open")
+    assert path.final[:2] == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("load", "order", "first"),
+    [(1000 * (-x) ** HERTZ, 1, "slip_same"), (1000 * (-x) ** HERTZ, 2, "stick"), (1000 * (-x) ** HERTZ, 3, "stick"),
+     (10 * (-x) ** sp.Rational(1, 4), 1, "stick"), (1000 * (-x) ** HERTZ - 50 * sp.sqrt(-x) * v, 1, "stick")],
+)  # fmt: skip
+def test_of_a_load_and_a_push_that_grow_from_nothing_the_lower_power_of_the_time_wins(load, order, first):
+    """The penetration grows like t, the push like t^order."""
+    pushes = sp.symbols(f"q:{order}", real=True)
+    rates = dict(zip(pushes, (*pushes[1:], sp.S.One), strict=True))
+    contact = ap.Friction(velocity=y, force=F, load=load, kinetic=sp.Rational(1, 2), gap=x, normal=N)
+    pushed = ap.System.with_frictions({y: F + pushes[0], x: v, v: N - 1, **rates}, {}, [contact])
+    start = {y: 0, x: 0, v: -1, **dict.fromkeys(pushes, 0)}
+    assert ap.solve(ap.Scene(system=pushed, start=start, until="1/20")).modes[0] == first
