@@ -188,16 +188,28 @@ class _C(C99CodePrinter):
         return super()._print_Pow(expr)
 
 
-class _Math(PythonCodePrinter):
+class _Remainders:
+    """Remainders in parentheses: without them, as in SymPy's own, 1 - 2*x % 1 would be that of 2 x."""
+
+    def _print_Mod(self, expr):
+        a, b = map(self._print, expr.args)
+        return f"(({a}) % ({b}))"
+
+    def _print_frac(self, expr):
+        return f"(({self._print(expr.args[0])}) % 1)"
+
+
+class _Mpmath(_Remainders, MpmathPrinter):
+    """mpmath's numbers."""
+
+
+class _Math(_Remainders, PythonCodePrinter):
     """Python's floats: a power that is not real raises ``ValueError``, where ``**`` would return a complex number."""
 
     def _print_Pow(self, expr, rational=False):
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:
             return super()._print_Pow(expr, rational)
         return f"{self._module_format('math.pow')}({self._print(expr.base)}, {self._print(expr.exp)})"
-
-    def _print_frac(self, expr):
-        return f"(({self._print(expr.args[0])}) % 1)"  # SymPy's own has no parentheses: 2*x % 1 is frac(2 x)
 
 
 class _NumPy(NumPyPrinter):
@@ -210,7 +222,7 @@ class _NumPy(NumPyPrinter):
     _print_Min = _print_Max
 
 
-_PRINTERS = {"numpy": _NumPy, "math": _Math, "mpmath": MpmathPrinter, "c": _C}
+_PRINTERS = {"numpy": _NumPy, "math": _Math, "mpmath": _Mpmath, "c": _C}
 _EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}},
           "c": {"math_macros": {}}}  # fmt: skip
 _MACROS = ("INFINITY", "NAN", "HUGE_VAL", "HUGE_VALF", "HUGE_VALL", "FP_NAN", "FP_INFINITE", "FP_ZERO", "FP_SUBNORMAL",

@@ -33,10 +33,11 @@ def test_targets_agree_with_sympy(target):
 
 
 @pytest.mark.parametrize("target", TARGETS)
-@pytest.mark.parametrize("choice", [sp.frac(x), sp.Mod(x, mu), sp.Max(x, mu, 1), sp.Min(x, mu, 1)])
-def test_what_branches_is_a_factor_in_every_target(target, choice):
-    f = lower((x, mu), 2 * choice, target, branching=True)
-    exact = (2 * choice).subs({x: sp.Rational(17, 10), mu: sp.Rational(3, 4)})
+@pytest.mark.parametrize("choice", [sp.frac(x), sp.Mod(x, 1), sp.Mod(x, mu), sp.Max(x, mu, 1), sp.Min(x, mu, 1)])
+@pytest.mark.parametrize("term", [lambda e: 2 * e, lambda e: 1 - 2 * e, lambda e: e**2 / 3])
+def test_what_branches_is_a_factor_in_every_target(target, choice, term):
+    f = lower((x, mu), term(choice), target, branching=True)
+    exact = term(choice).subs({x: sp.Rational(17, 10), mu: sp.Rational(3, 4)})
     assert float(f("1.7", 0.75) if target == "mpmath" else f(1.7, 0.75)) == pytest.approx(float(exact), abs=1e-15)
 
 
