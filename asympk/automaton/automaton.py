@@ -15,8 +15,8 @@ from asympk.digits import carrier_context
 from asympk.errors import NotDerivable, OutOfRange
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
-from asympk.symbolic.sides import Sides, inside, measured
-from asympk.symbolic.switches import switches, switches_of
+from asympk.symbolic.sides import Sides, inside, measured, phases
+from asympk.symbolic.switches import exprs_of, switches, switches_of
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
@@ -121,10 +121,16 @@ class NumericMode:
         """Return the time just after a switch that ``t`` is just before."""
         return t * (1 + 3 * self.beside)
 
+    def moved_on(self, t: Any, state: State, span: Any) -> tuple[Any, State]:
+        """Return the time and the state after a span so short that the rates stand still."""
+        return t + span, tuple(w + span * rate for w, rate in zip(state, self.rhs(t, state), strict=True))
+
     def after_start(self, until: Any) -> Any:
-        """Return the time 0 at which a run to ``until`` starts, or that just after it where a switch is there."""
+        """Return the time 0 at which a run to ``until`` starts, or that just after it where a switch may be there."""
         near = self.beside * until
-        return 3 * near if any(abs(switch) <= near for switch in self._switched_near(0 * until)) else 0 * until
+        bent = phases(exprs_of(self.mode.system), (), self.mode.system.time)
+        at_switch = bent or any(abs(switch) <= near for switch in self._switched_near(0 * until))
+        return 3 * near if at_switch else 0 * until
 
     @property
     def beside(self) -> Any:
@@ -295,7 +301,7 @@ class Automaton:
 
         Where something switches at t = 0, within the rounding of ``until``, it is the mode that begins just after.
         """
-        return _first(self, tuple(start), until if switches_of(self.system) else 1)
+        return _first(self, tuple(start), until if self.system.time else 1)
 
     def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48) -> Branch:
         """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``.

@@ -14,6 +14,7 @@ from asympk.symbolic.branches import Branch, at_rest
 from asympk.symbolic.sides import Sides
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
+SHORTLY = 64  # errors of an event, after which what a side has changed is told from what was before
 PARADOX = 2.0**-40  # by which a stiffness to the second motion is below zero, as a part of that to the first
 
 
@@ -85,13 +86,17 @@ def follow(
         else:
             t, hits = segment.t, (segment.hit, *segment.together)
             state = _on_zeros(mode, hits, t, segment.state)
-        crossed, hits = _crossed(mode, hits)
-        if not hits:
+        crossed, left = _crossed(mode, hits)
+        crossed, doubt = (crossed, slack) if segment.hit is not None else ([], mode.beside)
+        later = t, state
+        if len(left) < len(hits):
             _require_progress(segments, mode)
             mode = mode_on_sides(automaton, mode.branch, digits, t, state, crossed)
-            continue
-        branch, event = _passed(automaton, mode, hits, t, state, slack if segment.hit is not None else mode.beside)
-        t, state = event.t, event.state
+            hits, later = _lost_beyond(mode, left, t, state), mode.moved_on(t, state, SHORTLY * doubt * t)
+            if not hits:
+                continue
+        branch, event = _passed(automaton, mode, hits, *later, doubt)
+        event = event._replace(t=t, state=state)
         ended, mode = mode, mode_on_sides(automaton, branch, digits, t, state, crossed)
         if branch == ended.branch:
             _require_progress(segments, ended)
@@ -110,6 +115,12 @@ def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], t
     switched = [k for k in hits if mode.kinds[k][0] == SWITCH]
     phases = [sign * mode.mode.guards[k].value for k in switched for sign in (1, -1)]
     return phases, tuple(k for k in hits if k not in switched)
+
+
+def _lost_beyond(mode: NumericMode, left: tuple[int, ...], t: Any, state: tuple) -> tuple[int, ...]:
+    """Return the guards ``left`` that are lost with a side, and those that the jump to that of ``mode`` has lost."""
+    values = zip(mode.guard_values(t, state), mode.kinds, strict=True)
+    return tuple(k for k, (value, (kind, _)) in enumerate(values) if k in left or (value < 0 and kind != SWITCH))
 
 
 def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:

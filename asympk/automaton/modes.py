@@ -77,8 +77,8 @@ class GuardedMode:
 
     @cached_property
     def open_phases(self) -> tuple[sp.Expr, ...]:
-        """What the mode is still switched by: phases of the states that are on no side."""
-        return phases((*self.rates, *self.guard_values), self.system.states)
+        """What the mode is still switched by: phases of the states and the time that are on no side."""
+        return phases((*self.rates, *self.guard_values), self.system.states, self.system.time)
 
     @cached_property
     def conditions(self) -> tuple[sp.Expr, ...]:
@@ -137,7 +137,8 @@ def is_switched_by_state(system: System) -> bool:
 def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
     """Yield a mode on all sides that the state may switch it to; itself where there are none, or more than ``MOST``."""
     opened = mode.open_phases
-    choices = [*islice(sides_of(opened, mode.system.states), MOST + 1)] if opened else []
+    moving = (s for s in (*mode.system.states, mode.system.time) if s is not None)
+    choices = [*islice(sides_of(opened, [*moving]), MOST + 1)] if opened else []
     if not 0 < len(choices) <= MOST:
         yield mode
         return

@@ -15,16 +15,34 @@ MOST = 64  # phases of one mode: a long table has kinks so gentle that no step h
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
 WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
+_POLAR = (sp.tan, sp.cot, sp.sec, sp.csc)
 _SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
-def phases(exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol]) -> tuple[sp.Expr, ...]:
-    """Return what switches expressions where it vanishes and depends on states, as far as it does not switch itself."""
-    atoms, states = sp.Tuple(*exprs).atoms(*_SWITCHING), {*states}
-    parts = {(part, isinstance(atom, WHOLE)) for atom in atoms for part in switching_parts(atom)}
-    plain = {(e, whole) for e, whole in parts if e.free_symbols & states and not e.atoms(*_SWITCHING)}
-    plain = {sp.floor(part, evaluate=False) if whole else _phase(part)[0] for part, whole in plain}
-    return tuple(sorted(plain, key=sp.default_sort_key)) if len(plain) <= MOST else ()
+def phases(
+    exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol], time: sp.Symbol | None = None
+) -> tuple[sp.Expr, ...]:
+    """Return what switches expressions where it vanishes and depends on states, or on the time but not linearly.
+
+    What does not switch itself is meant, unless by what is linear in the time: smooth stretches end there already.
+    """
+    states, found = {*states}, set()
+    for atom in sp.Tuple(*exprs).atoms(*_SWITCHING):
+        for part in switching_parts(atom):
+            moved = part.free_symbols & states or not is_line(part, time)
+            if moved and all(_is_timed(inner, states, time) for inner in part.atoms(*_SWITCHING)):
+                found.add(sp.floor(part, evaluate=False) if isinstance(atom, WHOLE) else _phase(part)[0])
+    return tuple(sorted(found, key=sp.default_sort_key)) if len(found) <= MOST else ()
+
+
+def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:
+    """Tell whether an expression is linear in the time, or independent of it, or has poles, where it jumps."""
+    bent = time is not None and part.has(time) and not part.has(*_POLAR)
+    return not (bent and (part.atoms(*_SWITCHING) or part.diff(time).has(time)))
+
+
+def _is_timed(atom: sp.Basic, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
+    return not atom.free_symbols & states and all(is_line(part, time) for part in switching_parts(atom))
 
 
 def sides_of(opened: Iterable[sp.Expr], states: Sequence[sp.Symbol]) -> Iterator[Sides]:

@@ -26,9 +26,13 @@ class Switch(NamedTuple):
 @lru_cache(maxsize=256)
 def switches_of(system: System) -> tuple[Switch, ...]:
     """Return the switches of a system by the time alone."""
+    return tuple(switches(exprs_of(system), system.time, system.parameters))
+
+
+def exprs_of(system: System) -> tuple[sp.Expr, ...]:
+    """Return the rates of a system and the expressions of its frictions."""
     exprs = (e for f in system.frictions for e in (f.load, f.kinetic, f.static, f.velocity, f.gap, f.constraint))
-    rates = (*system.rates.values(), *(e for e in exprs if e is not None))
-    return tuple(switches(rates, system.time, system.parameters))
+    return (*system.rates.values(), *(e for e in exprs if e is not None))
 
 
 def switches(exprs: Iterable[sp.Basic], time: sp.Symbol | None, parameters: Iterable[sp.Symbol]) -> list[Switch]:

@@ -1,3 +1,4 @@
+import itertools
 import math
 
 import pytest
@@ -60,6 +61,51 @@ def test_an_oscillator_under_a_saw_tooth_is_that_of_its_steps(method):
 def test_a_block_at_rest_feels_a_push_that_jumps_at_once(push, place, method):
     path = ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
     assert float(path.final[0]) == pytest.approx(place, abs=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("while_it_lasts", [
+    sp.sin(t) > sp.Rational(1, 2),
+    sp.sin(t) - sp.sqrt(3) * sp.cos(t) + sp.sqrt(3) * sp.cos(t) > sp.Rational(1, 2),
+    sp.Abs(t - sp.pi / 2) < sp.pi / 3,
+    (6 * t - sp.pi) * (5 * sp.pi - 6 * t) > 0,
+    sp.Max(sp.pi / 6 - t, t - 5 * sp.pi / 6) < 0,
+    sp.Mod(t - sp.pi / 6, 2 * sp.pi) < 2 * sp.pi / 3,
+])  # fmt: skip
+def test_a_block_at_rest_is_moved_while_a_push_lasts_however_its_times_are_written(while_it_lasts, method):
+    push = sp.Piecewise((2, while_it_lasts), (0, True))
+    path = ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=6), **method)
+    lasts, left = 2 * math.pi / 3, 6 - 5 * math.pi / 6
+    assert path.modes == ("stick", "slip_same")
+    assert float(path.events[0].t) == pytest.approx(math.pi / 6, abs=1e-8)
+    assert float(path.final[0]) == pytest.approx(0.85 * lasts**2 + 1.7 * lasts * left - 0.15 * left**2, abs=1e-5)
+
+
+@pytest.mark.parametrize("method", [{"method": "lsoda"}, {"digits": 12}])
+def test_a_sine_that_turns_ever_faster_switches_at_the_roots_of_whole_numbers(method):
+    system = ap.System.smooth({x: sp.sign(sp.sin(sp.pi * t**2))}, {}, None, time=t)
+    path = ap.solve(ap.Scene(system=system, start=[0], until=4), **method)
+    ends = [math.sqrt(k) for k in range(17)]
+    ways = sum((-1) ** k * (b - a) for k, (a, b) in enumerate(itertools.pairwise(ends)))
+    assert float(path.final[0]) == pytest.approx(ways, abs=1e-8)
+
+
+def test_a_square_wave_is_followed_in_closed_form():
+    path = ap.solve(ap.Scene(system=_block(sp.sign(2 * sp.sin(t) - 1)), start=[0, 0], until=1), digits=30)
+    back = math.pi / 6
+    turned = back * (1 + 0.7 / 1.3)
+    assert path.model == "exact"
+    assert float(path.final[0]) == pytest.approx(-0.35 * back**2 - (0.7 * back) ** 2 / 2.6 + 0.35 * (1 - turned) ** 2)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_block_at_rest_is_pushed_once_another_passes_a_place(method):
+    contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(3, 10))]
+    y = sp.Symbol("y", real=True)
+    system = ap.System.with_frictions({x: v, v: 2 * sp.Heaviside(y - 1) + F, y: 1}, {}, contacts)
+    path = ap.solve(ap.Scene(system=system, start=[0, 0, 0], until=3), **method)
+    assert path.modes == ("stick", "slip_same")
+    assert float(path.final[0]) == pytest.approx(1.7 * 2, abs=1e-5)
 
 
 def test_a_saw_tooth_switches_at_whole_periods_and_a_square_wave_at_the_zeros_of_its_sine():
