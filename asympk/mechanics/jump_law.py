@@ -27,7 +27,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.shown import Card, ShownAsFormulas
@@ -72,12 +72,16 @@ def jump_law(
 
     Errors are O(c log(1/c)), for a gap rate O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens,
     in the limit of large stiffness k, with errors O(log(k) / sqrt(k)). Raises ``InputError`` for a ratio of a two-sided
-    constraint, and for both.
+    constraint, and for both, ``NotDerivable`` for friction that may fall as the contact slows down, and, with a ratio,
+    for any that depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
     if ratio is not None and not kinetics.unilateral:
         raise InputError("ratio: a two-sided constraint never opens; the rebound needs Contact(unilateral=True)")
+    if not _grows_to_the_stop(kinetics):
+        raise NotDerivable("where friction falls as the contact slows down it may slide on, and the law is that of one "
+                           "that stops; follow the elastic contact")  # fmt: skip
     condition = paradox.condition(kinetics)
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
@@ -90,9 +94,25 @@ def jump_law(
     return _law(kinetics, own, rebound(kinetics, ratio), sp.And(condition, kinetics.free[0] < 0), None)
 
 
+def _grows_to_the_stop(kinetics: Kinetics) -> bool:
+    """Tell whether the bound of friction, never negative, is known not to fall as the sliding velocity does."""
+    bound, speed = kinetics.friction * kinetics.load, sp.Dummy(positive=True)
+    if not bound.free_symbols & {*kinetics.velocities}:
+        return True
+    sides = [bound.subs(kinetics.slip, sign * speed) for sign in (1, -1)]
+    told = all(not side.has(*kinetics.velocities, sp.Piecewise, sp.sign, sp.Heaviside) for side in sides)
+    return told and all((side.diff(speed) / side).is_nonpositive for side in sides)
+
+
 def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
-    """Return the gap rate with which a one-sided contact opens after the jump, for the damping ratio ``ratio``."""
+    """Return the gap rate with which a one-sided contact opens after the jump, for the damping ratio ``ratio``.
+
+    Raises ``NotDerivable`` for friction that depends on the velocity.
+    """
     G, bound = kinetics.delassus, kinetics.friction * kinetics.load
+    if bound.free_symbols & {*kinetics.velocities}:
+        raise NotDerivable("friction depends on the velocity, and the rebound is known where it does not: follow the "
+                           "elastic contact")  # fmt: skip
     p = G[0, 0] - bound * sp.Abs(G[0, 1])
     p_stick = kinetics.determinant / G[1, 1]
     q = bound * G[1, 1] - sp.Abs(G[0, 1])

@@ -128,7 +128,10 @@ def motion_lines(described: Described) -> list[str]:
 def jump_lines(described: Described) -> list[str]:
     """Return what the jump does from the numbers, or that there is none."""
     rod = described.mechanism
-    law = rod.jump_law()
+    try:
+        law = rod.jump_law()
+    except NotDerivable as reason:
+        return [f"jump            {reason}"]
     if not rod.evaluate(law.condition, described.numbers):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
     normal, tangential = (rod.evaluate(part, described.numbers) for part in law.impulses)
@@ -150,7 +153,8 @@ def jump_lines(described: Described) -> list[str]:
 
 def _rebounds(described):
     rod = described.mechanism
-    if rod.evaluate(rod.free[0], described.numbers) >= 0:
+    bound = rod.plain.friction * rod.plain.load
+    if rod.evaluate(rod.free[0], described.numbers) >= 0 or bound.has(*rod.plain.velocities):
         return []
     rates = [(b, rod.evaluate(rod.own(rebound(rod.plain, sp.Integer(b))), described.numbers)) for b in _DAMPINGS]
     shown = ", ".join(f"g' = {_short(rate)} for a damping ratio {b}" for b, rate in rates)

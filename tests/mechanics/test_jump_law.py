@@ -8,7 +8,7 @@ from mechanisms import slender_rod
 from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 
 T = dynamicsymbols._t
 
@@ -236,3 +236,41 @@ def test_the_damping_of_the_law_is_not_a_parameter_of_the_same_name():
     law = block.jump_law()
     (damping,) = (law.reaction / law.impulses[0]).cancel().free_symbols
     assert damping.name == "h_"
+
+
+w = sp.Symbol("speed", positive=True)
+LOWER_WHEN_SLOW = sp.Piecewise((1, w < sp.Rational(1, 2)), (2, True))
+
+
+def _leaning(law):
+    """A slender rod that leans into its motion, with friction by the speed of its end, and where it is."""
+    X, Y, theta = dynamicsymbols("X Y theta")
+    slip = X - sp.cos(theta) / 2
+    energy = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2 + theta.diff(T) ** 2 / 24 - Y
+    friction = law.subs(w, sp.Abs(slip.diff(T)))
+    contact = ap.Contact(gap=Y - sp.sin(theta) / 2, slip=slip, friction=friction, unilateral=True)
+    rod = ap.Mechanism.from_lagrangian(energy, (X, Y, theta), contact=contact)
+    return rod, {"X": 0, "Y": sp.sin(sp.Rational(11, 10)) / 2, "theta": "1.1", "X'": -1, "Y'": 0, "theta'": 0}
+
+
+@pytest.mark.parametrize(("law", "stops"), [(LOWER_WHEN_SLOW, False), (1 + sp.exp(-w), True)])
+def test_the_law_of_friction_by_the_speed_is_told_where_that_cannot_fall_before_the_stop(law, stops):
+    rod, start = _leaning(law)
+    c = sp.Symbol("c", positive=True)
+    soft = rod.elastic(compliance=c, damping=sp.Rational(1, 2))
+    path = ap.solve(ap.Scene(system=soft, values={c: "1e-6"}, start=rod.start(soft, start), until="1e-3"))
+    assert ("stick" in path.modes) is stops
+    if stops:
+        after = {str(rate): rod.evaluate(value, start) for rate, value in rod.jump_law().velocities.items()}
+        told = after["Derivative(theta(t), t)"]
+        assert path.final[path.names.index("theta'")] == pytest.approx(told, abs=2e-3)
+    else:
+        with pytest.raises(NotDerivable, match="falls as the contact slows down"):
+            rod.jump_law()
+    with pytest.raises(NotDerivable, match=r"rebound is known where it does not|falls as the contact"):
+        rod.jump_law(ratio=1)
+
+
+def test_a_factor_of_friction_whose_sign_is_not_told_does_not_hide_that_it_falls_with_the_speed():
+    rod, _ = _leaning(sp.Symbol("f") * (1 + sp.exp(-w)))
+    assert rod.jump_law().velocities == _leaning(sp.Integer(2))[0].jump_law().velocities
