@@ -161,7 +161,10 @@ def _spectra(system):
 
 
 def _edges(system):
-    edges = stick_regions(system).edges if system.friction else ()
+    try:
+        edges = stick_regions(system).edges
+    except NotDerivable:
+        return
     if edges:
         about = f"the loads {system.friction.load} at which stick can end; none where a denominator is 0"
         yield _function(system, "stick_edges", about, edges)

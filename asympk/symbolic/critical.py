@@ -19,7 +19,7 @@ from asympk.symbolic.conditions import reduce_under
 from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, one_side, over_fast
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
-from asympk.symbolic.sides import Sides, is_switched, on_sides, phases
+from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
 from asympk.symbolic.signs import conjunction, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
@@ -209,7 +209,7 @@ def _smooth_parts(mode: Mode, assumptions: sp.Basic, sides: Sides = ()) -> list[
         where = sp.And(on_sides(mode.where, sides), beyond)
         return [] if where == sp.false else [replace(mode, slow=slow, fast=fast, where=where)]
     opened = sorted(phases(rates, states), key=lambda phase: phase in mode.signed)
-    if not opened or len(sides) == MOST_SIDES:
+    if not opened or len(sides) == MOST_SIDES or measured(opened[0]) != opened[0]:
         raise NotDerivable(f"mode {mode.name!r} has more sides than can be told apart; write one side of it")
     return [part for sign in (1, -1) for part in _smooth_parts(mode, assumptions, (*sides, (opened[0], sign)))]
 

@@ -100,6 +100,12 @@ def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
     return expr
 
 
+def on_side(expr: sp.Expr, quantity: sp.Expr, sign: int) -> sp.Expr:
+    """Return an expression as it is where a quantity has a sign."""
+    phase, factor = _phase(quantity)
+    return on_sides(expr, ((phase, factor * sign),))
+
+
 def switching_parts(atom: sp.Basic) -> list[sp.Expr]:
     """Return what a size, a maximum, a minimum or a relation is switched by where it vanishes, a whole part at each."""
     if isinstance(atom, WHOLE):

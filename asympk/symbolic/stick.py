@@ -24,6 +24,7 @@ from asympk.symbolic.branches import heavy, velocity_rate
 from asympk.symbolic.conditions import with_implied_bounds
 from asympk.symbolic.reading import spare
 from asympk.symbolic.regions import Plane, Region, RegionCell, Span
+from asympk.symbolic.sides import on_side
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import System, of_system
 
@@ -148,10 +149,22 @@ def friction_cone(system: System) -> Cone:
     _require_order(friction, system.assumptions)
     rate, normal = velocity_rate(system, friction), friction.normal or sp.Dummy()
     free, coupling = rate.subs(friction.force, 0), _size(rate.diff(friction.force))
-    cone = Cone(free.subs(normal, friction.load), friction.load, friction.kinetic * coupling,
-                friction.static * coupling, friction.gap, free.subs(normal, 0))  # fmt: skip
-    at_rest = _at_rest(system)
+    drive, at_rest = free.subs(normal, friction.load), _at_rest(system)
+    for part in (free, coupling, friction.load, friction.static):
+        if len({part.subs(at_rest), *_beside_rest(system, part)}) > 1:
+            raise NotDerivable(f"{part!s:.60} jumps where the velocity vanishes, which no region is for; write what "
+                               "jumps there as a friction, or smooth it by tanh")  # fmt: skip
+    up, down = _beside_rest(system, friction.kinetic)
+    kinetic = up if up == down else sp.Piecewise((up, drive > 0), (down, True))
+    opened, bounds = free.subs(normal, 0), (kinetic * coupling, friction.static * coupling)
+    cone = Cone(drive, friction.load, *bounds, friction.gap, opened)
     return cone.mapped(lambda part: part.subs(at_rest))
+
+
+def _beside_rest(system, expr):
+    """Return the limits of an expression where the velocity vanishes, from above and from below."""
+    up, down = (on_side(expr, system.friction.velocity, side).subs(_at_rest(system)) for side in (1, -1))
+    return up, down
 
 
 def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:

@@ -219,3 +219,12 @@ def test_a_manifold_of_one_side_says_where_it_holds(tmp_path):
     text = path.read_text(encoding="utf-8")
     assert "slow manifold of smooth, where x > 0, to order 3" in text
     assert "slow manifold of smooth, where x < 0, to order 3" in text
+
+
+def test_what_has_no_stick_regions_is_exported_without_their_edges(tmp_path):
+    rod = slender_rod().rigid()
+    (path,) = export(rod, "python", tmp_path)
+    space = {}
+    exec(path.read_text(encoding="utf-8"), space)
+    assert {mode.name for mode in rod.modes} <= space.keys()
+    assert "stick_edges" not in space

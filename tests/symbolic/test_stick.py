@@ -161,3 +161,27 @@ def test_edges_of_the_slender_rod_are_the_loads_at_which_the_full_friction_just_
 def test_a_rigid_contact_has_no_stick_regions():
     with pytest.raises(NotDerivable, match="the reaction of a rigid contact depends on the mode"):
         ap.stick_regions(ap.systems.painleve_rod.mechanism().rigid())
+
+
+x, v, F = sp.symbols("x v F", real=True)
+
+
+def _block(kinetic, static=None, rate=-x + F):
+    law = ap.Friction(velocity=2 * v - 1, force=F, load=1, kinetic=kinetic, static=static)
+    return ap.System.with_frictions({x: v, v: rate}, {}, [law])
+
+
+def test_friction_that_is_less_one_way_is_ambiguous_where_that_way_crosses():
+    less_down = sp.Piecewise((sp.Rational(1, 2), v > sp.Rational(1, 2)), (sp.Rational(1, 4), True))
+    regions = ap.stick_regions(_block(less_down, sp.Rational(3, 4), -x / 2 + F / 2))
+    told = {place: regions.ambiguous.contains({x: place, v: "1/2"}) for place in ("-3/5", "-2/5", "1/5", "2/5", "3/5")}
+    assert told == {"-3/5": True, "-2/5": False, "1/5": False, "2/5": True, "3/5": True}
+
+
+@pytest.mark.parametrize(
+    "block",
+    [_block(1, rate=-x - sp.sign(2 * v - 1) + F), _block(sp.Piecewise((1, v > sp.Rational(1, 2)), (2, True)))],
+)
+def test_what_jumps_where_the_velocity_vanishes_has_no_stick_regions(block):
+    with pytest.raises(NotDerivable, match="jumps where the velocity vanishes"):
+        ap.stick_regions(block)
