@@ -19,6 +19,7 @@ from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
 from asympk.symbolic.expansion import is_zero
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
+from asympk.symbolic.sides import measured, on_side, phases
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
@@ -198,18 +199,37 @@ def _at_rest(system, modes, at):
     place = {s: v if isinstance(v, sp.Expr) and not v.is_number else as_exact(v, s) for s, v in place.items()}
     found, moving = [], ""
     for m in modes:
+        if len(modes) > 1 and m.where.subs(place, simultaneous=True) == sp.false:
+            moving = moving or f"{m.name} does not hold there"
+            continue
         rates = {**m.slow, **m.fast}
         drift = {s: sp.factor(r) for s in place if not is_zero(r := rates[s].subs(place, simultaneous=True))}
         if drift:
             moving = moving or f"in {m.name} {', '.join(f'the rate of {s} is {r}' for s, r in drift.items())}"
             continue
-        jacobian = _jacobian(m).subs(place, simultaneous=True)
+        around = _around([*rates.values()], tuple(rates), place)
+        if len(around) != 1:
+            raise NotDerivable(f"{m.name}: the rates have a kink or a jump at {equations(place)}, or teeth: there is "
+                               "no one Jacobian; write one side of them")  # fmt: skip
+        jacobian = sp.Matrix(around.pop())[:, 1:]
         if missing := jacobian.free_symbols & {*system.states}:
             raise InputError(f"{m.name}: {in_words(missing)} not given; the spectrum depends on it")
         found.append(_spectrum(system, m, jacobian))
     if not found:
         raise InputError(f"{equations(place)} is no rest state: {moving}; give on= a branch for the spectrum elsewhere")
     return Several(found)
+
+
+def _around(rates, states, place):
+    """Return the rates and their Jacobian, side by side, on every side of what switches at a place; none of teeth."""
+    opened = phases(rates, states)
+    if any(measured(phase) != phase for phase in opened):
+        return set()
+    here = next((phase for phase in opened if is_zero(phase.subs(place, simultaneous=True))), None)
+    if here is None:
+        column = sp.Matrix(rates)
+        return {sp.Matrix.hstack(column, column.jacobian(states)).subs(place, simultaneous=True).as_immutable()}
+    return set().union(*(_around([on_side(rate, here, sign) for rate in rates], states, place) for sign in (1, -1)))
 
 
 def _spectrum(system, mode, jacobian):

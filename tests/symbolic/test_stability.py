@@ -5,7 +5,7 @@ import sympy as sp
 
 from asympk.errors import InputError, NotDerivable, OrderError
 from asympk.symbolic import stability
-from asympk.symbolic.system import System
+from asympk.symbolic.system import Friction, System
 from asympk.systems import painleve_klein as pk
 
 SYSTEM = pk.system()
@@ -133,3 +133,32 @@ def test_eigenvalues_that_meet_at_a_negative_mu_have_that_as_their_radius():
     mu = sp.Symbol("mu", positive=True)
     (found,) = stability.eigenvalues(System.smooth({x: y}, {y: 2 * x - a * y}, mu))
     assert (found.coalescence, found.radius) == (-(a**2) / 8, a**2 / 8)
+
+
+x, v, F = sp.symbols("x v F", real=True)
+
+
+KINKS = [10 * sp.Max(x, 0), sp.Abs(x), sp.Abs(v), sp.sign(x), sp.Piecewise((0, x < 0), (x, True)), sp.floor(x)]
+
+
+@pytest.mark.parametrize("force", KINKS)
+def test_at_a_kink_or_a_jump_of_the_rates_there_is_no_spectrum(force):
+    with pytest.raises(NotDerivable, match="kink or a jump at x = 0, v = 0"):
+        stability.eigenvalues(System.smooth({x: v, v: -x - force}, {}, None), at={x: 0, v: 0})
+
+
+@pytest.mark.parametrize(
+    ("force", "place", "stiffness"),
+    [(10 * sp.Max(x, 0), 1, 11), (v * sp.Abs(v), 0, 1), (sp.Max(x, 0) ** 2, 0, 1), (10 * sp.Max(x - 1, 0), 0, 1)],
+)
+def test_beside_a_kink_and_where_the_slopes_of_both_sides_agree_there_is_one(force, place, stiffness):
+    rest = {x: place, v: 0}
+    system = System.smooth({x: v, v: (x + force).subs(rest) - x - force}, {}, None)
+    (found,) = stability.eigenvalues(system, at=rest)
+    assert found.polynomial == stability.LAMBDA**2 + stiffness
+
+
+def test_a_mode_that_does_not_hold_at_a_rest_state_has_no_spectrum_there():
+    belt = Friction(velocity=v - 1, force=F, load=1, kinetic=sp.Rational(1, 2))
+    block = System.with_frictions({x: v, v: F - x}, {}, [belt])
+    assert [s.mode for s in stability.eigenvalues(block, at={x: "1/2", v: 0})] == ["slip_opposite"]
