@@ -343,7 +343,9 @@ def test_a_jump_onto_a_patch_of_ice_is_no_load_that_nothing_stops(order):
     patched = ap.System.with_friction(slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F},
                                       force=F, load=a + b, kinetic=kinetic, small=c)  # fmt: skip
     scene = ap.Scene(system=patched, values={c: "1e-4"}, start=(0, 0, -1), until=2)
-    assert ap.solve(scene).modes == ("slip_opposite", "stick", "slip_same")
+    path = ap.solve(scene)
+    assert path.modes == ("slip_opposite", "stick", "slip_opposite", "slip_same")  # the ice holds no load of 5000
+    assert path.final[2] == pytest.approx(0.74351, abs=1e-5)
     with pytest.raises((InputError, NotDerivable), match=r"no series|switches at 2\*a - 1 = 0"):
         ap.solve(scene, "jump", order=order)
 
