@@ -21,7 +21,7 @@ from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.lowering import Lowered, lower
 from asympk.symbolic.penetration import Penetration, without_penetration
-from asympk.symbolic.sides import MOST, Sides, inside, measured, on_sides, phases, sides_of
+from asympk.symbolic.sides import MOST, Sides, inside, measured, on_sides, phases, sides_of, with_real_powers
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
@@ -52,7 +52,7 @@ class GuardedMode:
         slow, fast = branches.fields(self.system, self.branch)
         small = self.system.small
         rates = (slow[s] if s in slow else fast[s] / small for s in self.system.states)
-        return tuple(on_sides(rate, self.sides) for rate in rates) if self.sides else tuple(rates)
+        return tuple(map(self._placed, rates))
 
     @cached_property
     def units(self) -> tuple[Direction, ...]:
@@ -69,11 +69,15 @@ class GuardedMode:
     def guards(self) -> tuple[Guard, ...]:
         """The guards, positive inside the mode."""
         found = branches.guards(self.system, self.branch)
-        if not self.sides:
-            return found
         moved = (inside(*side) for side in self.sides if self.lie_derivative(measured(side[0])) != 0)
         ends = (Guard(SWITCH, -1, value) for values in moved for value in values)
-        return (*(guard._replace(value=on_sides(guard.value, self.sides)) for guard in found), *ends)
+        return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
+
+    def _placed(self, expr: sp.Expr) -> sp.Expr:
+        """Return an expression as it is on the sides, real also where a step ends shortly beyond the mode."""
+        sliding = ((f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
+                   if phase.velocity and not phase.either)  # fmt: skip
+        return with_real_powers(on_sides(expr, self.sides), (*self.sides, *sliding))
 
     @cached_property
     def open_phases(self) -> tuple[sp.Expr, ...]:

@@ -68,11 +68,12 @@ def _passed(
     mode = automaton.mode(segment.branch, sides=segment.sides)
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
-    slopes = np.array([mode.jac(*here) for here in at], dtype=float)
+    halfway = ((times[1:] + times[:-1]) / 2).tolist(), ((states[1:] + states[:-1]) / 2).tolist()
+    slopes = np.array([mode.jac(t, tuple(w)) for t, w in zip(*halfway, strict=True)])  # ends may be zeros of a root
     ones = np.ones(len(scales), dtype=bool)
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
-    means = (slopes[1:] + slopes[:-1]) / 2 * np.diff(times)[:, None, None]
+    means = slopes.reshape(-1, len(scales), len(scales)).astype(float) * np.diff(times)[:, None, None]
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
     if after is not None and segment.hit is not None and (after.branch, after.sides) != (segment.branch, segment.sides):
         later = automaton.mode(after.branch, sides=after.sides)

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import sympy as sp
 
+from asympk.symbolic.penetration import Penetration, RootSlope
+
 Parts = list[tuple[sp.Symbol, sp.Expr]]
 _STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling)
 
@@ -55,7 +57,7 @@ def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
         slopes = ((k, slope_by(factor, s)) for k, factor in enumerate(expr.args))
         return sp.Add(*(sp.Mul(*expr.args[:k], part, *expr.args[k + 1 :]) for k, part in slopes if part != 0))
     if expr.is_Pow and not expr.exp.has_free(s):
-        return expr.exp * expr.base ** (expr.exp - 1) * slope_by(expr.base, s)
+        return _slope_of_power(expr.base, expr.exp, slope_by(expr.base, s))
     if isinstance(expr, sp.Piecewise):  # SymPy compares all conditions anew, which takes minutes for a table
         pieces = [(slope_by(piece, s), condition) for piece, condition in expr.args]
         return sp.Piecewise(*pieces, evaluate=False) if any(part for part, _ in pieces) else sp.S.Zero
@@ -67,6 +69,14 @@ def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
     if isinstance(expr, sp.Function | sp.Max | sp.Min):
         return sp.Add(*(expr.fdiff(k) * part for k, e in enumerate(expr.args, 1) if (part := slope_by(e, s)) != 0))
     return expr * slope_by(expr.exp * sp.log(expr.base), s) if expr.is_Pow else expr.diff(s)
+
+
+def _slope_of_power(base: sp.Expr, exponent: sp.Expr, slope: sp.Expr) -> sp.Expr:
+    """Return the slope of a power; that of a root, infinite where the base vanishes, is 0 where that stands still."""
+    finite = exponent.is_integer or exponent.is_negative or (exponent - 1).is_nonnegative or base.is_positive
+    if finite or isinstance(base, Penetration) or slope == 0:
+        return exponent * base ** (exponent - 1) * slope
+    return exponent * RootSlope(slope, base, exponent - 1)
 
 
 def _moved(partials: dict[sp.Symbol, sp.Expr], rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:

@@ -67,6 +67,25 @@ class PenetrationPower(sp.Function):
     _ccode = partialmethod(_print_as, "({b} > 0 ? {power} : 0.0)")
 
 
+class RootSlope(sp.Function):
+    """c b^e, and 0 where c vanishes, whatever b^e is: what a root of b with the slope b^e gains as b moves by c."""
+
+    nargs = 3
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Return the derivative by c, or by b."""
+        c, b, e = self.args
+        return b**e if argindex == 1 else RootSlope(c * e, b, e - 1)
+
+    def _print_as(self, choice: str, printer: Any) -> str:
+        c, b, e = self.args
+        return choice.format(c=printer.doprint(c), product=printer.doprint(c * b**e))
+
+    _pythoncode = _mpmathcode = partialmethod(_print_as, "(({product}) if {c} else 0*({c}))")
+    _numpycode = partialmethod(_print_as, "numpy.where(({c}) == 0, 0, {product})")
+    _ccode = partialmethod(_print_as, "(({c}) != 0.0 ? {product} : 0.0)")
+
+
 def computed(expr: sp.Expr) -> sp.Expr:
     """Return ``expr`` with the powers of the penetration as they are computed."""
 

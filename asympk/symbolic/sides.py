@@ -10,6 +10,8 @@ from itertools import combinations, product
 
 import sympy as sp
 
+from asympk.symbolic.penetration import Penetration
+
 Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, or its whole part
 MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
@@ -104,6 +106,26 @@ def on_side(expr: sp.Expr, quantity: sp.Expr, sign: int) -> sp.Expr:
     """Return an expression as it is where a quantity has a sign."""
     phase, factor = _phase(quantity)
     return on_sides(expr, ((phase, factor * sign),))
+
+
+def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:
+    """Return an expression whose powers that are not whole have penetrations for what is positive on a side.
+
+    (-x)^(3/2), which is |x|^(3/2) where x < 0, is not real where a step ends shortly beyond.
+    """
+    if all(power.exp.is_Integer for power in expr.atoms(sp.Pow)):
+        return expr
+    signs = {phase: factor * side for quantity, side in sides for phase, factor in [_phase(quantity)]}
+
+    def positive(factor: sp.Expr) -> sp.Expr:
+        phase, sign = _phase(factor)
+        sign *= signs.get(phase, 0)
+        return sign * Penetration(sign * factor) if sign else factor
+
+    def of_power(power: sp.Expr) -> sp.Expr:
+        return sp.Mul(*map(positive, sp.Mul.make_args(power.base))) ** power.exp
+
+    return expr.replace(lambda e: e.is_Pow and not e.exp.is_Integer and not e.base.has(Penetration), of_power)
 
 
 def switching_parts(atom: sp.Basic) -> list[sp.Expr]:

@@ -125,6 +125,52 @@ def test_a_contact_of_hertz_and_of_a_small_time_has_its_slow_manifold_and_models
     assert list(jump.final) == pytest.approx(list(exact.final), abs=2 * jump.error)
 
 
+WAYS = [{}, {"digits": 12}, {"method": "radau"}, {"method": "dop853"}]
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("power", ["1/3", "1/2", "3/2", "5/2"])
+def test_a_spring_of_any_power_keeps_its_energy(power, way):
+    power = sp.Rational(power)
+    system = ap.System.smooth({x: v, v: -sp.sign(x) * sp.Abs(x) ** power}, {}, None)
+    place, speed = map(float, ap.solve(ap.Scene(system=system, start=[1, 0], until=7), **way).final)
+    depth = float(power) + 1
+    assert speed**2 / 2 + abs(place) ** depth / depth == pytest.approx(1 / depth, abs=1e-4)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize(
+    ("start", "end"), [([0, 0, 1], [math.log(3) / 2, 0, 0]), ([0, 1, 0], [0, 1 / 4, 0]), ([0, 0, 0], [0, 0, 0])]
+)
+def test_a_drag_by_the_square_of_the_velocity_ends_at_rest_or_along_its_way(start, end, way):
+    """The drag |w| w has the slope 0 at w = 0; the velocity y along a rough guide falls as y' = -y^2 - 1/2."""
+    s, speed = sp.Symbol("s", real=True), sp.sqrt(v**2 + y**2)
+    rough = ap.Friction(velocity=y, force=F, load=1, kinetic=sp.Rational(1, 2))
+    system = ap.System.with_frictions({s: y, v: -speed * v, y: -speed * y + F}, {}, [rough])
+    path = ap.solve(ap.Scene(system=system, start=start, until=3), **way)
+    assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-5)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_law_of_bouc_and_wen_begins_at_rest(way):
+    """In loading z' = 1 - z^(3/2), so that the time is the integral of its inverse."""
+    loading = v - (sp.Abs(v) * sp.sqrt(sp.Abs(y)) * y + v * sp.Abs(y) ** HERTZ) / 2
+    system = ap.System.smooth({v: sp.Integer(0), y: loading}, {}, None)
+    path = ap.solve(ap.Scene(system=system, start=[1, 0], until=2), **way)
+    assert quad(lambda z: 1 / (1 - z**1.5), 0, float(path.final[1]))[0] == pytest.approx(2, abs=1e-4)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_friction_that_falls_with_the_root_of_the_velocity_ends_where_its_energy_does(way):
+    """It slides v dv/dx = -(1 + exp(-sqrt(v)))/2 and stops, its root having no slope there."""
+    rough = ap.Friction(velocity=v, force=F, load=1, kinetic=(1 + sp.exp(-sp.sqrt(sp.Abs(v)))) / 2, static=1)
+    system = ap.System.with_frictions({x: v, v: F}, {}, [rough])
+    path = ap.solve(ap.Scene(system=system, start=[0, 1], until=3), **way)
+    assert path.modes == ("slip_same", "stick")
+    length, _ = quad(lambda u: 2 * u / (1 + math.exp(-math.sqrt(u))), 0, 1)
+    assert float(path.final[0]) == pytest.approx(length, abs=1e-5)
+
+
 @pytest.mark.parametrize("load", [1000 * (-x) ** HERTZ, 1000 * (-x) ** HERTZ * (1 - v / 5)])
 def test_a_ball_that_comes_down_beside_a_spring_without_tension_sticks(load):
     contact = ap.Friction(velocity=y, force=F, load=load, kinetic=sp.Rational(1, 2), gap=x, normal=N)
