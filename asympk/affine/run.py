@@ -18,7 +18,7 @@ from asympk.affine.swift import Swift
 from asympk.arithmetic import SPARE_DIGITS, Doubles, agreed, flow_context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton
-from asympk.automaton.modes import GuardedMode, is_switched_by_state, mode_of, on_all_sides
+from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
 from asympk.digits import carried, double
 from asympk.errors import OutOfRange, TooLarge, TooManyEvents, Undecided
 from asympk.numbers import whole
@@ -58,7 +58,7 @@ def obstacle(system: System) -> str | None:
 
 def affine(system: System) -> bool:
     """Tell whether all modes of a system are affine in its states, one law all over, with a forcing that is carried."""
-    return not is_switched_by_state(system) and obstacle(system) is None
+    return not phases_of(system) and obstacle(system) is None
 
 
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:

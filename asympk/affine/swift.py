@@ -13,7 +13,7 @@ import numpy as np
 from asympk.affine.forcing import value
 from asympk.affine.form import exact_values
 from asympk.arithmetic import Doubles
-from asympk.automaton.modes import is_switched_by_state
+from asympk.automaton.modes import phases_of
 from asympk.errors import InputError
 from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest
 
@@ -48,7 +48,7 @@ class Swift:
 
     def __init__(self, flows: Any) -> None:
         self.automaton, self.flows, self.system = flows.automaton, flows, flows.automaton.system
-        self.mode = self.automaton.mode
+        self.mode, self.edges = self.automaton.mode, self.automaton.edges
         self._tables: dict = {}
         self._asked: dict = {}
 
@@ -72,7 +72,7 @@ class Swift:
 
         There is none where the state switches the modes.
         """
-        if is_switched_by_state(self.system):
+        if phases_of(self.system):
             return None
         if key not in self._tables:
             self._asked[key] = self._asked.get(key, 0) + 1

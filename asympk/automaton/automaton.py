@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import product
@@ -10,12 +11,12 @@ from typing import Any
 import sympy as sp
 
 from asympk.automaton import contacts, decide
-from asympk.automaton.modes import GuardedMode, function, mode_of
+from asympk.automaton.modes import GuardedMode, function, mode_of, phases_of
 from asympk.digits import carrier_context
-from asympk.errors import NotDerivable, OutOfRange
+from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
-from asympk.symbolic.sides import Sides, inside, measured, phases
+from asympk.symbolic.sides import Sides, inside, measured, phases, system_on_sides
 from asympk.symbolic.switches import exprs_of, switches, switches_of
 from asympk.symbolic.system import System
 
@@ -23,6 +24,7 @@ DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those 
 FARTHEST = 1e-3  # of the largest state, that a guard of forces moves one; beyond it the guard's gradient is rounding
 LATEST = 1e-9  # of a time, by which doubles miss the zero of a guard of the time in which large terms cancel
 NEWTON = 3  # steps from there to all digits
+EDGES = 3  # that a state is on at once and all sides are tried
 DERIVATIVES = 4  # that tell on which side of a phase a motion begins
 BESIDE = 4  # roundings of a time, by which smooth stretches keep away from what switches by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
@@ -167,6 +169,14 @@ class NumericMode:
                 return sign_of(value)
         return 0
 
+    def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State) -> bool:
+        """Tell whether a phase that vanishes becomes of a sign along the field, or for 0 stays as it is."""
+        if departure := self.departure(phase, t, state):
+            return departure == sign
+        behind = self.mode.rates_behind(phase)
+        stands = behind is not None and not any(self.values(behind, t, state))
+        return stands == (sign == 0)
+
     def rhs(self, t: Any, state: State) -> tuple:
         """Return the rates at a time and a state."""
         return self.field(t, *state, *self.p)
@@ -308,7 +318,12 @@ class Automaton:
 
         ``slack`` is the relative error of the state: what it leaves open is decided by derivatives.
         """
-        return decide.follow_on(self, branch, hits, t, state, slack)
+        return _follow_on(self, branch, hits, t, state, slack)
+
+    def edges(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
+        """Return the phases of the state that vanish at a place, or may by ``slack``, its relative error."""
+        phases = tuple(phase for phase in phases_of(self.system) if measured(phase) == phase)
+        return decide.vanishing(self, phases, t, state, slack) if phases else ()
 
 
 @lru_cache(maxsize=256)  # a scene is often followed by several methods
@@ -317,7 +332,44 @@ def _first(automaton: Automaton, start: State, until: Any) -> Branch:
     slack = context.mpf(10) ** -decide.EXACT
     still = automaton.mode((OPEN,) * len(automaton.system.frictions), decide.DIGITS)
     begun = still.after_start(contacts.converted(context, until))
-    return decide.follow_on(automaton, None, (), begun, _exact(start, context), slack)
+    return _follow_on(automaton, None, (), begun, _exact(start, context), slack)
+
+
+def _follow_on(
+    automaton: Automaton, before: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any
+) -> Branch:
+    """Return the mode that goes on; on edges of what the state switches, by the law of the side that it leads to.
+
+    Rest on them comes first. Where there is no such side, or several with different modes, the place itself decides.
+    """
+    edges, found = automaton.edges(t, state, slack), set()
+    for choice in product((0, 1, -1), repeat=len(edges)) if 0 < len(edges) <= EDGES else ():
+        sides = tuple(zip(edges, choice, strict=True))
+        with suppress(NoMotion, TwoMotions, Undecided, InputError):
+            sided = _on_sides(automaton, sides)
+            branch = decide.follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
+            mode = automaton.mode(branch, decide.digits_of(state), sides)
+            if all(mode.leaves(phase, side, t, state) for phase, side in sides):
+                if not any(choice):
+                    return branch
+                found.add(branch)
+    return found.pop() if len(found) == 1 else decide.follow_on(automaton, before, hits, t, state, slack)
+
+
+@lru_cache(maxsize=64)
+def _on_sides(automaton: Automaton, sides: Sides) -> Automaton:
+    system = system_on_sides(automaton.system, sides)
+    numbers = dict(zip(automaton.system.parameters, automaton.values, strict=True))
+    return Automaton(system, tuple(numbers[p] for p in system.parameters))
+
+
+def _same(automaton: Automaton, sided: Automaton, branch: Branch | None, hits: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the guards ``hits`` of a branch among those on a side, where they may not depend on the state."""
+    if branch is None:
+        return ()
+    there = [(guard.kind, guard.friction) for guard in mode_of(sided.system, branch).guards]
+    kinds = automaton.mode(branch).kinds
+    return tuple(there.index(kinds[k]) for k in hits if kinds[k] in there)
 
 
 def mode_on_sides(
@@ -343,23 +395,25 @@ def _entered(
     for choice in product(*choices):
         sides = (*mode.mode.sides, *((phase, side) for phase, (side, _) in zip(opened, choice, strict=True)))
         found = automaton.mode(mode.branch, digits, sides)
-        leaving = ((measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign)
-        if all(sign * found.departure(phase, t, state) >= 0 for phase, sign in leaving):
+        left = ((measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign is not None)
+        if all(found.leaves(phase, sign, t, state) for phase, sign in left):
             return found
-    edges = (inside(phase, sides[0][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1)
+    edges = (inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1)
     where = ", ".join(f"{edge} = 0" for edge in edges)
     raise NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "
                        "jumps there as a friction, or smooth it by tanh")  # fmt: skip
 
 
-def _choices(phase: sp.Expr, value: Any, mode: NumericMode, crossed: Collection[sp.Expr]) -> list[tuple[int, int]]:
-    """Return the sides that a phase may go on to, each with the sign that its rate has there if it is left now."""
+def _choices(
+    phase: sp.Expr, value: Any, mode: NumericMode, crossed: Collection[sp.Expr]
+) -> list[tuple[int, int | None]]:
+    """Return the sides that a phase may go on to, each with the sign that it gets if its edge is left now, 0 if not."""
     number, floor = measured(phase), mode.functions.floor
     whole = number != phase
     edge = int(floor(value + 0.5)) if whole else 0
     if value == edge or number - edge in crossed:
-        return [(edge, 1), (edge - 1, -1)] if whole else [(1, 1), (-1, -1)]
-    return [(int(floor(value)) if whole else sign_of(value), 0)]
+        return [(edge, 0), (edge, 1), (edge - 1, -1)] if whole else [(0, 0), (1, 1), (-1, -1)]
+    return [(int(floor(value)) if whole else sign_of(value), None)]
 
 
 @lru_cache(maxsize=512)

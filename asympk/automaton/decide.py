@@ -65,13 +65,29 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
     if isinstance(slack, float):
         with suppress(Unclear, ArithmeticError, ValueError):
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
-    digits = max(WORKING, *(v.context.dps + COARSER for v in state if hasattr(v, "context")), 0)
+    digits = max(WORKING, (digits_of(state) or 0) + COARSER)
     numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
     try:
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
     except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no sign
         raise OutOfRange(f"a rate or a bound of the system is not a finite real number at t = {float(t):.6g}; start "
                          "where its formulas hold, or give other parameters") from error  # fmt: skip
+
+
+def vanishing(automaton: "Automaton", phases: tuple, t: Any, state: tuple, slack: Any) -> tuple[sp.Expr, ...]:
+    """Return those of ``phases`` that vanish at a place, or may by ``slack``, its relative error."""
+    digits = digits_of(state)
+    numbers = _numbers(digits) if digits else DOUBLES
+    own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
+    at = Place(numbers, numbers.convert(t), own, p)
+    here, *beside = (place.values(automaton.system, phases) for place in at.with_nudged(slack))
+    spreads = (max(abs(v - first) for v in others) for first, *others in zip(here, *beside, strict=True))
+    return tuple(p for p, v, spread in zip(phases, here, spreads, strict=True) if abs(v) <= 4 * spread)
+
+
+def digits_of(state: tuple) -> int | None:
+    """Return the digits of the numbers of a state, None for doubles."""
+    return max((v.context.dps for v in state if hasattr(v, "context")), default=None)
 
 
 def _numbers(digits: int) -> Numbers:
@@ -387,25 +403,11 @@ def _idle(mode: GuardedMode, still: list[int], places: tuple[Place, ...]) -> Bra
 
 def _stays(mode: GuardedMode, guard: int, places: tuple[Place, ...]) -> bool:
     """Tell whether a guard depends on states alone that stand still, and do so for ever."""
-    rates = _behind(mode, guard)
+    rates = mode.rates_behind(mode.guards[guard].value)
     if rates is None:
         return False
     rows = [place.values(mode.system, rates) for place in places]
     return not any(map(places[0].numbers.decided_sign, zip(*rows, strict=True)))
-
-
-@lru_cache(maxsize=512)
-def _behind(mode: GuardedMode, guard: int) -> tuple[sp.Expr, ...] | None:
-    """Return the rates of the states that a guard depends on, and of those behind these; None where the time is one."""
-    rates = dict(zip(mode.system.states, mode.rates, strict=True))
-    found: dict[sp.Symbol, sp.Expr] = {}
-    left = [mode.guards[guard].value]
-    while left:
-        states = left.pop().free_symbols & rates.keys() - found.keys()
-        found |= {s: rates[s] for s in states}
-        left += [rates[s] for s in states]
-    timed = mode.system.time in sp.Tuple(mode.guards[guard].value, *found.values()).free_symbols
-    return None if timed else tuple(found.values())
 
 
 @lru_cache(maxsize=256)

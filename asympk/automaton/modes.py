@@ -120,6 +120,10 @@ class GuardedMode:
         """
         return _derivative(self, guard, order)
 
+    def rates_behind(self, expr: sp.Expr) -> tuple[sp.Expr, ...] | None:
+        """Return the rates of the states that ``expr`` depends on, and of those behind; None where the time is one."""
+        return _rates_behind(self, expr)
+
     @cached_property
     def pressed(self) -> bool:
         """Whether anything in the mode has a power of the penetration in it."""
@@ -133,9 +137,10 @@ def mode_of(system: System, branch: Branch, sides: Sides = ()) -> GuardedMode:
 
 
 @lru_cache(maxsize=256)
-def is_switched_by_state(system: System) -> bool:
-    """Tell whether a mode of a system has phases of the state in it."""
-    return any(mode_of(system, branch).open_phases for branch in branches.telling(system))
+def phases_of(system: System) -> tuple[sp.Expr, ...]:
+    """Return the phases of the state that switch the modes of a system."""
+    found = {phase for branch in branches.telling(system) for phase in mode_of(system, branch).open_phases}
+    return tuple(sorted(found, key=sp.default_sort_key))
 
 
 def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
@@ -148,6 +153,19 @@ def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
         return
     for choice in choices:
         yield from on_all_sides(mode_of(mode.system, mode.branch, (*mode.sides, *choice)))
+
+
+@lru_cache(maxsize=512)
+def _rates_behind(mode: GuardedMode, expr: sp.Expr) -> tuple[sp.Expr, ...] | None:
+    rates = dict(zip(mode.system.states, mode.rates, strict=True))
+    found: dict[sp.Symbol, sp.Expr] = {}
+    left = [expr]
+    while left:
+        states = left.pop().free_symbols & rates.keys() - found.keys()
+        found |= {s: rates[s] for s in states}
+        left += [rates[s] for s in states]
+    timed = mode.system.time in sp.Tuple(expr, *found.values()).free_symbols
+    return None if timed else tuple(found.values())
 
 
 @lru_cache(maxsize=512)

@@ -6,15 +6,19 @@ along x has a side for every whole number.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import combinations, product
 
 import sympy as sp
 
 from asympk.symbolic.penetration import Penetration
+from asympk.symbolic.system import System
 
-Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, or its whole part
+Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, 0 on it, or its whole part
 MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
+_TRUE = {1: (sp.Gt, sp.Ge), 0: (sp.Ge, sp.Le), -1: (sp.Lt, sp.Le)}  # by the sign of what is compared with 0
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
 WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _POLAR = (sp.tan, sp.cot, sp.sec, sp.csc)
@@ -84,14 +88,24 @@ def is_switched(expr: sp.Expr, states: Iterable[sp.Symbol]) -> bool:
 
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
-    """Return what is positive on a side of a phase."""
+    """Return what is positive on a side of a phase; nothing where the motion stays on it."""
     number = measured(phase)
-    return (number - side, side + 1 - number) if number != phase else (side * phase,)
+    if number != phase:
+        return number - side, side + 1 - number
+    return (side * phase,) if side else ()
 
 
 def measured(phase: sp.Expr) -> sp.Expr:
     """Return what moves while a side holds: a phase itself, or that of which it is the whole part."""
     return phase.args[0] if isinstance(phase, sp.floor) else phase
+
+
+def system_on_sides(system: System, sides: Sides) -> System:
+    """Return a system as it is on the ``sides`` of its phases."""
+    on = partial(on_sides, sides=sides)
+    slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
+    contacts = (replace(f, load=on(f.load), kinetic=on(f.kinetic), static=on(f.static)) for f in system.frictions)
+    return replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
 
 
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
@@ -151,8 +165,10 @@ def _on_side(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
         return atom
     sign = factor * signs[phase]
     if isinstance(atom, _ORDERED):
-        return sp.true if (sign > 0) == isinstance(atom, sp.Gt | sp.Ge) else sp.false
-    return {sp.Abs: sign * atom.args[0], sp.sign: sp.Integer(sign), sp.Heaviside: sp.Integer(sign > 0)}[type(atom)]
+        return sp.true if isinstance(atom, _TRUE[sign]) else sp.false
+    if isinstance(atom, sp.Heaviside):
+        return sp.Integer(sign > 0) if sign else atom.args[1]
+    return sign * atom.args[0] if isinstance(atom, sp.Abs) else sp.Integer(sign)
 
 
 def _in_whole_parts(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:

@@ -1,0 +1,82 @@
+"""Starts and stops exactly on an edge of what the state switches: the side that the motion goes to has the say."""
+
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+
+import asympk as ap
+from asympk.errors import NotDerivable
+
+x, v, t = sp.symbols("x v t", real=True)
+F = sp.Symbol("F", real=True)
+ROUGH, ICE, PUSH = sp.Rational(1, 5), sp.Rational(1, 20), sp.Rational(1, 10)
+WAYS = [{}, {"digits": 15}, {"method": "radau"}, {"method": "dop853"}]
+
+
+def block(push, kinetic):
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=kinetic)
+    return ap.System.with_frictions({x: v, v: push + F}, {}, [contact], time=t)
+
+
+def ends(path, modes, end):
+    return path.modes == modes and [float(w) for w in path.final] == pytest.approx(end, abs=1e-9)
+
+
+@pytest.mark.parametrize("how", WAYS)
+@pytest.mark.parametrize(
+    ("ahead", "behind", "modes", "end"),
+    [(ICE, ROUGH, ("stick",), (0, 0)), (ROUGH, ICE, ("slip_same",), ("9/40", "3/20"))],
+)
+def test_a_block_pushed_on_an_edge_that_moves_on_is_on_what_is_behind_the_edge(ahead, behind, modes, end, how):
+    """With the push 1/10 and the friction 1/20 it comes t^2/40 far, behind the edge at t/2."""
+    system = block(PUSH, sp.Piecewise((behind, x < t / 2), (ahead, True)))
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=3), **how)
+    assert ends(path, modes, [float(Fraction(w)) for w in end])
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_block_in_the_corner_of_a_potential_rests(how):
+    path = ap.solve(ap.Scene(system=block(-sp.sign(x) / 4, PUSH), start={x: 0, v: 0}, until=3), **how)
+    assert ends(path, ("stick",), [0, 0])
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_what_comes_to_rest_on_an_edge_stays_there(how):
+    system = block(0, sp.Piecewise((sp.Rational(1, 2), x < 1), (ICE, True)))
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 1}, until=3), **how)
+    assert ends(path, ("slip_same", "stick"), [1, 0])
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_force_towards_an_edge_that_moves_on_pushes_a_block_after_it_from_the_start(how):
+    """It is pushed by 1/10 - 1/20 behind the edge at t/10, and held by the springs -x - 2 Max(x, 0)."""
+    system = block(-x - sp.sign(x - t / 10) / 10 - 2 * sp.Max(x, 0), ICE)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=3), **how)
+    assert path.modes == ("slip_same", "stick")
+    assert [float(w) for w in path.final] == pytest.approx([1 / 30, 0], abs=1e-5)
+
+
+def test_a_block_that_both_sides_of_an_edge_push_back_is_refused_by_name():
+    system = block(-PUSH, sp.Piecewise((ROUGH, x < 1), (ICE, True)))
+    with pytest.raises(NotDerivable, match="the motion stays on x - 1 = 0 from t = 0 on"):
+        ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=3))
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_what_rests_where_a_whole_part_jumps_stays_there(how):
+    path = ap.solve(ap.Scene(system=block(-sp.floor(x) / 100, PUSH), start={x: 2, v: 0}, until=3), **how)
+    assert ends(path, ("stick",), [2, 0])
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_what_rests_on_a_belt_slips_as_soon_as_the_belt_carries_it_to_a_place_that_does_not_hold_it(how):
+    """The spring pulls by 1/10 at x = 1: from there x = 1/2 + cos(w s)/2 + sin(w s)/w, w^2 = 1/10, s = t - 1."""
+    contact = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=sp.Piecewise((ROUGH, x < 1), (ICE, True)))
+    system = ap.System.with_frictions({x: v, v: F - x / 10}, {}, [contact])
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 1}, until=2), **how)
+    w = sp.sqrt(sp.Rational(1, 10))
+    end = sp.Rational(1, 2) + sp.cos(w) / 2 + sp.sin(w) / w, sp.cos(w) - sp.sin(w) * w / 2
+    tolerance = 1e-5 if "method" in how else 1e-12
+    assert [float(w) for w in path.final] == pytest.approx([float(e) for e in end], abs=tolerance)
+    assert path.modes == ("stick", "slip_opposite")
