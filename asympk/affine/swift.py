@@ -48,7 +48,7 @@ class Swift:
 
     def __init__(self, flows: Any) -> None:
         self.automaton, self.flows, self.system = flows.automaton, flows, flows.automaton.system
-        self.mode, self.edges = self.automaton.mode, self.automaton.edges
+        self.mode, self.edges_at = self.automaton.mode, self.automaton.edges_at
         self._tables: dict = {}
         self._asked: dict = {}
 

@@ -320,10 +320,10 @@ class Automaton:
         """
         return _follow_on(self, branch, hits, t, state, slack)
 
-    def edges(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
+    def edges_at(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
         """Return the phases of the state that vanish at a place, or may by ``slack``, its relative error."""
         phases = tuple(phase for phase in phases_of(self.system) if measured(phase) == phase)
-        return decide.vanishing(self, phases, t, state, slack) if phases else ()
+        return decide.within_rounding(self, phases, t, state, slack) if phases else ()
 
 
 @lru_cache(maxsize=256)  # a scene is often followed by several methods
@@ -342,7 +342,7 @@ def _follow_on(
 
     Rest on them comes first. Where there is no such side, or several with different modes, the place itself decides.
     """
-    edges, found = automaton.edges(t, state, slack), set()
+    edges, found = automaton.edges_at(t, state, slack), set()
     for choice in product((0, 1, -1), repeat=len(edges)) if 0 < len(edges) <= EDGES else ():
         sides = tuple(zip(edges, choice, strict=True))
         with suppress(NoMotion, TwoMotions, Undecided, InputError):

@@ -74,7 +74,7 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
                          "where its formulas hold, or give other parameters") from error  # fmt: skip
 
 
-def vanishing(automaton: "Automaton", phases: tuple, t: Any, state: tuple, slack: Any) -> tuple[sp.Expr, ...]:
+def within_rounding(automaton: "Automaton", phases: tuple, t: Any, state: tuple, slack: Any) -> tuple[sp.Expr, ...]:
     """Return those of ``phases`` that vanish at a place, or may by ``slack``, its relative error."""
     digits = digits_of(state)
     numbers = _numbers(digits) if digits else DOUBLES

@@ -96,7 +96,7 @@ def follow(
             if not hits:
                 continue
         branch, event = _passed(automaton, mode, hits, *later, doubt)
-        event, crossed = event._replace(t=t, state=state), [*crossed, *automaton.edges(*later, doubt)]
+        event, crossed = event._replace(t=t, state=state), [*crossed, *automaton.edges_at(*later, doubt)]
         ended, mode = mode, mode_on_sides(automaton, branch, digits, t, state, crossed)
         if branch == ended.branch:
             _require_progress(segments, ended)
