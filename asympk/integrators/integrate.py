@@ -43,6 +43,13 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
     "kvaerno5": ("diffrax", "diffrax"),
 }
 FINISHED = "finished"
+ADVICE = {  # how the status of a run begins that stops short -> what helps
+    "step limit": "allow more steps=, or take another method",
+    "time limit": "allow more seconds=, or take another method",
+    "limit of": "allow more events=",
+    "left the range": "a rate or its slope is no finite real number; end the run before, or start where formulas hold",
+    "": "the motion grows beyond bounds, or keeps to where a rate jumps; end the run before, or take another method",
+}
 LEAST_MU = 1e-300
 STEPS, MOST_STEPS = 100_000, 10**12
 
@@ -162,8 +169,8 @@ def finished(path: Path) -> Path:
     """Return ``path``; raise ``Unfinished`` with it where it stopped short."""
     if path.info["status"] == FINISHED:
         return path
-    raise Unfinished(f"method {path.model!r}: {path.info['status']}; allow more steps=, seconds= or events=, or take "
-                     "another method", path)  # fmt: skip
+    advice = next(words for begin, words in ADVICE.items() if path.info["status"].startswith(begin))
+    raise Unfinished(f"method {path.model!r}: {path.info['status']}; {advice}", path)
 
 
 def total(joined: Run) -> Work:

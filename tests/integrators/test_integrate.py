@@ -367,6 +367,20 @@ def test_a_start_without_a_finite_rate_or_slope_is_refused_by_every_method(rate,
         ap.solve(ap.Scene(system=system, values={}, start={"x": 0, "v": 1}, until=1), **options)
 
 
+@pytest.mark.parametrize(
+    ("rate", "start", "options", "advice"),
+    [("log(x)", 0, {}, "range of floats .* no finite real number; end the run before"),
+     ("x**2", 1, {}, "stalled .* grows beyond bounds"),
+     ("sin(50*x) + 1", 0, {"steps": 3}, "step limit reached .*; allow more steps=, or"),
+     ("sin(50*x) + 1", 0, {"seconds": 0}, "time limit reached .*; allow more seconds=, or")],
+)  # fmt: skip
+def test_a_run_that_stops_short_says_what_helps(rate, start, options, advice):
+    x = sp.Symbol("x", real=True)
+    system = ap.System.smooth({x: sp.sympify(rate, {"x": x})}, {}, None)
+    with pytest.raises(Unfinished, match=advice):
+        ap.solve(ap.Scene(system=system, start=[start], until=2), "radau", **options)
+
+
 def _mirrored(force):
     """Two equal blocks on the ground, and between them a spring, which pulls as hard at both."""
     x, y, v, w, F, G = sp.symbols("x y v w F G", real=True)
