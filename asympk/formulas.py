@@ -2,7 +2,8 @@
 
 Nothing is ever evaluated as code. A formula is what Python calls an expression, made of the names that the caller
 allows, numbers that mean what they spell (``0.2`` is 1/5), ``+ - * / **`` and the functions below; ``^`` is a power,
-too. What it may cost is bounded before anything is computed.
+too. Piecewise((a, x < 1), (b, True)) is a where its relation holds, else b; relations are joined by ``and``, ``or``
+and ``not``. What it may cost is bounded before anything is computed.
 """
 
 import ast
@@ -18,9 +19,10 @@ from asympk.numbers import short
 
 FUNCTIONS = {
     name: getattr(sp, name)
-    for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")
-} | {"abs": sp.Abs, "Abs": sp.Abs, "sign": sp.sign, "cbrt": sp.cbrt}
-FUNCTIONS |= {"max": sp.Max, "Max": sp.Max, "min": sp.Min, "Min": sp.Min}
+    for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
+                 "asinh", "acosh", "atanh", "sign", "cbrt", "Heaviside", "floor", "ceiling", "frac", "erf", "Piecewise")
+} | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
+TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # what takes two arguments
 CONSTANTS = {"pi": sp.pi}
 LONGEST = 4000  # characters
 DEEPEST = 60  # levels of the tree
@@ -173,10 +175,34 @@ class _Reader:
             near = get_close_matches(name, FUNCTIONS, 1)
             hint = f"did you mean {near[0]}? " if near else ""
             raise self._refuse(f"the function {name or '?'} is unknown; {hint}there are {', '.join(FUNCTIONS)}")
-        two = FUNCTIONS[name] in (sp.Max, sp.Min)
+        if FUNCTIONS[name] is sp.Piecewise:
+            return sp.Piecewise(*(self._piece(piece, depth + 1) for piece in [*node.args, *node.keywords] or [node]))
+        two = FUNCTIONS[name] in TWO
         if len(node.args) != 1 + two or node.keywords:
             raise self._refuse(f"{name} takes {'two arguments' if two else 'one argument'}")
-        return FUNCTIONS[name](*(self._expression(argument, depth + 1) for argument in node.args))
+        arguments = [self._expression(argument, depth + 1) for argument in node.args]
+        if FUNCTIONS[name] is sp.Mod and arguments[1] == 0:
+            raise self._refuse("it divides by zero")
+        return FUNCTIONS[name](*arguments)
+
+    def _piece(self, node: ast.AST, depth: int) -> tuple[sp.Expr, sp.Basic]:
+        if not isinstance(node, ast.Tuple) or len(node.elts) != 2:
+            raise self._refuse("Piecewise takes pairs of a value and a relation, the last one True")
+        return self._expression(node.elts[0], depth), self._condition(node.elts[1], depth)
+
+    def _condition(self, node: ast.AST, depth: int) -> sp.Basic:
+        match node:
+            case ast.Constant(value=bool()):
+                return sp.true if node.value else sp.false
+            case ast.BoolOp() | ast.BinOp(op=ast.BitAnd() | ast.BitOr()):
+                parts = node.values if isinstance(node, ast.BoolOp) else (node.left, node.right)
+                join = sp.And if isinstance(node.op, ast.And | ast.BitAnd) else sp.Or
+                return join(*(self._condition(part, depth + 1) for part in parts))
+            case ast.UnaryOp(op=ast.Not() | ast.Invert()):
+                return sp.Not(self._condition(node.operand, depth + 1))
+            case ast.Compare():
+                return self._relation(node, depth)
+        raise self._refuse("a piece holds where a relation does, such as x < 1")
 
     def _relation(self, node: ast.Compare, depth: int) -> sp.Basic:
         sides = [self._expression(side, depth + 1) for side in (node.left, *node.comparators)]

@@ -36,6 +36,29 @@ def test_a_formula_of_an_end_stop_takes_the_larger_of_two():
         read_formula("max(x)", {"x": x})
 
 
+@pytest.mark.parametrize(("text", "meant"), [
+    ("Piecewise((2, x < 1), (x, True))", lambda x, y: 2 if x < 1 else x),
+    ("Piecewise((1, (x < 1) & (y > 2)), (2, x >= 1 or y < 0), (3, not x > 5))",
+     lambda x, y: 1 if x < 1 and y > 2 else 2 if x >= 1 or y < 0 else 3),
+    ("Heaviside(x - 1) + atan2(y, x)", lambda x, y: (x > 1) + math.atan2(y, x)),
+    ("floor(x) + 10*ceiling(y) + 100*frac(x) + mod(y, 2)",
+     lambda x, y: math.floor(x) + 10 * math.ceil(y) + 100 * (x % 1) + y % 2),
+    ("asinh(x) + erf(y)", lambda x, y: math.asinh(x) + math.erf(y)),
+])  # fmt: skip
+@pytest.mark.parametrize("place", [(0.3, 2.5), (1.7, -0.4), (-0.6, 1.2)])
+def test_a_formula_that_switches_is_that_of_its_pieces(text, meant, place):
+    names = {name: sp.Symbol(name, real=True) for name in ("x", "y")}
+    value = ap.lower([*names.values()], read_formula(text, names), "math", branching=True)(*place)
+    assert value == pytest.approx(meant(*place), abs=1e-12)
+
+
+@pytest.mark.parametrize("wrong", ["Piecewise()", "Piecewise(x, x < 1)", "Piecewise((1, x))", "Piecewise((x<1, True))",
+                                   "Piecewise((1, x < 1), evaluate=0)", "mod(x, 0)", "atan2(x)"])  # fmt: skip
+def test_a_formula_that_switches_by_no_relation_is_refused_in_one_line(wrong):
+    with pytest.raises(InputError, match=r"^formula = [^\n]+$"):
+        read_formula(wrong, {"x": sp.Symbol("x", real=True)})
+
+
 def test_a_byte_order_mark_is_passed_over(tmp_path):
     path = _file(tmp_path, {**PLAIN, "start": "[0, 0.2, -1]"})
     plain = ap.read_scene(path)
