@@ -68,6 +68,8 @@ def _complain(line: str) -> None:
 
 
 def _one_line(error: object) -> str:
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}; give another place"
     return " ".join(str(error).split())
 
 

@@ -131,7 +131,7 @@ def test_a_full_disk_is_one_line_and_leaves_nothing_half_written(place, capsys, 
     monkeypatch.setattr("asympk.storage.files.os.replace", _full)
     status, out, err = run(capsys, *line.split())
     assert (status, out) == (2, "")
-    assert re.search(r"No space left on device: '(o/chunk-0+.npz|o/sweep.json|p.csv|p.png)'$", err)
+    assert re.search(r" (o/chunk-0+.npz|o/sweep.json|p.csv|p.png): No space left on device; give another place$", err)
     assert err.count("\n") == 1
     written = [path.name for path in place.rglob("*") if path.name.startswith((".", "p.", "chunk"))]
     assert written == []
@@ -162,7 +162,7 @@ def test_a_read_only_place_is_one_line(place, capsys, monkeypatch):
     monkeypatch.setattr("asympk.sweep.lock.os.open", read_only)
     status, out, err = run(capsys, "sweep", "good.toml", "--out", "o")
     assert (status, out) == (2, "")
-    assert "Read-only file system" in err
+    assert "asympk: o/.lock: Read-only file system; give another place" in err
     assert err.count("\n") == 1
 
 
