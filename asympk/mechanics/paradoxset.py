@@ -169,7 +169,9 @@ def _polynomial(expr: sp.Expr, name: sp.Symbol) -> tuple[tuple[sp.Expr, ...], bo
     numerator, _ = sp.fraction(sp.together(turned.subs(name, T)))
     if not numerator.is_polynomial(T) or numerator.has(sp.Abs, sp.Piecewise):
         return None
-    return tuple(sp.Poly(numerator, T).all_coeffs()), angle
+    coefficients = sp.Poly(numerator, T).all_coeffs()
+    largest = max((abs(c) for c in coefficients if c.is_Rational), default=0) or sp.S.One  # squares leave doubles soon
+    return tuple(c / largest for c in coefficients), angle
 
 
 def _extrema(function: Callable[..., Any], at: Any, row: Any) -> tuple[Any, Any]:

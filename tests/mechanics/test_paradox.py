@@ -202,3 +202,9 @@ def test_the_least_friction_of_a_mechanism_with_a_parameter_called_T_is_that_of_
     for name in sp.symbols("T k", real=True):
         least = slender_rod(load=1 + name**2).least_critical_friction(THETA)
         assert sp.simplify(least.friction * (1 + name**2)) == sp.Rational(4, 3)
+
+
+def test_a_friction_whose_square_no_double_holds_has_a_paradox_set():
+    rod = slender_rod()
+    found = rod.paradox_set({"theta": (0.05, 1.5)}, {"f": 1e300, "m": 1, "l": 1, "g": 1})
+    assert [(span.start, span.end) for span in found.intervals] == [(0.05, 1.5)]
