@@ -16,8 +16,8 @@ from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
-from asympk.symbolic.sides import Sides, inside, measured, phases, system_on_sides
-from asympk.symbolic.switches import exprs_of, switches, switches_of
+from asympk.symbolic.sides import Sides, inside, measured, system_on_sides
+from asympk.symbolic.switches import Switch, peaks_of, switches, switches_of, timed_phases
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
@@ -105,7 +105,14 @@ class NumericMode:
 
     def smooth_until(self, t: Any, until: Any) -> Any:
         """Return the time just before the next at which the mode switches by the time alone, or ``until``."""
-        ends = (switch * (1 - self.beside) for switch in self._switched_near(t))
+        return self._before(switches_of(self.mode.system), t, until)
+
+    def steps_until(self, t: Any, until: Any) -> Any:
+        """Return that time, or that of the next peak of what moves by the time alone: a step is to end there."""
+        return self._before((*switches_of(self.mode.system), *peaks_of(self.mode.system)), t, until)
+
+    def _before(self, known: tuple[Switch, ...], t: Any, until: Any) -> Any:
+        ends = (switch * (1 - self.beside) for switch in self._switched_near(known, t))
         return min([until, *(end for end in ends if end > t)])
 
     def require_smooth(self, t: Any, until: Any) -> None:
@@ -130,31 +137,25 @@ class NumericMode:
     def after_start(self, until: Any) -> Any:
         """Return the time 0 at which a run to ``until`` starts, or that just after it where a switch may be there."""
         near = self.beside * until
-        bent = phases(exprs_of(self.mode.system), (), self.mode.system.time)
-        at_switch = bent or any(abs(switch) <= near for switch in self._switched_near(0 * until))
-        return 3 * near if at_switch else 0 * until
+        system, start = self.mode.system, 0 * until
+        switched = (abs(switch) <= near for switch in self._switched_near(switches_of(system), start))
+        return 3 * near if timed_phases(system) or any(switched) else start
 
     @property
     def beside(self) -> Any:
         """The relative distance in time that smooth stretches keep from a switch."""
         return BESIDE * getattr(self.functions, "eps", 2.0**-52)
 
-    def _switched_near(self, t: Any) -> list:
+    def _switched_near(self, known: tuple[Switch, ...], t: Any) -> list:
         """Return the times next to ``t`` at which something switches by the time alone."""
         found: list = []
-        if known := switches_of(self.mode.system):
-            values = self._phases(t, *(t for _ in self.mode.system.states), *self.p)
+        if known:
+            phases = (e for switch in known for e in (switch.phase.diff(self.mode.system.time), switch.phase))
+            values = self.values(tuple(phases), t, tuple(t for _ in self.mode.system.states))
             for switch, slope, phase in zip(known, values[::2], values[1::2], strict=True):
                 wholes = range(int(phase) - 2, int(phase) + 3) if switch.every else (0,)
                 found += [t + (n - phase) / slope for n in wholes] if slope else []
         return found
-
-    @cached_property
-    def _phases(self) -> Callable[..., tuple]:
-        """The slope and the phase of every switch, one after the other, as a function of (t, *state, *p)."""
-        system = self.mode.system
-        phases = [switch.phase for switch in switches_of(system)]
-        return self._compiled(tuple(e for phase in phases for e in (phase.diff(system.time), phase)))
 
     def values(self, exprs: tuple[sp.Expr, ...], t: Any, state: State) -> tuple:
         """Return the values of expressions at a time and a state."""

@@ -134,7 +134,7 @@ def _follow(
         doubles = automaton.mode(mode.branch, sides=mode.mode.sides)
         scheme = Scheme(mode, doubles, tableau, tolerance, deadline)
         try:
-            end = mode.smooth_until(t, until)
+            end = mode.steps_until(t, until)
             return followed(doubles, t, state, end, lambda end: _segment(scheme, t, state, end))
         except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no order
             raise OutOfRange(f"a rate or its slope is not a finite real number in mode {mode.name} from "

@@ -134,7 +134,7 @@ def _trace(scene, method, options, times=(), keep=False):
 
     def on(mode, t, state, segments):
         left = options["steps"] - sum(s.work.steps for s in segments)
-        end = mode.smooth_until(t, until)
+        end = mode.steps_until(t, until)
         last = end if mode.after_switch(end) >= until else until
         later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
         settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep)

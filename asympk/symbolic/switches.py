@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from asympk.symbolic.sides import WHOLE, switching_parts
+from asympk.symbolic.sides import WHOLE, phases, switching_parts
 from asympk.symbolic.system import System
 
 _SWITCHING = (*WHOLE, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.core.relational.Relational)
@@ -27,6 +27,27 @@ class Switch(NamedTuple):
 def switches_of(system: System) -> tuple[Switch, ...]:
     """Return the switches of a system by the time alone."""
     return tuple(switches(exprs_of(system), system.time, system.parameters))
+
+
+@lru_cache(maxsize=256)
+def timed_phases(system: System) -> tuple[sp.Expr, ...]:
+    """Return what switches a system by the time alone where it vanishes, and is not linear in the time."""
+    return phases(exprs_of(system), (), system.time)
+
+
+@lru_cache(maxsize=256)
+def peaks_of(system: System) -> tuple[Switch, ...]:
+    """Return where smooth parts of a system may rise and fall by the time alone, between steps that see nothing of it.
+
+    A bump, as exp(-100 (t - 5)^2), a resonance or a steep ramp has its middle where an argument linear in the time
+    vanishes, or a square has its vertex.
+    """
+    known, time = {system.time, *system.parameters}, system.time
+    parts = sp.Tuple(*exprs_of(system)).atoms(sp.Pow, sp.Add, sp.Function) if time else ()
+    timed = (part for part in parts if time in part.free_symbols <= known and not isinstance(part, sp.sin | sp.cos))
+    middles = {part.diff(time) if part.is_Add else part.args[0] for part in timed}
+    lines = (e for e in middles if isinstance(e, sp.Expr) and e.has(time) and not e.diff(time).has(time))
+    return tuple(sorted((Switch(line, every=False) for line in lines), key=str))
 
 
 def exprs_of(system: System) -> tuple[sp.Expr, ...]:

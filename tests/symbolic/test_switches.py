@@ -108,6 +108,22 @@ def test_a_block_at_rest_is_pushed_once_another_passes_a_place(method):
     assert float(path.final[0]) == pytest.approx(1.7 * 2, abs=1e-5)
 
 
+BUMPS = {  # of area sqrt(pi) / 100, or pi / 100
+    sp.exp(-(10**4) * (t - 5) ** 2): math.sqrt(math.pi),
+    sp.exp(-(10**4) * t**2 + 10**5 * t - 250_000): math.sqrt(math.pi),
+    1 / (1 + 10**4 * (t - 5) ** 2): 2 * math.atan(500),
+}
+
+
+@pytest.mark.parametrize("method", [*METHODS, {"method": "rk45"}])
+@pytest.mark.parametrize("bump", BUMPS)
+def test_a_smooth_bump_after_a_long_calm_is_not_stepped_over(bump, method):
+    path = ap.solve(ap.Scene(system=ap.System.smooth({x: bump}, {}, None, time=t), start=[0], until=10), **method)
+    assert float(path.final[0]) == pytest.approx(BUMPS[bump] / 100, abs=1e-4)
+    struck = ap.solve(ap.Scene(system=_block(4 * bump), start=[0, 0], until=10), **method)
+    assert struck.modes == ("stick", "slip_same", "stick")
+
+
 def test_a_saw_tooth_switches_at_whole_periods_and_a_square_wave_at_the_zeros_of_its_sine():
     phases = {s.phase: s.every for s in switches([sp.Mod(t, a), sp.sign(3 * sp.cos(t)), sp.Abs(t)], t, [a])}
     assert phases == {t / a: True, t / sp.pi + sp.Rational(1, 2): True, t: False}
