@@ -162,13 +162,28 @@ class NumericMode:
         return self._compiled(exprs)(t, *state, *self.p)
 
     def departure(self, phase: sp.Expr, t: Any, state: State) -> int:
-        """Return the sign of the first derivative of a phase along the field that does not vanish; 0 of none."""
+        """Return the sign of the first derivative of a phase along the field that does not vanish; 0 of none.
+
+        What the rounding of the state might have made of 0 vanishes.
+        """
+        places = ((t, state), *contacts.nudges(t, state, self.beside))
         for _ in range(DERIVATIVES):
             phase = self.mode.lie_derivative(phase)
-            (value,) = self.values((phase,), t, state)
-            if value or phase == 0:
-                return sign_of(value)
+            first, *others = (self.values((phase,), *place)[0] for place in places)
+            if abs(first) > 4 * max(abs(other - first) for other in others):
+                return sign_of(first)
+            if phase == 0:
+                break
         return 0
+
+    def holds(self, t: Any, state: State) -> bool:
+        """Tell whether no guard is negative, and none that vanishes falls."""
+        rows = [self.guard_values(*place) for place in ((t, state), *contacts.nudges(t, state, self.beside))]
+        for guard, first, *others in zip(self.mode.guards, *rows, strict=True):
+            clear = abs(first) > 4 * max(abs(other - first) for other in others)
+            if (sign_of(first) if clear else self.departure(guard.value, t, state)) < 0:
+                return False
+        return True
 
     def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State) -> bool:
         """Tell whether a phase that vanishes becomes of a sign along the field, or for 0 stays as it is."""
@@ -393,12 +408,15 @@ def _entered(
     """Return a mode on those sides of its phases ``opened`` that their rates there lead into."""
     values = mode.values(tuple(map(measured, opened)), t, state)
     choices = [_choices(phase, value, mode, crossed) for phase, value in zip(opened, values, strict=True)]
+    fitting = []
     for choice in product(*choices):
         sides = (*mode.mode.sides, *((phase, side) for phase, (side, _) in zip(opened, choice, strict=True)))
         found = automaton.mode(mode.branch, digits, sides)
         left = ((measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign is not None)
         if all(found.leaves(phase, sign, t, state) for phase, sign in left):
-            return found
+            fitting.append(found)
+    if fitting:
+        return next((found for found in fitting[:-1] if found.holds(t, state)), fitting[-1])
     edges = (inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1)
     where = ", ".join(f"{edge} = 0" for edge in edges)
     raise NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "

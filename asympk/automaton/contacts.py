@@ -94,9 +94,8 @@ class Place(NamedTuple):
         """Return this place and those that ``slack``, relative, and rounding might have made of it."""
         numbers = self.numbers.coarser or self.numbers
         p = tuple(map(numbers.convert, self.p))
-        moved = (_nudged(self.t, self.state, signs, slack) for signs in _NUDGES)
-        nudged = (Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p) for t, w in moved)
-        return (self, *nudged)
+        moved = nudges(self.t, self.state, slack)
+        return (self, *(Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p) for t, w in moved))
 
 
 class Unclear(Exception):
@@ -113,8 +112,11 @@ def converted(ctx: Any, value: Any) -> Any:
     return ctx.mpf(value)
 
 
-def _nudged(t: Any, state: tuple, signs: tuple, slack: Any) -> tuple:
-    return t * (1 + signs[-1] * slack), tuple(w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
+def nudges(t: Any, state: tuple, slack: Any) -> Iterator[tuple[Any, tuple]]:
+    """Yield times and states that ``slack``, relative, might have made of one."""
+    for signs in _NUDGES:
+        moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
+        yield t * (1 + signs[-1] * slack), tuple(moved)
 
 
 @lru_cache(maxsize=64)

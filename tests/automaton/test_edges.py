@@ -80,3 +80,29 @@ def test_what_rests_on_a_belt_slips_as_soon_as_the_belt_carries_it_to_a_place_th
     tolerance = 1e-5 if "method" in how else 1e-12
     assert [float(w) for w in path.final] == pytest.approx([float(e) for e in end], abs=tolerance)
     assert path.modes == ("stick", "slip_opposite")
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_velocity_that_begins_with_its_second_derivative_is_told_from_its_rounding(how):
+    """A block at rest slips back where the push cos(t) - x falls to -1/5; what Max(0, v) brakes is no part of it."""
+    braked, free = (block(sp.cos(t) - x - brake, ROUGH) for brake in (sp.Max(0, v), 0))
+    path = ap.solve(ap.Scene(system=braked, start={x: 1, v: 0}, until=2), **how)
+    truth = ap.solve(ap.Scene(system=free, start={x: 1, v: 0}, until=2))
+    assert path.modes == truth.modes == ("stick", "slip_opposite")
+    assert [float(a) for a in path.final] == pytest.approx(truth.final, abs=1e-5)
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_the_side_of_an_edge_agrees_with_the_way_in_which_a_contact_slips(how):
+    """The block x rests on an edge with its friction used up, and follows y, which begins to move at once."""
+    y, w, G = sp.symbols("y w G", real=True)
+    own = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 4))
+    other = ap.Friction(velocity=w, force=G, load=1, kinetic=sp.Rational(1, 2), static=1)
+    rates = {x: v, v: F - 3 * x / 4 + y / 2, y: w, w: G - w / 5 + 3 * x - 4 * y - 1}
+    lifted = {**rates, v: rates[v] + sp.Piecewise((sp.Rational(1, 4), x > 1), (0, True))}
+    start = {x: 1, v: 0, y: 1, w: 0}
+    plain, switched = (ap.System.with_frictions(each, {}, [own, other]) for each in (rates, lifted))
+    path = ap.solve(ap.Scene(system=switched, start=start, until=2), **how)
+    truth = ap.solve(ap.Scene(system=plain, start=start, until=2))
+    assert path.modes == truth.modes
+    assert [float(a) for a in path.final] == pytest.approx(truth.final, abs=1e-4)
