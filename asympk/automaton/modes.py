@@ -27,7 +27,7 @@ from asympk.symbolic.system import System
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
 FACTORS = 64  # of a product that is written out
 SWITCH = "switch"  # the kind of a guard that a side ends at
-_POWER = re.compile(r"\b([A-Za-z_]\w*)\*\*([2-9])\b")
+_POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
 @dataclass(frozen=True)

@@ -456,6 +456,14 @@ def test_a_force_of_steps_along_a_state_is_followed_from_step_to_step(level, way
 
 
 @pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
+def test_a_rate_may_hold_powers_of_a_constant(way):
+    """At the amplitude pi/2 a pendulum has the quarter period K(1/2)/pi."""
+    path = follow(ap.System.smooth({x: v, v: -(sp.pi**2) * sp.sin(x)}, {}, None), {"x": "1.570796326794896619231", "v": 0}, 1, **way)
+    quarter = 1.8540746773013719 / math.pi
+    assert float(path(quarter)[0]) == pytest.approx(0, abs=1e-5)
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
 def test_a_block_on_a_ratchet_of_saw_teeth_stops_on_a_tooth(way):
     """On every tooth it loses the work 1/2 + 1/10 of its energy 2, and on the fourth v^2/2 = 1/5 - d^2/2 - d/10."""
     friction = ap.Friction(velocity=v, force=F, load=1, kinetic=c)
