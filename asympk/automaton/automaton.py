@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.automaton import contacts, decide
-from asympk.automaton.modes import GuardedMode, function, mode_of, phases_of
+from asympk.automaton.modes import SWITCH, GuardedMode, function, mode_of, phases_of
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.numbers import sign_of
@@ -62,8 +62,10 @@ class NumericMode:
 
     @cached_property
     def timed(self) -> bool:
-        """Whether a guard depends on the time itself, so that it may vary where the state does not."""
-        return any(value.has(self.mode.system.time or sp.nan) for value in self.mode.guard_values)
+        """Whether a guard may vary more than the state: it depends on the time itself, or is a wave that switches."""
+        time, guards = self.mode.system.time, self.mode.guards
+        waves = any(guard.value.has(sp.sin, sp.cos) for guard in guards if guard.kind == SWITCH)
+        return waves or any(guard.value.has(time or sp.nan) for guard in guards)
 
     @cached_property
     def field(self) -> Callable[..., tuple]:
@@ -408,15 +410,19 @@ def _entered(
     """Return a mode on those sides of its phases ``opened`` that their rates there lead into."""
     values = mode.values(tuple(map(measured, opened)), t, state)
     choices = [_choices(phase, value, mode, crossed) for phase, value in zip(opened, values, strict=True)]
-    fitting = []
+    fitting, resting = [], []  # these on edges, by the law of sides in which they stand
     for choice in product(*choices):
         sides = (*mode.mode.sides, *((phase, side) for phase, (side, _) in zip(opened, choice, strict=True)))
         found = automaton.mode(mode.branch, digits, sides)
-        left = ((measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign is not None)
+        left = [(measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign is not None]
         if all(found.leaves(phase, sign, t, state) for phase, sign in left):
             fitting.append(found)
+        elif all(sign and sign * found.departure(phase, t, state) >= 0 for phase, sign in left):
+            resting.append(found)
     if fitting:
         return next((found for found in fitting[:-1] if found.holds(t, state)), fitting[-1])
+    if resting:
+        return resting[0]
     edges = (inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1)
     where = ", ".join(f"{edge} = 0" for edge in edges)
     raise NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "

@@ -31,6 +31,7 @@ from asympk.systems.automata import automaton_of
 
 STEPS = 5000
 MOST_DIGITS = 200
+RESOLVED = 1e-3  # of guards, beside 1, that the last polynomials may make of one
 GROW, SHRINK = 1.6, 0.4
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
@@ -160,10 +161,11 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         slopes = None
         with suppress(OverflowError):  # an iterate beyond the range of doubles has left where the step converges
             slopes = _step(scheme, t, state, h)
-        if slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
+        rough = slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state))
+        step = CollocationStep(t, state, h, slopes or [])
+        if rough or not _is_resolved(scheme, step):
             h *= SHRINK
             continue
-        step = CollocationStep(t, state, h, slopes)
         if met := _lost(scheme, step, before):
             at, k = met
             end = _without_rounding(_at(scheme.tableau, step, at), state, scheme.tolerance * SLACK)
@@ -176,6 +178,17 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         before = mode.guard_values(t, state)
         h *= GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
+
+
+def _is_resolved(scheme: Scheme, step: CollocationStep) -> bool:
+    """Tell whether a step is so short that its stages tell how guards vary that do so more than the state."""
+    mode, tableau, h = scheme.mode, scheme.tableau, step.h
+    if not mode.timed:
+        return True
+    stages = (_moved(step.state, row, step.slopes, h) for row in tableau.a)
+    rates = [mode.guard_rates(step.t + h * c, state) for c, state in zip(tableau.nodes, stages, strict=True)]
+    sizes = map(abs, mode.guard_values(step.t, step.state))
+    return _tail(_by_state(h.context, rates), tableau, h) <= RESOLVED * max(1, *sizes)
 
 
 def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:
@@ -207,8 +220,13 @@ def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:
     def root(function: Any, low: Any, high: Any) -> Any:
         return _root(function, low, high, scheme.tolerance)
 
-    start = Look(0 * h, before, mode.guard_rates(step.t, step.state))
-    return first_lost(start, Look(h, values(h), rates(h)), values, rates, root, PARTS, scheme.tolerance * SLACK)
+    last = Look(0 * h, before, mode.guard_rates(step.t, step.state))
+    for end in (h * part for part in ((*PARTS, 1) if mode.timed else (1,))):
+        now = Look(end, values(end), rates(end))
+        if met := first_lost(last, now, values, rates, root, PARTS, scheme.tolerance * SLACK):
+            return met
+        last = now
+    return None
 
 
 def _root(function: Any, low: Any, high: Any, tolerance: Any) -> Any:

@@ -458,9 +458,31 @@ def test_a_force_of_steps_along_a_state_is_followed_from_step_to_step(level, way
 @pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
 def test_a_rate_may_hold_powers_of_a_constant(way):
     """At the amplitude pi/2 a pendulum has the quarter period K(1/2)/pi."""
-    path = follow(ap.System.smooth({x: v, v: -(sp.pi**2) * sp.sin(x)}, {}, None), {"x": "1.570796326794896619231", "v": 0}, 1, **way)
+    pendulum, side = ap.System.smooth({x: v, v: -(sp.pi**2) * sp.sin(x)}, {}, None), "1.570796326794896619231"
+    path = follow(pendulum, {"x": side, "v": 0}, 1, **way)
     quarter = 1.8540746773013719 / math.pi
     assert float(path(quarter)[0]) == pytest.approx(0, abs=1e-5)
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}, {"method": "rk45", "rtol": 1e-8}])
+def test_no_tooth_of_a_sine_is_stepped_over_however_fast_it_is_passed(way):
+    """The force jumps between 1/20 and 9/20 at every half, and is constant between: steps see no need to be short."""
+    teeth = sp.Rational(1, 4) - sp.sign(sp.sin(2 * sp.pi * x)) / 5
+    path = follow(ap.System.smooth({x: v, v: teeth}, {}, None), {"x": 0, "v": 0}, 10, **way)
+    place, speed, left = 0, 0, 10
+    for force in (0.05, 0.45) * 10:
+        span = min(left, (math.sqrt(speed**2 + force) - speed) / force)
+        place, speed, left = place + speed * span + force * span**2 / 2, speed + force * span, left - span
+    assert [float(w) for w in path.final] == pytest.approx([place, speed], abs=1e-6)
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
+def test_a_hysteresis_that_yields_stays_on_its_edge_until_the_velocity_turns(way):
+    """The force z of a spring that yields at 1 goes back with x from there: x = 1 - cos(t) has moved by 2 at t = pi."""
+    yielding = v * (1 - sp.Heaviside(w - 1) * sp.Heaviside(v) - sp.Heaviside(-w - 1) * sp.Heaviside(-v))
+    path = follow(ap.System.smooth({v: sp.cos(t), w: yielding}, {}, None, time=t), {"v": 0, "w": 0}, 6, **way)
+    assert float(path(3)[1]) == pytest.approx(1, abs=1e-8)
+    assert float(path.final[1]) == pytest.approx(max(-1, 1 - (1 + math.cos(6))), abs=1e-6)
 
 
 @pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
