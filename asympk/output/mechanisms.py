@@ -92,9 +92,10 @@ def _paradox(described):
         return lines
     name, low, high, tied = described.turn
     given = {key: value for key, value in {**described.numbers, **tied}.items() if key != name}
-    spans = rod.paradox_set({name: (low, high)}, given).intervals
-    where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in spans) or "nowhere"
-    lines.append(f"over {name:11}{where} in {low} .. {high}")
+    found = rod.paradox_set({name: (low, high)}, given)
+    where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals) or "nowhere"
+    told = "" if found.complete else ", as far as samples tell"
+    lines.append(f"over {name:11}{where} in {low} .. {high}{told}")
     return lines + _least(rod, name, tied)
 
 

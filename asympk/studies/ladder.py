@@ -89,7 +89,7 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
 def predictions(scene: Scene) -> tuple[Rung, ...]:
     """Return every rung with its predicted error, or the reason why it does not apply; nothing is measured."""
     below = (_rung(scene, name, *of, timed=False)[0] for name, of in models_below(scene.system).items())
-    return (*below, Rung("exact", _exact_error(scene, solve(scene))))
+    return (*below, Rung("exact", DOUBLES if scene.system is None else _exact_error(scene, solve(scene))))
 
 
 def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: float) -> Rung:

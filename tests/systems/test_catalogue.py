@@ -105,6 +105,22 @@ def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
     assert "rigid motions   none" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("friction", "told"), [("f", ""), ("f + max(0, theta - 1)", ", as far as samples tell")])
+def test_where_a_paradox_is_looked_for_at_samples_the_screen_says_so(friction, told, tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace('friction = "f"', f'friction = "{friction}"'))
+    assert main(["mechanism", str(file)]) == 0
+    assert f" in 0.05 .. 1.5{told}\n" in capsys.readouterr().out
+
+
+def test_friction_that_may_fall_before_the_stop_has_no_jump_on_the_screen(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace('friction = "f"', 'friction = "f*(1 + abs(X\' + l*sin(theta)*theta\'))"'))
+    assert main(["mechanism", str(file)]) == 0
+    (jump,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("jump "))
+    assert "it may slide on" in jump
+
+
 def _named(told):
     from asympk.systems.painleve_rod import l, m
 
