@@ -94,19 +94,19 @@ def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:
 
 def steps(
     flows: tuple[Flow, ...], parameters: tuple, state: tuple, until: float, rtol: float, atol: tuple, t: float = 0.0,
-    late: float = 0.0, longest: float = math.inf,
+    late: float = 0.0, longest: float = math.inf, within: float = math.inf,
 ) -> Iterator[Step]:
     """Yield the steps of state' = flow(*state, *parameters) from ``t`` to ``until``, which may be infinite.
 
     ``flows`` have equal shares of the states, one after the other. The error of a step is held below ``rtol`` relative
     and ``atol``, one number per state; a state that is right at a time wrong by up to ``late`` is let pass as well.
-    The first step is at most ``longest``. Where the steps become too small they end early.
+    The first step is at most ``longest``, and every one ``within``. Where the steps become too small they end early.
     """
     take, first = _compiled(len(state), len(flows), late > 0), rates(flows, parameters, state)
     span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
     grow = GROW
     while t < until:
-        span = min(span, until - t)
+        span = min(span, until - t, within)
         if span <= 16 * math.ulp(t) and until - t > span:
             return
         error, new, stages = _tried(take, flows, parameters, span, state, first, rtol, atol, late)

@@ -22,6 +22,7 @@ from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import abscissa, listed, root
 from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.asymptotics.watching import watched
+from asympk.automaton.automaton import LOOKS
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000
@@ -82,7 +83,9 @@ def follow_reduced_flow(
     found, end, guard = list[Any](), until, None
     _check(None, formulas, first[:size], slow, mu, values, began)
     flows = tuple(formulas.flow[m] for m in orders)
-    for step, lost in watched(steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first)), guards, size):
+    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else math.inf  # driven by a clock
+    along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within)
+    for step, lost in watched(along, guards, size):
         if len(found) == STEPS or not max(map(abs, step.end)) < FAR:
             break
         found.append(step)

@@ -26,6 +26,7 @@ LATEST = 1e-9  # of a time, by which doubles miss the zero of a guard of the tim
 NEWTON = 3  # steps from there to all digits
 EDGES = 3  # that a state is on at once and all sides are tried
 DERIVATIVES = 4  # that tell on which side of a phase a motion begins
+LOOKS = 256  # steps at least of a stretch that the time drives
 BESIDE = 4  # roundings of a time, by which smooth stretches keep away from what switches by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
 
@@ -127,6 +128,18 @@ class NumericMode:
         if switched:
             raise NotDerivable(f"mode {self.name} switches at {', '.join(switched)}: this model follows no switch; use "
                                "an exact method, or end the run before it")  # fmt: skip
+
+    def longest_step(self, span: Any) -> Any:
+        """Return the longest step within a stretch: one that a clock drives may stand still between two pulses."""
+        return span / LOOKS if self._driven else math.inf
+
+    @cached_property
+    def _driven(self) -> bool:
+        """Whether the time, or a state that goes like it, stands in a rate or a guard otherwise than in a power."""
+        rates = dict(zip(self.mode.system.states, self.mode.rates, strict=True))
+        clocks = {s for s, rate in rates.items() if rate == 1} | ({self.mode.system.time} - {None})
+        exprs = (*self.mode.rates, *self.mode.guard_values) if clocks else ()
+        return not all(expr.is_polynomial(*clocks) for expr in exprs)
 
     def after_switch(self, t: Any) -> Any:
         """Return the time just after a switch that ``t`` is just before."""

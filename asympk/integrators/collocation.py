@@ -34,6 +34,7 @@ MOST_DIGITS = 200
 RESOLVED = 1e-3  # of guards, beside 1, that the last polynomials may make of one
 GROW, SHRINK = 1.6, 0.4
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
+NEARLY = 1 - 2.0**-20  # of what is left: a step that long takes all of it
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
 SLACK = 100  # tolerances of a step, by which the state at an event may be wrong
@@ -148,12 +149,12 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
     mode, steps = scheme.mode, list[CollocationStep]()
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
-    h = min(until - t, 1 / (until.context.one + rate))
+    h, longest = min(until - t, 1 / (until.context.one + rate)), mode.longest_step(until - t) * (len(PARTS) + 1)
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
     tries = list[Any]()
     while len(steps) < STEPS:
-        last = h >= until - t
-        h = min(h, until - t)
+        last = min(h, longest) >= (until - t) * NEARLY
+        h = until - t if last else min(h, longest)
         if monotonic() > scheme.deadline:
             raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds=")
         tries.append(t)

@@ -11,6 +11,7 @@ from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import starmap
+from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -66,7 +67,7 @@ class Settings(NamedTuple):
     """How to follow one mode: a method of the family, bounds on the error of a step, and what is left to the run.
 
     That is a number of steps, and the value of ``time.monotonic`` at which it ends. ``times`` are those to look in at;
-    with ``keep`` the segment holds all ``steps``.
+    with ``keep`` the segment holds all ``steps``. None is longer than ``longest`` where the method knows such a bound.
     """
 
     method: str
@@ -76,6 +77,7 @@ class Settings(NamedTuple):
     deadline: float
     times: Sequence[float] = ()
     keep: bool = False
+    longest: float = inf
 
 
 class Advance(Protocol):
@@ -137,7 +139,8 @@ def _trace(scene, method, options, times=(), keep=False):
         end = mode.steps_until(t, until)
         last = end if mode.after_switch(end) >= until else until
         later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
-        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep)
+        longest = mode.longest_step(end - t)
+        settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep, longest)
         return in_range(t, state, lambda: _settled(mode, later, followed(
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))
 

@@ -26,6 +26,7 @@ def _solver(mode, t, state, until, settings):
     if isinstance(atol, tuple):  # guards in time are states as well, of an unknown size
         atol = (*atol, *[min(atol)] * (n - len(atol)))
     make = getattr(integrate, CLASSES[settings.method])
-    solver = make(lambda t, w: field(t, *w.tolist(), *p), t, start, until, rtol=settings.rtol, atol=atol, **jac)
+    solver = make(lambda t, w: field(t, *w.tolist(), *p), t, start, until, rtol=settings.rtol, atol=atol,
+                  max_step=settings.longest, **jac)  # fmt: skip
     solver.made = 1
     return solver

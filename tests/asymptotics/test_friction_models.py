@@ -337,6 +337,17 @@ def test_a_guard_that_the_time_switches_off_and_on_again_is_not_stepped_over(met
     assert ap.solve(before, method, order=order).final == pytest.approx((0, 0, 1))
 
 
+@pytest.mark.parametrize(("method", "order"), [("slow", 0), ("jump", 1)])
+def test_a_guard_that_falls_smoothly_for_a_while_is_met(method, order):
+    t = sp.Symbol("t", real=True)
+    bound = 2 - sp.Rational(3, 2) * sp.exp(-400 * (t - 1) ** 2)
+    held = ap.Friction(velocity=w, force=F, load=1, kinetic=sp.Rational(1, 2), static=bound)
+    driven = ap.System.with_frictions({a: w, w: b + F}, {b: a + 1 - b}, [held], small=c, time=t)
+    path = ap.solve(ap.Scene(system=driven, values={c: "1e-4"}, start={a: 0, w: 0, b: 1}, until=2), method, order=order)
+    assert path.modes == ("stick", "slip_same")
+    assert path.events[0].t == pytest.approx(1 - math.sqrt(math.log(1.5) / 400), rel=1e-9)
+
+
 @pytest.mark.parametrize("order", [0, 1])
 def test_a_jump_onto_a_patch_of_ice_is_no_load_that_nothing_stops(order):
     kinetic = sp.Piecewise((3, a < sp.Rational(1, 2)), (sp.Rational(1, 20), True))

@@ -143,3 +143,18 @@ def test_a_run_that_ends_on_a_switch_sees_what_comes_just_before_it(method):
     assert float(path.final[1]) == pytest.approx((1 - onset**17) / 17 - 0.3 * (1 - onset), abs=1e-5)
     assert [float(w) for w in path(1)] == pytest.approx([float(w) for w in path.final], abs=1e-14)
     assert path.end == 1
+
+
+@pytest.mark.parametrize("method", [{}, {"digits": 12}, {"method": "radau"}, {"method": "dop853"}])
+@pytest.mark.parametrize("steep", [400, 10_000])
+def test_what_is_at_rest_is_moved_by_a_smooth_pulse_between_two_steps_of_the_rest(method, steep):
+    pulse = 5 * sp.exp(-steep * (t - 1) ** 2)
+    held = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
+    block = ap.System.with_frictions({x: v, v: F + pulse}, {}, [held], time=t)
+    path = ap.solve(ap.Scene(system=block, start={x: 0, v: 0}, until=2), **method)
+    assert path.modes == ("stick", "slip_same", "stick")
+    assert float(path.events[0].t) == pytest.approx(1 - math.sqrt(math.log(10) / steep), rel=1e-6)
+    swing = ap.System.smooth({x: v, v: pulse - x}, {}, None, time=t)
+    end = ap.solve(ap.Scene(system=swing, start={x: 0, v: 0}, until=2), **method).final
+    gained = 5 * math.sqrt(math.pi / steep) * math.exp(-1 / (4 * steep))
+    assert [float(w) for w in end] == pytest.approx([gained * math.sin(1), gained * math.cos(1)], rel=1e-4)
