@@ -16,6 +16,7 @@ from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.sides import Sides, inside, measured, system_on_sides
 from asympk.symbolic.switches import Switch, peaks_of, switches, switches_of, timed_phases
 from asympk.symbolic.system import System
@@ -63,10 +64,11 @@ class NumericMode:
 
     @cached_property
     def timed(self) -> bool:
-        """Whether a guard may vary more than the state: it depends on the time itself, or is a wave that switches."""
-        time, guards = self.mode.system.time, self.mode.guards
-        waves = any(guard.value.has(sp.sin, sp.cos) for guard in guards if guard.kind == SWITCH)
-        return waves or any(guard.value.has(time or sp.nan) for guard in guards)
+        """Whether a guard may vary more than the state: it depends on the time itself, or switches and is bent."""
+        time, states = self.mode.system.time, {*self.mode.system.states}
+        phases = [guard.value for guard in self.mode.guards if guard.kind == SWITCH]
+        bent = any(slope_by(phase, s).free_symbols & states for phase in phases for s in phase.free_symbols & states)
+        return bent or any(value.has(time or sp.nan) for value in self.mode.guard_values)
 
     @cached_property
     def field(self) -> Callable[..., tuple]:

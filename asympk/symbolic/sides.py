@@ -21,7 +21,7 @@ _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
 _TRUE = {1: (sp.Gt, sp.Ge), 0: (sp.Ge, sp.Le), -1: (sp.Lt, sp.Le)}  # by the sign of what is compared with 0
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
 WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
-_POLAR = (sp.tan, sp.cot, sp.sec, sp.csc)
+_POLAR = (sp.tan, sp.cot, sp.sec, sp.csc, sp.atan2, sp.acot)
 _SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
@@ -42,7 +42,7 @@ def phases(
 
 
 def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:
-    """Tell whether an expression is linear in the time, or independent of it, or has poles, where it jumps."""
+    """Tell whether an expression is linear in the time, or independent of it, or jumps, as at a pole."""
     bent = time is not None and part.has(time) and not part.has(*_POLAR)
     return not (bent and (part.atoms(*_SWITCHING) or part.diff(time).has(time)))
 

@@ -476,6 +476,13 @@ def test_no_tooth_of_a_sine_is_stepped_over_however_fast_it_is_passed(way):
     assert [float(w) for w in path.final] == pytest.approx([place, speed], abs=1e-6)
 
 
+@pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}, {"method": "rk45"}])
+def test_all_zeros_of_a_cubic_in_a_state_are_met_in_one_stride(way):
+    cubic = sp.sign(sp.expand((x - 1) * (x - 2) * (x - 3)))
+    path = follow(ap.System.smooth({x: sp.Integer(1), v: cubic}, {}, None), {"x": 0, "v": 0}, 7, **way)
+    assert float(path.final[1]) == pytest.approx(3, abs=1e-6)
+
+
 @pytest.mark.parametrize("way", [{}, {"digits": 10}, {"method": "radau"}])
 def test_a_hysteresis_that_yields_stays_on_its_edge_until_the_velocity_turns(way):
     """The force z of a spring that yields at 1 goes back with x from there: x = 1 - cos(t) has moved by 2 at t = pi."""
