@@ -154,6 +154,8 @@ def _going_on(
         consistent = {branch: still for branch, still in consistent.items() if not broken(branch)} or consistent
     held = branches.at_rest(before or ()) - {k for _, k in lost}
     left = branches.most_at_rest(branches.most_at_rest(consistent, held))
+    if len(left) > 1 and all(_stands(mode_of(system, branch), places) for branch in left):
+        return _idle(mode_of(system, left[0]), consistent[left[0]], places)
     branch = _chosen(system, {branch: consistent[branch] for branch in left}, at.t, at.state, tried)
     _require_shared(system, branch, consistent[branch], points[0], at.t, at.state)
     return _idle(mode_of(system, branch), consistent[branch], places)
@@ -399,6 +401,12 @@ def _idle(mode: GuardedMode, still: list[int], places: tuple[Place, ...]) -> Bra
     kinds = (tuple(g.kind for g in idle if g.friction == k) for k in range(len(mode.branch)))
     return tuple(phase if phase == OPEN else phase._replace(idle=kind)
                  for phase, kind in zip(mode.branch, kinds, strict=True))  # fmt: skip
+
+
+def _stands(mode: GuardedMode, places: tuple[Place, ...]) -> bool:
+    """Tell whether all rates of a mode vanish, and do so for ever: its motion is that of any other that stands."""
+    rows = [place.values(mode.system, mode.rates) for place in places]
+    return mode.system.time is None and not any(map(places[0].numbers.decided_sign, zip(*rows, strict=True)))
 
 
 def _stays(mode: GuardedMode, guard: int, places: tuple[Place, ...]) -> bool:

@@ -519,3 +519,13 @@ def test_peers_know_inverse_functions_and_refuse_those_they_lack_in_one_line(met
     bounce = ap.System.with_frictions({x: v, v: N - 1, w: F}, {}, [contact])
     with pytest.raises(InputError, match=r"has a function that (heyoka|JAX) lacks"):
         follow(bounce, {"x": 1, "v": 0, "w": -1}, 2, values, method=method)
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}])
+@pytest.mark.parametrize("static", [None, 1])
+def test_a_crank_at_rest_on_its_dead_centre_where_no_friction_acts_stays_there(static, options):
+    q, w, force = sp.symbols("q w F", real=True)
+    slider = ap.Friction(velocity=-sp.sin(q) * w, force=force, load=1, kinetic=sp.Rational(1, 2), static=static)
+    crank = ap.System.with_frictions({q: w, w: -sp.sin(q) * force}, {}, [slider])
+    path = ap.solve(ap.Scene(system=crank, start={q: 0, w: 0}, until=3), **options)
+    assert (path.final, path.events) == ((0, 0), ())
