@@ -18,7 +18,7 @@ from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.sides import Sides, inside, measured, system_on_sides
-from asympk.symbolic.switches import Switch, peaks_of, switches, switches_of, timed_phases
+from asympk.symbolic.switches import Switch, peaks_of, slopes_and_phases, switches, switches_of, timed_phases
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
@@ -132,7 +132,7 @@ class NumericMode:
                                "an exact method, or end the run before it")  # fmt: skip
 
     def longest_step(self, span: Any) -> Any:
-        """Return the longest step within a stretch: one that a clock drives may stand still between two pulses."""
+        """Return the longest step within a span: a motion that a clock drives may stand still between two pulses."""
         return span / LOOKS if self._driven else math.inf
 
     @cached_property
@@ -167,8 +167,8 @@ class NumericMode:
         """Return the times next to ``t`` at which something switches by the time alone."""
         found: list = []
         if known:
-            phases = (e for switch in known for e in (switch.phase.diff(self.mode.system.time), switch.phase))
-            values = self.values(tuple(phases), t, tuple(t for _ in self.mode.system.states))
+            lines = slopes_and_phases(known, self.mode.system.time)
+            values = self.values(lines, t, tuple(t for _ in self.mode.system.states))
             for switch, slope, phase in zip(known, values[::2], values[1::2], strict=True):
                 wholes = range(int(phase) - 2, int(phase) + 3) if switch.every else (0,)
                 found += [t + (n - phase) / slope for n in wholes] if slope else []

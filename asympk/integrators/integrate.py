@@ -139,7 +139,7 @@ def _trace(scene, method, options, times=(), keep=False):
         end = mode.steps_until(t, until)
         last = end if mode.after_switch(end) >= until else until
         later = [min(max(v, t), last) for v in times[sum(len(s.samples) for s in segments) :]]
-        longest = mode.longest_step(end - t)
+        longest = mode.longest_step(until)
         settings = Settings(method, options["rtol"], options["atol"], left, deadline, later, keep, longest)
         return in_range(t, state, lambda: _settled(mode, later, followed(
             mode, t, state, end, lambda end: advance(mode, t, state, end, settings))))

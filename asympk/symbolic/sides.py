@@ -111,7 +111,7 @@ def system_on_sides(system: System, sides: Sides) -> System:
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
     """Return an expression as it is on the ``sides`` of its phases."""
     signs = dict(sides)
-    while changes := {atom: on for atom in expr.atoms(*_SWITCHING) if (on := _on_side(atom, signs)) != atom}:
+    while sides and (changes := {a: on for a in expr.atoms(*_SWITCHING) if (on := _on_side(a, signs)) != a}):
         expr = expr.xreplace(changes)
     return expr
 

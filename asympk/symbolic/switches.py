@@ -30,6 +30,12 @@ def switches_of(system: System) -> tuple[Switch, ...]:
 
 
 @lru_cache(maxsize=256)
+def slopes_and_phases(known: tuple[Switch, ...], time: sp.Symbol) -> tuple[sp.Expr, ...]:
+    """Return the slope and the phase of every switch, one after the other."""
+    return tuple(e for switch in known for e in (switch.phase.diff(time), switch.phase))
+
+
+@lru_cache(maxsize=256)
 def timed_phases(system: System) -> tuple[sp.Expr, ...]:
     """Return what switches a system by the time alone where it vanishes, and is not linear in the time."""
     return phases(exprs_of(system), (), system.time)
