@@ -169,10 +169,15 @@ def _cleaned(parts, bits, lost=0):
 
 
 def _powers(whole, denominator, part, zeros, bits):
-    """Return ``M^k P``, k below the multiplicity, without those that vanish; None where a further one does not."""
+    """Return ``M^k P``, k below the multiplicity, without those that vanish.
+
+    None where a further one does not, and where too few bits are left to tell what vanishes.
+    """
     found, lost = [], 0
     growth = max(1, max(map(abs, whole.flat)) // denominator).bit_length() + len(whole).bit_length()
     for _ in range(zeros + 1):
+        if bits - lost < 2 * _NOISE:
+            return None
         part = _cleaned(part, bits, lost)
         if not part.any():
             return found

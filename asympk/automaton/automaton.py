@@ -17,8 +17,8 @@ from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMot
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.sides import Sides, inside, measured, system_on_sides
-from asympk.symbolic.switches import Switch, peaks_of, slopes_and_phases, switches, switches_of, timed_phases
+from asympk.symbolic.sides import Sides, inside, measured, phases, system_on_sides
+from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches, switches_of
 from asympk.symbolic.system import System
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
@@ -122,8 +122,8 @@ class NumericMode:
 
     def require_smooth(self, t: Any, until: Any) -> None:
         """Raise ``NotDerivable`` where the mode is switched by the state, or by the time before ``until``."""
-        switched = [f"{phase} = 0" for phase in self.mode.open_phases]
         own, system = (*self.mode.rates, *self.mode.guard_values), self.mode.system
+        switched = [f"{phase} = 0" for phase in phases(own, system.states, system.time, few=0)]
         timed = t < until and switches(own, system.time, system.parameters)
         if timed and (end := self.smooth_until(t, until)) < until:
             switched.append(f"t = {float(end):.6g}")
@@ -155,8 +155,7 @@ class NumericMode:
         """Return the time 0 at which a run to ``until`` starts, or that just after it where a switch may be there."""
         near = self.beside * until
         system, start = self.mode.system, 0 * until
-        switched = (abs(switch) <= near for switch in self._switched_near(switches_of(system), start))
-        return 3 * near if timed_phases(system) or any(switched) else start
+        return 3 * near if any(abs(t) <= near for t in self._switched_near(sideless_of(system), start)) else start
 
     @property
     def beside(self) -> Any:

@@ -113,7 +113,7 @@ def follow(
 def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], tuple[int, ...]]:
     """Return the phases, of either sign, at which a mode ends that switches by the state, and its other guards lost."""
     switched = [k for k in hits if mode.kinds[k][0] == SWITCH]
-    phases = [sign * mode.mode.guards[k].value for k in switched for sign in (1, -1)]
+    phases = [sign * mode.mode.edges[k - len(mode.kinds)] for k in switched for sign in (1, -1)]
     return phases, tuple(k for k in hits if k not in switched)
 
 

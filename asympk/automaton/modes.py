@@ -69,8 +69,7 @@ class GuardedMode:
     def guards(self) -> tuple[Guard, ...]:
         """The guards, positive inside the mode."""
         found = branches.guards(self.system, self.branch)
-        moved = (inside(*side) for side in self.sides if self.lie_derivative(measured(side[0])) != 0)
-        ends = (Guard(SWITCH, -1, value) for values in moved for value in values)
+        ends = (Guard(SWITCH, -1, on_sides(edge, self.sides)) for edge in self.edges)
         return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
@@ -78,6 +77,12 @@ class GuardedMode:
         sliding = ((f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
                    if phase.velocity and not phase.either)  # fmt: skip
         return with_real_powers(on_sides(expr, self.sides), (*self.sides, *sliding))
+
+    @cached_property
+    def edges(self) -> tuple[sp.Expr, ...]:
+        """What is positive on the sides of the mode, as far as it moves: the last of its guards."""
+        moved = (inside(*side) for side in self.sides if self.lie_derivative(measured(side[0])) != 0)
+        return tuple(edge for edges in moved for edge in edges)
 
     @cached_property
     def open_phases(self) -> tuple[sp.Expr, ...]:

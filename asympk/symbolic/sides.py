@@ -17,6 +17,7 @@ from asympk.symbolic.system import System
 
 Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, 0 on it, or its whole part
 MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
+FEW = 16  # phases linear in the time that have sides of their own: a record of the ground's motion has many
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
 _TRUE = {1: (sp.Gt, sp.Ge), 0: (sp.Ge, sp.Le), -1: (sp.Lt, sp.Le)}  # by the sign of what is compared with 0
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
@@ -26,18 +27,24 @@ _SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
 def phases(
-    exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol], time: sp.Symbol | None = None
+    exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol], time: sp.Symbol | None = None, few: int = FEW
 ) -> tuple[sp.Expr, ...]:
-    """Return what switches expressions where it vanishes and depends on states, or on the time but not linearly.
+    """Return what switches expressions where it vanishes and depends on states, or on the time.
 
-    What does not switch itself is meant, unless by what is linear in the time: smooth stretches end there already.
+    What does not switch itself is meant, unless by what is linear in the time. Of what is, and is not periodic, at most
+    ``few`` are phases: smooth stretches end there already.
     """
-    states, found = {*states}, set()
+    states, found, lines = {*states}, set(), set()
     for atom in sp.Tuple(*exprs).atoms(*_SWITCHING):
         for part in switching_parts(atom):
-            moved = part.free_symbols & states or not is_line(part, time)
-            if moved and all(_is_timed(inner, states, time) for inner in part.atoms(*_SWITCHING)):
-                found.add(sp.floor(part, evaluate=False) if isinstance(atom, WHOLE) else _phase(part)[0])
+            if not all(_is_timed(inner, states, time) for inner in part.atoms(*_SWITCHING)):
+                continue
+            phase = sp.floor(part, evaluate=False) if isinstance(atom, WHOLE) else phase_of(part)[0]
+            if part.free_symbols & states or not is_line(part, time):
+                found.add(phase)
+            elif part.has(time or sp.nan) and not part.has(*_POLAR) and not isinstance(atom, WHOLE):
+                lines.add(phase)
+    found |= lines if len(lines) <= few else set()
     return tuple(sorted(found, key=sp.default_sort_key)) if len(found) <= MOST else ()
 
 
@@ -118,7 +125,7 @@ def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
 
 def on_side(expr: sp.Expr, quantity: sp.Expr, sign: int) -> sp.Expr:
     """Return an expression as it is where a quantity has a sign."""
-    phase, factor = _phase(quantity)
+    phase, factor = phase_of(quantity)
     return on_sides(expr, ((phase, factor * sign),))
 
 
@@ -129,10 +136,10 @@ def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:
     """
     if all(power.exp.is_Integer for power in expr.atoms(sp.Pow)):
         return expr
-    signs = {phase: factor * side for quantity, side in sides for phase, factor in [_phase(quantity)]}
+    signs = {phase: factor * side for quantity, side in sides for phase, factor in [phase_of(quantity)]}
 
     def positive(factor: sp.Expr) -> sp.Expr:
-        phase, sign = _phase(factor)
+        phase, sign = phase_of(factor)
         sign *= signs.get(phase, 0)
         return sign * Penetration(sign * factor) if sign else factor
 
@@ -149,7 +156,7 @@ def switching_parts(atom: sp.Basic) -> list[sp.Expr]:
     return [atom.args[0]] if isinstance(atom, _SIZES) else [a - b for a, b in combinations(atom.args, 2)]
 
 
-def _phase(part: sp.Expr) -> tuple[sp.Expr, int]:
+def phase_of(part: sp.Expr) -> tuple[sp.Expr, int]:
     """Return the phase of which ``part`` is a multiple, and the sign of the factor."""
     _, phase = part.primitive()
     return (-phase, -1) if phase.could_extract_minus_sign() else (phase, 1)
@@ -160,7 +167,7 @@ def _on_side(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
         return _largest(atom, signs, 1 if isinstance(atom, sp.Max) else -1)
     if isinstance(atom, WHOLE):
         return _in_whole_parts(atom, signs)
-    phase, factor = _phase(switching_parts(atom)[0])
+    phase, factor = phase_of(switching_parts(atom)[0])
     if phase not in signs:
         return atom
     sign = factor * signs[phase]
@@ -184,7 +191,7 @@ def _largest(atom: sp.Basic, signs: dict[sp.Expr, int], order: int) -> sp.Basic:
     """Return a maximum, or for ``order`` = -1 a minimum, without the entries that are known not to be it."""
     left = [*atom.args]
     for a, b in combinations(atom.args, 2):
-        phase, factor = _phase(a - b)
+        phase, factor = phase_of(a - b)
         if phase in signs and a in left and b in left:
             left.remove(b if order * factor * signs[phase] > 0 else a)
     return atom if len(left) == len(atom.args) else type(atom)(*left)

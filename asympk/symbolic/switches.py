@@ -4,13 +4,13 @@ A rate is not smooth there, and an integrator whose steps grow in between would 
 linear in the time, that passes 0, or any whole number.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
 
-from asympk.symbolic.sides import WHOLE, phases, switching_parts
+from asympk.symbolic.sides import WHOLE, phase_of, phases, switching_parts
 from asympk.symbolic.system import System
 
 _SWITCHING = (*WHOLE, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.core.relational.Relational)
@@ -36,9 +36,11 @@ def slopes_and_phases(known: tuple[Switch, ...], time: sp.Symbol) -> tuple[sp.Ex
 
 
 @lru_cache(maxsize=256)
-def timed_phases(system: System) -> tuple[sp.Expr, ...]:
-    """Return what switches a system by the time alone where it vanishes, and is not linear in the time."""
-    return phases(exprs_of(system), (), system.time)
+def sideless_of(system: System) -> tuple[Switch, ...]:
+    """Return those of the switches that are no phases, for whose sides a run might have a mode."""
+    exprs = exprs_of(system)
+    own = phases(exprs, (), system.time)
+    return tuple(switches(exprs, system.time, system.parameters, own))
 
 
 @lru_cache(maxsize=256)
@@ -62,19 +64,24 @@ def exprs_of(system: System) -> tuple[sp.Expr, ...]:
     return (*system.rates.values(), *(e for e in exprs if e is not None))
 
 
-def switches(exprs: Iterable[sp.Basic], time: sp.Symbol | None, parameters: Iterable[sp.Symbol]) -> list[Switch]:
-    """Return the switches of expressions, as far as their phases are linear in the time."""
+def switches(
+    exprs: Iterable[sp.Basic], time: sp.Symbol | None, parameters: Iterable[sp.Symbol], but: Collection[sp.Expr] = ()
+) -> list[Switch]:
+    """Return the switches of expressions, as far as their phases are linear in the time, without the phases ``but``."""
     if time is None:
         return []
     known = {time, *parameters}
-    found = [switch for atom in sp.Tuple(*exprs).atoms(*_SWITCHING) for switch in _of(atom)]
+    found = [switch for atom in sp.Tuple(*exprs).atoms(*_SWITCHING) for switch in _of(atom, but)]
     timed = (switch for switch in found if time in switch.phase.free_symbols <= known)
     return sorted({switch for switch in timed if not switch.phase.diff(time).has(time)}, key=str)
 
 
-def _of(atom: sp.Basic) -> Iterator[Switch]:
+def _of(atom: sp.Basic, but: Collection[sp.Expr]) -> Iterator[Switch]:
     parts = switching_parts(atom)
-    yield from (Switch(part, every=True) for part in parts) if isinstance(atom, WHOLE) else map(_zero, parts)
+    if isinstance(atom, WHOLE):
+        yield from (Switch(part, every=True) for part in parts)
+    else:
+        yield from (_zero(part) for part in parts if phase_of(part)[0] not in but)
 
 
 def _zero(expr: sp.Expr) -> Switch:

@@ -55,3 +55,38 @@ def test_phases_on_one_line_have_a_side_more_than_they_are_and_others_all_combin
     assert {dict(side)[3 - x] for side in sides_of(line, (x, v)) if dict(side)[x - 1] < 0} == {1}
     a = sp.Symbol("a", positive=True)
     assert len([*sides_of([*line, v, x - a], (x, v))]) == 4 * 2 * 2
+
+
+@pytest.mark.parametrize("push", [
+    sp.Piecewise((1, t < 1), (0, True)), 1 - sp.Heaviside(t - 1), sp.Min(1, sp.Max(0, 1 - sp.Max(0, t - 1) * 10**9)),
+])  # fmt: skip
+def test_a_block_that_a_pulse_sets_in_motion_slides_as_far_as_its_parabolas(push):
+    """By 2/5 in the pulse, 1 - 1/5 over a second; then by v^2/(2/5), v = 4/5 (Newmark 1965); the ramp lasts 1e-9."""
+    block = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 5))
+    system = ap.System.with_frictions({x: v, v: push + F}, {}, [block], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=6))
+    third, ramp = sp.Rational(1, 3), sp.Rational(1, 10**9) if push.has(sp.Min) else 0
+    gained = sp.Rational(4, 5) + ramp * (sp.Rational(1, 2) - sp.Rational(1, 5))
+    way = sp.Rational(2, 5) + ramp * sp.Rational(4, 5) + ramp**2 * (third - sp.Rational(1, 10)) + gained**2 * 5 / 2
+    assert path.final == pytest.approx([float(way), 0], rel=4e-16, abs=1e-16)
+    assert (path.model, path.modes) == ("exact", ("slip_same", "stick"))
+
+
+@pytest.mark.parametrize("until", [2, "7/2"])
+def test_a_triangular_pulse_on_a_spring_is_exact(until):
+    """x'' = -x + s, s = t - 2 up to 3 and then 4 - t: x = s - sin s, and from there on by Duhamel's integral."""
+    system = ap.System.with_frictions({x: v, v: -x + sp.Max(0, 1 - sp.Abs(t - 3))}, {}, [], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=until))
+    late = max(0.0, float(sp.Rational(until)) - 2)
+    after = max(0.0, late - 1)
+    expected = (late - math.sin(late)) - 2 * (after - math.sin(after))
+    assert path.final[0] == pytest.approx(expected, abs=1e-15)
+    assert path.model == "exact"
+
+
+@pytest.mark.parametrize("power", [12, 13, 14, 20, 24])
+def test_a_push_that_is_a_high_power_of_the_time_is_integrated_exactly(power):
+    system = ap.System.with_frictions({x: v, v: t**power}, {}, [], time=t)
+    path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=2))
+    expected = 2.0 ** (power + 2) / ((power + 1) * (power + 2)), 2.0 ** (power + 1) / (power + 1)
+    assert path.final == pytest.approx(expected, rel=4e-16)

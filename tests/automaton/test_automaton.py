@@ -369,6 +369,15 @@ def test_a_rate_that_jumps_with_a_state_is_affine_where_its_sides_are_and_has_no
     assert "not affine" in obstacle(sliding(MODERATE, sp.Abs(x) * sp.Max(v, 0)))
 
 
+@pytest.mark.parametrize(("how", "tolerance"), [({}, 1e-8), ({"method": "radau"}, 1e-5), ({"digits": 15}, 1e-14)])
+def test_a_pendulum_whose_time_is_counted_in_half_periods_has_the_square_of_pi_in_its_rate(how, tolerance):
+    x, v = sp.symbols("x v", real=True)
+    fast, slow = (ap.System.with_frictions({x: v, v: -pace * sp.sin(x)}, {}, []) for pace in (sp.pi**2, 1))
+    path = ap.solve(ap.Scene(system=fast, start={x: 1, v: 0}, until=1), **how)
+    truth = ap.solve(ap.Scene(system=slow, start={x: 1, v: 0}, until=sp.Rational(str(sp.pi.n(30)))), digits=18).final
+    assert [float(w) for w in path.final] == pytest.approx([float(truth[0]), float(truth[1] * sp.pi)], abs=tolerance)
+
+
 def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     system = block()
     assert Automaton(system, ()) == Automaton(block(), ())
