@@ -21,7 +21,8 @@ from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import NEAR, abscissa, listed, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
-from asympk.automaton.automaton import Automaton, NumericMode
+from asympk.automaton.automaton import Automaton
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import NoManifold, OutOfRange, TooManyEvents
 from asympk.path import Event
 from asympk.symbolic import branches

@@ -22,7 +22,7 @@ from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import abscissa, listed, root
 from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.asymptotics.watching import watched
-from asympk.automaton.automaton import LOOKS
+from asympk.automaton.numericmode import LOOKS
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.automaton.automaton import Automaton, NumericMode, mode_on_sides
+from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.modes import SWITCH
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
 from asympk.symbolic.branches import Branch, at_rest

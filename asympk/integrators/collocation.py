@@ -17,8 +17,9 @@ from time import monotonic
 from typing import Any
 
 from asympk.automaton import contacts
-from asympk.automaton.automaton import Automaton, NumericMode
+from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import Run, Segment, follow
+from asympk.automaton.numericmode import NumericMode
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth

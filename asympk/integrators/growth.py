@@ -13,8 +13,9 @@ from collections.abc import Sequence
 from itertools import accumulate, zip_longest
 from typing import TYPE_CHECKING, Any
 
-from asympk.automaton.automaton import Automaton, NumericMode
+from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import Segment
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Undecided
 
 if TYPE_CHECKING:

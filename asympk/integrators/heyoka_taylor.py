@@ -3,9 +3,9 @@
 from functools import cache, lru_cache
 from time import monotonic
 
-from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
 from asympk.automaton.modes import function, namespace
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
 

@@ -15,8 +15,8 @@ from math import inf
 from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Run, Segment, follow
+from asympk.automaton.numericmode import NumericMode
 from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
 from asympk.integrators.singular import followed
 from asympk.numbers import number, numbers, whole

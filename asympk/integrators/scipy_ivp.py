@@ -1,7 +1,7 @@
 """RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one."""
 
-from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
+from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings
 from asympk.integrators.stepwise import field_and_start, follow_steps
 

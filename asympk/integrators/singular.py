@@ -8,8 +8,8 @@ time t every integrator stalls there; it is followed only to a first level, befo
 from collections.abc import Callable
 from typing import Any
 
-from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
+from asympk.automaton.numericmode import NumericMode
 
 LEVELS = (1e-2, 1e-5, 1e-7, 1e-9)  # of p, relative to its value at the start
 

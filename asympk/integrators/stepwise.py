@@ -6,8 +6,8 @@ from math import isfinite, ulp
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
-from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
+from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings, Work
 from asympk.integrators.watch import Look, first_lost, lost_with, suspects
 

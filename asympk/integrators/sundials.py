@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from asympk.automaton.automaton import NumericMode
 from asympk.automaton.loop import Segment
+from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings, missing
 from asympk.integrators.stepwise import field_and_start, follow_steps
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from asympk.automaton.automaton import NumericMode
+from asympk.automaton.numericmode import NumericMode
 
 PARTS = (0.25, 0.5, 0.75)  # of a step: the times at which the rates are looked at in the search
 STEEPER = 16
