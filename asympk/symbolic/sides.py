@@ -16,6 +16,7 @@ from asympk.symbolic.penetration import Penetration
 from asympk.symbolic.system import System
 
 Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, 0 on it, or its whole part
+SIDED = ("velocity", "load", "kinetic", "static", "gap", "constraint")  # what of a friction has sides
 MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
 FEW = 16  # phases linear in the time that have sides of their own: a record of the ground's motion has many
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
@@ -111,7 +112,7 @@ def system_on_sides(system: System, sides: Sides) -> System:
     """Return a system as it is on the ``sides`` of its phases."""
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
-    contacts = (replace(f, load=on(f.load), kinetic=on(f.kinetic), static=on(f.static)) for f in system.frictions)
+    contacts = (replace(f, **{n: on(e) for n in SIDED if (e := getattr(f, n)) is not None}) for f in system.frictions)
     return replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
 
 

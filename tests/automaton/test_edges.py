@@ -106,3 +106,22 @@ def test_the_side_of_an_edge_agrees_with_the_way_in_which_a_contact_slips(how):
     truth = ap.solve(ap.Scene(system=plain, start=start, until=2))
     assert path.modes == truth.modes
     assert [float(a) for a in path.final] == pytest.approx(truth.final, abs=1e-4)
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}])
+@pytest.mark.parametrize(
+    ("belt", "start", "mode", "end"),
+    [
+        (sp.Max(sp.sin(t), 0), sp.S.Zero, "slip_opposite", (1 - sp.cos(1)) / 2),
+        (sp.Max(sp.sin(t), 0), -sp.Rational(5, 4), "stick", -sp.Rational(1, 4) - sp.cos(1)),
+        (sp.Max(t, 0), -sp.Rational(3, 2), "stick", -sp.S.One),
+    ],
+)
+def test_a_belt_that_starts_to_move_at_once_carries_a_block_as_far_as_its_friction_does(
+    belt, start, mode, end, options
+):
+    friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=sp.Rational(1, 2))
+    block = ap.System.with_frictions({x: v, v: -x + F}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=block, start={x: start, v: 0}, until=1), **options)
+    assert path.modes == (mode,)
+    assert float(path.final[0]) == pytest.approx(float(end), abs=1e-12)
