@@ -3,7 +3,7 @@ r"""Derivatives of expressions that share parts, by the chain rule through the p
 A part is a pair (symbol, expression in the arguments and in earlier symbols), as ``sympy.cse`` gives them. Where the
 arguments have rates, the part u = e(v_1, v_2, ..) has the rate u' = sum_j (de/dv_j) v_j': forward differentiation.
 
-A derivative is that between jumps, where signs, steps and whole parts stand still.
+A derivative is that between jumps, where signs, steps, whole parts and conditions stand still.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,7 +13,7 @@ import sympy as sp
 from asympk.symbolic.penetration import Penetration, RootSlope
 
 Parts = list[tuple[sp.Symbol, sp.Expr]]
-_STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling)
+_STANDING = (sp.sign, sp.Heaviside, sp.floor, sp.ceiling, sp.logic.boolalg.Boolean)
 
 
 def directional_derivatives(

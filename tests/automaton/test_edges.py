@@ -125,3 +125,11 @@ def test_a_belt_that_starts_to_move_at_once_carries_a_block_as_far_as_its_fricti
     path = ap.solve(ap.Scene(system=block, start={x: start, v: 0}, until=1), **options)
     assert path.modes == (mode,)
     assert float(path.final[0]) == pytest.approx(float(end), abs=1e-12)
+
+
+def test_a_block_at_rest_on_the_brim_of_its_friction_stays_while_a_ramp_relieves_it_and_after_that():
+    ramp = sp.Piecewise((t, t < 1), (0, True))
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
+    brim = ap.System.with_frictions({x: v, v: -x + F + ramp}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=brim, start={x: sp.Rational(1, 2), v: 0}, until=2))
+    assert ends(path, ("stick",), (0.5, 0))
