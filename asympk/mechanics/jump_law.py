@@ -116,15 +116,20 @@ def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
     p = G[0, 0] - bound * sp.Abs(G[0, 1])
     p_stick = kinetics.determinant / G[1, 1]
     q = bound * G[1, 1] - sp.Abs(G[0, 1])
-    undamped = sp.Abs(kinetics.slip) * sp.sqrt(p * (p - p_stick)) / q
+    undamped = sp.Abs(kinetics.slip) * _root(p, p_stick) / q
     return undamped if ratio == 0 else undamped * sp.exp(-_decay(p, p_stick, ratio))
+
+
+def _root(p: sp.Expr, p_stick: sp.Expr) -> sp.Expr:
+    """Return sqrt(p (p - p_stick)) for p < 0, in factors: of a heavy body, the product is too small for doubles."""
+    return sp.sqrt(-p) * sp.sqrt(p_stick - p)
 
 
 def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
     r"""Return the damping of the swing from gamma = 0 to R = 0."""
     beta = ratio * p_stick / 2
     growth = (-p * ratio + sp.sqrt(p**2 * ratio**2 - 4 * p)) / 2
-    slope, swing = growth / (sp.sqrt(p * (p - p_stick)) + beta * growth + p), p_stick - beta**2
+    slope, swing = growth / (_root(p, p_stick) + beta * growth + p), p_stick - beta**2
     ringing = sp.atan(sp.sqrt(swing) * slope) / sp.sqrt(swing)
     root = sp.sqrt(-swing)
     creeping = sp.log((1 + root * slope) / (1 - root * slope)) / (2 * root)

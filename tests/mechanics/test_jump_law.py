@@ -190,6 +190,14 @@ def test_rebound_tends_to_the_undamped_and_to_the_overdamped_limit():
     assert rate(10**4) * 1e8 == pytest.approx(abs(G[0][1]) / D, rel=1e-6)
 
 
+def test_a_rod_however_heavy_rebounds_as_a_light_one_without_damping():
+    rod, values = slender_rod(), _rod_on_the_ground(1.1, 2.0)[3]
+    rate = rod.jump_law(ratio=0).gap_rate
+    light, heavy = (rod.evaluate(rate, values | {"m": mass}) for mass in ("1", "1e300"))
+    assert heavy == pytest.approx(light, rel=1e-13)
+    assert light > 0
+
+
 def test_rebound_is_continuous_where_stick_is_critically_damped():
     values = _rod_on_the_ground(1.1, 2.0)[3]
     rod = slender_rod()
