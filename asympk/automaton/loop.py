@@ -93,7 +93,8 @@ def follow(
         if len(left) < len(hits):
             _require_progress(segments, mode)
             mode = mode_on_sides(automaton, mode.branch, digits, t, state, crossed)
-            hits, later = _lost_beyond(mode, left, t, state), mode.moved_on(t, state, SHORTLY * doubt * t)
+            later = mode.moved_on(t, state, SHORTLY * doubt * t)
+            hits = _lost_beyond(mode, left, (t, state), later)
             if not hits:
                 continue
         branch, event = _passed(automaton, mode, hits, *later, doubt)
@@ -118,10 +119,11 @@ def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], t
     return phases, tuple(k for k in hits if k not in switched)
 
 
-def _lost_beyond(mode: NumericMode, left: tuple[int, ...], t: Any, state: tuple) -> tuple[int, ...]:
-    """Return the guards ``left`` that are lost with a side, and those that the jump to that of ``mode`` has lost."""
-    values = zip(mode.guard_values(t, state), mode.kinds, strict=True)
-    return tuple(k for k, (value, (kind, _)) in enumerate(values) if k in left or (value < 0 and kind != SWITCH))
+def _lost_beyond(mode: NumericMode, left: tuple[int, ...], place: tuple, later: tuple) -> tuple[int, ...]:
+    """Return the guards ``left`` that are lost with a side, and those that are on that of ``mode``, or fall from 0."""
+    values = zip(mode.guard_values(*place), mode.guard_values(*later), mode.kinds, strict=True)
+    lost = ((value or after) < 0 and kind != SWITCH for value, after, (kind, _) in values)
+    return tuple(k for k, falls in enumerate(lost) if k in left or falls)
 
 
 def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:

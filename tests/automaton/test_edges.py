@@ -1,5 +1,6 @@
 """Starts and stops exactly on an edge of what the state switches: the side that the motion goes to has the say."""
 
+import math
 from fractions import Fraction
 
 import pytest
@@ -133,3 +134,13 @@ def test_a_block_at_rest_on_the_brim_of_its_friction_stays_while_a_ramp_relieves
     brim = ap.System.with_frictions({x: v, v: -x + F + ramp}, {}, [friction], time=t)
     path = ap.solve(ap.Scene(system=brim, start={x: sp.Rational(1, 2), v: 0}, until=2))
     assert ends(path, ("stick",), (0.5, 0))
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}])
+def test_a_block_at_rest_on_the_brim_of_its_friction_slips_as_soon_as_a_ramp_begins_to_pull_it(options):
+    """From t = 1 on x - 1/2 = 1 - t + sin(t - 1)."""
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
+    brim = ap.System.with_frictions({x: v, v: -x + F + sp.Min(0, 1 - t)}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=brim, start={x: sp.Rational(1, 2), v: 0}, until=2), **options)
+    assert float(path.events[0].t) == 1
+    assert ends(path, ("stick", "slip_opposite"), (math.sin(1) - 0.5, math.cos(1) - 1))
