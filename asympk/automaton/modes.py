@@ -21,7 +21,18 @@ from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.lowering import Lowered, lower
 from asympk.symbolic.penetration import Penetration, without_penetration
-from asympk.symbolic.sides import MOST, Sides, inside, measured, on_sides, phases, sides_of, with_real_powers
+from asympk.symbolic.sides import (
+    MOST,
+    Sides,
+    inside,
+    is_switched,
+    measured,
+    on_sides,
+    phases,
+    sides_of,
+    with_real_powers,
+)
+from asympk.symbolic.switches import exprs_of
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
@@ -143,7 +154,10 @@ def mode_of(system: System, branch: Branch, sides: Sides = ()) -> GuardedMode:
 
 @lru_cache(maxsize=256)
 def phases_of(system: System) -> tuple[sp.Expr, ...]:
-    """Return the phases of the state that switch the modes of a system."""
+    """Return the phases of the state and the time that switch the modes of a system."""
+    moving = {*system.states, system.time}
+    if not any(is_switched(expr, moving) for expr in exprs_of(system)):
+        return ()
     found = {phase for branch in branches.telling(system) for phase in mode_of(system, branch).open_phases}
     return tuple(sorted(found, key=sp.default_sort_key))
 
