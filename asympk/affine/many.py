@@ -81,7 +81,7 @@ def solve_many(
         raise InputError("solve_many needs until=, the time at which the trajectories end")
     if not affine(system):
         raise InputError("solve_many follows the rod and systems whose modes are all affine and not switched by the "
-                         "state; solve scene by scene")
+                         "state or the time; solve scene by scene")
     names = tuple(s.name for s in system.states)
     parameters, states, horizon, shape = _broadcast(system, values, start, until)
     total = horizon.size

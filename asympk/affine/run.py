@@ -49,8 +49,8 @@ class TimedSegment(NamedTuple):
 def obstacle(system: System) -> str | None:
     """Return what keeps a system from the exact flow, or None where all modes are affine and their forcing is carried.
 
-    A mode that the state switches is to be so on each of its sides. What one friction does leaves the others' terms as
-    they are: modes that differ from one of them in one phase tell.
+    A mode that the state or the time switches is to be so on each side. What one friction does leaves the others' terms
+    as they are: modes that differ from one of them in one phase tell.
     """
     modes = (side for branch in branches.telling(system) for side in on_all_sides(mode_of(system, branch)))
     return next((form.mode_obstacle(mode) for mode in modes if form.form_of(mode) is None), None)

@@ -70,7 +70,7 @@ class Swift:
     def _known(self, key, candidates, zeros):
         """Return the table of a decision, made when it is asked for often enough to pay; None before.
 
-        There is none where the state switches the modes.
+        There is none where the state or the time switches the modes.
         """
         if phases_of(self.system):
             return None

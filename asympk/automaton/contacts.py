@@ -62,8 +62,7 @@ class Numbers(NamedTuple):
     def decided_sign(self, values: Sequence) -> int:
         """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
         first = values[0]
-        spread = max(abs(v - first) for v in values[1:])
-        if abs(first) <= 4 * spread:
+        if is_open(values):
             return 0
         if abs(first) <= self.least:
             raise Unclear
@@ -110,6 +109,12 @@ def converted(ctx: Any, value: Any) -> Any:
     if hasattr(value, "numerator") and not isinstance(value, int):
         return ctx.mpf(int(value.numerator)) / int(value.denominator)
     return ctx.mpf(value)
+
+
+def is_open(values: Sequence) -> bool:
+    """Tell whether the spread of the others leaves the sign of the first value open."""
+    first, *others = values
+    return abs(first) <= 4 * max(abs(v - first) for v in others)
 
 
 def nudges(t: Any, state: tuple, slack: Any) -> Iterator[tuple[Any, tuple]]:

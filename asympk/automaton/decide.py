@@ -32,6 +32,7 @@ from asympk.automaton.contacts import (
     contact_point,
     converted,
     gap_row,
+    is_open,
     row_at,
     solved_forces,
 )
@@ -80,9 +81,8 @@ def within_rounding(automaton: "Automaton", phases: tuple, t: Any, state: tuple,
     numbers = _numbers(digits) if digits else DOUBLES
     own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
     at = Place(numbers, numbers.convert(t), own, p)
-    here, *beside = (place.values(automaton.system, phases) for place in at.with_nudged(slack))
-    spreads = (max(abs(v - first) for v in others) for first, *others in zip(here, *beside, strict=True))
-    return tuple(p for p, v, spread in zip(phases, here, spreads, strict=True) if abs(v) <= 4 * spread)
+    rows = (place.values(automaton.system, phases) for place in at.with_nudged(slack))
+    return tuple(phase for phase, values in zip(phases, zip(*rows, strict=True), strict=True) if is_open(values))
 
 
 def digits_of(state: tuple) -> int | None:
@@ -405,16 +405,17 @@ def _idle(mode: GuardedMode, still: list[int], places: tuple[Place, ...]) -> Bra
 
 def _stands(mode: GuardedMode, places: tuple[Place, ...]) -> bool:
     """Tell whether all rates of a mode vanish, and do so for ever: its motion is that of any other that stands."""
-    rows = [place.values(mode.system, mode.rates) for place in places]
-    return mode.system.time is None and not any(map(places[0].numbers.decided_sign, zip(*rows, strict=True)))
+    return mode.system.time is None and _vanish(mode.rates, mode.system, places)
 
 
 def _stays(mode: GuardedMode, guard: int, places: tuple[Place, ...]) -> bool:
     """Tell whether a guard depends on states alone that stand still, and do so for ever."""
     rates = mode.rates_behind(mode.guards[guard].value)
-    if rates is None:
-        return False
-    rows = [place.values(mode.system, rates) for place in places]
+    return rates is not None and _vanish(rates, mode.system, places)
+
+
+def _vanish(exprs: tuple[sp.Expr, ...], system: System, places: tuple[Place, ...]) -> bool:
+    rows = (place.values(system, exprs) for place in places)
     return not any(map(places[0].numbers.decided_sign, zip(*rows, strict=True)))
 
 

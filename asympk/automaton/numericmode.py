@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.automaton.contacts import nudges
+from asympk.automaton.contacts import is_open, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode, function
 from asympk.errors import NotDerivable, OutOfRange
 from asympk.numbers import sign_of
@@ -180,9 +180,9 @@ class NumericMode:
         places = ((t, state), *nudges(t, state, self.beside))
         for _ in range(DERIVATIVES):
             phase = self.mode.lie_derivative(phase)
-            first, *others = (self.values((phase,), *place)[0] for place in places)
-            if abs(first) > 4 * max(abs(other - first) for other in others):
-                return sign_of(first)
+            values = [self.values((phase,), *place)[0] for place in places]
+            if not is_open(values):
+                return sign_of(values[0])
             if phase == 0:
                 break
         return 0
@@ -190,11 +190,9 @@ class NumericMode:
     def holds(self, t: Any, state: State) -> bool:
         """Tell whether no guard is negative, and none that vanishes falls."""
         rows = [self.guard_values(*place) for place in ((t, state), *nudges(t, state, self.beside))]
-        for guard, first, *others in zip(self.mode.guards, *rows, strict=True):
-            clear = abs(first) > 4 * max(abs(other - first) for other in others)
-            if (sign_of(first) if clear else self.departure(guard.value, t, state)) < 0:
-                return False
-        return True
+        told = zip(self.mode.guards, zip(*rows, strict=True), strict=True)
+        signs = (self.departure(g.value, t, state) if is_open(values) else sign_of(values[0]) for g, values in told)
+        return all(sign >= 0 for sign in signs)
 
     def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State) -> bool:
         """Tell whether a phase that vanishes becomes of a sign along the field, or for 0 stays as it is."""

@@ -179,7 +179,7 @@ def _sides_of_system(scene, box):
     """Return the sides of a box of starts and parameters of an affine system."""
     if not is_affine(scene.system):
         raise InputError("a certificate is for the rod and for systems whose modes are all affine and not switched by "
-                         "the state; this one is not")
+                         "the state or the time; this one is not")
     known = (*scene.names, *(s.name for s in scene.system.parameters))
     sides = _exact_sides(box, known, "state and no parameter")
     turned = {name: ends for name, ends in sides.items() if name not in scene.names}

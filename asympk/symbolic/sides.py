@@ -16,7 +16,6 @@ from asympk.symbolic.penetration import Penetration
 from asympk.symbolic.system import System
 
 Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, 0 on it, or its whole part
-SIDED = ("velocity", "load", "kinetic", "static", "gap", "constraint")  # what of a friction has sides
 MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
 FEW = 16  # phases linear in the time that have sides of their own: a record of the ground's motion has many
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
@@ -89,10 +88,10 @@ def _in_order(line: list[tuple[sp.Expr, sp.Expr, int]]) -> Iterator[Sides]:
         yield tuple((phase, slope if k < passed else -slope) for k, (_, phase, slope) in enumerate(line))
 
 
-def is_switched(expr: sp.Expr, states: Iterable[sp.Symbol]) -> bool:
-    """Tell whether an expression is switched by the state."""
-    states = {*states}
-    return any(atom.free_symbols & states for atom in expr.atoms(*_SWITCHING))
+def is_switched(expr: sp.Expr, symbols: Iterable[sp.Symbol]) -> bool:
+    """Tell whether an expression is switched by one of the symbols."""
+    symbols = {*symbols}
+    return any(atom.free_symbols & symbols for atom in expr.atoms(*_SWITCHING))
 
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
@@ -112,7 +111,7 @@ def system_on_sides(system: System, sides: Sides) -> System:
     """Return a system as it is on the ``sides`` of its phases."""
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
-    contacts = (replace(f, **{n: on(e) for n in SIDED if (e := getattr(f, n)) is not None}) for f in system.frictions)
+    contacts = (replace(f, **{name: on(part) for name, part in f.parts.items()}) for f in system.frictions)
     return replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
 
 

@@ -60,8 +60,7 @@ def peaks_of(system: System) -> tuple[Switch, ...]:
 
 def exprs_of(system: System) -> tuple[sp.Expr, ...]:
     """Return the rates of a system and the expressions of its frictions."""
-    exprs = (e for f in system.frictions for e in (f.load, f.kinetic, f.static, f.velocity, f.gap, f.constraint))
-    return (*system.rates.values(), *(e for e in exprs if e is not None))
+    return (*system.rates.values(), *(part for f in system.frictions for part in f.parts.values()))
 
 
 def switches(

@@ -71,10 +71,14 @@ class Friction(ShownAsFormulas):
     normal: Any = None
     constraint: Any = None
 
+    @property
+    def parts(self) -> dict[str, sp.Expr]:
+        """The expressions that it is made of, by name, without those that it has not."""
+        names = ("velocity", "load", "kinetic", "static", "gap", "constraint")
+        return {name: part for name in names if (part := getattr(self, name)) is not None}
+
     def _card(self) -> Card:
-        shown = ("force", "velocity", "load", "kinetic", "static", "gap", "constraint")
-        rows = [(name, getattr(self, name)) for name in shown]
-        return Card("Friction", tuple((name, value) for name, value in rows if value is not None))
+        return Card("Friction", (("force", self.force), *self.parts.items()))
 
     def __post_init__(self) -> None:
         static = self.kinetic if self.static is None else self.static
@@ -218,8 +222,8 @@ class System(ShownAsFormulas):
     @cached_property
     def parameters(self) -> tuple[sp.Symbol, ...]:
         """The parameters in the order of their names, the small one among them."""
-        friction = [e for f in self.frictions for e in (f.velocity, f.load, f.kinetic, f.static, f.gap, f.constraint)]
-        used = sp.Tuple(*self.slow.values(), *self.fast.values(), *(e for e in friction if e is not None))
+        friction = (part for f in self.frictions for part in f.parts.values())
+        used = sp.Tuple(*self.slow.values(), *self.fast.values(), *friction)
         free = used.free_symbols | ({self.small} - {None}) | self.assumptions.free_symbols
         known = {*self.states, self.time, *(s for f in self.frictions for s in (f.force, f.normal))}
         return tuple(sorted(free - known, key=lambda s: (s.name, str(s.assumptions0))))
