@@ -32,7 +32,7 @@ from asympk.symbolic.sides import (
     sides_of,
     with_real_powers,
 )
-from asympk.symbolic.switches import exprs_of
+from asympk.symbolic.switches import Switch, exprs_of, switches
 from asympk.symbolic.system import System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
@@ -99,6 +99,16 @@ class GuardedMode:
     def open_phases(self) -> tuple[sp.Expr, ...]:
         """What the mode is still switched by: phases of the states and the time that are on no side."""
         return phases((*self.rates, *self.guard_values), self.system.states, self.system.time)
+
+    @cached_property
+    def bent_phases(self) -> tuple[sp.Expr, ...]:
+        """Those of them that are not linear in the time alone, whose times are known."""
+        return phases((*self.rates, *self.guard_values), self.system.states, self.system.time, few=0)
+
+    @cached_property
+    def switches(self) -> list[Switch]:
+        """What switches the mode by the time, as far as it is linear in it."""
+        return switches((*self.rates, *self.guard_values), self.system.time, self.system.parameters)
 
     @cached_property
     def conditions(self) -> tuple[sp.Expr, ...]:

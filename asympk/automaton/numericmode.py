@@ -14,8 +14,7 @@ from asympk.errors import NotDerivable, OutOfRange
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.sides import phases
-from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches, switches_of
+from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
 FARTHEST = 1e-3  # of the largest state, that a guard of forces moves one; beyond it the guard's gradient is rounding
@@ -117,10 +116,8 @@ class NumericMode:
 
     def require_smooth(self, t: Any, until: Any) -> None:
         """Raise ``NotDerivable`` where the mode is switched by the state, or by the time before ``until``."""
-        own, system = (*self.mode.rates, *self.mode.guard_values), self.mode.system
-        switched = [f"{phase} = 0" for phase in phases(own, system.states, system.time, few=0)]
-        timed = t < until and switches(own, system.time, system.parameters)
-        if timed and (end := self.smooth_until(t, until)) < until:
+        switched = [f"{phase} = 0" for phase in self.mode.bent_phases]
+        if t < until and self.mode.switches and (end := self.smooth_until(t, until)) < until:
             switched.append(f"t = {float(end):.6g}")
         if switched:
             raise NotDerivable(f"mode {self.name} switches at {', '.join(switched)}: this model follows no switch; use "

@@ -462,3 +462,11 @@ def test_the_last_step_ends_at_the_end_whatever_the_rounding():
     for until in np.random.default_rng(1).uniform(0.3, 5, 200).tolist():
         *_, last = steps((lambda y: (-y,),), (), (1.0,), until, 1e-9, (1e-9,))
         assert last.after == until
+
+
+@pytest.mark.parametrize(("method", "options"), [("jump", {"order": 1}), ("exact", {}), ("lsoda", {})])
+def test_a_scene_that_is_followed_again_is_followed_in_numbers_alone(method, options, monkeypatch):
+    scene = nonlinear_rod.scenes()[0]
+    path = ap.solve(scene, method, **options)
+    monkeypatch.setattr(sp.Basic, "atoms", lambda *_: pytest.fail("an expression is searched anew"))
+    assert ap.solve(scene, method, **options).final == path.final
