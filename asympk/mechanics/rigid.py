@@ -99,7 +99,8 @@ def contact_terms(kinetics: Kinetics) -> tuple[sp.Expr, ...]:
 def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     import numpy as np
 
-    parts = (kinetics.directions[1, k] * u for k, u in enumerate(kinetics.velocities))
+    slip = kinetics.slip
+    parts = (slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
     found = evaluate((*contact_terms(kinetics), size), values)
     shape = common_shape(values, values.values())  # of those that do not matter, too

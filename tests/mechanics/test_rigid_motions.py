@@ -193,6 +193,12 @@ def test_where_any_reaction_would_do_the_count_is_undecided():
         tie.motions({"U": -1})
 
 
+@pytest.mark.parametrize(("angle", "rate"), [(0, 0.25), (sp.pi, -0.25), (-sp.pi, -0.25), (2 * sp.pi, 0.25)])
+def test_a_rod_that_lies_and_tips_rests_with_its_end_to_whichever_side_it_lies(angle, rate):
+    ((name, reaction),) = slender_rod().motions({**GROUND, "theta": angle, "theta'": rate, "X'": 0, "f": 2})
+    assert (name, reaction) == ("stick", pytest.approx(9.81 / 4))
+
+
 @pytest.mark.parametrize(("rate", "motion"), [(0, "stick"), (1, "slip")])
 def test_at_the_dead_centre_of_a_slider_friction_is_idle_and_there_is_one_motion(rate, motion):
     numbers = {"J": 2, "m": 1, "r": 1, "l": "6/5", "T": 1, "f": 1}
