@@ -58,7 +58,7 @@ def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, .
 
     The contact is taken as closed, g = g' = 0. ``values`` gives each state and parameter that the contact's equations
     contain; strings and fractions are decimals and ratios. A sliding velocity that is a rounding error is 0. Raises
-    ``InputError`` for missing values, ``Undecided`` where p = a_N = 0, so that any reaction would do.
+    ``InputError`` for missing values, ``Undecided`` where any reaction would do: p = a_N = 0, or G is singular.
     """
     if shaped := [key for key, value in values.items() if getattr(value, "shape", ()) or isinstance(value, list)]:
         raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
@@ -155,13 +155,26 @@ def _starts(terms: _Terms, bound: Any, reaction: Any, direction: int, sign: int,
     return rate > 2 * ROUNDING * size * held
 
 
+def _difference(first: Any, second: Any) -> Any:
+    """Return first - second, or 0 where it is no more than their rounding."""
+    import numpy as np
+
+    return np.where(abs(first - second) <= 2 * ROUNDING * (abs(first) + abs(second)), 0.0, first - second)
+
+
 def _stick(terms: _Terms, unilateral: bool) -> Branch:
-    """Return the branch of stick; where G_TT = 0, as at a dead centre, friction is idle and holds nothing."""
+    """Return the branch of stick; where G_TT = 0, as at a dead centre, friction is idle and holds nothing.
+
+    Where G is singular, as on an arm stretched out, gap and slip move as one, and only the sum of their forces counts.
+    """
     import numpy as np
 
     idle, power = terms.G_TT == 0, np.frexp(np.maximum(terms.G_NN, terms.G_TT))[1]
     G_NN, G_NT, G_TT = (np.ldexp(G, -power) for G in (terms.G_NN, terms.G_NT, terms.G_TT))  # products keep their range
-    divisor = np.where(idle, G_NN, G_NN * G_TT - G_NT**2)
+    divisor = np.where(idle, G_NN, _difference(G_NN * G_TT, G_NT**2))
+    as_one = (divisor == 0) & (terms.slip == 0) & (_difference(G_NN * terms.a_T, G_NT * terms.a_N) == 0)
+    if np.any(as_one & (G_NT != 0) & (~unilateral | (terms.a_N <= 0) | (terms.static * abs(G_NT) > G_NN))):
+        raise Undecided("gap and slip move as one here, and any reaction would do: move off this point")
     possible = (divisor != 0) & (~idle | (terms.a_T == 0))
     divisor = np.where(divisor == 0, 1.0, divisor)
     reaction = np.where(idle, -terms.a_N, G_NT * terms.a_T - G_TT * terms.a_N) / divisor + 0.0

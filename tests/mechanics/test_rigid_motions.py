@@ -193,6 +193,21 @@ def test_where_any_reaction_would_do_the_count_is_undecided():
         tie.motions({"U": -1})
 
 
+@pytest.mark.parametrize("angle", np.linspace(-1.5, 1.5, 8))
+def test_an_arm_stretched_out_at_rest_has_any_reaction_along_itself_and_in_motion_no_huge_one(angle):
+    a, b = dynamicsymbols("a b")
+    (u, v), f = (q.diff(dynamicsymbols._t) for q in (a, b)), sp.Symbol("f")
+    links = (4 * u**2 + v**2 + 3 * u * v * sp.cos(a - b)) / 6 + sp.Rational(3, 2) * sp.cos(a) + sp.cos(b) / 2
+    tip = ap.Contact(gap=-sp.cos(a) - sp.cos(b), slip=sp.sin(a) + sp.sin(b), friction=f, unilateral=True)
+    arm = ap.Mechanism.from_lagrangian(links, (a, b), contact=tip)
+    place = {"a": angle, "b": angle, "f": "1/2"}
+    with pytest.raises(Undecided, match="any reaction would do"):
+        arm.motions({**place, "a'": 0, "b'": 0})
+    found = arm.motions({**place, "a'": 1, "b'": -1})
+    assert len(found) == 1
+    assert 0 <= found[0].reaction < 10
+
+
 @pytest.mark.parametrize(("angle", "rate"), [(0, 0.25), (sp.pi, -0.25), (-sp.pi, -0.25), (2 * sp.pi, 0.25)])
 def test_a_rod_that_lies_and_tips_rests_with_its_end_to_whichever_side_it_lies(angle, rate):
     ((name, reaction),) = slender_rod().motions({**GROUND, "theta": angle, "theta'": rate, "X'": 0, "f": 2})
