@@ -331,7 +331,7 @@ def test_a_guard_that_the_time_switches_off_and_on_again_is_not_stepped_over(met
     driven = ap.System.with_frictions({a: w, w: b + F}, {b: a + 1 - b}, [held], small=c, time=t)
     scene = ap.Scene(system=driven, values={c: "1e-4"}, start={a: 0, w: 0, b: 1}, until=2)
     assert ap.solve(scene).modes == ("stick", "slip_same")
-    with pytest.raises(NotDerivable, match=r"mode stick switches at t = 0\.4:"):
+    with pytest.raises(NotDerivable, match=r"mode stick switches at t = 0\.4: .* end the run before it$"):
         ap.solve(scene, method, order=order)
     before = replace(scene, until="3/10")
     assert ap.solve(before, method, order=order).final == pytest.approx((0, 0, 1))
@@ -357,7 +357,7 @@ def test_a_jump_onto_a_patch_of_ice_is_no_load_that_nothing_stops(order):
     path = ap.solve(scene)
     assert path.modes == ("slip_opposite", "stick", "slip_opposite", "slip_same")  # the ice holds no load of 5000
     assert path.final[2] == pytest.approx(0.74351, abs=1e-5)
-    with pytest.raises((InputError, NotDerivable), match=r"no series|switches at 2\*a - 1 = 0"):
+    with pytest.raises((InputError, NotDerivable), match=r"no series|switches at 2\*a - 1 = 0: .* an exact method$"):
         ap.solve(scene, "jump", order=order)
 
 
