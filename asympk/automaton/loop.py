@@ -67,8 +67,9 @@ def follow(
     modes are those of doubles, or of mpmath numbers of ``digits`` digits; ``slack`` is the relative error of a state
     at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction`` and ``Accumulation``.
     """
-    t, state = automaton.mode(first, digits).after_start(until), start
-    mode = mode_on_sides(automaton, first, digits, t, state)
+    still = automaton.mode(first, digits)
+    t, state = still.after_start(until), start
+    mode = mode_on_sides(automaton, first, digits, t, state, automaton.edges_at(t, state, still.beside))
     names, marks, segments = [mode.name], list[Event](), list[Segment]()
     while t < until or not segments:
         _require_one_motion(mode, t, state)

@@ -5,9 +5,14 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, OutOfRange
+from asympk.mechanics.kinetics import Kinetics
 from asympk.numbers import common_shape
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.reading import as_floats
+from asympk.symbolic.sides import shortly_after
 from asympk.symbolic.truth import array_function, holds
+
+ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
 
 
 def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) -> tuple[Any, ...]:
@@ -32,6 +37,21 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
     except OutOfRange:
         place = ", ".join(f"{symbol} = {value.flat[0]:g}" for symbol, value in given.items() if value.size)
         raise OutOfRange(f"an equation of the contact is not finite at {place}, or beside it") from None
+
+
+def evaluate_ahead(
+    kinetics: Kinetics, expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]
+) -> tuple[Any, ...]:
+    """Return ``expressions`` at ``values``; what jumps by the place or the time is on the side that it moves to."""
+
+    moved = {**dict(zip(kinetics.coordinates, kinetics.velocities, strict=True)), kinetics.time: sp.S.One}
+
+    def rate(part: sp.Expr) -> sp.Expr | None:
+        slope = sp.Add(*(slope_by(part, q) * u for q, u in moved.items()))
+        known = slope.free_symbols <= values.keys() and not part.free_symbols & {*kinetics.velocities}
+        return slope if known else None
+
+    return evaluate(tuple(shortly_after(expr, rate, ROUNDING) for expr in expressions), values)
 
 
 def _truth(condition: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, ...]) -> Any:

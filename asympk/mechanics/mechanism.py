@@ -15,7 +15,7 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
 from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed
-from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.evaluation import evaluate, evaluate_ahead
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.lagrangian import equations_of
@@ -171,9 +171,12 @@ class Mechanism(ShownAsFormulas):
         return self.own(paradox.condition(self.plain))
 
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
-        """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers."""
-        (found,) = evaluate((plainly(expression("expr", expr), self._names, self.time),), self.keyed(values))
-        return found
+        """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers.
+
+        What jumps by the place or the time is on the side that it moves to, where ``values`` tell the rates.
+        """
+        exprs = (plainly(expression("expr", expr), self._names, self.time),)
+        return evaluate_ahead(self.plain, exprs, self.keyed(values))[0]
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
         """Return the rigid motions at numbers, the contact closed: none, or two, where there is a paradox.

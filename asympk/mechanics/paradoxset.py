@@ -14,10 +14,9 @@ import sympy as sp
 
 from asympk.doors import through
 from asympk.errors import InputError
-from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.paradox import ratio
-from asympk.mechanics.rigid import ROUNDING
 from asympk.numbers import short
 from asympk.shown import Card, ShownAsTable
 from asympk.symbolic.reading import as_floats, exact_constant

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.errors import InputError, Undecided
-from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.evaluation import ROUNDING, evaluate_ahead
 from asympk.mechanics.kinetics import Kinetics
 from asympk.numbers import common_shape
 
@@ -102,7 +102,7 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     slip = kinetics.slip
     parts = (slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
-    found = evaluate((*contact_terms(kinetics), size), values)
+    found = evaluate_ahead(kinetics, (*contact_terms(kinetics), size), values)
     shape = common_shape(values, values.values())  # of those that do not matter, too
     *terms, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
     if (least := min(terms[0].min(initial=0), terms[2].min(initial=0))) < 0:
@@ -117,7 +117,6 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
 
 
 _SLIP, _KINETIC, _STATIC = 5, 6, 7  # places among the terms
-ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
 
 
 def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:

@@ -5,7 +5,7 @@ of a side may be continued beyond it: a step that ends there has one smooth law 
 along x has a side for every whole number.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, product
@@ -127,6 +127,28 @@ def on_side(expr: sp.Expr, quantity: sp.Expr, sign: int) -> sp.Expr:
     """Return an expression as it is where a quantity has a sign."""
     phase, factor = phase_of(quantity)
     return on_sides(expr, ((phase, factor * sign),))
+
+
+def shortly_after(expr: sp.Basic, rate: Callable[[sp.Expr], sp.Expr | None], rounding: float) -> sp.Basic:
+    """Return an expression whose jumps are on the side to which they go: what may be 0 by rounding has its rate's sign.
+
+    ``rate`` gives that of what jumps where it vanishes, or None where that is not known.
+    """
+
+    def led(atom: sp.Basic) -> sp.Basic:
+        part = switching_parts(atom)[0]
+        if (slope := rate(part)) is None:
+            return atom
+        after = atom.func(slope, *(atom.args[1:] if isinstance(atom, _SIZES) else (0,)))
+        apart = sp.Abs(part) > sp.Rational(rounding) * sp.Add(*map(sp.Abs, sp.Add.make_args(part)))
+        if isinstance(atom, _ORDERED):
+            return sp.Or(sp.And(apart, atom), sp.And(sp.Not(apart), after))
+        return sp.Piecewise((atom, apart), (after, True))
+
+    if not isinstance(expr, sp.Expr):
+        return expr.func(*(shortly_after(part, rate, rounding) for part in expr.args)) if expr.args else expr
+    jumps = expr.atoms(*_ORDERED, sp.sign, sp.Heaviside)
+    return expr.xreplace({atom: led(atom) for atom in jumps}) if jumps else expr
 
 
 def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:

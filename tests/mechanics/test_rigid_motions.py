@@ -219,3 +219,26 @@ def test_at_the_dead_centre_of_a_slider_friction_is_idle_and_there_is_one_motion
     numbers = {"J": 2, "m": 1, "r": 1, "l": "6/5", "T": 1, "f": 1}
     state = {"theta": 0, "phi": 0, "theta'": rate, "phi'": rate / 1.2}
     assert crank_slider.mechanism().motions({**numbers, **state}) == ((motion, 0.0),)
+
+
+@pytest.mark.parametrize("place", ["X", "end"])
+@pytest.mark.parametrize(("ahead", "behind", "counts"), [(1, 2, [1, 1, 0]), (2, 1, [0, 0, 1])])
+def test_on_the_edge_of_a_rough_patch_the_friction_is_that_of_the_side_the_contact_slides_to(
+    place, ahead, behind, counts
+):
+    """The paradox begins at 1.33; the elastic and the rigid contact slide on where there is none."""
+    X, Y, theta = dynamicsymbols("X Y theta")
+    energy = (X.diff() ** 2 + Y.diff() ** 2) / 2 + theta.diff() ** 2 / 24 - Y
+    end = X - sp.cos(theta) / 2
+    rough = sp.Piecewise((ahead, (X if place == "X" else end) < 0), (behind, True))
+    ground = ap.Contact(gap=Y - sp.sin(theta) / 2, slip=end, friction=rough, unilateral=True)
+    rod = ap.Mechanism.from_lagrangian(energy, (X, Y, theta), contact=ground)
+    edge, angle = (0 if place == "X" else sp.cos(1.1) / 2), sp.Rational(11, 10)
+    state = {"X": edge, "Y": sp.sin(angle) / 2, "theta": "1.1", "X'": -1, "Y'": 0, "theta'": 0}
+    assert len(rod.motions(state)) == counts[1]
+    assert rod.evaluate(rod.jump_law().condition, state) == (not counts[1])
+    assert rod.motion_map({**state, "X": float(edge) + np.array([-1, 0, 1])}).count.tolist() == counts
+    if counts[1]:
+        start = {**state, "X": 0 if place == "X" else sp.cos(angle) / 2}
+        path = ap.solve(ap.Scene(system=rod.rigid(), start=rod.start(rod.rigid(), start), until="1/100"))
+        assert path.modes == ("slip_opposite",)
