@@ -16,6 +16,7 @@ from asympk.arithmetic import Doubles
 from asympk.automaton.modes import phases_of
 from asympk.errors import InputError
 from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest
+from asympk.symbolic.sides import Sides
 
 _ZERO, _CLEAR = 1e-13, 1e-11
 _ORDERS = 3
@@ -57,7 +58,9 @@ class Swift:
         table = self._known("first", lambda: _beginning(self.system), set())
         return (table and _begun(table, tuple(map(float, start)))) or self.automaton.first(start)
 
-    def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: tuple, slack: Any) -> Branch:
+    def next(
+        self, branch: Branch, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides = ()
+    ) -> Branch:
         """Return the mode that follows, as ``Automaton.next`` does."""
         found = None
         if isinstance(t, float) and len(hits) == 1:
@@ -65,7 +68,7 @@ class Swift:
             zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
             table = self._known((branch, hits[0]), lambda: _following(self.system, branch, event), zeros)
             found = table and _decided(table, t, state)
-        return found or self.automaton.next(branch, hits, t, state, slack)
+        return found or self.automaton.next(branch, hits, t, state, slack, sides)
 
     def _known(self, key, candidates, zeros):
         """Return the table of a decision, made when it is asked for often enough to pay; None before.

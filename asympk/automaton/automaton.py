@@ -41,12 +41,16 @@ class Automaton:
         """
         return _first(self, tuple(start), until if self.system.time else 1)
 
-    def next(self, branch: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48) -> Branch:
+    def next(
+        self, branch: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48, sides: Sides = ()
+    ) -> Branch:
         """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``.
 
-        ``slack`` is the relative error of the state: what it leaves open is decided by derivatives.
+        ``slack`` is the relative error of the state: what it leaves open is decided by derivatives. ``sides`` are those
+        on which the state is shortly after an edge, whatever its rounding.
         """
-        return _follow_on(self, branch, hits, t, state, slack)
+        sided = _on_sides(self, sides) if sides else self
+        return _follow_on(sided, branch, _same(self, sided, branch, hits) if sides else hits, t, state, slack)
 
     def edges_at(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
         """Return the phases of the state that vanish at a place, or may by ``slack``, its relative error."""

@@ -11,8 +11,8 @@ from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
-from asympk.symbolic.branches import Branch, at_rest
-from asympk.symbolic.sides import Sides
+from asympk.symbolic.branches import Branch, at_rest, awake
+from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 SHORTLY = 64  # errors of an event, after which what a side has changed is told from what was before
@@ -90,18 +90,19 @@ def follow(
             state = _on_zeros(mode, hits, t, segment.state)
         crossed, left = _crossed(mode, hits)
         crossed, doubt = (crossed, slack) if segment.hit is not None else ([], mode.beside)
-        later = t, state
+        later, entered = (t, state), tuple[Any, ...]()
         if len(left) < len(hits):
             _require_progress(segments, mode)
-            mode = mode_on_sides(automaton, mode.branch, digits, t, state, crossed)
+            mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed)
             later = mode.moved_on(t, state, SHORTLY * doubt * t)
+            entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
             hits = _lost_beyond(mode, left, (t, state), later)
             if not hits:
                 continue
-        branch, event = _passed(automaton, mode, hits, *later, doubt)
+        branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
         event, crossed = event._replace(t=t, state=state), [*crossed, *automaton.edges_at(*later, doubt)]
         ended, mode = mode, mode_on_sides(automaton, branch, digits, t, state, crossed)
-        if branch == ended.branch:
+        if awake(branch) == awake(ended.branch):
             _require_progress(segments, ended)
             continue
         marks.append(event)
@@ -113,18 +114,23 @@ def follow(
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
 
 
-def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], tuple[int, ...]]:
+def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], list[tuple]]:
     """Return the phases, of either sign, at which a mode ends that switches by the state, and its other guards lost."""
     switched = [k for k in hits if mode.kinds[k][0] == SWITCH]
     phases = [sign * mode.mode.edges[k - len(mode.kinds)] for k in switched for sign in (1, -1)]
-    return phases, tuple(k for k in hits if k not in switched)
+    return phases, [key for k, key in enumerate(_keys(mode)) if k in hits and k not in switched]
 
 
-def _lost_beyond(mode: NumericMode, left: tuple[int, ...], place: tuple, later: tuple) -> tuple[int, ...]:
+def _keys(mode: NumericMode) -> list[tuple]:
+    """Return what tells the guards of a mode, also from those of the mode on another side or with fewer idle ones."""
+    return [(*own, own == before) for before, own in pairwise(((), *mode.kinds))]
+
+
+def _lost_beyond(mode: NumericMode, left: list[tuple], place: tuple, later: tuple) -> tuple[int, ...]:
     """Return the guards ``left`` that are lost with a side, and those that are on that of ``mode``, or fall from 0."""
-    values = zip(mode.guard_values(*place), mode.guard_values(*later), mode.kinds, strict=True)
-    lost = ((value or after) < 0 and kind != SWITCH for value, after, (kind, _) in values)
-    return tuple(k for k, falls in enumerate(lost) if k in left or falls)
+    values = zip(mode.guard_values(*place), mode.guard_values(*later), _keys(mode), strict=True)
+    lost = (key in left or ((value or after) < 0 and key[0] != SWITCH) for value, after, key in values)
+    return tuple(k for k, falls in enumerate(lost) if falls)
 
 
 def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) -> tuple:
@@ -137,10 +143,10 @@ def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) ->
 
 
 def _passed(
-    automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any
+    automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides
 ) -> tuple[Branch, Event]:
     """Return what follows guards that are lost, and the event."""
-    after = automaton.next(mode.branch, hits, t, state, slack)
+    after = automaton.next(mode.branch, hits, t, state, slack, sides)
     kind, friction = _kind(mode, hits[0], after)
     return after, Event(kind, t, state, friction)
 

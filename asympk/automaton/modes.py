@@ -97,8 +97,12 @@ class GuardedMode:
 
     @cached_property
     def open_phases(self) -> tuple[sp.Expr, ...]:
-        """What the mode is still switched by: phases of the states and the time that are on no side."""
-        return phases((*self.rates, *self.guard_values), self.system.states, self.system.time)
+        """What the mode is still switched by: phases of the states and the time that are on no side.
+
+        Guards that vanish for ever do so on their side, so that it has to end, too.
+        """
+        guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
+        return phases((*self.rates, *guards), self.system.states, self.system.time)
 
     @cached_property
     def bent_phases(self) -> tuple[sp.Expr, ...]:

@@ -53,6 +53,11 @@ OPEN = Phase(0, 0)
 Branch = tuple[Phase, ...]
 
 
+def awake(branch: Branch) -> Branch:
+    """Return a branch all of whose guards may be lost: those that vanish for ever do so on one side alone."""
+    return tuple(phase._replace(idle=()) for phase in branch)
+
+
 class Guard(NamedTuple):
     """A function that is positive inside a mode: the kind of event that its loss is, and the friction it belongs to.
 

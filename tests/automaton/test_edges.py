@@ -144,3 +144,27 @@ def test_a_block_at_rest_on_the_brim_of_its_friction_slips_as_soon_as_a_ramp_beg
     path = ap.solve(ap.Scene(system=brim, start={x: sp.Rational(1, 2), v: 0}, until=2), **options)
     assert float(path.events[0].t) == 1
     assert ends(path, ("stick", "slip_opposite"), (math.sin(1) - 0.5, math.cos(1) - 1))
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}])
+def test_a_block_on_the_brim_of_its_friction_stays_until_a_wave_that_is_cut_off_begins_to_pull_it(options):
+    """From t = pi/3 on x + 1/2 = (3 sin(s) - sin(3 s))/8, s = t - pi/3."""
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
+    brim = ap.System.with_frictions({x: v, v: -x + F + sp.Max(0, -sp.sin(3 * t))}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=brim, start={x: -sp.Rational(1, 2), v: 0}, until=2), **options)
+    s = 2 - math.pi / 3
+    assert float(path.events[0].t) == pytest.approx(math.pi / 3, abs=1e-15)
+    end = (3 * math.sin(s) - math.sin(3 * s)) / 8 - 0.5, 3 * (math.cos(s) - math.cos(3 * s)) / 8
+    assert ends(path, ("stick", "slip_same"), end)
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 20}])
+def test_a_push_that_is_the_friction_itself_until_it_rises_moves_a_block_as_soon_as_it_does(options):
+    """Above 1/2 the push sin(3 t) gives the velocity sqrt(3)/3 - pi/9, which nothing takes away."""
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 2))
+    push = sp.Max(sp.Rational(1, 2), sp.sin(3 * t))
+    path = ap.solve(ap.Scene(system=ap.System.with_frictions({x: v, v: F + push}, {}, [friction], time=t),
+                             start={x: 0, v: 0}, until=2), **options)  # fmt: skip
+    speed = math.sqrt(3) / 3 - math.pi / 9
+    assert float(path.events[0].t) == pytest.approx(math.pi / 18, abs=1e-15)
+    assert ends(path, ("stick", "slip_same"), (speed * (2 - math.pi / 6), speed))
