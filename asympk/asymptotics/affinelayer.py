@@ -111,7 +111,7 @@ def _particular(rest, p, rate, times):
     """Return the q(tau) E^p of q' + ``times`` a q = r(tau), where r is the factor of E^p in ``rest``."""
     found, above = {}, 0
     for j in range(max(j for i, j in rest if i == p), -1, -1):
-        above = (rest.get((p, j), 0) - above * (j + 1)) / (rate * times)
+        above = (rest.get((p, j), 0) - above * (j + 1)) * Fraction(1, times) / rate
         found[p, j] = above
     return found
 

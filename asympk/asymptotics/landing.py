@@ -11,6 +11,7 @@ from functools import cache, partial
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
@@ -175,8 +176,10 @@ def _settled(formulas, first, x, y, values, order, tolerances):
             break
         found.append(last)
         now = last.end[: len(y)]
-    raise OutOfRange(f"the layer from y = {listed(y)} at x = {listed(x)} does not settle on an attracting branch: "
-                     f"after at most {STEPS} steps, at tau = {_reached(found):.6g}, y = {listed(now)}")  # fmt: skip
+    mode = formulas.mode
+    raise OutOfRange(f"the layer from {listed(mode.fast, y)} at {listed(mode.slow, x)} does not settle on an "
+                     f"attracting branch: after at most {STEPS} steps, at tau = {_reached(found):.6g}, it is at "
+                     f"{listed(mode.fast, now)}")  # fmt: skip
 
 
 def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:
@@ -189,8 +192,8 @@ def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: t
     branch = root(formulas, x, now, values) if size < NEAR * scale else None
     rate = -abscissa(formulas, x, branch, values) if branch else 0
     if branch and size < 1e-14 * scale and rate <= 0:
-        raise OutOfRange(f"the start y = {listed(now)} lies on a branch that does not attract: the largest real part "
-                         f"of an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
+        raise OutOfRange(f"the start {listed(formulas.mode.fast, now)} lies on a branch that does not attract: the "
+                         f"largest real part of an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
     return (branch if rate > 0 else None), rate
 
 
@@ -198,9 +201,9 @@ def _reached(found):
     return found[-1].after if found else 0.0
 
 
-def listed(numbers: Iterable[float]) -> str:
-    """Return numbers for a message."""
-    return ", ".join(f"{v:.6g}" for v in numbers)
+def listed(states: Iterable[sp.Symbol], numbers: Iterable[float]) -> str:
+    """Return states and their numbers for a message."""
+    return ", ".join(f"{s} = {v:.6g}" for s, v in zip(states, numbers, strict=True))
 
 
 def _horner(coefficients, t):

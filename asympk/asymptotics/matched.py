@@ -201,7 +201,7 @@ def _in_mode(
         if lost:
             return tuple(found), lost
     raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} does not settle: at t = {t:.6g} it is at "
-                     f"{listed(now)}")  # fmt: skip
+                     f"{listed(system.states, now[: len(atol)])}")  # fmt: skip
 
 
 def _during(trajectory, began, size):

@@ -94,9 +94,13 @@ def follow_reduced_flow(
             break
         _check(step, formulas, step.end[:size], slow, mu, values, began)
     if until > 0 and (not found or found[-1].after < end):
-        t, last = (found[-1].after, found[-1].end) if found else (0.0, first)
-        raise OutOfRange(f"the reduced flow ends at t = {began + t:.6g} near {listed(last[:size])}: its states grow "
-                         "beyond bounds, or its steps become too small")  # fmt: skip
+        t, last = (found[-1].after, found[-1].end[:size]) if found else (0.0, first[:size])
+        if any(orders):  # higher terms grow without bound where a manifold is nearly lost, which order 0 tells
+            later = guards and (lambda span, at: guards(t + span, at))
+            follow_reduced_flow(formulas, (0,), [np.array(last)], slow, mu, values, until - t, rtol, later, began + t)
+        where = _place(formulas, last, formulas.height[0](*last, mu, *values), began + t)
+        raise OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, or its steps become too "
+                         "small")  # fmt: skip
     return Reduced(formulas, orders, slow, mu, values, end, guard, Trajectory(first, tuple(found)))
 
 
@@ -104,8 +108,8 @@ def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], val
     """Return the point of the branch at x, its value found from ``near`` where it is carried; raises ``OutOfRange``."""
     b = () if formulas.field.affine else root(formulas, x, near, values)
     if b is None:
-        raise OutOfRange(f"the base point x = {listed(x)} is off the branch that the layer settles on; the small "
-                         "parameter is not small here")  # fmt: skip
+        raise OutOfRange(f"the base point {listed(formulas.mode.slow, x)} is off the branch that the layer settles on; "
+                         "the small parameter is not small here")  # fmt: skip
     return np.array(formulas.on_branch(x, b))
 
 
@@ -138,8 +142,16 @@ def _check(step, formulas, state, slow, mu, values, began):
             low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
         state = step(low)[:size].tolist()
     y, largest = _attraction(formulas, state, slow, mu, values)
-    where = f"t = {began + t:.6g}, x = {listed(state[:slow])}, y = {listed(y)}"
     raise NotNormallyHyperbolic(
-        f"the slow manifold is lost at {where}, by a fold, a change of stability, or slow motion that is not slow: the "
-        f"largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller until, or a smaller parameter"
+        f"the slow manifold is lost at {_place(formulas, state, y, began + t)}, by a fold, a change of stability, or "
+        f"slow motion that is not slow: the largest real part of an eigenvalue of g_y is {largest:.6g}; take a smaller "
+        "until, or a smaller parameter"
     )
+
+
+def _place(formulas, state, y, t):
+    """Return the time and the states for a message, without what only repeats the time."""
+    mode = formulas.mode
+    states = zip((*mode.slow.items(), *mode.fast.items()), (*state[: len(mode.slow)], *y), strict=True)
+    told = [(s, v) for (s, rate), v in states if rate != 1 or f"{v:.6g}" != f"{t:.6g}"]
+    return f"t = {t:.6g}, {listed(*zip(*told, strict=True))}"

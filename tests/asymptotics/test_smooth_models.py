@@ -130,6 +130,24 @@ def test_a_fold_stops_the_reduced_flow_by_name_with_the_state_reached():
         _path("van der Pol", "1/10000", 3)
 
 
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_fold_is_named_where_higher_terms_outgrow_all_bounds_before_it_and_states_by_their_names(order):
+    toe = ap.System.smooth(slow={u: -1}, fast={v: u - v**2}, small=mu)
+    with pytest.raises(NotNormallyHyperbolic, match=r"lost at t = 0\.99.*, u = 0\.00.*, v = 0\.0.*, by a fold"):
+        _solved(toe, {mu: "1e-5"}, {u: 1, v: 2}, 2, order=order)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_layer_of_numbers_alone_is_that_of_an_exponential(order):
+    relay = ap.System.smooth(slow={x: v - x}, fast={v: 1 - v}, small=mu)
+    h, t = 0.01, 0.5
+    path = _solved(relay, {mu: h}, {x: 0, v: 0}, t, order=order)
+    # x = 1 - (e^{-t} - mu e^{-t/mu}) / (1 - mu), the last term beyond all orders
+    error = path.final[0] - 1 + math.exp(-t) / (1 - h)
+    assert error == pytest.approx(math.exp(-t) * h ** (order + 1) / (1 - h), rel=1e-6)
+    assert path.final[1] == pytest.approx(1, abs=1e-15)
+
+
 def test_a_start_on_a_repelling_branch_is_refused():
     with pytest.raises(OutOfRange, match="does not attract"):
         _solved(VAN_DER_POL, {mu: 0.01}, {x: 0, y: 0}, 1)
