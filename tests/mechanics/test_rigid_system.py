@@ -585,3 +585,28 @@ def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
     for friction, rests in (("1/3", True), ("0.3334", True), ("2", True), ("0.3333", False)):
         path = ap.solve(ap.Scene(system=_ladder(), values={"f1": friction, "f2": friction}, start=start, until="1/10"))
         assert (path.modes == ("stick+stick",)) is rests
+
+
+def test_a_block_between_two_fingers_turns_about_the_rougher_one_until_it_slips_there_too():
+    # the numbers are those of an integration in which forces are solved for at every step
+    a, b, X, Y, h, *rest = sp.symbols("a b X Y h A B U V W N1:3 F1:3", real=True)
+    (A, B, U, V, W), pairs = rest[:5], [*zip(rest[5:7], rest[7:], strict=True)]
+    s, c, half = sp.sin(h), sp.cos(h), sp.S.Half
+    gaps = ((X - a) * c + Y * s - half, (b - X) * c - Y * s - half)
+    ends = (Y * c - (X - a) * s, Y * c + (b - X) * s)
+    laws = zip((a, b, X, Y, h), (1, 1, 1, 1, 6), (2, -2, 0, -1, 0), strict=True)
+    pushed = [n * (sum(g.diff(q) * N + e.diff(q) * F for g, e, (N, F) in zip(gaps, ends, pairs, strict=True)) + P)
+              for q, n, P in laws]  # fmt: skip
+    rates = {a: A, b: B, X: U, Y: V, h: W} | dict(zip((A, B, U, V, W), pushed, strict=True))
+
+    def rate(expr):
+        return sum(expr.diff(q) * r for q, r in rates.items())
+
+    fingers = [ap.Friction(rate(e), F, N, f, gap=g, normal=N, constraint=rate(rate(g)))
+               for g, e, (N, F), f in zip(gaps, ends, pairs, map(sp.Rational, ("1/5", "1/4")), strict=True)]
+    gripped = ap.System.with_frictions(rates, {}, fingers)
+    path = ap.solve(ap.Scene(system=gripped, values={}, start=[-half, half, *[0] * 8], until=1))
+    (event,) = path.events
+    assert (event.kind, event.friction, event.t) == ("slip_onset", 1, pytest.approx(0.2599572237, abs=1e-8))
+    assert path.modes[1] == "slip_opposite+slip_opposite"
+    assert path.final[3:5] == pytest.approx((-0.05302611, 0.0447361), abs=1e-7)
