@@ -215,5 +215,5 @@ def _largest(atom: sp.Basic, signs: dict[sp.Expr, int], order: int) -> sp.Basic:
     for a, b in combinations(atom.args, 2):
         phase, factor = phase_of(a - b)
         if phase in signs and a in left and b in left:
-            left.remove(b if order * factor * signs[phase] > 0 else a)
+            left.remove(b if (order * factor * signs[phase] or a.is_number) > 0 else a)  # of equals the number stays
     return atom if len(left) == len(atom.args) else type(atom)(*left)

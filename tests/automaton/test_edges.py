@@ -168,3 +168,14 @@ def test_a_push_that_is_the_friction_itself_until_it_rises_moves_a_block_as_soon
     speed = math.sqrt(3) / 3 - math.pi / 9
     assert float(path.events[0].t) == pytest.approx(math.pi / 18, abs=1e-15)
     assert ends(path, ("stick", "slip_same"), (speed * (2 - math.pi / 6), speed))
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_tank_is_empty_once_its_water_has_run_out(how):
+    """By Torricelli's law x = (1 - t/2)^2 until t = 2; a second tank, half as wide, is empty some time after that."""
+    y = sp.Symbol("y", real=True)
+    out = {s: sp.sqrt(sp.Max(s, 0)) for s in (x, y)}
+    tanks = ap.System.with_frictions({x: -out[x], y: 2 * (out[x] - out[y])}, {}, [])
+    path = ap.solve(ap.Scene(system=tanks, start={x: 1, y: 0}, until=5), **how)
+    assert float(path(1)[0]) == pytest.approx(0.25, abs=1e-5)
+    assert [float(w) for w in path.final] == pytest.approx([0, 0], abs=1e-12)
