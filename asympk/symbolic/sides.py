@@ -23,6 +23,8 @@ _TRUE = {1: (sp.Gt, sp.Ge), 0: (sp.Ge, sp.Le), -1: (sp.Lt, sp.Le)}  # by the sig
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
 WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _POLAR = (sp.tan, sp.cot, sp.sec, sp.csc, sp.atan2, sp.acot)
+_TWICE = dict.fromkeys((sp.tan, sp.cot), lambda u: sp.sin(2 * u))
+_WAVES = {sp.sec: sp.cos, sp.csc: sp.sin, **_TWICE}  # of the same sign where it is finite
 _SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
@@ -175,7 +177,8 @@ def switching_parts(atom: sp.Basic) -> list[sp.Expr]:
     """Return what a size, a maximum, a minimum or a relation is switched by where it vanishes, a whole part at each."""
     if isinstance(atom, WHOLE):
         return [-atom.args[0] if isinstance(atom, sp.ceiling) else atom.args[0] / sp.Mul(*atom.args[1:])]
-    return [atom.args[0]] if isinstance(atom, _SIZES) else [a - b for a, b in combinations(atom.args, 2)]
+    parts = [atom.args[0]] if isinstance(atom, _SIZES) else [a - b for a, b in combinations(atom.args, 2)]
+    return [_WAVES[part.func](part.args[0]) if part.func in _WAVES else part for part in parts]
 
 
 def phase_of(part: sp.Expr) -> tuple[sp.Expr, int]:

@@ -90,6 +90,14 @@ def test_a_sine_that_turns_ever_faster_switches_at_the_roots_of_whole_numbers(me
     assert float(path.final[0]) == pytest.approx(ways, abs=1e-8)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("wave", "way"), [(sp.tan, 4 - math.pi), (sp.cot, 4 - math.pi), (sp.sec, math.pi - 4)])
+def test_the_sign_of_a_tangent_jumps_at_its_poles_and_is_no_pole(wave, way, method):
+    system = ap.System.smooth({x: sp.sign(wave(t))}, {}, None, time=t)
+    path = ap.solve(ap.Scene(system=system, start=[0], until=4), **method)
+    assert float(path.final[0]) == pytest.approx(way, abs=1e-12)
+
+
 def test_a_square_wave_is_followed_in_closed_form():
     path = ap.solve(ap.Scene(system=_block(sp.sign(2 * sp.sin(t) - 1)), start=[0, 0], until=1), digits=30)
     back = math.pi / 6
