@@ -38,8 +38,8 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     """Follow ``scene`` from its start to ``until`` and return a ``Path``.
 
     ``method="exact"`` is the event-driven closed form of the rod and of every system whose modes are all affine, on
-    each side of what the state switches. For other systems it is a stiff integrator of small tolerance: ``path.model``
-    tells, and ``path.info["why"]`` says what is not affine. ``digits=n`` runs on mpmath numbers.
+    each side of what the state switches. For other systems it is a stiff integrator with steps wrong by some 1e-10:
+    ``path.model`` tells, and ``path.info["why"]`` says what is not affine. ``digits=n`` runs on mpmath numbers.
     Options belong to the method. Raises ``UnknownName`` for a method that does not exist, ``InputError`` for an option
     it does not have and for what is no ``Scene``.
     """
