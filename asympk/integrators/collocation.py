@@ -49,12 +49,13 @@ ORDERS = ((0, 1), (6, 3))  # stages, and digits, beyond those, of the two runs
 
 @dataclass(frozen=True)
 class Scheme:
-    """A mode in many digits and in doubles, the tableau, the tolerance of a step, and when to give up."""
+    """A mode in digits and in doubles, the tableau, the tolerance and the greatest length of a step, the deadline."""
 
     mode: NumericMode
     doubles: NumericMode
     tableau: Any
     tolerance: Any
+    longest: Any
     deadline: float
 
 
@@ -135,7 +136,8 @@ def _follow(
 
     def advance(mode: NumericMode, t: Any, state: tuple, segments: list) -> Segment:
         doubles = automaton.mode(mode.branch, sides=mode.mode.sides)
-        scheme = Scheme(mode, doubles, tableau, tolerance, deadline)
+        longest = mode.longest_step(until) * (len(PARTS) + 1)
+        scheme = Scheme(mode, doubles, tableau, tolerance, longest, deadline)
         try:
             end = mode.steps_until(t, until)
             return followed(doubles, t, state, end, lambda end: _segment(scheme, t, state, end))
@@ -150,12 +152,13 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     """Follow one mode until a guard is lost or ``until``; the samples of the segment are its steps."""
     mode, steps = scheme.mode, list[CollocationStep]()
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
-    h, longest = min(until - t, 1 / (until.context.one + rate)), mode.longest_step(until - t) * (len(PARTS) + 1)
+    h = min(until - t, 1 / (until.context.one + rate))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
     tries = list[Any]()
     while len(steps) < STEPS:
-        last = min(h, longest) >= (until - t) * NEARLY
-        h = until - t if last else min(h, longest)
+        h = min(h, scheme.longest)
+        last = h >= (until - t) * NEARLY
+        h = until - t if last else h
         if monotonic() > scheme.deadline:
             raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds=")
         tries.append(t)
