@@ -65,7 +65,7 @@ def terms(formulas: Formulas, order: int) -> Terms:
     states = (*slow, y)
     tape, values = field.tape(*(f"v{i}_0" for i in range(len(states))))
     start = {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
-    rate = evaluated(field.jacobian[0, 0], {**values, **start}, tape)
+    (rate,) = evaluated(field.jacobian, {**values, **start}, tape)
     found = {s: {(0, 0): start[s]} for s in slow} | {y: {}}
     for k in range(order + 1):
         if k:
@@ -84,7 +84,7 @@ def _rests(exprs, field, values, found, tape, order, k):
     known = {s: Taylor({i: c for i, c in terms.items() if i[0] <= k}, k) for s, terms in found.items()}
     small = Taylor({(1, 0): 1} if k else {}, k)
     known |= values | {field.small: small}
-    return [_powers(as_taylor(evaluated(sp.sympify(e, strict=True), known, tape), k)[k, 0]) for e in exprs]
+    return [_powers(as_taylor(value, k)[k, 0]) for value in evaluated(exprs, known, tape)]
 
 
 def _powers(value):

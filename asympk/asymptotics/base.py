@@ -202,7 +202,7 @@ class _Corrections:
     def _along(self, exprs, series, k):
         values = {s: Taylor({(j, 0): c for j, c in enumerate(terms[: k + 1])}, k) for s, terms in series.items()}
         values |= {self.small: Taylor({(1, 0): 1} if k else {}, k)} | {p: p for p in self._parameters()}
-        return [as_taylor(evaluated(sp.sympify(e, strict=True), values, _Symbols()), k)[k, 0] for e in exprs]
+        return [as_taylor(value, k)[k, 0] for value in evaluated(exprs, values, _Symbols())]
 
     def _slow_motion(self):
         """Return {state: (S_0, S_1, ...)}, polynomials in tau."""

@@ -72,11 +72,11 @@ class Formulas:
 
     @cached_property
     def flow(self) -> tuple[Callable[..., tuple], ...]:
-        return tuple(map(self.field.flow, range(self.order + 1)))
+        return tuple(_manifold(self.field, m)[0] for m in range(self.order + 1))
 
     @cached_property
     def height(self) -> tuple[Callable[..., tuple], ...]:
-        return tuple(map(self.field.height, range(self.order + 1)))
+        return tuple(_manifold(self.field, m)[1] for m in range(self.order + 1))
 
     @cached_property
     def force(self) -> Callable[..., tuple]:
@@ -88,7 +88,7 @@ class Formulas:
 
     @cached_property
     def jacobian(self) -> Callable[..., tuple]:
-        return self.field.at_point(list(self.field.jacobian))
+        return self.field.at_point(self.field.jacobian)
 
     @cached_property
     def slow_rates(self) -> Callable[..., tuple]:
@@ -96,7 +96,7 @@ class Formulas:
 
     @cached_property
     def field(self) -> "_Field":
-        return _Field(self)
+        return _field(self.mode, self.small, self.parameters, self.target)
 
 
 formulas = lru_cache(maxsize=64)(Formulas)
@@ -111,16 +111,16 @@ def _functions(target):
 class _Field:
     """A mode, its states and parameters under names that can stand in a program."""
 
-    def __init__(self, given):
-        mode, self.small = given.mode, given.small
+    def __init__(self, mode, small, parameters, target):
+        self.small = small
         self.slow_states, self.fast_states = tuple(mode.slow), tuple(mode.fast)
         self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
-        self.force = [g.subs(given.small, 0) for g in self.full_force]
-        self.jacobian = fast_jacobian(mode, given.small)
+        self.force = [g.subs(small, 0) for g in self.full_force]
+        self.jacobian = fast_jacobian(mode, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.jacobian)
         self.across = sp.Matrix(self.force).jacobian(self.slow_states)
-        self.names = {p: f"p{i}" for i, p in enumerate(given.parameters)}
-        self.functions = _functions(given.target)
+        self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
+        self.functions = _functions(target)
 
     def tape(self, *inputs):
         """Return a tape with ``inputs`` and the parameters, and the nodes of these."""
@@ -153,22 +153,15 @@ class _Field:
         levels = (([c[m - j, j] for j in range(m + 1)] for c in series) for series in motion for m in range(order + 1))
         return tape.function(tuple(tuple(map(tuple, level)) for level in levels), self.functions)
 
-    def flow(self, order):
-        """Compile the rates of x and of the branch's value on the manifold to ``order``."""
-        tape, values, drift, _ = self._at_rest(order)
+    def manifold(self, order):
+        """Compile two functions on the manifold to ``order``: the rates of x and of the branch's value, and y."""
+        tape, values, drift, y = self._at_rest(order)
+        height = tape.function(tuple(_polynomial(c, order, tape) for c in y), self.functions)
         rates = [_polynomial(f, order, tape) for f in drift]
-        if self.affine:
-            return tape.function(tuple(rates), self.functions)
-        point = _first(values)
-        across = [sum((evaluated(c, point, tape) * r for c, r in zip(row, rates, strict=True)), 0)
-                  for row in self.across.tolist()]  # fmt: skip
-        branch = [-1 * c for c in _product(self._inverse(values, tape), across)]
-        return tape.function((*rates, *branch), self.functions)
-
-    def height(self, order):
-        """Compile the fast states on the manifold to ``order``."""
-        tape, _, _, y = self._at_rest(order)
-        return tape.function(tuple(_polynomial(c, order, tape) for c in y), self.functions)
+        if not self.affine:
+            across = _product(_matrix(self.across, _first(values), tape), rates)
+            rates += [-1 * c for c in _product(self._inverse(values, tape), across)]
+        return tape.function(tuple(rates), self.functions), height
 
     def series(self, order):
         """Return the lines that define the coefficients of the manifold, and these."""
@@ -183,10 +176,10 @@ class _Field:
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.jacobian.det()], values, tape, 1)
         point, drift = _first(values), [f.subs(self.small, 0) for f in self.drift]
-        across = [[evaluated(c, point, tape) for c in row] for row in self.across.tolist()]
+        across = _matrix(self.across, point, tape)
         inverse, once, twice = self._inverse(values, tape), [], []
         for y in self.fast_states:
-            push = [evaluated(f.diff(y), point, tape) for f in drift]
+            push = evaluated([f.diff(y) for f in drift], point, tape)
             moved = {s: Taylor({(0, 0): point[s], (0, 1): c}, 1) for s, c in zip(self.slow_states, push, strict=True)}
             again = [f[0, 1] for f in self._along(drift, point | moved, tape, 1)]
             once += _product(inverse, _product(across, push))
@@ -198,7 +191,7 @@ class _Field:
         states = (*self.slow_states, *self.fast_states)
         tape, values = self.tape(*(f"v{i}_0" for i in range(len(states))))
         values |= {s: tape.node(f"v{i}_0") for i, s in enumerate(states)}
-        return tape.function(tuple(evaluated(sp.sympify(e, strict=True), values, tape) for e in exprs), self.functions)
+        return tape.function(tuple(evaluated(exprs, values, tape)), self.functions)
 
     def _at_rest(self, order):
         """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
@@ -213,7 +206,7 @@ class _Field:
     def _branch(self, tape, values, x):
         """Return the branch's value at x where g is affine in the fast states."""
         point = values | dict(zip(self.slow_states, x, strict=True)) | dict.fromkeys(self.fast_states, 0)
-        force = [evaluated(sp.sympify(g, strict=True), point, tape) for g in self.force]
+        force = evaluated(self.force, point, tape)
         return [-1 * c for c in _product(self._inverse(point, tape), force)]
 
     def motion(self, tape, values, start, branch, order):
@@ -243,17 +236,17 @@ class _Field:
 
     def _along(self, exprs, values, tape, degree):
         cut = {s: v.cut(degree) if isinstance(v, Taylor) else v for s, v in values.items()}
-        return [as_taylor(evaluated(sp.sympify(e, strict=True), cut, tape), degree) for e in exprs]
+        return [as_taylor(value, degree) for value in evaluated(exprs, cut, tape)]
 
     def _inverse(self, values, tape):
         """Return g_y^-1 at the start, by cofactors: nothing is compared."""
         point = _first(values)
-        entries = [[evaluated(e, point, tape) for e in row] for row in self.jacobian.tolist()]
+        entries = _matrix(self.jacobian, point, tape)
         symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
         known = {symbols[i, j]: e for i, row in enumerate(entries) for j, e in enumerate(row)}
-        determinant = evaluated(symbols.det(method="berkowitz"), known, tape)
+        (determinant,) = evaluated([symbols.det(method="berkowitz")], known, tape)
         adjugate = symbols.adjugate(method="berkowitz")
-        return [[evaluated(e, known, tape) * (Fraction(1) / determinant) for e in row] for row in adjugate.tolist()]
+        return [[c * (Fraction(1) / determinant) for c in row] for row in _matrix(adjugate, known, tape)]
 
 
 def _first(values):
@@ -273,5 +266,15 @@ def _polynomial(series, order, tape):
     return total
 
 
+def _matrix(matrix, values, tape):
+    """Return a matrix at ``values``, by rows."""
+    found = iter(evaluated(matrix, values, tape))
+    return [[next(found) for _ in range(matrix.cols)] for _ in range(matrix.rows)]
+
+
 def _product(matrix, vector):
     return [sum((a * b for a, b in zip(row, vector, strict=True)), 0) for row in matrix]
+
+
+_field = lru_cache(maxsize=64)(_Field)
+_manifold = lru_cache(maxsize=256)(_Field.manifold)

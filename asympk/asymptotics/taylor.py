@@ -5,6 +5,7 @@ so that whatever is computed becomes straight-line code. A function phi goes thr
 phi(u_0 + w) = sum phi^(i)(u_0) w^i / i!  (Griewank and Walther, Evaluating Derivatives, chapter 13).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -56,29 +57,38 @@ class Taylor:
         return _geometric(rest, [1] * (self.degree + 1)) * first
 
 
-def evaluated(expr: sp.Expr, values: dict, tape: Any) -> Any:
-    """Return ``expr`` at ``values``, a dict {symbol: Taylor, node or number}; ``tape`` takes its functions.
+def evaluated(exprs: Iterable[sp.Expr], values: dict, tape: Any) -> list:
+    """Return ``exprs`` at ``values``, {symbol: Taylor, node or number}, what they share once; ``tape`` takes functions.
 
     Raises ``InputError`` for a function without a derivative or an elementary value.
     """
-    if expr in values:
-        return values[expr]
+    known = dict(values)
+    return [_evaluated(sp.sympify(expr, strict=True), known, tape) for expr in exprs]
+
+
+def _evaluated(expr, known, tape):
+    if expr not in known:
+        known[expr] = _computed(expr, known, tape)
+    return known[expr]
+
+
+def _computed(expr, values, tape):
     if expr.is_Rational:
         return expr.p if expr.q == 1 else Fraction(int(expr.p), int(expr.q))
     if expr.is_NumberSymbol:
         return tape.node(str(expr))
     if expr.is_Add or expr.is_Mul:
-        first, *rest = (evaluated(a, values, tape) for a in expr.args)
+        first, *rest = (_evaluated(a, values, tape) for a in expr.args)
         for value in rest:
             first = _combined(expr, first, value)
         return first
     if isinstance(expr, Penetration):  # its own series, where the contact is closed
-        return evaluated(expr.args[0], values, tape)
+        return _evaluated(expr.args[0], values, tape)
     base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
     if exponent.is_Integer and expr.is_Pow:
-        return _power(evaluated(base, values, tape), int(exponent))
+        return _power(_evaluated(base, values, tape), int(exponent))
     if expr.is_Pow and not exponent.is_Rational:
-        return evaluated(sp.exp(exponent * sp.log(base), evaluate=False), values, tape)
+        return _evaluated(sp.exp(exponent * sp.log(base), evaluate=False), values, tape)
     return _function(expr, values, tape)
 
 
@@ -91,8 +101,8 @@ def at_number(expr: sp.Expr, value: Any, tape: Any) -> Any:
             return _power(tape.call("sqrt", value), int(expr.exp.p))
         return tape.call("exp", tape.call("log", value) * Fraction(int(expr.exp.p), int(expr.exp.q)))
     if not expr.args or expr == U:
-        return evaluated(expr, {U: value}, tape)
-    return evaluated(expr, _Scalars({U: value}, tape), tape)
+        return _evaluated(expr, {U: value}, tape)
+    return _evaluated(expr, _Scalars({U: value}, tape), tape)
 
 
 class _Scalars(dict):
@@ -115,7 +125,7 @@ def _function(expr, values, tape):
     if not expr.is_Pow and (len(expr.args) != 1 or type(expr).__name__ not in FUNCTIONS):
         raise InputError(f"{expr!s:.60} has no series here; use powers and {', '.join(FUNCTIONS)}")
     outer, inner = (U**expr.exp, expr.base) if expr.is_Pow else (expr.func(U), expr.args[0])
-    at = evaluated(inner, values, tape)
+    at = _evaluated(inner, values, tape)
     if not isinstance(at, Taylor):
         return at_number(outer, at, tape)
     rest = Taylor({i: c for i, c in at.terms.items() if i != (0, 0)}, at.degree)
