@@ -41,7 +41,7 @@ from asympk.automaton.rest import has_forces, stands_still
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.symbolic import branches
-from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
 from asympk.symbolic.system import Friction, System
 
@@ -277,7 +277,7 @@ def _ties(
     system: System, branch: Branch, resting: set[int], points: list[ContactPoint], numbers: Numbers, touching: dict,
     unloaded: set[int],
 ) -> list[int] | None:  # fmt: skip
-    """Return the guards of the branch that derivatives must decide, or None where one is lost already.
+    """Return the guards of the branch that vanish, those that are fixed too, or None where one is lost already.
 
     Margins are times the determinant of the forces' equations, which have large forces of either sign near its zero.
     """
@@ -296,8 +296,12 @@ def _ties(
             return None
         if sign == 0:
             ties.append(key)
-    guards = mode_of(system, branch).guards
+    guards = _all_guards(mode_of(system, branch))
     return [k for k, guard in enumerate(guards) if (guard.kind, guard.friction, _side(guards, k)) in ties]
+
+
+def _all_guards(mode: GuardedMode) -> tuple[Guard, ...]:
+    return (*mode.guards, *mode.fixed_guards)
 
 
 def _side(guards: tuple, k: int) -> int:
@@ -361,7 +365,7 @@ def _still(mode: GuardedMode, ties: list[int], places: tuple[Place, ...], touchi
         return None  # a margin vanishes with the penetration, and is negative as soon as there is one
     still = []
     for k in ties:
-        sign = _growth(mode, k, places, touching)
+        sign = _growth(mode, k, places, touching) if k < len(mode.guards) else 0
         if sign < 0:
             return None
         if sign == 0:
@@ -396,7 +400,7 @@ def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: 
 
 def _idle(mode: GuardedMode, still: list[int], places: tuple[Place, ...]) -> Branch:
     """Return the branch of a mode without the guards that stay 0: of these rounding alone would make events."""
-    idle = [mode.guards[k] for k in still if _stays(mode, k, places)]
+    idle = [mode.guards[k] for k in still if k < len(mode.guards) and _stays(mode, k, places)]
     kinds = (tuple(g.kind for g in idle if g.friction == k) for k in range(len(mode.branch)))
     return tuple(phase if phase == OPEN else phase._replace(idle=kind)
                  for phase, kind in zip(mode.branch, kinds, strict=True))  # fmt: skip
@@ -461,7 +465,7 @@ def _require_shared(
     one of the branches has all forces that are not determined at their bounds: those of slip, which are less than what
     the contact holds where static friction exceeds the kinetic one.
     """
-    guards = mode_of(system, branch).guards if still else ()
+    guards = _all_guards(mode_of(system, branch)) if still else ()
     for k in (guards[j].friction for j in still if guards[j].kind == "velocity_zero"):
         static, kinetic = point.contacts[k].static, point.contacts[k].kinetic
         if static - kinetic > SAME * static:
@@ -490,7 +494,7 @@ def _chosen(system: System, left: dict[Branch, list[int]], t: Any, state: tuple,
 
 def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:
     """Return the branch, open or with a positive load where that vanishes for ever, and no sign can be told."""
-    guards, kinds = mode_of(system, branch).guards, ("lift_off", "force_zero")
+    guards, kinds = _all_guards(mode_of(system, branch)), ("lift_off", "force_zero")
     open_, idle = ({guards[k].friction for k in still if guards[k].kind == kind} for kind in kinds)
     return tuple(OPEN if k in open_ else phase._replace(load=1) if k in idle else phase
                  for k, phase in enumerate(branch))  # fmt: skip

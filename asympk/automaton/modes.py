@@ -115,9 +115,14 @@ class GuardedMode:
         return switches((*self.rates, *self.guard_values), self.system.time, self.system.parameters)
 
     @cached_property
+    def fixed_guards(self) -> tuple[Guard, ...]:
+        """The guards that neither the state nor the time moves."""
+        return branches.fixed_guards(self.system, self.branch)
+
+    @property
     def conditions(self) -> tuple[sp.Expr, ...]:
         """What must be positive of the parameters alone for the mode to be entered at all."""
-        return branches.conditions(self.system, self.branch)
+        return tuple(guard.value for guard in self.fixed_guards)
 
     @property
     def guard_values(self) -> tuple[sp.Expr, ...]:

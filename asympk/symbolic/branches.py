@@ -239,10 +239,10 @@ def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
     return tuple(g for g in _placed_guards(system, branch) if g.value.free_symbols & moving)
 
 
-def conditions(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
-    """Return what must be positive of the parameters alone for the mode to be entered at all."""
+def fixed_guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
+    """Return those that were left out: they must be positive of the parameters alone for the mode to be entered."""
     moving = {*system.states, system.time}
-    return tuple(g.value for g in _placed_guards(system, branch) if not g.value.free_symbols & moving)
+    return tuple(g for g in _placed_guards(system, branch) if not g.value.free_symbols & moving)
 
 
 def _placed_guards(system: "System", branch: Branch) -> list[Guard]:

@@ -277,6 +277,18 @@ def test_a_block_that_slides_beside_it_does_not_hide_the_second_motion_of_a_guid
     assert stops[1][:6] == pytest.approx(stops[0], abs=1e-8)
 
 
+@pytest.mark.parametrize("velocity", [1, -1])
+@pytest.mark.parametrize("digits", [None, 20])
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_a_block_whose_weight_a_pull_just_takes_off_has_one_motion_along_the_ground(unilateral, digits, velocity):
+    X, Y, U, V, P, f = sp.symbols("X Y U V P f", real=True)
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, P - 1), ap.Contact(Y, X, f, unilateral=unilateral))
+    start = {"X": 0, "Y": 0, "U": velocity, "V": 0}
+    path = ap.solve(ap.Scene(system=block.rigid(), values={"P": 1, "f": "1/2"}, start=start, until=2), digits=digits)
+    assert path.events == ()
+    assert path.final == pytest.approx((2 * velocity, 0, velocity, 0))
+
+
 def test_a_rod_without_a_weight_slides_on_along_the_ground():
     X, Y, theta = dynamicsymbols("X Y theta")
     t, (f, g) = dynamicsymbols._t, sp.symbols("f g", real=True)
