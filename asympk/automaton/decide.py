@@ -382,7 +382,7 @@ def _growth(mode: GuardedMode, guard: int, places: tuple[Place, ...], touching: 
     first = 3 if kind == "touch_down" and friction in touching else 1 - divided  # g, g' and g'' vanish there
     moving = 5 if mode.system.time else min(len(mode.system.states), 5)
     for order in range(first, 2 + moving):
-        if order > first and _length(mode.derivative(guard, order - 2)) > LONGEST:
+        if order > first and _length(mode.derivative(guard, order - (1 if mode.pressed else 2))) > LONGEST:
             raise Undecided(f"{kind} of {mode.name} vanishes at t = {float(places[0].t):.6g} with "
                             f"its first {order - 1} derivatives; start beside this state")  # fmt: skip
         asked: list[tuple[tuple, tuple]] = [((mode.derivative(guard, max(order - 1, 0)),), (mode.flow,))]

@@ -478,7 +478,14 @@ def _body(feet, normals, push=None):
     return ap.System.with_frictions(rates, {}, contacts), dict.fromkeys((X, Y, h, U, V, W), 0)
 
 
-@pytest.mark.parametrize("normals", [[(0, 1)] * 4, [(sp.Rational(3, 5), sp.Rational(4, 5)), (0, 1)] * 2, [(0, 1)] * 5])
+@pytest.mark.parametrize(
+    "normals",
+    [
+        [(0, 1)] * 4,
+        pytest.param([(sp.Rational(3, 5), sp.Rational(4, 5)), (0, 1)] * 2, marks=pytest.mark.slow),
+        pytest.param([(0, 1)] * 5, marks=pytest.mark.slow),
+    ],
+)
 def test_a_body_on_many_feet_rests_where_a_linear_program_finds_forces_that_hold_it(normals):
     feet = [(sp.Rational(k), 0) for k in range(len(normals))]
     body, start = _body(feet, normals)
@@ -524,7 +531,7 @@ def test_feet_that_coincide_bear_what_no_equation_shares_out():
 
 
 @pytest.mark.parametrize("method", [{}, {"digits": 20}, {"method": "radau"}, {"method": "lsoda"}])
-@pytest.mark.parametrize("half", ["1/2", "3/10"])
+@pytest.mark.parametrize("half", ["1/2", pytest.param("3/10", marks=pytest.mark.slow)])
 def test_a_block_that_only_just_does_not_tip_slides_to_rest_though_a_foot_bears_nothing(half, method):
     half = sp.Rational(half)
     block, _ = _body([(-half, -1), (half, -1)], [(0, 1)] * 2)

@@ -129,7 +129,7 @@ WAYS = [{}, {"digits": 12}, {"method": "radau"}, {"method": "dop853"}]
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("power", ["1/3", "1/2", "3/2", "5/2"])
+@pytest.mark.parametrize("power", ["1/2", "3/2", *(pytest.param(p, marks=pytest.mark.slow) for p in ("1/3", "5/2"))])
 def test_a_spring_of_any_power_keeps_its_energy(power, way):
     power = sp.Rational(power)
     system = ap.System.smooth({x: v, v: -sp.sign(x) * sp.Abs(x) ** power}, {}, None)
