@@ -12,6 +12,7 @@ from itertools import combinations, product
 
 import sympy as sp
 
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.penetration import Penetration
 from asympk.symbolic.system import System
 
@@ -39,7 +40,8 @@ def phases(
     states, found, lines = {*states}, set(), set()
     for atom in sp.Tuple(*exprs).atoms(*_SWITCHING):
         for part in switching_parts(atom):
-            if not all(_is_timed(inner, states, time) for inner in part.atoms(*_SWITCHING)):
+            inners = part.atoms(*_SWITCHING)
+            if not all(_is_timed(inner, states, time) for inner in inners) or (inners and _stands(part, states, time)):
                 continue
             phase = sp.floor(part, evaluate=False) if isinstance(atom, WHOLE) else phase_of(part)[0]
             if part.free_symbols & states or not is_line(part, time):
@@ -58,6 +60,11 @@ def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:
 
 def _is_timed(atom: sp.Basic, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
     return not atom.free_symbols & states and all(is_line(part, time) for part in switching_parts(atom))
+
+
+def _stands(part: sp.Expr, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
+    """Tell whether an expression changes by jumps of the time alone: no side of it ends between them."""
+    return not part.free_symbols & states and (time is None or slope_by(part, time) == 0)
 
 
 def sides_of(opened: Iterable[sp.Expr], states: Sequence[sp.Symbol]) -> Iterator[Sides]:

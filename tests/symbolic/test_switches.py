@@ -98,6 +98,22 @@ def test_the_sign_of_a_tangent_jumps_at_its_poles_and_is_no_pole(wave, way, meth
     assert float(path.final[0]) == pytest.approx(way, abs=1e-12)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("steps", "ways"),
+    [
+        (sp.Mod(sp.floor(t), 2), [0, 1, 0, 1]),
+        (sp.Mod(sp.ceiling(t), 3), [1, 2, 0, 1]),
+        (sp.sign(sp.floor(t) - sp.Rational(3, 2)), [-1, -1, 1, 1]),
+        (sp.Abs(sp.floor(t) - 2), [2, 1, 0, 1]),
+    ],
+)
+def test_what_stands_still_between_steps_of_the_time_is_new_at_each_of_them(steps, ways, method):
+    system = ap.System.smooth({x: steps}, {}, None, time=t)
+    path = ap.solve(ap.Scene(system=system, start=[0], until=4), **method)
+    assert float(path.final[0]) == pytest.approx(sum(ways), abs=1e-12)
+
+
 def test_a_square_wave_is_followed_in_closed_form():
     path = ap.solve(ap.Scene(system=_block(sp.sign(2 * sp.sin(t) - 1)), start=[0, 0], until=1), digits=30)
     back = math.pi / 6
