@@ -59,11 +59,11 @@ class Swift:
         return (table and _begun(table, tuple(map(float, start)))) or self.automaton.first(start)
 
     def next(
-        self, branch: Branch, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides = ()
+        self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides = ()
     ) -> Branch:
         """Return the mode that follows, as ``Automaton.next`` does."""
         found = None
-        if isinstance(t, float) and len(hits) == 1:
+        if branch is not None and isinstance(t, float) and len(hits) == 1:
             kind, friction = event = self.mode(branch).kinds[hits[0]]
             zeros = {(name, friction) for name in _AT_EVENT.get(kind, ())}
             table = self._known((branch, hits[0]), lambda: _following(self.system, branch, event), zeros)

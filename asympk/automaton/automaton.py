@@ -42,9 +42,10 @@ class Automaton:
         return _first(self, tuple(start), until if self.system.time else 1)
 
     def next(
-        self, branch: Branch, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48, sides: Sides = ()
-    ) -> Branch:
-        """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``.
+        self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48,
+        sides: Sides = (),
+    ) -> Branch:  # fmt: skip
+        """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``, or any before, None.
 
         ``slack`` is the relative error of the state: what it leaves open is decided by derivatives. ``sides`` are those
         on which the state is shortly after an edge, whatever its rounding.

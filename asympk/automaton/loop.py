@@ -7,12 +7,14 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.automaton.automaton import Automaton, mode_on_sides
+from asympk.automaton.contacts import is_open, nudges
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, TwoMotions, UnboundedReaction, Undecided
+from asympk.numbers import sign_of
 from asympk.path import Event
-from asympk.symbolic.branches import Branch, at_rest, awake
-from asympk.symbolic.sides import Sides, inside
+from asympk.symbolic.branches import OPEN, Branch, at_rest, awake
+from asympk.symbolic.sides import Sides, inside, is_switched, on_sides
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 SHORTLY = 64  # errors of an event, after which what a side has changed is told from what was before
@@ -83,23 +85,28 @@ def follow(
             break
         if segment.hit is None:
             t, state = mode.after_switch(segment.t), segment.state
-            if not (hits := tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)):
-                continue
+            hits = tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
         else:
             t, hits = segment.t, (segment.hit, *segment.together)
             state = _on_zeros(mode, hits, t, segment.state)
         crossed, left = _crossed(mode, hits)
-        crossed, doubt = (crossed, slack) if segment.hit is not None else ([], mode.beside)
+        switches = len(left) < len(hits)
+        if segment.hit is None:  # the guards of a side that has ended are those of no motion
+            crossed, left = [], left * (not switches)
+        doubt = slack if segment.hit is not None else mode.beside
         later, entered = (t, state), tuple[Any, ...]()
-        if len(left) < len(hits):
+        if switches:
             _require_progress(segments, mode)
             mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed)
             later = mode.moved_on(t, state, SHORTLY * doubt * t)
             entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
             hits = _lost_beyond(mode, left, (t, state), later)
-            if not hits:
-                continue
-        branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
+        if (torn := _torn(mode, t, state)) is not None:
+            branch, event = automaton.next(None, (), *later, doubt, entered), torn
+        elif hits:
+            branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
+        else:
+            continue
         event, crossed = event._replace(t=t, state=state), [*crossed, *automaton.edges_at(*later, doubt)]
         ended, mode = mode, mode_on_sides(automaton, branch, digits, t, state, crossed)
         if awake(branch) == awake(ended.branch):
@@ -112,6 +119,19 @@ def follow(
             segments[-1] = segment._replace(short=f"limit of {events} events reached", state=state)
             break
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
+
+
+def _torn(mode: NumericMode, t: Any, state: tuple) -> Event | None:
+    """Return the event of a sliding velocity that has jumped away from 0, or to its other sign, as a belt may."""
+    system = mode.mode.system
+    closed = [k for k, phase in enumerate(mode.branch) if phase != OPEN]
+    jumping = [k for k in closed if is_switched(system.frictions[k].velocity, (*system.states, system.time))]
+    velocities = tuple(on_sides(system.frictions[k].velocity, mode.mode.sides) for k in jumping)
+    places = ((t, state), *nudges(t, state, mode.beside)) if jumping else ()
+    for k, *values in zip(jumping, *(mode.values(velocities, *place) for place in places), strict=True):
+        if not is_open(values) and sign_of(values[0]) != mode.branch[k].velocity:
+            return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
+    return None
 
 
 def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], list[tuple]]:

@@ -99,10 +99,12 @@ class GuardedMode:
     def open_phases(self) -> tuple[sp.Expr, ...]:
         """What the mode is still switched by: phases of the states and the time that are on no side.
 
-        Guards that vanish for ever do so on their side, so that it has to end, too.
+        Guards that vanish for ever do so on their side, so that it has to end, too; so does rest on what jumps away.
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
-        return phases((*self.rates, *guards), self.system.states, self.system.time)
+        closed = (f for f, phase in zip(self.system.frictions, self.branch, strict=True) if phase != branches.OPEN)
+        velocities = (self._placed(f.velocity) for f in closed)
+        return phases((*self.rates, *guards, *velocities), self.system.states, self.system.time)
 
     @cached_property
     def bent_phases(self) -> tuple[sp.Expr, ...]:

@@ -14,6 +14,7 @@ from asympk.errors import NotDerivable, OutOfRange
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
 DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
@@ -284,7 +285,8 @@ class NumericMode:
         rigid = (f for f, phase in phases if f.constraint is not None and f.gap is not None and phase != OPEN)
         closed = tuple(e for f in rigid for e in (f.gap, rate_along(system, f.gap)))
         resting = tuple(f.velocity for f, phase in phases if phase.mode == "stick")
-        return (*closed, *resting) if closed or not all(v.is_Symbol for v in resting) else ()
+        kept = (*closed, *resting) if closed or not all(v.is_Symbol for v in resting) else ()
+        return tuple(on_sides(expr, self.mode.sides) for expr in kept)
 
     def _projected(self, expressions: tuple, t: Any, state: State) -> State:
         """Return ``state`` moved to where all ``expressions`` vanish; each step leaves those before it at 0.

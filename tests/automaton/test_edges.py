@@ -179,3 +179,33 @@ def test_a_tank_is_empty_once_its_water_has_run_out(how):
     path = ap.solve(ap.Scene(system=tanks, start={x: 1, y: 0}, until=5), **how)
     assert float(path(1)[0]) == pytest.approx(0.25, abs=1e-5)
     assert [float(w) for w in path.final] == pytest.approx([0, 0], abs=1e-12)
+
+
+@pytest.mark.parametrize("how", WAYS)
+@pytest.mark.parametrize(
+    ("belt", "modes", "end"),
+    [
+        (sp.Piecewise((1, x < 1), (2, True)), ("stick", "slip_opposite", "stick"), (10, 2)),
+        (sp.Piecewise((2, x < 2), (1, True)), ("stick", "slip_same", "stick"), (8, 1)),
+        (1 + sp.Heaviside(t - 1) - sp.Heaviside(t - 5), ("stick", "slip_opposite", "stick", "slip_same"), (9.75, 1.5)),
+        (1 + sp.Heaviside(t - 2), ("stick", "slip_opposite", "stick"), (9, 2)),
+        (1 + sp.floor(t / 5), ("stick", "slip_opposite"), (6.25, 1.5)),
+    ],
+)
+def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, how):
+    """Belts of the speeds 1 and 2, whose friction 1/2 takes the time 2 to give a block the speed of the other."""
+    friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=sp.Rational(1, 2))
+    block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    start = {x: 0, v: 2 if belt.has(x) and belt.subs(x, 0) == 2 else 1}
+    path = ap.solve(ap.Scene(system=block, start=start, until=6), **how)
+    assert path.modes == modes
+    assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
+
+
+def test_a_belt_that_turns_in_a_saw_of_the_time_lets_its_block_slide_on():
+    """The belt |mod(t, 4) - 2| - 1 turns at every even time; v = 3 t/10 until 10/13, then 6/13 - 3 t/10."""
+    friction = ap.Friction(velocity=v - sp.Abs(sp.Mod(t, 4) - 2) + 1, force=F, load=1, kinetic=sp.Rational(3, 10))
+    block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=block, start={x: 0, v: 0}, until=5))
+    assert [float(e.t) for e in path.events] == pytest.approx([10 / 13, 450 / 169, 10370 / 2197], abs=1e-8)
+    assert path.modes == ("slip_opposite", "slip_same", "slip_opposite", "slip_same")
