@@ -120,7 +120,8 @@ def system_on_sides(system: System, sides: Sides) -> System:
     """Return a system as it is on the ``sides`` of its phases."""
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
-    contacts = (replace(f, **{name: on(part) for name, part in f.parts.items()}) for f in system.frictions)
+    found = [(f, {name: on(part) for name, part in f.parts.items()}) for f in system.frictions]
+    contacts = (replace(f, **(parts | {"load": parts["load"] or f.load})) for f, parts in found)  # 0 is no load
     return replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
 
 

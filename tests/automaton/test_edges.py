@@ -209,3 +209,14 @@ def test_a_belt_that_turns_in_a_saw_of_the_time_lets_its_block_slide_on():
     path = ap.solve(ap.Scene(system=block, start={x: 0, v: 0}, until=5))
     assert [float(e.t) for e in path.events] == pytest.approx([10 / 13, 450 / 169, 10370 / 2197], abs=1e-8)
     assert path.modes == ("slip_opposite", "slip_same", "slip_opposite", "slip_same")
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_belt_takes_a_block_along_while_there_is_a_load_on_it(how):
+    """Under the load max(0, sin(t)) v = 3 (1 - cos(t))/10 up to 3/5, and as much more in the next wave until v = 1."""
+    friction = ap.Friction(velocity=v - 1, force=F, load=sp.Max(0, sp.sin(t)), kinetic=sp.Rational(3, 10))
+    block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=block, start={x: 0, v: 0}, until=9), **how)
+    caught = next(e for e in path.events if e.kind == "velocity_zero")
+    assert float(caught.t) == pytest.approx(2 * math.pi + math.acos(-1 / 3), abs=1e-5)
+    assert float(path.final[1]) == 1
