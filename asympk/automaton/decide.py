@@ -205,7 +205,7 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
             found[k] = ("lift_off", k) in lost
             continue
         expressions = (friction.gap, branches.rate_along(system, friction.gap))
-        gap, rate = _signs(system, expressions, at, rounding)
+        gap, rate = _signs(system, expressions, at, rounding, before is not None)
         if gap < 0 and ("touch_down", k) not in lost:
             raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
         if ("touch_down", k) in lost or gap == 0:
@@ -223,13 +223,15 @@ def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
     It is a sum of several states as a rule, which doubles can not make vanish, and no state that is given as 0.
     """
     rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
-    signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, ROUNDING)
+    signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, ROUNDING, False)
     return {("velocity_zero", k) for k, sign in zip(rigid, signs, strict=True) if sign == 0}
 
 
-def _signs(system: System, expressions: tuple, at: Place, rounding: float) -> list[int]:
-    """Return the signs of expressions in the states and the time, 0 where ``rounding`` leaves them open."""
-    rows = [place.values(system, expressions) for place in at.with_nudged(rounding)]
+def _signs(system: System, expressions: tuple, at: Place, rounding: float, timed: bool) -> list[int]:
+    """Return the signs of expressions, 0 where ``rounding`` of states (``timed``: of the time too) leaves them open."""
+    places = at.with_nudged(rounding)
+    places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
+    rows = [place.values(system, expressions) for place in places]
     return [at.numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]
 
 

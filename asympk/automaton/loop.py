@@ -8,13 +8,15 @@ import sympy as sp
 
 from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.contacts import is_open, nudges
+from asympk.automaton.decide import BY_HAND
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
-from asympk.errors import Accumulation, TwoMotions, UnboundedReaction, Undecided
+from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
 from asympk.path import Event
-from asympk.symbolic.branches import OPEN, Branch, at_rest, awake
+from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, rate_along
 from asympk.symbolic.sides import Sides, inside, is_switched, on_sides
+from asympk.symbolic.system import System
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 SHORTLY = 64  # errors of an event, after which what a side has changed is told from what was before
@@ -101,7 +103,8 @@ def follow(
             later = mode.moved_on(t, state, SHORTLY * doubt * t)
             entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
             hits = _lost_beyond(mode, left, (t, state), later)
-        if (torn := _torn(mode, t, state)) is not None:
+        torn = _left_by_ground(segment.t, segments[-1].sides, mode, t, state) or _torn(mode, t, state)
+        if torn is not None:
             branch, event = automaton.next(None, (), *later, doubt, entered), torn
         elif hits:
             branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
@@ -119,6 +122,31 @@ def follow(
             segments[-1] = segment._replace(short=f"limit of {events} events reached", state=state)
             break
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
+
+
+def _left_by_ground(t0: Any, sides: Sides, mode: NumericMode, t: Any, state: tuple) -> Event | None:
+    """Return the event of a rigid contact whose gap or gap rate has jumped, as where the ground has a step or a kink.
+
+    ``t0`` and ``sides`` are those before. Raises ``NoMotion`` where the ground meets the contact.
+    """
+    system, least = mode.mode.system, BY_HAND * max(1, *map(abs, state))
+    for k, (friction, phase) in enumerate(zip(system.frictions, mode.branch, strict=True)):
+        if phase == OPEN or friction.constraint is None or not _jumps(friction.gap, system):
+            continue
+        parts = (friction.gap, rate_along(system, friction.gap))
+        now = mode.values(tuple(on_sides(part, mode.mode.sides) for part in parts), t, state)
+        before = mode.values(tuple(on_sides(part, sides) for part in parts), t0, state)
+        leap = next((new - old for new, old in zip(now, before, strict=True) if abs(new - old) > least), 0)
+        if leap < 0:
+            raise NoMotion(f"the contact is hit at t = {float(t):.6g} by a step or kink of its ground: the rigid model "
+                           "has no law of impact, the model needs compliance there", t, state)  # fmt: skip
+        if leap > 0:
+            return Event("lift_off", t, state, k)
+    return None
+
+
+def _jumps(gap: Any, system: System) -> bool:
+    return gap is not None and is_switched(gap, (*system.states, *({system.time} - {None})))
 
 
 def _torn(mode: NumericMode, t: Any, state: tuple) -> Event | None:

@@ -99,12 +99,14 @@ class GuardedMode:
     def open_phases(self) -> tuple[sp.Expr, ...]:
         """What the mode is still switched by: phases of the states and the time that are on no side.
 
-        Guards that vanish for ever do so on their side, so that it has to end, too; so does rest on what jumps away.
+        Guards that vanish for ever do so on their side, so that it has to end, too; so do rest on
+        what jumps away, and contacts that are kept closed on ground that does.
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
-        closed = (f for f, phase in zip(self.system.frictions, self.branch, strict=True) if phase != branches.OPEN)
-        velocities = (self._placed(f.velocity) for f in closed)
-        return phases((*self.rates, *guards, *velocities), self.system.states, self.system.time)
+        contacts = zip(self.system.frictions, self.branch, strict=True)
+        closed = [f for f, phase in contacts if phase != branches.OPEN]
+        kept = [f.velocity for f in closed] + [f.gap for f in closed if f.constraint is not None and f.gap is not None]
+        return phases((*self.rates, *guards, *map(self._placed, kept)), self.system.states, self.system.time)
 
     @cached_property
     def bent_phases(self) -> tuple[sp.Expr, ...]:

@@ -13,6 +13,7 @@ from functools import cached_property
 import sympy as sp
 
 from asympk.mechanics.tidy import LONG, cofactors, expanded_determinant, tidy
+from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import is_longer
 from asympk.symbolic.reading import spare
 
@@ -36,8 +37,8 @@ class Kinetics:
     @cached_property
     def directions(self) -> sp.ImmutableMatrix:
         """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
-        gap = [sp.diff(self.gap, q) for q in self.coordinates]
-        slip = [sp.diff(self.slip, u) for u in self.velocities]
+        gap = [slope_by(self.gap, q) for q in self.coordinates]
+        slip = [slope_by(self.slip, u) for u in self.velocities]
         return sp.ImmutableMatrix([gap, slip])
 
     @cached_property
@@ -107,9 +108,9 @@ class Kinetics:
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""
         moved = zip(self.coordinates, self.velocities, strict=True)
-        terms = [sp.diff(expr, q) * u for q, u in moved]
-        terms += [sp.diff(expr, u) * rate for u, rate in (accelerations or {}).items()]
-        return sp.Add(*terms, sp.diff(expr, self.time))
+        terms = [slope_by(expr, q) * u for q, u in moved]
+        terms += [slope_by(expr, u) * rate for u, rate in (accelerations or {}).items()]
+        return sp.Add(*terms, slope_by(expr, self.time))
 
     def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
         """Return a Symbol of this ``name``, with underscores where the mechanism or ``others`` have it already."""

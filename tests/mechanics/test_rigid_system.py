@@ -289,6 +289,41 @@ def test_a_block_whose_weight_a_pull_just_takes_off_has_one_motion_along_the_gro
     assert path.final == pytest.approx((2 * velocity, 0, velocity, 0))
 
 
+@pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"method": "radau"}, {"digits": 15}])
+@pytest.mark.parametrize("by_time", [True, False])
+@pytest.mark.parametrize("kinked", [True, False])
+def test_a_block_flies_off_where_its_ground_falls_away_and_hits_it_where_that_rises(kinked, by_time, method):
+    X, Y, U, V, t = sp.symbols("X Y U V t", real=True)
+    past = (t if by_time else X) - 1
+    change = sp.Max(0, past) if kinked else sp.Piecewise((0, past < 0), (sp.S.Half, True))
+    start, met = {"X": "1/2", "Y": 0, "U": 2, "V": 0}, 1 if by_time else 8 - 4 * math.sqrt(3.75)
+    for sign in (-1, 1):
+        ground = ap.Contact(Y - sign * change, X, sp.Rational(1, 4), unilateral=True)
+        block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, -1), ground, time=t).rigid()
+        scene = ap.Scene(system=block, values={}, start=start, until="5/4")
+        if sign > 0:
+            with pytest.raises(NoMotion, match="the contact is hit") as stop:
+                ap.solve(scene, **method)
+            assert float(stop.value.t) == pytest.approx(met, abs=1e-7)
+            continue
+        path, speed, left = ap.solve(scene, **method), 2 - met / 4, 1.25 - met
+        assert path.modes == ("slip_same", "open")
+        flown = (0.5 + 2 * met - met**2 / 8 + speed * left, -(left**2) / 2, speed, -left)
+        assert path.final == pytest.approx(flown, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
+def test_a_block_slides_on_where_its_ground_begins_to_rise_smoothly(method):
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    ramp = sp.Max(0, X - 1) ** 2 / 2
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, -1), ap.Contact(Y - ramp, X, 0, unilateral=True))
+    scene = ap.Scene(system=block.rigid(), values={}, start={"X": 0, "Y": 0, "U": 2, "V": 0}, until=2)
+    path = ap.solve(scene, **method)
+    x, y, u, v = map(float, path.final)
+    assert len(path.modes) == 1
+    assert (y, (u**2 + v**2) / 2 + y) == pytest.approx(((x - 1) ** 2 / 2, 2), abs=1e-6)
+
+
 def test_a_rod_without_a_weight_slides_on_along_the_ground():
     X, Y, theta = dynamicsymbols("X Y theta")
     t, (f, g) = dynamicsymbols._t, sp.symbols("f g", real=True)
