@@ -4,11 +4,12 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.errors import InputError
+from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import cofactors, vanishes
 from asympk.symbolic.reading import as_floats, require_names
+from asympk.symbolic.sides import MOST, measured, on_sides, phases
 
 _OFF = 1e-6  # relative to coordinates and rates: numbers rounded by hand are still a closed contact
 
@@ -41,6 +42,18 @@ def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, fl
         if abs(value) > _OFF * (1 + max((abs(as_floats(str(s), placed[s])) for s in expr.free_symbols), default=0.0)):
             found[name] = value
     return found
+
+
+def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str) -> None:
+    """Raise ``NotDerivable`` where one of ``parts``, which are ``what``, jumps with the coordinates or the time."""
+    for expr in parts:
+        for phase in phases((expr,), kinetics.coordinates, kinetics.time, few=MOST):
+            place = measured(phase)
+            upper, lower = (on_sides(expr, ((phase, side),)) for side in ((1, -1) if place == phase else (0, -1)))
+            q = next((q for q in sorted(place.free_symbols, key=str) if place.diff(q).is_nonzero), place)
+            if not vanishes((upper - lower).subs(q, sp.solve(place, q)[0] if q.is_Symbol else 0)):
+                where = f"{place} = 0" if place == phase else f"{place} is whole"
+                raise NotDerivable(f"{what} jumps where {where}, and velocities do not: round it off there")
 
 
 def check_bounds(contact: Any) -> None:

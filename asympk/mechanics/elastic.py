@@ -18,6 +18,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics.checks import require_continuous
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import short
@@ -39,6 +40,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
         raise InputError(f"compliance = {compliance}: the mechanism has a {scaling.small} already; take another Symbol")
     if other := {str(s) for s in scaling.ratio.free_symbols - {*used}} & {*map(str, used)}:
         raise InputError(f"damping = {damping}: the mechanism has another {min(other)}; take another Symbol")
+    require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate, kinetics.slip), "gap, gap rate or sliding velocity")
     return with_time(System.with_friction(**elastic_fields(kinetics, scaling)), kinetics.time)
 
 

@@ -7,6 +7,7 @@ mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMot
 all bounds, with ``UnboundedReaction``.
 """
 
+from asympk.mechanics.checks import require_continuous
 from asympk.mechanics.elastic import force_names, with_time
 from asympk.mechanics.kinetics import Kinetics
 from asympk.symbolic.system import Friction, System
@@ -14,6 +15,8 @@ from asympk.symbolic.system import Friction, System
 
 def rigid_system(kinetics: Kinetics) -> System:
     """Return the ``System`` of the rigid mechanism; its flow keeps the constraint g'' = 0, so start at g = g' = 0."""
+    if not kinetics.unilateral:  # one that opens flies off, or is hit
+        require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate), "the constraint or its rate")
     normal, force = force_names(kinetics)
     rates = dict(zip(kinetics.coordinates, kinetics.velocities, strict=True))
     for row, u in enumerate(kinetics.velocities):

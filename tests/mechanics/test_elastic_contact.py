@@ -1,5 +1,7 @@
 """The elastic contact as a system: its invariant, its rigid limit, its three dampings, contacts that open and close."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -8,7 +10,7 @@ from mechanisms import T, X, Y, masses_between_guides, slender_rod
 from test_jump_law import MECHANISMS, bead_rod
 
 import asympk as ap
-from asympk.errors import InputError, NotNormallyHyperbolic
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.mechanics.evaluation import evaluate
 from asympk.systems import MECHANISMS as MECHANISM_NAMES
 
@@ -226,3 +228,32 @@ def test_the_undamped_rod_of_the_claims_is_that_of_butenin_in_its_own_scales():
 def test_an_elastic_contact_without_its_two_numbers_says_which_they_are(given):
     with pytest.raises(InputError, match="needs compliance= and damping="):
         slender_rod().elastic(**given)
+
+
+@pytest.mark.parametrize(
+    ("ground", "where"),
+    [
+        (lambda x, t: sp.Max(0, x - 1), "x - 1 = 0"), (lambda x, t: sp.Abs(sp.sin(x)), r"sin\(x\) = 0"),
+        (lambda x, t: sp.Piecewise((0, t < 2), (1, True)), "t - 2 = 0"), (lambda x, t: sp.Mod(x, 3), "x/3 is whole"),
+        (lambda x, t: sp.Max(0, x - 1) ** 2 + sp.Max(0, sp.sin(t)) ** 2, None),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("unilateral", [True, False])
+def test_ground_with_steps_and_kinks_is_refused_where_the_reaction_or_the_constraint_would_jump(
+    unilateral, ground, where
+):
+    x, y, u, v, t = sp.symbols("x y u v t", real=True)
+    contact = ap.Contact(y - ground(x, t), x, sp.Rational(1, 4), unilateral=unilateral)
+    block = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, -1), contact, time=t)
+    with pytest.raises(NotDerivable, match=where) if where else nullcontext():
+        block.elastic(compliance=sp.Symbol("c", positive=True), damping=1)
+    with pytest.raises(NotDerivable, match=where) if where and not unilateral else nullcontext():
+        block.rigid()
+
+
+def test_a_belt_whose_velocity_jumps_is_refused_as_the_sliding_velocity_would_not():
+    x, y, u, v, t = sp.symbols("x y u v t", real=True)
+    belt = sp.Piecewise((1, t < 1), (2, True))
+    block = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, -1), ap.Contact(y, u - belt, 1, unilateral=True), time=t)
+    with pytest.raises(NotDerivable, match="sliding velocity jumps where t - 1 = 0"):
+        block.elastic(compliance=sp.Symbol("c", positive=True), damping=1)
