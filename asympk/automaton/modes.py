@@ -28,6 +28,7 @@ from asympk.symbolic.sides import (
     is_switched,
     measured,
     on_sides,
+    phase_of,
     phases,
     sides_of,
     with_real_powers,
@@ -85,9 +86,10 @@ class GuardedMode:
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression as it is on the sides, real also where a step ends shortly beyond the mode."""
-        sliding = ((f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
-                   if phase.velocity and not phase.either)  # fmt: skip
-        return with_real_powers(on_sides(expr, self.sides), (*self.sides, *sliding))
+        sliding = [(f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
+                   if phase.velocity and not phase.either]  # fmt: skip
+        told = ((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
+        return with_real_powers(on_sides(expr, (*self.sides, *told)), (*self.sides, *sliding))
 
     @cached_property
     def edges(self) -> tuple[sp.Expr, ...]:

@@ -220,3 +220,11 @@ def test_a_belt_takes_a_block_along_while_there_is_a_load_on_it(how):
     caught = next(e for e in path.events if e.kind == "velocity_zero")
     assert float(caught.t) == pytest.approx(2 * math.pi + math.acos(-1 / 3), abs=1e-5)
     assert float(path.final[1]) == 1
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_a_block_whose_friction_differs_by_its_direction_comes_to_rest(how):
+    """The push 1/5 is less than the friction 3/10 forward, and more than the friction 1/10 that there is backward."""
+    scaly = sp.Piecewise((PUSH, v < 0), (3 * PUSH, True))
+    path = ap.solve(ap.Scene(system=block(2 * PUSH, scaly), start={x: 0, v: 1}, until=12), **how)
+    assert ends(path, ("slip_same", "stick"), [5, 0])
