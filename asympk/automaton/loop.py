@@ -151,10 +151,8 @@ def _jumps(gap: Any, system: System) -> bool:
 
 def _torn(mode: NumericMode, t: Any, state: tuple) -> Event | None:
     """Return the event of a sliding velocity that has jumped away from 0, or to its other sign, as a belt may."""
-    system = mode.mode.system
-    closed = [k for k, phase in enumerate(mode.branch) if phase != OPEN]
-    jumping = [k for k in closed if is_switched(system.frictions[k].velocity, (*system.states, system.time))]
-    velocities = tuple(on_sides(system.frictions[k].velocity, mode.mode.sides) for k in jumping)
+    jumping = mode.mode.jumping
+    velocities = tuple(jumping.values())
     places = ((t, state), *nudges(t, state, mode.beside)) if jumping else ()
     for k, *values in zip(jumping, *(mode.values(velocities, *place) for place in places), strict=True):
         if not is_open(values) and sign_of(values[0]) != mode.branch[k].velocity:

@@ -125,6 +125,13 @@ class GuardedMode:
         """The guards that neither the state nor the time moves."""
         return branches.fixed_guards(self.system, self.branch)
 
+    @cached_property
+    def jumping(self) -> dict[int, sp.Expr]:
+        """The sliding velocities that switch, on the sides of the mode, by the numbers of the closed frictions."""
+        moving, contacts = (*self.system.states, self.system.time), zip(self.system.frictions, self.branch, strict=True)
+        closed = {k: f.velocity for k, (f, phase) in enumerate(contacts) if phase != branches.OPEN}
+        return {k: on_sides(velocity, self.sides) for k, velocity in closed.items() if is_switched(velocity, moving)}
+
     @property
     def conditions(self) -> tuple[sp.Expr, ...]:
         """What must be positive of the parameters alone for the mode to be entered at all."""
