@@ -14,9 +14,8 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
 from asympk.path import Event
-from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, rate_along
-from asympk.symbolic.sides import Sides, inside, is_switched, on_sides
-from asympk.symbolic.system import System
+from asympk.symbolic.branches import Branch, at_rest, awake
+from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
 SHORTLY = 64  # errors of an event, after which what a side has changed is told from what was before
@@ -91,7 +90,7 @@ def follow(
         else:
             t, hits = segment.t, (segment.hit, *segment.together)
             state = _on_zeros(mode, hits, t, segment.state)
-        crossed, left = _crossed(mode, hits)
+        ended, (crossed, left) = mode, _crossed(mode, hits)
         switches = len(left) < len(hits)
         if segment.hit is None:  # the guards of a side that has ended are those of no motion
             crossed, left = [], left * (not switches)
@@ -103,7 +102,7 @@ def follow(
             later = mode.moved_on(t, state, SHORTLY * doubt * t)
             entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
             hits = _lost_beyond(mode, left, (t, state), later)
-        torn = _left_by_ground(segment.t, segments[-1].sides, mode, t, state) or _torn(mode, t, state)
+        torn = _left_by_ground(ended, segment.t, mode, t, state) or _torn(mode, t, state)
         if torn is not None:
             branch, event = automaton.next(None, (), *later, doubt, entered), torn
         elif hits:
@@ -124,29 +123,21 @@ def follow(
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
 
 
-def _left_by_ground(t0: Any, sides: Sides, mode: NumericMode, t: Any, state: tuple) -> Event | None:
+def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:
     """Return the event of a rigid contact whose gap or gap rate has jumped, as where the ground has a step or a kink.
 
-    ``t0`` and ``sides`` are those before. Raises ``NoMotion`` where the ground meets the contact.
+    ``before`` is the mode until the time ``t0``. Raises ``NoMotion`` where the ground meets the contact.
     """
-    system, least = mode.mode.system, BY_HAND * max(1, *map(abs, state))
-    for k, (friction, phase) in enumerate(zip(system.frictions, mode.branch, strict=True)):
-        if phase == OPEN or friction.constraint is None or not _jumps(friction.gap, system):
-            continue
-        parts = (friction.gap, rate_along(system, friction.gap))
-        now = mode.values(tuple(on_sides(part, mode.mode.sides) for part in parts), t, state)
-        before = mode.values(tuple(on_sides(part, sides) for part in parts), t0, state)
-        leap = next((new - old for new, old in zip(now, before, strict=True) if abs(new - old) > least), 0)
+    for k, parts in mode.mode.grounds.items():
+        now, then = mode.values(parts, t, state), before.values(before.mode.grounds[k], t0, state)
+        least = BY_HAND * max(1, *map(abs, state))
+        leap = next((new - old for new, old in zip(now, then, strict=True) if abs(new - old) > least), 0)
         if leap < 0:
-            raise NoMotion(f"the contact is hit at t = {float(t):.6g} by a step or kink of its ground: the rigid model "
-                           "has no law of impact, the model needs compliance there", t, state)  # fmt: skip
+            raise NoMotion(f"the contact is hit at t = {float(t):.6g} by a step or a kink of its ground: the rigid "
+                           "model has no law of impact, the model needs compliance there", t, state)  # fmt: skip
         if leap > 0:
             return Event("lift_off", t, state, k)
     return None
-
-
-def _jumps(gap: Any, system: System) -> bool:
-    return gap is not None and is_switched(gap, (*system.states, *({system.time} - {None})))
 
 
 def _torn(mode: NumericMode, t: Any, state: tuple) -> Event | None:

@@ -126,6 +126,16 @@ class GuardedMode:
         return branches.fixed_guards(self.system, self.branch)
 
     @cached_property
+    def grounds(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
+        """The gap and the gap rate, on the sides of the mode, of closed rigid contacts whose gap switches."""
+        moving = (*self.system.states, self.system.time)
+        contacts = enumerate(zip(self.system.frictions, self.branch, strict=True))
+        gaps = {k: f.gap for k, (f, phase) in contacts if phase != branches.OPEN and f.constraint is not None}
+        switched = {k: gap for k, gap in gaps.items() if gap is not None and is_switched(gap, moving)}
+        return {k: (on_sides(gap, self.sides), on_sides(branches.rate_along(self.system, gap), self.sides))
+                for k, gap in switched.items()}  # fmt: skip
+
+    @cached_property
     def jumping(self) -> dict[int, sp.Expr]:
         """The sliding velocities that switch, on the sides of the mode, by the numbers of the closed frictions."""
         moving, contacts = (*self.system.states, self.system.time), zip(self.system.frictions, self.branch, strict=True)
