@@ -62,7 +62,7 @@ def land(
     """
     if affinelayer.is_affine(formulas):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
-        if rate < 0 and np.abs(table).max() <= FAR * max(1, *map(abs, y)):
+        if rate < 0 and np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y))):
             return _in_closed_form(rate, table, y)
     fine, coarse = (_tolerances(rtol, mu, order, len(x), len(y), first) for first in (0, 1))
     return _followed(formulas, order, x, y, values, fine, coarse)
@@ -163,7 +163,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances)
     while len(found) < STEPS:
         scale = max(1, *map(abs, now))
-        if scale > FAR * max(1, *map(abs, y)):
+        if scale > FAR * max(1, *map(abs, (*x, *y))):
             break
         if known is None:
             known, rate = approached(formulas, x, now, scale, values)

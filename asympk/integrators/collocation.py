@@ -259,7 +259,7 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
     a, mode = scheme.tableau.a, scheme.mode
     times = [t + h * c for c in scheme.tableau.nodes]
     slopes = _in_doubles(scheme, times, state, h) or [mode.rhs(t, state)] * len(a)
-    previous = None
+    enough, previous = scheme.tolerance * 1e-4 * max(1, *map(abs, state)), None
     for _ in range(60):
         columns = _by_state(h.context, slopes)
         stages = [_moved(state, row, columns, h) for row in a]
@@ -270,7 +270,7 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
         change = _correction(scheme, times, stages, [[float(v / exponent) for v in row] for row in residual], h)
         slopes = [_minus(k, [-exponent * v for v in d]) for k, d in zip(slopes, change.tolist(), strict=True)]
         size = h * exponent * float(abs(change).max())
-        if size <= scheme.tolerance * 1e-4:
+        if size <= enough:
             return _by_state(h.context, slopes)
         if not size < (1e30 if previous is None else 2 * previous):
             return None

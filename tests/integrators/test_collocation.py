@@ -1,5 +1,6 @@
 """Collocation: the tableau of any number of stages, and runs whose stages grow with the digits asked for."""
 
+import math
 from itertools import chain
 
 import numpy as np
@@ -78,3 +79,14 @@ def test_a_block_on_a_belt_in_digits_moves_as_in_doubles(start, digits):
     doubles = ap.solve(on_a_belt(start), "dop853", rtol=1e-11, atol=1e-12)
     assert path.modes == doubles.modes
     assert [float(w) for w in path.final] == pytest.approx(doubles.final, abs=1e-9)
+
+
+def test_stiff_states_that_grow_large_are_followed_in_long_steps():
+    """The sweeps of a step end at the tolerance relative to the states; 1e-20 beside 1e8 was never reached."""
+    x, y = sp.symbols("x y", real=True)
+    mu = sp.Symbol("mu", positive=True)
+    system = ap.System.smooth(slow={x: 5 * x}, fast={y: x**2 - y}, small=mu)
+    scene = ap.Scene(system=system, values={mu: "1/1000"}, start={x: 1, y: 0}, until=2)
+    path = ap.solve(scene, digits=15, seconds=60)
+    # y = (e^{10 t} - e^{-t/mu}) / (1 + 10 mu)
+    assert path.final == pytest.approx((math.exp(10), math.exp(20) / 1.01), rel=1e-14)
