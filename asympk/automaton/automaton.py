@@ -16,8 +16,8 @@ from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
 from asympk.numbers import sign_of
-from asympk.symbolic.branches import OPEN, Branch
-from asympk.symbolic.sides import Sides, inside, measured, system_on_sides
+from asympk.symbolic.branches import OPEN, Branch, rate_along
+from asympk.symbolic.sides import Sides, inside, is_switched, measured, system_on_sides
 from asympk.symbolic.system import System
 
 EDGES = 3  # that a state is on at once and all sides are tried
@@ -56,7 +56,8 @@ class Automaton:
     def edges_at(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
         """Return the phases of the state that vanish at a place, or may by ``slack``, its relative error."""
         phases = tuple(phase for phase in phases_of(self.system) if measured(phase) == phase)
-        return decide.within_rounding(self, phases, t, state, slack) if phases else ()
+        signs = decide.signs_at(self, phases, t, state, slack)
+        return tuple(phase for phase, sign in zip(phases, signs, strict=True) if sign == 0)
 
 
 @lru_cache(maxsize=256)  # a scene is often followed by several methods
@@ -74,8 +75,12 @@ def _follow_on(
     """Return the mode that goes on; on edges of what the state switches, by the law of the side that it leads to.
 
     Rest on them comes first. Where there is no such side, or several with different modes, the place itself decides.
+    A side that it leads to whatever the forces are has the only law, though that may refuse to go on.
     """
     edges, found = automaton.edges_at(t, state, slack), set()
+    if led := _led_to(automaton, edges, t, state, slack):
+        sided = _on_sides(automaton, led)
+        return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
     for choice in product((0, 1, -1), repeat=len(edges)) if 0 < len(edges) <= EDGES else ():
         sides = tuple(zip(edges, choice, strict=True))
         with suppress(NoMotion, TwoMotions, Undecided, InputError):
@@ -87,6 +92,17 @@ def _follow_on(
                     return branch
                 found.add(branch)
     return found.pop() if len(found) == 1 else decide.follow_on(automaton, before, hits, t, state, slack)
+
+
+def _led_to(automaton: Automaton, edges: tuple[sp.Expr, ...], t: Any, state: State, slack: Any) -> Sides:
+    """Return the sides of those edges that the state leaves at once, at a rate that no force and no edge changes."""
+    system = automaton.system
+    forces = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
+    rates = {edge: rate_along(system, edge) for edge in edges}
+    own = {edge: rate for edge, rate in rates.items()
+           if not rate.free_symbols & forces and not is_switched(rate, (*system.states, system.time))}  # fmt: skip
+    signs = decide.signs_at(automaton, tuple(own.values()), t, state, slack)
+    return tuple((edge, sign) for edge, sign in zip(own, signs, strict=True) if sign)
 
 
 @lru_cache(maxsize=64)

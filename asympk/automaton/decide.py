@@ -40,6 +40,7 @@ from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.rest import has_forces, stands_still
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
+from asympk.numbers import sign_of
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
@@ -75,14 +76,16 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
                          "where its formulas hold, or give other parameters") from error  # fmt: skip
 
 
-def within_rounding(automaton: "Automaton", phases: tuple, t: Any, state: tuple, slack: Any) -> tuple[sp.Expr, ...]:
-    """Return those of ``phases`` that vanish at a place, or may by ``slack``, its relative error."""
+def signs_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int, ...]:
+    """Return the signs of expressions at a place, 0 of what vanishes there, or may by ``slack``, its relative error."""
+    if not exprs:
+        return ()
     digits = digits_of(state)
     numbers = _numbers(digits) if digits else DOUBLES
     own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
     at = Place(numbers, numbers.convert(t), own, p)
-    rows = (place.values(automaton.system, phases) for place in at.with_nudged(slack))
-    return tuple(phase for phase, values in zip(phases, zip(*rows, strict=True), strict=True) if is_open(values))
+    rows = (place.values(automaton.system, exprs) for place in at.with_nudged(slack))
+    return tuple(0 if is_open(values) else sign_of(values[0]) for values in zip(*rows, strict=True))
 
 
 def digits_of(state: tuple) -> int | None:

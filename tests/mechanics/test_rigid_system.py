@@ -312,6 +312,25 @@ def test_a_block_flies_off_where_its_ground_falls_away_and_hits_it_where_that_ri
         assert path.final == pytest.approx(flown, abs=1e-6)
 
 
+def _block_on(height, start, until=1, **options):
+    """Return the path of a block of the weight 1 and the friction 1/4 on ground of a height over X."""
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    ground = ap.Contact(Y - height(X), X, sp.Rational(1, 4), unilateral=True)
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, -1), ground).rigid()
+    scene = ap.Scene(system=block, values={}, start=dict(zip("XYUV", start, strict=True)), until=until)
+    return ap.solve(scene, **options)
+
+
+@pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
+def test_a_block_that_starts_on_a_kink_of_its_ground_hits_the_side_it_moves_to_or_flies_off(method):
+    for velocity in (1, -1):
+        with pytest.raises(NoMotion, match="the contact is hit at t = 0"):
+            _block_on(sp.Abs, (0, 0, velocity, 0), **method)
+        path = _block_on(lambda X: -sp.Abs(X), (0, 0, velocity, 0), **method)
+        assert path.modes == ("open",)
+        assert path.final == pytest.approx((velocity, -0.5, velocity, -1))
+
+
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
 def test_a_block_slides_on_where_its_ground_begins_to_rise_smoothly(method):
     X, Y, U, V = sp.symbols("X Y U V", real=True)
