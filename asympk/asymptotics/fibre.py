@@ -38,8 +38,7 @@ class Formulas:
     1. ``layer(series, p)`` returns the rates of the series in tau, those of X_0 left out.
     2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each by state and power of tau.
     3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m]`` of the same returns y.
-    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, h_x f_y, h_x f_x f_y, and the sums
-       of the eigenvalues and of their squares of f_x + f_y h_x.
+    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, h_x f_y and h_x f_x f_y.
     5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
     6. ``series`` are definitions of symbols, one after the other, and in these the coefficients of 1, mu, ..., mu^n of
        the fast states on the manifold, order by order, where fast states stand for the branch's value.
@@ -174,9 +173,7 @@ class _Field:
         return tape.definitions(tuple(c[k, 0] for k in range(order + 1) for c in y), functions, inputs)
 
     def slow_rates(self):
-        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, h_x f_y, h_x f_x f_y, and the sums
-        of the eigenvalues and of their squares of f_x + f_y h_x.
-        """
+        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and h_x f_y and h_x f_x f_y."""
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.jacobian.det()], values, tape, 1)
         point, drift = _first(values), [f.subs(self.small, 0) for f in self.drift]
@@ -188,16 +185,7 @@ class _Field:
             again = [f[0, 1] for f in self._along(drift, point | moved, tape, 1)]
             once += _product(inverse, _product(across, push))
             twice += _product(inverse, _product(across, again))
-        sums = _sums(self._slow_jacobian(drift, point, across, inverse, tape))
-        return tape.function((found[0, 1] / found[0, 0], tuple(once), tuple(twice), sums), self.functions)
-
-    def _slow_jacobian(self, drift, point, across, inverse, tape):
-        """Return f_x + f_y h_x, h_x = -g_y^-1 g_x."""
-        own, pushed = (_matrix(sp.Matrix([[f.diff(s) for s in states] for f in drift]), point, tape)
-                       for states in (self.slow_states, self.fast_states))  # fmt: skip
-        tilts = [_product(inverse, column) for column in zip(*across, strict=True)]
-        carried = [_product(tilts, row) for row in pushed]
-        return [[a + -1 * b for a, b in zip(*rows, strict=True)] for rows in zip(own, carried, strict=True)]
+        return tape.function((found[0, 1] / found[0, 0], tuple(once), tuple(twice)), self.functions)
 
     def at_point(self, exprs):
         """Compile expressions at (x, y)."""
@@ -283,12 +271,6 @@ def _matrix(matrix, values, tape):
     """Return a matrix at ``values``, by rows."""
     found = iter(evaluated(matrix, values, tape))
     return [[next(found) for _ in range(matrix.cols)] for _ in range(matrix.rows)]
-
-
-def _sums(matrix):
-    """Return the sums of the eigenvalues of a matrix and of their squares: the traces of it and of its square."""
-    count = range(len(matrix))
-    return sum((matrix[i][i] for i in count), 0), sum((matrix[i][j] * matrix[j][i] for i in count for j in count), 0)
 
 
 def _product(matrix, vector):

@@ -7,8 +7,7 @@ The flow to several orders is integrated side by side, on the same steps: their 
 orders omit. It stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes
 within its own time, mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold,
 or where fast and slow rates meet, 4 mu |h_x f_y| or mu sqrt(27 |h_x f_x f_y| / 4) = |largest real part|, as where a
-node turns to a focus, or where a rate of the slow motion itself, an eigenvalue of f_x + f_y h_x, is nearly as large:
-their sum and that of their squares tell. The units of the slow states are in none of these.
+node turns to a focus. The units of the slow states are in neither.
 """
 
 import math
@@ -29,7 +28,6 @@ from asympk.errors import NotNormallyHyperbolic, OutOfRange
 STEPS = 20000
 FAR = 1e12
 MEETING = 4  # mu y' = g with constant coefficients and x' = y have real rates below 4 mu |h_x f_y| = |g_y|
-SLOWER = 0.9  # of the fast rate, below which slow rates stay: terms of the series fall no faster than by that
 AGAIN = math.sqrt(27 / 4)  # and with x'' = y below mu sqrt(27 |h_x f_x f_y| / 4) = |g_y|
 
 
@@ -120,10 +118,9 @@ def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], val
 def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, values: tuple) -> float:
     """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
     try:
-        turning, once, twice, (total, squares) = formulas.slow_rates(*state, mu, *values)
+        turning, once, twice = formulas.slow_rates(*state, mu, *values)
         _, largest = _attraction(formulas, state, slow, mu, values)
-        own = max(abs(total) / max(slow, 1), math.sqrt(abs(squares))) / SLOWER
-        meeting = max(abs(turning), MEETING * math.hypot(*once), AGAIN * math.sqrt(math.hypot(*twice)), own)
+        meeting = max(abs(turning), MEETING * math.hypot(*once), AGAIN * math.sqrt(math.hypot(*twice)))
         return -largest - mu * meeting
     except (ArithmeticError, ValueError):
         return -math.inf

@@ -80,9 +80,11 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     kept = tuple(i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time)
     motion = layered_motion(known, order, begin, mu, tuple(given.values()), until, kept)
     slow, layer = motion.states(until), motion.layer(until)
-    now, next_, last = slow + layer
+    now, next_, _ = slow + layer
     layered = method == "jump"
-    predicted = partial(predicted_error, (now, next_, last), rtol=motion.rtol, misses=motion.misses())
+    # a layer that fades no faster than the slow motion moves cancels its terms, but not what they leave out
+    told: Sequence[np.ndarray] = [*(slow if _stall(slow) else slow + layer)]
+    predicted = partial(predicted_error, told, rtol=motion.rtol, misses=motion.misses())
     error = predicted(0.0 if layered else layer[0])
     if error >= 1 > predicted():
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
@@ -129,6 +131,12 @@ def predicted_error(
     error += _beyond(max(first, second), np.asarray(misses))
     scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + ROUNDING * rtol)
+
+
+def _stall(motions: np.ndarray) -> bool:
+    """Tell whether the terms between three motions hardly fall."""
+    first, second = np.abs(np.diff(motions, axis=0)).max(axis=1, initial=0)
+    return bool(second > STALLED * first)
 
 
 def _beyond(omitted: float, misses: np.ndarray) -> float:

@@ -165,11 +165,14 @@ def test_a_linear_system_is_followed_alike_at_every_size(size):
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_a_slow_rate_as_large_as_the_fast_one_is_refused(order):
-    """y = t e^-t: whatever the order, layer and manifold cancel, and so do the terms that tell the error."""
-    even = ap.System.smooth(slow={x: -x}, fast={y: (x - y) / 1000}, small=mu)
-    with pytest.raises(NotNormallyHyperbolic, match="slow motion that is not slow"):
+@pytest.mark.parametrize("power", [1, 2])
+def test_a_layer_that_fades_as_the_manifold_moves_does_not_hide_what_is_omitted(power, order):
+    """y = p t e^{-p t}: to every order layer and manifold cancel, and so do the terms that tell the error."""
+    even = ap.System.smooth(slow={x: -x}, fast={y: (x**power - y) * power / 1000}, small=mu)
+    with pytest.raises(OutOfRange, match="is not small here"):
         _solved(even, {mu: "1/1000"}, {x: 1, y: 0}, 1, order=order)
+    late = _solved(even, {mu: "1/1000"}, {x: 1, y: 0}, 5, order=order)
+    assert abs(late.final[1] - 5 * power * math.exp(-5 * power)) < late.error
 
 
 def test_a_start_on_a_repelling_branch_is_refused():
