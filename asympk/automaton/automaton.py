@@ -74,10 +74,11 @@ def _follow_on(
 ) -> Branch:
     """Return the mode that goes on; on edges of what the state switches, by the law of the side that it leads to.
 
-    Rest on them comes first. Where there is no such side, or several with different modes, the place itself decides.
+    Rest on them comes first. Where there is no such side, the state rests on an edge if it does by the law of a side;
+    where it does not, and where several sides have different modes, the place itself decides.
     A side that it leads to whatever the forces are has the only law, though that may refuse to go on.
     """
-    edges, found = automaton.edges_at(t, state, slack), set()
+    edges, found, resting = automaton.edges_at(t, state, slack), set(), set()
     if led := _led_to(automaton, edges, t, state, slack):
         sided = _on_sides(automaton, led)
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
@@ -91,7 +92,12 @@ def _follow_on(
                 if not any(choice):
                     return branch
                 found.add(branch)
-    return found.pop() if len(found) == 1 else decide.follow_on(automaton, before, hits, t, state, slack)
+            elif all(mode.leaves(phase, side, t, state) or mode.leaves(phase, 0, t, state) for phase, side in sides):
+                resting.add(branch)
+    if len(found) == 1:
+        return found.pop()
+    branch = decide.follow_on(automaton, before, hits, t, state, slack)
+    return resting.pop() if not found and len(resting) == 1 else branch
 
 
 def _led_to(automaton: Automaton, edges: tuple[sp.Expr, ...], t: Any, state: State, slack: Any) -> Sides:
@@ -160,7 +166,7 @@ def _entered(
         elif all(sign and sign * found.departure(phase, t, state) >= 0 for phase, sign in left):
             resting.append(found)
     if fitting or resting:
-        return (fitting or resting)[0]
+        return next((found for found in resting if found.holds(t, state)), (fitting or resting)[0])
     edges = (inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1)
     where = ", ".join(f"{edge} = 0" for edge in edges)
     raise NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "

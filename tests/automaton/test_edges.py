@@ -58,8 +58,16 @@ def test_a_force_towards_an_edge_that_moves_on_pushes_a_block_after_it_from_the_
     assert [float(w) for w in path.final] == pytest.approx([1 / 30, 0], abs=1e-5)
 
 
+@pytest.mark.parametrize("how", WAYS)
+def test_a_block_rests_on_an_edge_where_one_side_pushes_it_back_and_the_other_holds_it(how):
+    for edge in (x < 1, x <= 1):
+        system = block(-PUSH, sp.Piecewise((ROUGH, edge), (ICE, True)))
+        path = ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=3), **how)
+        assert ends(path, ("stick",), [1, 0])
+
+
 def test_a_block_that_both_sides_of_an_edge_push_back_is_refused_by_name():
-    system = block(-PUSH, sp.Piecewise((ROUGH, x < 1), (ICE, True)))
+    system = block(sp.Piecewise((PUSH, x < 1), (-PUSH, True)), ICE)
     with pytest.raises(NotDerivable, match="the motion stays on x - 1 = 0 from t = 0 on"):
         ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=3))
 

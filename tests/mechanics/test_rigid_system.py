@@ -312,11 +312,11 @@ def test_a_block_flies_off_where_its_ground_falls_away_and_hits_it_where_that_ri
         assert path.final == pytest.approx(flown, abs=1e-6)
 
 
-def _block_on(height, start, until=1, **options):
-    """Return the path of a block of the weight 1 and the friction 1/4 on ground of a height over X."""
-    X, Y, U, V = sp.symbols("X Y U V", real=True)
+def _block_on(height, start, until=1, pull=0, **options):
+    """Return the path of a block of the weight 1 and the friction 1/4 on ground of a height over X; pull t pulls it."""
+    X, Y, U, V, t = sp.symbols("X Y U V t", real=True)
     ground = ap.Contact(Y - height(X), X, sp.Rational(1, 4), unilateral=True)
-    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, -1), ground).rigid()
+    block = ap.Mechanism((X, Y), (U, V), sp.eye(2), (pull * t, -1), ground, time=t).rigid()
     scene = ap.Scene(system=block, values={}, start=dict(zip("XYUV", start, strict=True)), until=until)
     return ap.solve(scene, **options)
 
@@ -329,6 +329,17 @@ def test_a_block_that_starts_on_a_kink_of_its_ground_hits_the_side_it_moves_to_o
         path = _block_on(lambda X: -sp.Abs(X), (0, 0, velocity, 0), **method)
         assert path.modes == ("open",)
         assert path.final == pytest.approx((velocity, -0.5, velocity, -1))
+
+
+@pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
+def test_a_block_rests_at_the_foot_of_a_ramp_until_a_pull_moves_it_on_the_flat_or_up_the_ramp(method):
+    """On the flat U' = t - 1/4 follows; on the ramp N = 1 + U' and U' = t - 5 N/4, that is 9 U'/4 = t - 5/4."""
+    for pull, onset in ((0, []), (-1, [0.25]), (1, [1.25])):
+        path = _block_on(lambda X: sp.Max(0, X), (0, 0, 0, 0), until=2, pull=pull, **method)
+        assert [event.t for event in path.events] == pytest.approx(onset)
+        assert path.modes == ("stick", *(["slip_same" if pull > 0 else "slip_opposite"] if pull else []))
+        left = 2 - sum(onset) if pull else 0
+        assert path.final[0] == pytest.approx(pull * left**3 / (6 * (9 / 4 if pull > 0 else 1)))
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
