@@ -39,7 +39,8 @@ class Automaton:
 
         Where something switches at t = 0, within the rounding of ``until``, it is the mode that begins just after.
         """
-        return _first(self, tuple(start), until if self.system.time else 1)
+        with decide.finite(lambda: 0):
+            return _first(self, tuple(start), until if self.system.time else 1)
 
     def next(
         self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48,

@@ -13,7 +13,8 @@ rested before slips and it rests on in another; then those in which any slips th
 that are left end the motion. First of all, what some forces hold at rest rests, also where they are not determined.
 """
 
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import lru_cache, partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -39,7 +40,7 @@ from asympk.automaton.contacts import (
 from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.rest import has_forces, stands_still
 from asympk.digits import carrier_context
-from asympk.errors import InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
+from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.numbers import sign_of
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
@@ -69,11 +70,20 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
             return _follow_on(automaton, before, hits, t, state, slack, DOUBLES)
     digits = max(WORKING, (digits_of(state) or 0) + COARSER)
     numbers = _numbers(digits + COARSER)._replace(coarser=_numbers(digits))
-    try:
+    with finite(lambda: t):
         return _follow_on(automaton, before, hits, t, state, slack, numbers)
-    except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no sign
-        raise OutOfRange(f"a rate or a bound of the system is not a finite real number at t = {float(t):.6g}; start "
-                         "where its formulas hold, or give other parameters") from error  # fmt: skip
+
+
+@contextmanager
+def finite(reached: Callable[[], Any]) -> Iterator[None]:
+    """Raise ``OutOfRange`` instead of what numbers raise that are infinite, or complex, which have no sign."""
+    try:
+        yield
+    except AsympkError:
+        raise
+    except (ArithmeticError, TypeError, ValueError) as error:
+        raise OutOfRange("a rate or a bound of the system, or its slope, is not a finite real number at t = "
+                         f"{float(reached()):.6g}; start where its formulas hold, or give other parameters") from error
 
 
 def signs_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int, ...]:

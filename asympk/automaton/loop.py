@@ -8,7 +8,7 @@ import sympy as sp
 
 from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.contacts import is_open, nudges
-from asympk.automaton.decide import BY_HAND
+from asympk.automaton.decide import BY_HAND, finite
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
@@ -68,12 +68,23 @@ def follow(
 
     ``advance(mode, t, state, segments)`` returns the next ``Segment``; ``events`` bounds the number of events. The
     modes are those of doubles, or of mpmath numbers of ``digits`` digits; ``slack`` is the relative error of a state
-    at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction`` and ``Accumulation``.
+    at an event. Raises ``NoMotion``, ``TwoMotions``, ``UnboundedReaction``, ``Accumulation`` and ``OutOfRange``.
     """
+    segments: list[Segment] = []
+    with finite(lambda: segments[-1].t if segments else 0):
+        return _follow(automaton, first, start, until, advance, events, digits, slack, segments)
+
+
+def _follow(
+    automaton: Automaton, first: Branch, start: tuple, until: Any, advance: Advance, events: int, digits: int | None,
+    slack: Any, segments: list[Segment],
+) -> Run:  # fmt: skip
     still = automaton.mode(first, digits)
     t, state = still.after_start(until), start
     mode = mode_on_sides(automaton, first, digits, t, state, automaton.edges_at(t, state, still.beside))
-    names, marks, segments = [mode.name], list[Event](), list[Segment]()
+    if t:
+        mode.rhs(0 * t, state)  # infinite rates would move the state by more than the rounding until then
+    names, marks = [mode.name], list[Event]()
     while t < until or not segments:
         _require_one_motion(mode, t, state)
         segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)

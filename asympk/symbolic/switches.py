@@ -1,4 +1,4 @@
-r"""What switches by the time alone: a ``Piecewise`` pulse, a step, a ramp that ends, a saw-tooth, a square wave.
+r"""What switches by the time alone: a ``Piecewise`` pulse, a step, a ramp that ends, a saw-tooth, a root.
 
 A rate is not smooth there, and an integrator whose steps grow in between would step over a pulse. A switch is a phase,
 linear in the time, that passes 0, or any whole number.
@@ -13,7 +13,7 @@ import sympy as sp
 from asympk.symbolic.sides import WHOLE, phase_of, phases, switching_parts
 from asympk.symbolic.system import System
 
-_SWITCHING = (*WHOLE, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.core.relational.Relational)
+_SWITCHING = (*WHOLE, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.Pow, sp.core.relational.Relational)
 
 
 class Switch(NamedTuple):
@@ -76,6 +76,10 @@ def switches(
 
 
 def _of(atom: sp.Basic, but: Collection[sp.Expr]) -> Iterator[Switch]:
+    if isinstance(atom, sp.Pow):  # the slope of a root is infinite where it vanishes
+        root = atom.exp.is_positive and not atom.exp.is_integer
+        yield from (_zero(factor) for factor in sp.Mul.make_args(atom.base) if root)
+        return
     parts = switching_parts(atom)
     if isinstance(atom, WHOLE):
         yield from (Switch(part, every=True) for part in parts)

@@ -57,6 +57,9 @@ def test_an_oscillator_under_a_saw_tooth_is_that_of_its_steps(method):
     (sp.Piecewise((0, t <= 0), (2, True)), 7.65),
     (sp.floor(t), 1.9),
     (sp.sign(sp.sin(sp.pi * t)), 0.62141206540),
+    (sp.sqrt(t), 2.83367893811),
+    (sp.floor(sp.sqrt(t)), 1.4),
+    (sp.sign(sp.sqrt(t) - 1), 0.2091715976),
 ])  # fmt: skip
 def test_a_block_at_rest_feels_a_push_that_jumps_at_once(push, place, method):
     path = ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
@@ -183,3 +186,12 @@ def test_what_is_at_rest_is_moved_by_a_smooth_pulse_between_two_steps_of_the_res
     end = ap.solve(ap.Scene(system=swing, start={x: 0, v: 0}, until=2), **method).final
     gained = 5 * math.sqrt(math.pi / steep) * math.exp(-1 / (4 * steep))
     assert [float(w) for w in end] == pytest.approx([gained * math.sin(1), gained * math.cos(1)], rel=1e-4)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("push", [
+    sp.floor(sp.sqrt(x)), sp.floor(sp.log(t)), sp.Max(1 / t, 1), 1 / sp.sqrt(t) + sp.sqrt(t), 1 / t + sp.sqrt(t),
+])  # fmt: skip
+def test_what_has_an_infinite_rate_or_slope_at_the_start_is_refused_by_name(push, method):
+    with pytest.raises(ap.AsympkError, match=r"not a finite|no finite"):
+        ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
