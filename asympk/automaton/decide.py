@@ -207,8 +207,8 @@ def _gap_sign(friction: Friction, k: int, lost: set, contacts: list[ContactNumbe
 def _touching(system: System, before: Branch | None, lost: set, at: Place) -> dict[int, bool]:
     """Return the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
 
-    Raises ``NoMotion`` where one is hit: a rigid contact has no law of impact. The gap and its rate are 0 where the
-    rounding of doubles, or at a start that of six digits, may have made them differ from it.
+    Raises ``NoMotion`` where one is hit, by a step of its ground too: a rigid contact has no law of impact. The gap and
+    its rate are 0 where the rounding of doubles, or at a start that of six digits, may have made them differ from it.
     """
     found, rounding = {}, BY_HAND if before is None else ROUNDING
     for k, friction in enumerate(system.frictions):
@@ -222,7 +222,7 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
         if gap < 0 and ("touch_down", k) not in lost:
             raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
         if ("touch_down", k) in lost or gap == 0:
-            if rate < 0:
+            if min(gap, rate) < 0:
                 raise NoMotion(f"the contact is hit {_place(system, at.t, at.state)}: the rigid model has no law of "
                                "impact, the model needs compliance there", at.t, at.state)  # fmt: skip
             if rate == 0:

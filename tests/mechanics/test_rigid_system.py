@@ -343,6 +343,20 @@ def test_a_block_rests_at_the_foot_of_a_ramp_until_a_pull_moves_it_on_the_flat_o
 
 
 @pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
+@pytest.mark.parametrize("by_time", [True, False])
+def test_a_block_that_flies_hits_a_step_of_its_ground_though_it_rises_and_passes_over_a_lower_one(by_time, method):
+    def step(X):
+        return sp.Piecewise((0, 4 * sp.Symbol("t", real=True) < 1 if by_time else X < 1), (sp.S.Half, True))
+
+    for height, rise in (("1/10", "1/2"), ("1/10", 0), ("1/10", "1/4")):
+        with pytest.raises(NoMotion, match=r"the contact is hit at t = 0\.25, X = 1,"):
+            _block_on(step, ("1/2", height, 2, rise), until="1/2", **method)
+    path = _block_on(step, ("1/2", "51/100", 2, "1/2"), until="1/2", **method)
+    assert path.modes == ("open",)
+    assert path.final == pytest.approx((1.5, 0.635, 2, 0))
+
+
+@pytest.mark.parametrize("method", [{}, {"method": "dop853"}, {"digits": 15}])
 def test_a_block_slides_on_where_its_ground_begins_to_rise_smoothly(method):
     X, Y, U, V = sp.symbols("X Y U V", real=True)
     ramp = sp.Max(0, X - 1) ** 2 / 2
