@@ -6,11 +6,12 @@ namespace of functions. Lie derivatives of a guard along its field tell what hap
 """
 
 import ast
+import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
-from itertools import islice
+from itertools import chain, islice
 from types import ModuleType
 from typing import Any
 
@@ -19,7 +20,7 @@ import sympy as sp
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.lowering import Lowered, lower
+from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
     MOST,
@@ -249,6 +250,9 @@ def function(
     """
     space: dict[str, Any] = {target: functions}
     text = source(system, outputs, target, directions)
+    if functions is math:
+        exprs = (*outputs, *chain(*directions))
+        return without_overflow(text, exprs, lambda: function(system, outputs, "mpmath", WIDE, directions))
     exec(ast.unparse(_Products().visit(ast.parse(text))) if products else text, space)
     return space["f"]
 

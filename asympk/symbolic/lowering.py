@@ -6,9 +6,9 @@ same expressions give the same source in every run.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, lru_cache, reduce
+from functools import cache, cached_property, lru_cache, reduce
 from importlib import import_module
 from itertools import chain
 from threading import local
@@ -290,9 +290,53 @@ def _derivatives(lowered):
 
 @lru_cache(maxsize=512)
 def _compiled(lowered):
-    space = {lowered.target: _OWN if lowered.target == "mpmath" else import_module(lowered.target)}
-    exec(replace(lowered, single=False).source, space)
+    lowered = replace(lowered, single=False)
+    if lowered.target == "math":
+        wide = replace(lowered, target="mpmath")
+        return without_overflow(lowered.source, lowered.outputs, lambda: _executed(wide, WIDE))
+    return _executed(lowered, _OWN if lowered.target == "mpmath" else import_module(lowered.target))
+
+
+def _executed(lowered, functions):
+    space = {lowered.target: functions}
+    exec(lowered.source, space)
     return space[lowered.name]
+
+
+def without_overflow(
+    source: str, exprs: Iterable[sp.Expr], wider: Callable[[], Callable[..., tuple]]
+) -> Callable[..., tuple]:  # fmt: skip
+    """Return the function of floats with this source, of ``exprs``; where one overflows on the way, it is followed on.
+
+    1/cosh(1000)^2 is 0, though cosh(1000) is no float. ``wider`` makes the same function of ``WIDE`` numbers.
+    """
+    head, *body = source.splitlines()
+    name, arguments = head[4:-2].split("(")
+
+    wide = cache(lambda: None if _is_tower(exprs) else wider())
+
+    def again(*given: float) -> tuple:
+        function = wide()
+        try:
+            found = tuple(map(float, function(*map(WIDE.mpf, given)))) if function else (math.inf,)
+        except TypeError:  # of a complex number
+            found = (math.nan,)
+        if not all(map(math.isfinite, found)):
+            raise OverflowError
+        return found
+
+    space: dict[str, Any] = {"math": math, "_again_": again}
+    lines = [head, "    try:", *(f"    {line}" for line in body), "    except OverflowError:"]
+    exec("\n".join([*lines, f"        return _again_({arguments})"]), space)
+    return space[name]
+
+
+def _is_tower(exprs):
+    """Tell whether exponentials stand in other functions, on whose numbers those may take for ever."""
+    atoms = sp.Tuple(*exprs).atoms(sp.Pow, sp.Function)
+    growing = {e for e in atoms if isinstance(e, sp.exp | sp.cosh | sp.sinh) or (e.is_Pow and e.exp.free_symbols)}
+    outer = growing | {e for e in atoms if not e.is_Pow and not isinstance(e, sp.log)}
+    return any(arg.atoms(sp.Pow, sp.Function) & growing for e in outer for arg in e.args)
 
 
 class _OwnContext(local):
@@ -305,7 +349,7 @@ class _OwnContext(local):
         return getattr(self.context, name)
 
 
-_OWN = _OwnContext()
+_OWN, WIDE = _OwnContext(), _OwnContext()  # that of the call's precision, and that of floats
 
 
 def _numpy(lowered, values):

@@ -235,3 +235,18 @@ def test_definitions_that_are_no_pairs_or_look_ahead_are_refused(wrong):
     assert lower((x,), A + 1, "math", definitions=[(B, x), (A, B + 1)])(2) == 4
     with pytest.raises(InputError):
         lower((x,), A + 1, "c", definitions=wrong)
+
+
+@pytest.mark.parametrize(("expr", "limit"), [
+    (4 / sp.cosh(x) ** 2, 0), (1 / (1 + sp.exp(x)), 0), (sp.exp(x) / (1 + sp.exp(x)), 1), (sp.log(1 + sp.exp(x)), 1000),
+])  # fmt: skip
+def test_what_is_finite_in_the_end_may_overflow_on_the_way(expr, limit):
+    assert lower((x,), expr, "math")(1000) == limit
+    slope = lower((x,), sp.diff(expr, x), "math")
+    assert slope(1000) == pytest.approx(int(limit == 1000), abs=1e-15)
+
+
+@pytest.mark.parametrize("expr", [sp.exp(x), sp.exp(sp.exp(x)), sp.sin(sp.exp(x)), 1 / sp.cosh(sp.sinh(x))])
+def test_what_is_no_float_or_would_take_for_ever_to_tell_is_refused_at_once(expr):
+    with pytest.raises(OutOfRange):
+        lower((x,), expr, "math")(1e9)

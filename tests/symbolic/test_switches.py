@@ -195,3 +195,12 @@ def test_what_is_at_rest_is_moved_by_a_smooth_pulse_between_two_steps_of_the_res
 def test_what_has_an_infinite_rate_or_slope_at_the_start_is_refused_by_name(push, method):
     with pytest.raises(ap.AsympkError, match=r"not a finite|no finite"):
         ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("push", "place"), [
+    (4 / sp.cosh(100 * (t - 5)) ** 2, 0.0086798648), (1 / (1 + sp.exp(-100 * (t - 5))), 17.107324),
+])  # fmt: skip
+def test_a_pulse_and_a_step_whose_exponentials_overflow_far_from_them_move_a_block(push, place, method):
+    path = ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=12), **method)
+    assert float(path.final[0]) == pytest.approx(place, abs=3e-4)
