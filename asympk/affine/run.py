@@ -109,7 +109,7 @@ def _estimated(case):
         return joined, estimate([s.work for s in joined.segments], len(case.scene.start))
     except TooLarge:
         raise
-    except (Undecided, OverflowError, ZeroDivisionError):
+    except (Undecided, OutOfRange, OverflowError, ZeroDivisionError):
         return None, float("inf")
 
 
