@@ -251,15 +251,17 @@ class NumericMode:
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
         """Return ``state`` after two Newton steps along the state whose motion, else whose size, moves a guard most.
 
-        What is left of the guard is an error in time: in a layer the slow states do nothing meanwhile.
+        What is left of the guard is an error in time: in a layer the slow states do nothing meanwhile. Where the time
+        moves it while all stands still, no state is moved.
         """
-        moved, rates = list(state), self.rhs(t, state)
+        moved, rates, timed = list(state), self.rhs(t, state), self.mode.system.time is not None
         for _ in range(2):
             slopes = self.guard_gradient(guard, t, moved)
             sizes = zip(slopes, moved, rates, self.movable, strict=True)
             weights = [(abs(slope * rate) * free, abs(slope) * (1 + abs(w)) * free) for slope, w, rate, free in sizes]
             k = weights.index(max(weights))
-            if slopes[k] == 0 or not self.movable[k]:
+            still = timed and self.kinds[guard][0] not in OF_STATES and not weights[k][0]
+            if slopes[k] == 0 or not self.movable[k] or still:
                 break
             moved[k] -= self.guard_values(t, tuple(moved))[guard] / slopes[k]
         return tuple(moved)

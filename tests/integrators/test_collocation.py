@@ -90,3 +90,14 @@ def test_stiff_states_that_grow_large_are_followed_in_long_steps():
     path = ap.solve(scene, digits=15, seconds=60)
     # y = (e^{10 t} - e^{-t/mu}) / (1 + 10 mu)
     assert path.final == pytest.approx((math.exp(10), math.exp(20) / 1.01), rel=1e-14)
+
+
+def test_what_sticks_is_not_moved_where_the_time_ends_its_rest():
+    """The spring x^3 moves the edge of stick near x = 0 by so little that x was moved by 7e-14 onto it."""
+    x, v, t, F = sp.symbols("x v t F", real=True)
+    stick = sp.Rational(3, 4)
+    rubber = ap.Friction(velocity=v, force=F, load=1, kinetic=stick / (1 + sp.Abs(v)), static=stick)
+    block = ap.System.with_frictions({x: v, v: F - x**3 + sp.sin(2 * t)}, {}, [rubber], time=t)
+    scene = ap.Scene(system=block, start={x: 0, v: 0}, until=5)
+    fewer, more = (ap.solve(scene, digits=digits).final[0] for digits in (14, 20))
+    assert abs(fewer - more) < 1e-14
