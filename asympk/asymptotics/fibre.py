@@ -118,8 +118,8 @@ class _Field:
         self.force = [g.subs(small, 0) for g in self.full_force]
         self.jacobian = fast_jacobian(mode, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.jacobian)
-        across = [[g.diff(x) for x in self.slow_states] for g in self.force]
-        self.across = sp.Matrix(len(self.force), len(self.slow_states), lambda i, j: across[i][j])
+        across = [g.diff(x) for g in self.force for x in self.slow_states]
+        self.across = sp.Matrix(len(self.force), len(self.slow_states), across)
         self.names = {p: f"p{i}" for i, p in enumerate(parameters)}
         self.functions = _functions(target)
 

@@ -83,7 +83,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     now, next_, _ = slow + layer
     layered = method == "jump"
     # a layer that fades no faster than the slow motion moves cancels its terms, but not what they leave out
-    told: Sequence[np.ndarray] = [*(slow if _stall(slow) else slow + layer)]
+    first, second = _terms(slow)
+    told = slow if second > STALLED * first else slow + layer
     predicted = partial(predicted_error, told, rtol=motion.rtol, misses=motion.misses())
     error = predicted(0.0 if layered else layer[0])
     if error >= 1 > predicted():
@@ -117,26 +118,25 @@ def tolerance(mu: float, order: int, finer: float = FINER) -> float:
 
 
 def predicted_error(
-    composites: Sequence[np.ndarray], left: Any = 0.0, rtol: float = 0.0, misses: Any = ((0.0,),)
+    composites: Sequence[np.ndarray] | np.ndarray, left: Any = 0.0, rtol: float = 0.0, misses: Any = ((0.0,),)
 ) -> float:
     """Return the error to expect of the first of three composites, relative to the largest of 1 and the states.
 
     ``left`` is what a motion without its layer lacks, ``rtol`` the tolerance of the integrations, ``misses`` what each
     composite misses of the start.
     """
-    now, next_, last = composites
-    first, second = np.abs(next_ - now).max(), np.abs(last - next_).max()
+    first, second = _terms(composites)
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
     error = (first + 2 * second / (1 - ratio)) / (1 - ratio) + np.abs(left).max()
     error += _beyond(max(first, second), np.asarray(misses))
-    scale = max(1.0, np.abs(now).max() - error)  # of the true states, which the error leaves uncertain
+    scale = max(1.0, np.abs(composites[0]).max() - error)  # of the true states, which the error leaves uncertain
     return float(error / scale + ROUNDING * rtol)
 
 
-def _stall(motions: np.ndarray) -> bool:
-    """Tell whether the terms between three motions hardly fall."""
-    first, second = np.abs(np.diff(motions, axis=0)).max(axis=1, initial=0)
-    return bool(second > STALLED * first)
+def _terms(motions: Sequence[np.ndarray] | np.ndarray) -> tuple[float, float]:
+    """Return the largest parts of the two terms between three motions."""
+    now, next_, last = motions
+    return np.abs(next_ - now).max(), np.abs(last - next_).max()
 
 
 def _beyond(omitted: float, misses: np.ndarray) -> float:

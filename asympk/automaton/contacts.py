@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.automaton.modes import function
+from asympk.numbers import sign_of
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import System
@@ -115,6 +116,11 @@ def is_open(values: Sequence) -> bool:
     """Tell whether the spread of the others leaves the sign of the first value open."""
     first, *others = values
     return abs(first) <= 4 * max(abs(v - first) for v in others)
+
+
+def clear_sign(values: Sequence) -> int:
+    """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
+    return 0 if is_open(values) else sign_of(values[0])
 
 
 def nudges(t: Any, state: tuple, slack: Any) -> Iterator[tuple[Any, tuple]]:

@@ -29,11 +29,11 @@ from asympk.automaton.contacts import (
     Place,
     Solved,
     Unclear,
+    clear_sign,
     contact_formulas,
     contact_point,
     converted,
     gap_row,
-    is_open,
     row_at,
     solved_forces,
 )
@@ -41,7 +41,6 @@ from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.rest import has_forces, stands_still
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
-from asympk.numbers import sign_of
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
@@ -95,7 +94,7 @@ def signs_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: 
     own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
     at = Place(numbers, numbers.convert(t), own, p)
     rows = (place.values(automaton.system, exprs) for place in at.with_nudged(slack))
-    return tuple(0 if is_open(values) else sign_of(values[0]) for values in zip(*rows, strict=True))
+    return tuple(map(clear_sign, zip(*rows, strict=True)))
 
 
 def digits_of(state: tuple) -> int | None:

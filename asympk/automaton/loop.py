@@ -7,12 +7,10 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.automaton.automaton import Automaton, mode_on_sides
-from asympk.automaton.contacts import is_open, nudges
 from asympk.automaton.decide import BY_HAND, finite
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
-from asympk.numbers import sign_of
 from asympk.path import Event
 from asympk.symbolic.branches import Branch, at_rest, awake
 from asympk.symbolic.sides import Sides, inside
@@ -154,10 +152,9 @@ def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, sta
 def _torn(mode: NumericMode, t: Any, state: tuple) -> Event | None:
     """Return the event of a sliding velocity that has jumped away from 0, or to its other sign, as a belt may."""
     jumping = mode.mode.jumping
-    velocities = tuple(jumping.values())
-    places = ((t, state), *nudges(t, state, mode.beside)) if jumping else ()
-    for k, *values in zip(jumping, *(mode.values(velocities, *place) for place in places), strict=True):
-        if not is_open(values) and sign_of(values[0]) != mode.branch[k].velocity:
+    signs = mode.signs(tuple(jumping.values()), t, state) if jumping else ()
+    for k, sign in zip(jumping, signs, strict=True):
+        if sign and sign != mode.branch[k].velocity:
             return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
     return None
 

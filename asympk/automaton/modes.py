@@ -35,7 +35,7 @@ from asympk.symbolic.sides import (
     with_real_powers,
 )
 from asympk.symbolic.switches import Switch, exprs_of, switches
-from asympk.symbolic.system import System
+from asympk.symbolic.system import Friction, System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
 FACTORS = 64  # of a product that is written out
@@ -98,17 +98,32 @@ class GuardedMode:
         moved = (inside(*side) for side in self.sides if self.lie_derivative(measured(side[0])) != 0)
         return tuple(edge for edges in moved for edge in edges)
 
+    @property
+    def moving(self) -> set[sp.Symbol | None]:
+        """The states and the time."""
+        return {*self.system.states, self.system.time}
+
+    @property
+    def closed(self) -> dict[int, Friction]:
+        """The frictions that are not open, by their numbers."""
+        contacts = enumerate(zip(self.system.frictions, self.branch, strict=True))
+        return {k: friction for k, (friction, phase) in contacts if phase != branches.OPEN}
+
+    @property
+    def kept_gaps(self) -> dict[int, sp.Expr]:
+        """The gaps of closed rigid contacts, which the mode keeps at 0, by the numbers of the frictions."""
+        rigid = ((k, f) for k, f in self.closed.items() if f.constraint is not None)
+        return {k: f.gap for k, f in rigid if f.gap is not None}
+
     @cached_property
     def open_phases(self) -> tuple[sp.Expr, ...]:
         """What the mode is still switched by: phases of the states and the time that are on no side.
 
-        Guards that vanish for ever do so on their side, so that it has to end, too; so do rest on
-        what jumps away, and contacts that are kept closed on ground that does.
+        Guards that vanish for ever do so on their side, so that it has to end, too; so do rest on what jumps away, and
+        contacts that are kept closed on ground that does.
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
-        contacts = zip(self.system.frictions, self.branch, strict=True)
-        closed = [f for f, phase in contacts if phase != branches.OPEN]
-        kept = [f.velocity for f in closed] + [f.gap for f in closed if f.constraint is not None and f.gap is not None]
+        kept = (*(f.velocity for f in self.closed.values()), *self.kept_gaps.values())
         return phases((*self.rates, *guards, *map(self._placed, kept)), self.system.states, self.system.time)
 
     @cached_property
@@ -129,19 +144,14 @@ class GuardedMode:
     @cached_property
     def grounds(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
         """The gap and the gap rate, on the sides of the mode, of closed rigid contacts whose gap switches."""
-        moving = (*self.system.states, self.system.time)
-        contacts = enumerate(zip(self.system.frictions, self.branch, strict=True))
-        gaps = {k: f.gap for k, (f, phase) in contacts if phase != branches.OPEN and f.constraint is not None}
-        switched = {k: gap for k, gap in gaps.items() if gap is not None and is_switched(gap, moving)}
         return {k: (on_sides(gap, self.sides), on_sides(branches.rate_along(self.system, gap), self.sides))
-                for k, gap in switched.items()}  # fmt: skip
+                for k, gap in self.kept_gaps.items() if is_switched(gap, self.moving)}  # fmt: skip
 
     @cached_property
     def jumping(self) -> dict[int, sp.Expr]:
         """The sliding velocities that switch, on the sides of the mode, by the numbers of the closed frictions."""
-        moving, contacts = (*self.system.states, self.system.time), zip(self.system.frictions, self.branch, strict=True)
-        closed = {k: f.velocity for k, (f, phase) in enumerate(contacts) if phase != branches.OPEN}
-        return {k: on_sides(velocity, self.sides) for k, velocity in closed.items() if is_switched(velocity, moving)}
+        velocities = {k: f.velocity for k, f in self.closed.items() if is_switched(f.velocity, self.moving)}
+        return {k: on_sides(velocity, self.sides) for k, velocity in velocities.items()}
 
     @property
     def conditions(self) -> tuple[sp.Expr, ...]:
@@ -158,8 +168,7 @@ class GuardedMode:
         """What the rates are divided by, as far as it varies and may vanish: its zeros are poles of the rates."""
         powers = {power for rate in self.rates for power in rate.atoms(sp.Pow) if power.exp.is_negative}
         factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in r.atoms(sp.tan)}
-        moving = {*self.system.states, self.system.time}
-        varying = {-e if e.could_extract_minus_sign() else e for e in factors if e.free_symbols & moving}
+        varying = {-e if e.could_extract_minus_sign() else e for e in factors if e.free_symbols & self.moving}
         found = (e for e in varying if not e.is_nonzero and not (e.is_Symbol and self._is_finite_at(e)))
         return tuple(sorted(found, key=sp.default_sort_key))
 

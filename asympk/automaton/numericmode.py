@@ -8,11 +8,10 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.automaton.contacts import is_open, nudges
+from asympk.automaton.contacts import clear_sign, nudges
 from asympk.automaton.modes import SWITCH, GuardedMode, function
 from asympk.errors import NotDerivable, OutOfRange
-from asympk.numbers import sign_of
-from asympk.symbolic.branches import OPEN, Branch, held, rate_along
+from asympk.symbolic.branches import Branch, held, rate_along
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
@@ -170,27 +169,29 @@ class NumericMode:
         """Return the values of expressions at a time and a state."""
         return self._compiled(exprs)(t, *state, *self.p)
 
+    def signs(self, exprs: tuple[sp.Expr, ...], t: Any, state: State) -> tuple[int, ...]:
+        """Return the signs of expressions, 0 of what the rounding of the state might have made of 0."""
+        rows = (self.values(exprs, *place) for place in ((t, state), *nudges(t, state, self.beside)))
+        return tuple(map(clear_sign, zip(*rows, strict=True)))
+
     def departure(self, phase: sp.Expr, t: Any, state: State) -> int:
         """Return the sign of the first derivative of a phase along the field that does not vanish; 0 of none.
 
         What the rounding of the state might have made of 0 vanishes.
         """
-        places = ((t, state), *nudges(t, state, self.beside))
         for _ in range(DERIVATIVES):
             phase = self.mode.lie_derivative(phase)
-            values = [self.values((phase,), *place)[0] for place in places]
-            if not is_open(values):
-                return sign_of(values[0])
+            if sign := self.signs((phase,), t, state)[0]:
+                return sign
             if phase == 0:
                 break
         return 0
 
     def holds(self, t: Any, state: State) -> bool:
         """Tell whether no guard is negative, and none that vanishes falls."""
-        rows = [self.guard_values(*place) for place in ((t, state), *nudges(t, state, self.beside))]
-        told = zip(self.mode.guards, zip(*rows, strict=True), strict=True)
-        signs = (self.departure(g.value, t, state) if is_open(values) else sign_of(values[0]) for g, values in told)
-        return all(sign >= 0 for sign in signs)
+        exprs = self.mode.guard_values
+        told = zip(exprs, self.signs(exprs, t, state), strict=True)
+        return all((sign or self.departure(expr, t, state)) >= 0 for expr, sign in told)
 
     def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State) -> bool:
         """Tell whether a phase that vanishes becomes of a sign along the field, or for 0 stays as it is."""
@@ -283,9 +284,8 @@ class NumericMode:
         What follows is decided by velocities that rest, so that not even rounding may move them.
         """
         system = self.mode.system
-        phases = [*zip(system.frictions, self.branch, strict=True)]
-        rigid = (f for f, phase in phases if f.constraint is not None and f.gap is not None and phase != OPEN)
-        closed = tuple(e for f in rigid for e in (f.gap, rate_along(system, f.gap)))
+        closed = tuple(e for gap in self.mode.kept_gaps.values() for e in (gap, rate_along(system, gap)))
+        phases = zip(system.frictions, self.branch, strict=True)
         resting = tuple(f.velocity for f, phase in phases if phase.mode == "stick")
         kept = (*closed, *resting) if closed or not all(v.is_Symbol for v in resting) else ()
         return tuple(on_sides(expr, self.mode.sides) for expr in kept)

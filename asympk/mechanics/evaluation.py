@@ -43,7 +43,6 @@ def evaluate_ahead(
     kinetics: Kinetics, expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]
 ) -> tuple[Any, ...]:
     """Return ``expressions`` at ``values``; what jumps by the place or the time is on the side that it moves to."""
-
     moved = {**dict(zip(kinetics.coordinates, kinetics.velocities, strict=True)), kinetics.time: sp.S.One}
 
     def rate(part: sp.Expr) -> sp.Expr | None:

@@ -26,7 +26,7 @@ WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _POLAR = (sp.tan, sp.cot, sp.sec, sp.csc, sp.atan2, sp.acot)
 _TWICE = dict.fromkeys((sp.tan, sp.cot), lambda u: sp.sin(2 * u))
 _WAVES = {sp.sec: sp.cos, sp.csc: sp.sin, **_TWICE}  # of the same sign where it is finite
-_SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
+SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
 def phases(
@@ -38,9 +38,9 @@ def phases(
     ``few`` are phases: smooth stretches end there already.
     """
     states, found, lines = {*states}, set(), set()
-    for atom in sp.Tuple(*exprs).atoms(*_SWITCHING):
+    for atom in sp.Tuple(*exprs).atoms(*SWITCHING):
         for part in switching_parts(atom):
-            inners = part.atoms(*_SWITCHING)
+            inners = part.atoms(*SWITCHING)
             if not all(_is_timed(inner, states, time) for inner in inners) or (inners and _stands(part, states, time)):
                 continue
             phase = sp.floor(part, evaluate=False) if isinstance(atom, WHOLE) else phase_of(part)[0]
@@ -55,7 +55,7 @@ def phases(
 def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:
     """Tell whether an expression is linear in the time, or independent of it, or jumps, as at a pole."""
     bent = time is not None and part.has(time) and not part.has(*_POLAR)
-    return not (bent and (part.atoms(*_SWITCHING) or part.diff(time).has(time)))
+    return not (bent and (part.atoms(*SWITCHING) or part.diff(time).has(time)))
 
 
 def _is_timed(atom: sp.Basic, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
@@ -100,7 +100,7 @@ def _in_order(line: list[tuple[sp.Expr, sp.Expr, int]]) -> Iterator[Sides]:
 def is_switched(expr: sp.Expr, symbols: Iterable[sp.Symbol]) -> bool:
     """Tell whether an expression is switched by one of the symbols."""
     symbols = {*symbols}
-    return any(atom.free_symbols & symbols for atom in expr.atoms(*_SWITCHING))
+    return any(atom.free_symbols & symbols for atom in expr.atoms(*SWITCHING))
 
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
@@ -128,7 +128,7 @@ def system_on_sides(system: System, sides: Sides) -> System:
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
     """Return an expression as it is on the ``sides`` of its phases."""
     signs = dict(sides)
-    while sides and (changes := {a: on for a in expr.atoms(*_SWITCHING) if (on := _on_side(a, signs)) != a}):
+    while sides and (changes := {a: on for a in expr.atoms(*SWITCHING) if (on := _on_side(a, signs)) != a}):
         expr = expr.xreplace(changes)
     return expr
 

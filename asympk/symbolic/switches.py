@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from asympk.symbolic.sides import WHOLE, phase_of, phases, switching_parts
+from asympk.symbolic.sides import SWITCHING, WHOLE, phase_of, phases, switching_parts
 from asympk.symbolic.system import System
 
-_SWITCHING = (*WHOLE, sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.Pow, sp.core.relational.Relational)
+_JUMPING = (*SWITCHING, sp.Pow, sp.core.relational.Relational)
 
 
 class Switch(NamedTuple):
@@ -70,7 +70,7 @@ def switches(
     if time is None:
         return []
     known = {time, *parameters}
-    found = [switch for atom in sp.Tuple(*exprs).atoms(*_SWITCHING) for switch in _of(atom, but)]
+    found = [switch for atom in sp.Tuple(*exprs).atoms(*_JUMPING) for switch in _of(atom, but)]
     timed = (switch for switch in found if time in switch.phase.free_symbols <= known)
     return sorted({switch for switch in timed if not switch.phase.diff(time).has(time)}, key=str)
 
