@@ -149,12 +149,11 @@ def enclose(
     modes = _Modes(system, ExactEntries(system, values, sides))
     state = modes.begun(start)
     phases = [*map(all_phases, system.frictions)]
-    mode, touching = modes.chosen(list(product(*phases)), state, "start")
+    mode, guards = modes.chosen(list(product(*phases)), state, "start")
     t, names, size = ball(0), [mode.name], len(system.states)
     events: list[Event] = []
     while True:
         segment = EnclosedSegment(mode, state.balls)
-        guards = [guard._replace(touching=k in touching) for k, guard in enumerate(mode.guards)]
         left = until - t
         found = first_event(segment, guards, left, finest, budget)
         if found is None:
@@ -162,24 +161,34 @@ def enclose(
         guard, dt = found
         if not dt < left:
             raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until.mid()):.10g}")
-        state = _struck(segment.at(guard, dt), guard, mode)
+        state = _struck(segment.at(guard, dt), guard, mode, state)
         t = t + dt
         phases = [(phase,) for phase in mode.branch]
         phases[guard.friction] = all_phases(system.frictions[guard.friction])
-        mode, touching = modes.chosen(list(product(*phases)), state, guard.kind)
+        mode, guards = modes.chosen(list(product(*phases)), state, guard.kind)
         names.append(mode.name)
         events.append(Event(guard.kind, t, tuple(state.balls[k, 0] for k in range(size)), guard.friction))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
 
 
-def _struck(balls, guard, mode):
-    """Return the state at an event: a single state that the lost guard is made of is set, not computed."""
+def _struck(balls, guard, mode, before):
+    """Return the state at an event: what stands still is as it was, and a single lost state is set, not computed."""
+    still = [w is not None and _stands_still(k, mode, before) for k, w in enumerate(before.exact)]
+    exact = [w if stays else None for w, stays in zip(before.exact, still, strict=True)]
+    for k in np.flatnonzero(still).tolist():
+        balls[k, 0] = before.balls[k, 0]
     involved = [k for k, c in enumerate(guard.row[:-1]) if c]
     if len(involved) == 1:
-        balls[involved[0], 0] = mode.field.ball(-guard.row[-1] / guard.row[involved[0]])
-    exact = (*(None for _ in guard.row[:-1]), Fraction(1))
-    return EnclosedState(balls, exact, mode.field, (guard.row, *mode.kept))
+        exact[involved[0]] = -guard.row[-1] / guard.row[involved[0]]
+        balls[involved[0], 0] = mode.field.ball(exact[involved[0]])
+    return EnclosedState(balls, tuple(exact), mode.field, (guard.row, *mode.kept))
+
+
+def _stands_still(k, mode, state):
+    """Tell whether every derivative of a coordinate vanishes exactly."""
+    row = tuple(int(i == k) for i in range(len(mode.matrix)))
+    return all(_sign(row := _times(row, mode.matrix), state) == 0 for _ in mode.matrix)
 
 
 class _Modes:
@@ -241,12 +250,12 @@ class _Modes:
         return tuple(map(self.field.exact, form.guards[place]))
 
     def chosen(self, candidates, state, what):
-        """Return (mode, guards that touch) of the one candidate that goes on; at rest stays at rest."""
+        """Return (mode, its guards from here on) of the one candidate that goes on; at rest stays at rest."""
         holding, open_ones = {}, []
         for branch in candidates:
-            verdict, touching = self._verdict(branch, state)
+            verdict, guards = self._verdict(branch, state)
             if verdict > 0:
-                holding[branch] = touching
+                holding[branch] = guards
             elif verdict == 0:
                 open_ones.append(branch)
         best = branches.most_at_rest(holding)
@@ -256,17 +265,16 @@ class _Modes:
         return self.of(best[0]), holding[best[0]]
 
     def _verdict(self, branch, state):
-        """Return (1 where a branch holds, -1 where it does not, 0 where that is open; guards that touch)."""
+        """Return (1 where a branch holds, -1 where it does not, 0 if that is open; its guards not 0 for ever)."""
         for row in self._kept(branch):
             if (off := _sign(row, state)) != 0:
                 return (-1 if off else 0), ()
-        mode, verdict, touching = self.of(branch), 1, []
+        mode, verdict, guards = self.of(branch), 1, []
         if mode is None:
             return -1, ()
-        for k, guard in enumerate(mode.guards):
+        for guard in mode.guards:
             row, found = guard.row, _sign(guard.row, state)
-            if found == 0:
-                touching.append(k)
+            touching = found == 0
             for _ in mode.matrix:
                 if found != 0:
                     break
@@ -275,7 +283,9 @@ class _Modes:
             if found is not None and found < 0:
                 return -1, ()
             verdict = 0 if found is None else verdict
-        return verdict, tuple(touching)
+            if found != 0:
+                guards.append(guard._replace(touching=touching))
+        return verdict, tuple(guards)
 
 
 def _exact(value):

@@ -225,6 +225,18 @@ def test_bad_boxes_are_refused_in_one_line():
         certify(ap.Scene(system=nonlinear, values={}, start={"x": 1, "v": 0}, until=1))
 
 
+def test_a_block_at_rest_on_the_very_edge_of_its_friction_is_proven_to_stay_there_through_events_of_others():
+    G = sp.Symbol("G", real=True)
+    frictions = [ap.Friction(v, F, load=1, kinetic=k), ap.Friction(w, G, load=1, kinetic=sp.Rational(1, 8))]
+    system = ap.System.with_frictions({x: v, v: F - x / 4, y: w, w: G - y}, {}, frictions)
+    scene = ap.Scene(system=system, values={"k": "1/2"}, start={"x": 2, "v": 0, "y": 1, "w": 0}, until=20)
+    proof = certify(scene)
+    assert proven(proof)
+    assert proof.modes == ap.solve(scene).modes
+    assert len(proof.events) == 4
+    assert (proof.final[0] - 2, proof.final[1]) == (0, 0)
+
+
 def test_friction_that_holds_exactly_at_its_limit_for_ever_is_refused():
     # on the belt the load x is just what is needed to hold the block: it may stick, as solve says, and it may slip
     belt = ap.System.with_frictions(
