@@ -11,7 +11,6 @@ from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers
@@ -20,7 +19,6 @@ from asympk.asymptotics.smooth import ROUNDING, checked_order, predicted_error, 
 from asympk.automaton.automaton import Automaton
 from asympk.errors import NotDerivable, OutOfRange
 from asympk.path import Path, times_within
-from asympk.symbolic import branches
 from asympk.symbolic.system import System
 
 RTOL = 1e-9
@@ -42,7 +40,7 @@ def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path
         return _to_order(scene, method, order)
     _require_derivable(system)
     automaton, until, mu = Automaton(system, scene.values), float(scene.until), matched.small_number(scene)
-    layer = partial(_through_limit, LimitLayers(automaton, system.states.index(next(iter(system.fast))), mu))
+    layer = partial(_through_limit, LimitLayers(automaton, mu))
     landed = layer(matched.begun(automaton, scene.start))
     matched.require_landed(method, landed)
     path = matched.onward(automaton, landed, until, mu, 0, RTOL, layer)
@@ -51,8 +49,8 @@ def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path
 
 def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
     """Return the path after its layer in the limit, where that takes no time."""
-    landed = layers.arrive(path.t, path.state, path.branch)
-    return replace(path, state=landed.state, branch=landed.branch, events=path.events + landed.events,
+    landed = layers.arrive(path.t, path.state, path.mode)
+    return replace(path, state=landed.state, mode=landed.mode, events=path.events + landed.events,
                    modes=path.modes + landed.modes[1:])  # fmt: skip
 
 
@@ -66,7 +64,7 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     omitted, scale = beyond - final, max(1.0, np.abs(final).max())
     falls = matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else np.array(next(paths).state)
-    error = predicted_error((final, beyond, last), rtol=rtol) + _of_layer(scene, path, mu, rtol, scale)
+    error = predicted_error((final, beyond, last), rtol=rtol) + _of_layer(path, float(scene.until), mu, rtol, scale)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
@@ -75,16 +73,15 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
-def _of_layer(scene: Any, path: MatchedPath, mu: float, rtol: float, scale: float) -> float:
+def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: float) -> float:
     """Return the error to expect in a layer that is not over, relative to ``scale``: in the fast states, and in time.
 
     What the fast states grow by, their errors grow by as well.
     """
     if not path.stretches or path.stretches[-1].points:
         return 0.0
-    rates = Automaton(scene.system, scene.values).mode(path.branch).rhs(path.t, path.state)
-    late = ROUNDING * matched.late_by(rtol, float(scene.until))
-    return SEVERAL * matched.off_by(rtol, mu) + late * max(map(abs, rates)) / scale
+    late = ROUNDING * matched.late_by(rtol, until)
+    return SEVERAL * matched.off_by(rtol, mu) + late * max(map(abs, path.mode.rhs(path.t, path.state))) / scale
 
 
 @lru_cache(maxsize=64)
@@ -94,23 +91,6 @@ def _require_derivable(system: System) -> None:
                            f"system has {len(system.frictions)} friction{'s' * (len(system.frictions) != 1)}, fast "
                            f"states {list(system.fast)}, small parameter {system.small}; order >= 1 follows the layer "
                            "of any")  # fmt: skip
-    (y,) = system.fast
-    for branch in branches.named_branches(system):
-        mode = matched.bare_mode(system, branch)
-        for s, rate in {**mode.slow, **mode.fast}.items():
-            if not _is_affine_in_limit(rate, y, system.small):
-                raise NotDerivable(f"the rate of {s} in {mode.name} is not affine in {y}: its jump has no law here; "
-                                   "order >= 1 follows the layer")  # fmt: skip
-
-
-def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
-    """Tell whether a rate is affine in y in the limit mu = 0, and, times mu, in mu y where y is large.
-
-    The second matters in a jump. Squares of velocities, which contain (mu y)^2, vanish in both.
-    """
-    large = sp.Dummy("large")
-    limits = (rate.subs(small, 0).diff(y, 2), (small * rate.subs(y, large / small)).diff(large, 2))
-    return all(sp.expand(bend).subs(small, 0) == 0 for bend in limits)
 
 
 @dataclass(frozen=True)

@@ -16,16 +16,21 @@ y - y_* = (y_0 - y_*) e^(q tau) with the rest y_*, so that with r_0 and r_* at y
 
 import math
 from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
+import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from asympk.asymptotics.matched import bare_mode, entered, passed
 from asympk.automaton.automaton import Automaton
-from asympk.errors import OutOfRange
+from asympk.automaton.modes import SWITCH, GuardedMode
+from asympk.automaton.numericmode import NumericMode
+from asympk.errors import NotDerivable, OutOfRange
 from asympk.path import Event
-from asympk.symbolic.branches import Branch, Phase, mode_name
+from asympk.symbolic.branches import Phase
 
 PASSAGES = 20  # modes that one layer may pass
 AT_REST = 1e-9  # a velocity that is 0, relative to the state
@@ -35,9 +40,9 @@ REACH = 1e6  # of an impulse, in units of the state
 
 @dataclass(frozen=True)
 class Arrival:
-    """Where a layer lands: the branch of its last mode, the state with y on its critical manifold, and its events."""
+    """Where a layer lands: its last mode, the state with y on its critical manifold, and its events."""
 
-    branch: Branch
+    mode: NumericMode
     state: tuple
     events: tuple[Event, ...]
     modes: tuple[str, ...]
@@ -76,39 +81,42 @@ class Creep:
 
 @dataclass(frozen=True)
 class LimitLayers:
-    """The layers of an automaton with one friction and one fast state, at index ``fast``, for one ``mu``."""
+    """The layers of an automaton with one friction and one fast state for one ``mu``."""
 
     automaton: Automaton
-    fast: int
     mu: float
 
-    def arrive(self, t: float, state: tuple, branch: Branch) -> Arrival:
-        """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle."""
+    @cached_property
+    def fast(self) -> int:
+        """The index of the fast state."""
+        (y,) = self.automaton.system.fast
+        return self.automaton.system.states.index(y)
+
+    def arrive(self, t: float, state: tuple, mode: NumericMode) -> Arrival:
+        """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle, ``NotDerivable``."""
         events: list[Event] = []
-        modes, speed = [mode_name(branch)], 0.0
+        modes, speed = [mode.name], 0.0
         for _ in range(PASSAGES):
-            target, guard, speed = self._ahead(branch, t, state, speed)
+            target, guard, speed = self._ahead(mode, t, state, speed)
             if guard is None and not math.isinf(target):
-                return Arrival(branch, self._with(state, target), tuple(events), tuple(modes))
+                return Arrival(mode, self._with(state, target), tuple(events), tuple(modes))
             if guard is None:
-                branch, state, passed = self._stop(branch, t, state, math.copysign(1, target))
-                events += passed
+                mode, state, event = self._stop(mode, t, state, math.copysign(1, target))
             else:
-                mode = self.automaton.mode(branch)
                 state = self._with(state, target)
-                kind, friction = mode.kinds[guard]
-                events.append(Event(kind, t, state, friction))
-                branch = self.automaton.next(branch, (guard,), t, state)
-            modes.append(mode_name(branch))
+                mode, event = passed(self.automaton, mode, guard, t, state)
+            events.append(event)
+            modes.append(mode.name)
         raise OutOfRange(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
 
-    def _ahead(self, branch: Branch, t: float, state: tuple, speed: float) -> tuple[float, int | None, float]:
+    def _ahead(self, mode: NumericMode, t: float, state: tuple, speed: float) -> tuple[float, int | None, float]:
         """Return where y goes, and the guard that it meets before, if any: then y is that of the guard.
 
         ``speed`` is the velocity over mu, if that is of this order; the one that is left at the guard comes last.
         """
-        mode, y = self.automaton.mode(branch), state[self.fast]
+        y = state[self.fast]
         mode.require_smooth(t, t)
+        _require_affine(mode.mode)
         slope = self.mu * mode.jac(t, state)[self.fast][self.fast]
         force = self.mu * mode.rhs(t, state)[self.fast]
         if slope == 0:
@@ -152,23 +160,27 @@ class LimitLayers:
         distance, guard = min(met)
         return y + direction * float(distance), guard
 
-    def _stop(self, branch: Branch, t: float, state: tuple, side: float) -> tuple[Branch, tuple, list[Event]]:
+    def _stop(self, slip: NumericMode, t: float, state: tuple, side: float) -> tuple[NumericMode, tuple, Event]:
         """Carry the state by the impulse of a load that grows on one ``side``, through the stop, and into stick."""
-        (phase,) = branch
-        stick = (Phase(phase.load, 0),)
+        (phase,) = slip.branch
         if not phase.velocity:
             raise OutOfRange(f"the load grows without bounds in stick at t = {t:.6g}; the contact law does not hold it")
-        slip = self.automaton.mode(branch)
         sliding = _of_velocity(slip)
         stopped, large = self._carried(slip, t, state, 0.0, side, lambda w: slip.guard_values(t, (*w[:-1],))[sliding])
         stopped = slip.snapped(sliding, t, stopped)
         event = Event("velocity_zero", t, self._with(stopped, large / self.mu), 0)
-        after, _ = self._carried(self.automaton.mode(stick), t, stopped, large, side, lambda w: side * w[-1])
+        stick = entered(self.automaton, (Phase(phase.load, 0),), t, stopped)
+        after, _ = self._carried(stick, t, stopped, large, side, lambda w: side * w[-1])
         self._require_held(stick, t, after, side)
-        return stick, self._with(after, self._from_infinity(stick, t, after, side)), [event]
+        return stick, self._with(after, self._from_infinity(stick, t, after, side)), event
 
-    def _carried(self, mode: Any, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
-        """Return the state and mu y where ``level`` of both falls to 0, along dJ = |y| dt."""
+    def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
+        """Return the state and mu y where ``level`` of both falls to 0, along dJ = |y| dt.
+
+        Raises ``NotDerivable`` where a side of the mode ends before, or its end depends on y.
+        """
+        edges = [k for k, (kind, _) in enumerate(mode.kinds) if kind == SWITCH]
+        _require_affine(mode.mode, 0)
 
         def rates(_, w):
             column = [side * row[self.fast] for row in mode.jac(t, tuple(w[:-1]))]
@@ -177,30 +189,61 @@ class LimitLayers:
         def met(_, w):
             return level(w)
 
-        vars(met).update(terminal=True, direction=-1)
-        first = np.array([*state, large])
-        found = solve_ivp(rates, (0, REACH * np.abs(first).max()), first, "DOP853", rtol=1e-11, atol=1e-12, events=met)
-        if not found.t_events[0].size:
-            raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
-        end = found.y_events[0][0]
-        return tuple(end[:-1].tolist()), float(end[-1])
+        def met_edge(k, _, w):
+            return mode.guard_values(t, (*w[:-1],))[k]
 
-    def _require_held(self, stick: Branch, t: float, state: tuple, side: float) -> None:
-        mode = self.automaton.mode(stick)
+        events = [met, *(partial(met_edge, k) for k in edges)]
+        for event in events:
+            vars(event).update(terminal=True, direction=-1)
+        first = np.array([*state, large])
+        span = (0, REACH * np.abs(first).max())
+        found = solve_ivp(rates, span, first, "DOP853", rtol=1e-11, atol=1e-12, events=events)
+        ends = [end for ends in found.y_events for end in ends]
+        if not ends:
+            raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
+        if not found.t_events[0].size:
+            hit = next(k for k, times in zip(edges, found.t_events[1:], strict=True) if times.size)
+            passed(self.automaton, mode, hit, t, self._with((*ends[0][:-1].tolist(),), float(ends[0][-1] / self.mu)))
+        return tuple(ends[0][:-1].tolist()), float(ends[0][-1])
+
+    def _require_held(self, mode: NumericMode, t: float, state: tuple, side: float) -> None:
         far = 1e9 * max(1.0, *map(abs, state))
         values, slopes = self._guards(mode, t, self._with(state, 0.0))
         if (values + side * far * slopes).min() <= 0:
             raise OutOfRange(f"static friction does not hold the impulse at t = {t:.6g}: the contact slips on")
 
-    def _from_infinity(self, stick: Branch, t: float, state: tuple, side: float) -> float:
+    def _from_infinity(self, mode: NumericMode, t: float, state: tuple, side: float) -> float:
         """Return a y beyond every guard of stick."""
-        mode = self.automaton.mode(stick)
         values, slopes = self._guards(mode, t, self._with(state, 0.0))
         roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
         return side * 2 * (1 + float(max([*roots, *map(abs, state)])))
 
     def _with(self, state: tuple, y: float) -> tuple:
         return (*state[: self.fast], y, *state[self.fast + 1 :])
+
+
+@lru_cache(maxsize=256)
+def _require_affine(mode: GuardedMode, degree: int = 1) -> None:
+    """Refuse a mode with rates that are not affine in y in the limit, or with edges of a higher ``degree`` in it."""
+    (y,), bare = mode.system.fast, bare_mode(mode)
+    for s, rate in {**bare.slow, **bare.fast}.items():
+        if not _is_affine_in_limit(rate, y, mode.system.small):
+            raise NotDerivable(f"the rate of {s} in {mode.name} is not affine in {y}: its jump has no law here; "
+                               "order >= 1 follows the layer")  # fmt: skip
+    for edge in mode.edges:
+        if sp.expand(edge.diff(y, degree + 1)) != 0:
+            raise NotDerivable(f"{edge!s:.120} = 0, where {mode.name} switches, depends on {y}: its jump has no law "
+                               "here; order >= 1 follows the layer")  # fmt: skip
+
+
+def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
+    """Tell whether a rate is affine in y in the limit mu = 0, and, times mu, in mu y where y is large.
+
+    The second matters in a jump. Squares of velocities, which contain (mu y)^2, vanish in both.
+    """
+    large = sp.Dummy("large")
+    limits = (rate.subs(small, 0).diff(y, 2), (small * rate.subs(y, large / small)).diff(large, 2))
+    return all(sp.expand(bend).subs(small, 0) == 0 for bend in limits)
 
 
 def _of_velocity(mode: Any) -> Any:

@@ -16,17 +16,21 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import sympy as sp
+
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
 from asympk.asymptotics.landing import NEAR, abscissa, listed, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
-from asympk.automaton.automaton import Automaton
-from asympk.automaton.numericmode import NumericMode
-from asympk.errors import NoManifold, OutOfRange, TooManyEvents
+from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
+from asympk.automaton.modes import SWITCH, GuardedMode
+from asympk.automaton.numericmode import LOOKS, NumericMode
+from asympk.errors import NoManifold, NotDerivable, OutOfRange, TooManyEvents
 from asympk.path import Event
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch
+from asympk.symbolic.sides import on_sides
 from asympk.symbolic.system import Mode, System
 
 STEPS = 3000
@@ -38,44 +42,59 @@ EVENTS = 1000
 
 
 class Stretch(NamedTuple):
-    """Motion in one branch from the time ``began`` on; ``states(t)`` takes an array of times since then.
+    """Motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since then.
 
     ``points`` are (x, b) at both ends of a slow motion; a layer has none.
     """
 
     began: float
-    branch: Branch
+    mode: NumericMode
     states: Callable
     points: tuple = ()
 
 
 @dataclass(frozen=True)
 class MatchedPath:
-    """A motion so far: its time, its state, the branch that it is in, and what led there."""
+    """A motion so far: its time, its state, the mode that it is in, and what led there."""
 
     t: float
     state: tuple
-    branch: Branch
+    mode: NumericMode
     events: tuple[Event, ...] = ()
     modes: tuple[str, ...] = ()
     stretches: tuple[Stretch, ...] = ()
 
     def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "MatchedPath":
         """Return the path beyond a guard that vanishes at (t, state)."""
-        mode = automaton.mode(self.branch)
-        state = mode.snapped(guard, t, state)
-        kind, friction = mode.kinds[guard]
-        branch = automaton.next(self.branch, (guard,), t, state)
-        event = Event(kind, t, state, friction)
+        state = self.mode.snapped(guard, t, state)
+        mode, event = passed(automaton, self.mode, guard, t, state)
         if len(self.events) == EVENTS:
             raise TooManyEvents(f"more than {EVENTS} events by t = {t:.6g}, at {automaton.system.states} = {state}")
-        return MatchedPath(t, state, branch, (*self.events, event), (*self.modes, branches.mode_name(branch)),
-                           (*self.stretches, stretch))  # fmt: skip
+        return MatchedPath(t, state, mode, (*self.events, event), (*self.modes, mode.name), (*self.stretches, stretch))
+
+
+def passed(automaton: Automaton, mode: NumericMode, guard: int, t: float, state: tuple) -> tuple[NumericMode, Event]:
+    """Return the mode that follows one whose guard vanishes at (t, state), and the event.
+
+    Raises ``NotDerivable`` where a side of what the state or the time switches ends, and what the automaton raises.
+    """
+    kind, friction = mode.kinds[guard]
+    if kind == SWITCH:
+        edge, at = mode.mode.guard_values[guard], listed(mode.mode.system.states, state)
+        raise NotDerivable(f"mode {mode.name} switches at t = {t:.6g}, {at}, where {edge!s:.120} = 0: this model "
+                           "follows no switch; use an exact method, or end the run before it")  # fmt: skip
+    branch = automaton.next(mode.branch, (guard,), t, state)
+    return entered(automaton, branch, t, state), Event(kind, t, state, friction)
+
+
+def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> NumericMode:
+    """Return the mode of a branch that begins at (t, state), on the sides on which it does."""
+    return mode_on_sides(automaton, branch, None, t, state, automaton.edges_at(t, state, ROUNDED))
 
 
 @dataclass(frozen=True)
 class Slow:
-    """The slow motion of one branch in numbers: ``places`` are the states of the system among those of the mode.
+    """The slow motion of one mode in numbers: ``places`` are the states of the system among those of the mode.
 
     ``sources`` are the states of the mode among those of the system, the time after them.
     """
@@ -97,17 +116,17 @@ class Slow:
         return max(abs(v - h) for v, h in zip(y, height, strict=True))
 
 
-def slow_of(automaton: Automaton, branch: Branch, order: int) -> Slow:
-    """Return the slow motion of a branch, its formulas to ``order``."""
-    system, values = automaton.system, automaton.mode(branch).p
-    known, small = _formulas(system, branch, order), system.parameters.index(system.small)
-    return Slow(known, len(known.mode.slow), values[:small] + values[small + 1 :], *_places(system, known.mode))
+def slow_of(mode: NumericMode, order: int) -> Slow:
+    """Return the slow motion of a mode, its formulas to ``order``."""
+    system, known = mode.mode.system, _formulas(mode.mode, order)
+    small = system.parameters.index(system.small)
+    return Slow(known, len(known.mode.slow), mode.p[:small] + mode.p[small + 1 :], *_places(system, known.mode))
 
 
 @lru_cache(maxsize=256)
-def _formulas(system: System, branch: Branch, order: int) -> Formulas:
-    parameters = tuple(p for p in system.parameters if p != system.small)
-    return formulas(bare_mode(system, branch), system.small, parameters, order)
+def _formulas(mode: GuardedMode, order: int) -> Formulas:
+    parameters = tuple(p for p in mode.system.parameters if p != mode.system.small)
+    return formulas(bare_mode(mode), mode.system.small, parameters, order)
 
 
 @lru_cache(maxsize=256)
@@ -117,10 +136,11 @@ def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...
 
 
 @lru_cache(maxsize=256)
-def bare_mode(system: System, branch: Branch) -> Mode:
-    """Return the mode of a branch without the condition under which it holds; the time is a slow state of it."""
-    slow, fast = branches.fields(system, branch)
-    return system.autonomous(Mode(branches.mode_name(branch), slow, fast))
+def bare_mode(mode: GuardedMode) -> Mode:
+    """Return a mode on its sides without the condition under which it holds; the time is a slow state of it."""
+    fields = branches.fields(mode.system, mode.branch)
+    slow, fast = (sp.Dict({s: on_sides(rate, mode.sides) for s, rate in rates.items()}) for rates in fields)
+    return mode.system.autonomous(Mode(mode.name, slow, fast))
 
 
 def through_layer(
@@ -131,13 +151,13 @@ def through_layer(
     Raises ``OutOfRange`` where the fast motion does not settle, and what the next mode of the automaton raises.
     """
     while True:
-        slow, mode = slow_of(automaton, path.branch, order), automaton.mode(path.branch)
+        slow, mode = slow_of(path.mode, order), path.mode
         mode.require_smooth(path.t, path.t)
         found, lost = _in_mode(mode, slow, path, until, mu, order, rtol)
         if not found:
             return path
         last, size = found[-1], len(path.state)
-        stretch = Stretch(path.t, path.branch, _during(Trajectory(found[0].state, found), path.t, size))
+        stretch = Stretch(path.t, mode, _during(Trajectory(found[0].state, found), path.t, size))
         t, guard = lost or (last.after, None)
         state = last.end[:size] if guard is None else last.state_at(t)[:size]
         mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
@@ -237,7 +257,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     Raises ``NotDerivable`` for a mode that switches, ``NotNormallyHyperbolic`` and ``OutOfRange``.
     """
     known = max(order, 1)  # the rate of a fast state, which tells what follows an edge, is not known to order 0
-    slow, mode = slow_of(automaton, path.branch, known), automaton.mode(path.branch)
+    slow, mode = slow_of(path.mode, known), path.mode
     mode.require_smooth(path.t, until)
     point = slow.point(path.t, path.state)
     branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
@@ -250,10 +270,11 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
         return mode.guard_values(path.t + span, at_edge(at))
 
     follow, left = reduced.follow_reduced_flow, until - path.t
-    found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards, path.t)
+    within = left / LOOKS if mode.timed else math.inf
+    found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards, path.t, within)
     places = list(slow.places)
     points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
-    stretch = Stretch(path.t, path.branch, lambda u: found.states(u)[0][places], points)
+    stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
     mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
     if found.guard is None:
@@ -263,8 +284,8 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:
     """Return the path that begins at ``start``, exact numbers, at t = 0."""
-    branch = automaton.first(start)
-    return MatchedPath(0.0, tuple(map(float, start)), branch, modes=(branches.mode_name(branch),))
+    mode = entered(automaton, automaton.first(start), 0.0, tuple(map(float, start)))
+    return MatchedPath(0.0, tuple(map(float, start)), mode, modes=(mode.name,))
 
 
 def onward(
@@ -293,9 +314,9 @@ def matched_paths(scene: Any, method: str, order: int, rtol: float) -> Iterator[
 
 def decay(scene: Any, path: MatchedPath, order: int) -> float:
     """Return the second term of slow motion that ``order`` omits over the first, the largest at the ends of a path."""
-    automaton, mu, worst = Automaton(scene.system, scene.values), small_number(scene), 0.0
+    mu, worst = small_number(scene), 0.0
     for stretch in path.stretches:
-        slow = slow_of(automaton, stretch.branch, order + 2)
+        slow = slow_of(stretch.mode, order + 2)
         for at in stretch.points:
             known = [_slow_motion(slow, k, at, mu) for k in range(order, order + 3)]
             first, second = (max(abs(a - b) for a, b in zip(*pair, strict=True)) for pair in pairwise(known))

@@ -72,12 +72,13 @@ def follow_reduced_flow(
     rtol: float = 1e-12,
     guards: Callable | None = None,
     began: float = 0.0,
+    within: float = math.inf,
 ) -> Reduced:
     """Integrate the flow to every order of ``orders`` from its start, what ``Formulas.on_branch`` returns.
 
     ``guards`` returns those of a mode at the time and such a point; the flow of the first order ends where one becomes
-    negative. Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange`` where the flow leaves for
-    infinity; both tell the time, ``began`` at the start, and the state reached.
+    negative. Steps are at most ``within``. Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange``
+    where the flow leaves for infinity; both tell the time, ``began`` at the start, and the state reached.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     found, end, guard, far = list[Any](), until, None, FAR * max([1.0, *map(abs, first)])
@@ -85,7 +86,7 @@ def follow_reduced_flow(
     if not first:  # without slow states there is no slow motion
         return Reduced(formulas, orders, slow, mu, values, until, None, Trajectory((), ()))
     flows = tuple(formulas.flow[m] for m in orders)
-    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else math.inf  # driven by a clock
+    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # driven by a clock
     along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within)
     for step, lost in watched(along, guards, size):
         if len(found) == STEPS or not max(map(abs, step.end)) < far:

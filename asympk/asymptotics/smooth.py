@@ -18,10 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from asympk.asymptotics import reduced
-from asympk.asymptotics.fibre import Formulas, formulas
+from asympk.asymptotics import matched, reduced
+from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import Landing, land
 from asympk.asymptotics.reduced import Reduced
+from asympk.automaton.automaton import Automaton
 from asympk.errors import NotDerivable, OrderError, OutOfRange
 from asympk.path import Path, times_within
 
@@ -30,6 +31,7 @@ EXTRA = 2  # the orders beyond the one asked for, which tell its error
 STEADY, STALLED = 0.1, 0.5  # between them the ratio of omitted terms tells how the series goes on
 FINEST, COARSEST = 1e-13, 1e-7
 FINER = 1e-5  # how much finer than mu^(n + 1) the integrations are
+WATCHED = 1e-9  # the tolerance of the motion that tells whether the sides of a system are left
 ROUNDING = 50  # what the integrations lose, in units of their tolerance
 
 
@@ -64,21 +66,21 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
     ``path.info["omitted"]`` is the composite's first omitted term at ``until``, state by state. Raises ``OrderError``;
-    ``InputError`` for functions without series, ``NotDerivable`` for a system without fast states, ``OutOfRange`` where
-    the layer settles on no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the
-    slow manifold is lost before ``until``.
+    ``InputError`` for functions without series, ``NotDerivable`` for a system without fast states and where the motion
+    meets an edge of what switches, ``OutOfRange`` where the layer settles on no attracting branch or the expansion does
+    not hold, and ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
     """
     order, system = checked_order(method, order), scene.system
     if system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
-    given = dict(zip(system.parameters, map(float, scene.values), strict=True))
-    mu, until = given.pop(system.small), float(scene.until)
-    mode = system.autonomous(system.modes[0])
-    begin = (*map(float, scene.start[: len(system.slow)]), *[0.0] * (len(mode.slow) - len(system.slow)),
-             *map(float, scene.start[len(system.slow) :]))  # fmt: skip
-    known = formulas(mode, system.small, tuple(given), order + EXTRA)
-    kept = tuple(i for i, s in enumerate((*mode.slow, *mode.fast)) if s != system.time)
-    motion = layered_motion(known, order, begin, mu, tuple(given.values()), until, kept)
+    mu, until, automaton = matched.small_number(scene), float(scene.until), Automaton(system, scene.values)
+    begun = matched.begun(automaton, scene.start)
+    slowly = matched.slow_of(begun.mode, order + EXTRA)
+    if begun.mode.kinds:  # sides, which the motion must not leave
+        follow = partial(matched.through_layer, automaton, until=until, mu=mu, order=order + EXTRA, rtol=WATCHED)
+        matched.onward(automaton, follow(begun), until, mu, order + EXTRA, WATCHED, follow)
+    begin = slowly.point(0.0, begun.state)
+    motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
@@ -94,7 +96,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
                          f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
     final = now if layered else slow[0]
-    return Path(scene, method, tuple(final.tolist()), (), (mode.name,), LayeredDense(motion, layered, until), error,
+    return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until), error,
                 {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
 
 

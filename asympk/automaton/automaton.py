@@ -20,6 +20,7 @@ from asympk.symbolic.branches import OPEN, Branch, rate_along
 from asympk.symbolic.sides import Sides, inside, is_switched, measured, system_on_sides
 from asympk.symbolic.system import System
 
+ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
 EDGES = 3  # that a state is on at once and all sides are tried
 
 
@@ -43,7 +44,7 @@ class Automaton:
             return _first(self, tuple(start), until if self.system.time else 1)
 
     def next(
-        self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = 2.0**-48,
+        self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = ROUNDED,
         sides: Sides = (),
     ) -> Branch:  # fmt: skip
         """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``, or any before, None.

@@ -279,7 +279,7 @@ def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to
     [
         (sp.log(x) - y, (-1, 1), OutOfRange, "no finite value"),
         (sp.besselj(0, x) - y, (1, 1), InputError, "no series here"),
-        (sp.sign(x) - y, (1, 1), InputError, "no series here"),
+        (sp.sign(x - y / 2), (1, 1), NotDerivable, r"switches at t = .* 2\*x - y = 0: .* end the run before it$"),
         (y**2 + x**2, (0, 1), OutOfRange, "does not settle"),
     ],
 )
@@ -369,3 +369,37 @@ def test_a_time_that_is_none_or_not_of_the_run_is_refused_alike_by_every_model(m
     path = ap.solve(ap.Scene(system=LINEAR, values={mu: "1/100"}, start={x: 1, y: 0}, until=2), method)
     with pytest.raises(InputError, match=r"from 0 to until = 2|must be a (decimal|number)"):
         path(time)
+
+
+@pytest.mark.parametrize("method", ["slow", "jump"])
+@pytest.mark.parametrize(
+    ("slow", "fast", "by_hand"),
+    [
+        (-x + sp.Abs(y), sp.Abs(x) - 2 * y, (-x + y, x - 2 * y)),
+        (-x * sp.sign(x + y), sp.Max(x, 3 * y - 9) - y, (-x, x - y)),
+        (sp.Piecewise((y - x, x > sp.Rational(1, 4)), (9, True)), sp.floor(x) * x + sp.Rational(3, 4) - y,
+         (y - x, x + sp.Rational(3, 4) - y)),
+    ],
+)  # fmt: skip
+def test_a_motion_beside_all_edges_is_that_of_the_formulas_on_its_side(slow, fast, by_hand, method):
+    switched, plain = (ap.System.smooth({x: f}, {y: g}, mu) for f, g in ((slow, fast), by_hand))
+    for order in (0, 1, 2):
+        scenes = (ap.Scene(system=s, values={mu: "1/100"}, start=("5/4", 2), until="1/4") for s in (switched, plain))
+        path, known = (ap.solve(scene, method, order=order) for scene in scenes)
+        assert (path.final, path.error) == (known.final, known.error)
+
+
+@pytest.mark.parametrize("method", ["slow", "jump"])
+@pytest.mark.parametrize(
+    ("slow", "fast", "words"),
+    [
+        (-1, sp.Abs(x - sp.Rational(1, 2)) - y, r"t = 0\.5, x = 0\.5, y = 0\.0[01].*, where 2\*x - 1 = 0: "),
+        (-1, x + sp.Abs(y - sp.Rational(3, 2)) / 9 - y, r"x = 0\.99.*, y = 1\.5, where 2\*y - 3 = 0: "),
+        (1, sp.sign(sp.sin(40 * x)) - y, r"t = 0\.021017.*, where sin\(40\*x\) = 0: .* end the run before it$"),
+    ],
+)  # fmt: skip
+def test_a_motion_that_meets_an_edge_is_refused_with_the_state_reached(slow, fast, words, method):
+    switched = ap.System.smooth({x: slow}, {y: fast}, mu)
+    with pytest.raises(NotDerivable, match=words):
+        _solved(switched, {mu: "1/100"}, (1, 2), 1, method)
+    assert _solved(switched, {mu: "1/100"}, (1, 2), "1/1000", "jump").final[0] != 1
