@@ -17,7 +17,7 @@ from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
 from asympk.arithmetic import SPARE_DIGITS, Doubles, agreed, flow_context, set_digits
 from asympk.automaton import loop
-from asympk.automaton.automaton import Automaton
+from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
 from asympk.digits import carried, double
 from asympk.errors import OutOfRange, TooLarge, TooManyEvents, Undecided
@@ -170,7 +170,7 @@ def _followed(m, case):
 
     start = tuple(map(m.number, scene.start))
     if not until:
-        return _standing(automaton, start, advance)
+        return _standing(automaton, case.scene.start, start, digits, advance)
     first = automaton.first(scene.start)
     joined = loop.follow(automaton, first, start, until, advance, case.events, digits, m.slack)
     if joined.last.short:
@@ -179,10 +179,12 @@ def _followed(m, case):
     return joined
 
 
-def _standing(automaton, start, advance):
+def _standing(automaton, exact, start, digits, advance):
     """Return the run of a scene that ends at its start."""
-    mode = automaton.mode(automaton.first(start))
-    segment = advance(mode, 0 * start[0], start, ())
+    first, t = automaton.first(exact), 0 * start[0]
+    edges = automaton.edges_at(t, start, automaton.mode(first, digits).beside)
+    mode = mode_on_sides(automaton, first, digits, t, start, edges)
+    segment = advance(mode, t, start, ())
     return loop.Run(segment._replace(state=start, hit=None), (), (mode.name,), (segment._replace(state=start),))
 
 

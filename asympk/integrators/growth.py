@@ -54,6 +54,8 @@ def growth(automaton: Automaton, segments: Sequence[Segment], scales: Sequence[f
                 factors += _passed(automaton, segment, after, np.array(scales))
         except (ArithmeticError, ValueError, TypeError):  # a rate without a derivative, as a root has where it vanishes
             return 0.0
+        if not factors:  # a run that ends at its start
+            return 0.0
         transitions, sizes = map(np.array, zip(*reversed(factors), strict=True))
         onward = np.array([*accumulate(transitions, np.matmul)])
         worst = np.nan_to_num(np.einsum("kij,kj->ki", abs(onward), sizes), nan=np.inf).max(initial=0.0)

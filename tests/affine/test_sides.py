@@ -90,3 +90,11 @@ def test_a_push_that_is_a_high_power_of_the_time_is_integrated_exactly(power):
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 0}, until=2))
     expected = 2.0 ** (power + 2) / ((power + 1) * (power + 2)), 2.0 ** (power + 1) / (power + 1)
     assert path.final == pytest.approx(expected, rel=4e-16)
+
+
+@pytest.mark.parametrize("start", [2, 1, 0])
+@pytest.mark.parametrize("power", [1, 3])
+def test_a_scene_that_ends_at_its_start_stays_there_on_every_side_in_doubles_and_in_digits(start, power):
+    system = ap.System.with_frictions({x: v, v: -x - 3 * sp.Max(x - 1, 0) ** power}, {}, [])
+    scene = ap.Scene(system=system, start={x: start, v: 0}, until=0)
+    assert ap.solve(scene).final == ap.solve(scene, digits=20).final == (start, 0)
