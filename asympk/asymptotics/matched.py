@@ -89,7 +89,7 @@ def passed(automaton: Automaton, mode: NumericMode, guard: int, t: float, state:
 
 def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> NumericMode:
     """Return the mode of a branch that begins at (t, state), on the sides on which it does."""
-    return mode_on_sides(automaton, branch, None, t, state, automaton.edges_at(t, state, ROUNDED))
+    return mode_on_sides(automaton, branch, None, t, state, automaton.edges_at(t, state, ROUNDED), fixed=True)
 
 
 @dataclass(frozen=True)

@@ -130,14 +130,16 @@ def _same(automaton: Automaton, sided: Automaton, branch: Branch | None, hits: t
 
 
 def mode_on_sides(
-    automaton: Automaton, branch: Branch, digits: int | None, t: Any, state: State, crossed: Collection[sp.Expr] = ()
-) -> NumericMode:
+    automaton: Automaton, branch: Branch, digits: int | None, t: Any, state: State, crossed: Collection[sp.Expr] = (),
+    fixed: bool = False,
+) -> NumericMode:  # fmt: skip
     """Return the mode of a branch on the sides that go on from a state; ``crossed`` are phases that vanish there.
 
-    Raises ``NotDerivable`` where the motion stays on a phase at which the rates jump.
+    With ``fixed`` it is also on the sides of what the parameters alone switch. Raises ``NotDerivable`` where the motion
+    stays on a phase at which the rates jump.
     """
     mode = automaton.mode(branch, digits)
-    while opened := mode.mode.open_phases:
+    while opened := mode.mode.open_phases or mode.mode.fixed_phases * fixed:
         mode = _entered(automaton, mode, digits, opened, t, state, crossed)
     return mode
 

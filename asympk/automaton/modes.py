@@ -132,6 +132,13 @@ class GuardedMode:
         return phases((*self.rates, *self.guard_values), self.system.states, self.system.time, few=0)
 
     @cached_property
+    def fixed_phases(self) -> tuple[sp.Expr, ...]:
+        """What the parameters alone switch the mode by: phases that are on no side."""
+        known = {*self.system.parameters}
+        found = phases((*self.rates, *self.guard_values), known)
+        return tuple(phase for phase in found if phase.free_symbols <= known)
+
+    @cached_property
     def switches(self) -> list[Switch]:
         """What switches the mode by the time, as far as it is linear in it."""
         return switches((*self.rates, *self.guard_values), self.system.time, self.system.parameters)

@@ -403,3 +403,14 @@ def test_a_motion_that_meets_an_edge_is_refused_with_the_state_reached(slow, fas
     with pytest.raises(NotDerivable, match=words):
         _solved(switched, {mu: "1/100"}, (1, 2), 1, method)
     assert _solved(switched, {mu: "1/100"}, (1, 2), "1/1000", "jump").final[0] != 1
+
+
+@pytest.mark.parametrize("number", [-2, 0, 2])
+def test_what_the_parameters_alone_switch_is_a_number(number):
+    k = sp.Symbol("k", real=True)
+    size, whole, sign = abs(number), math.floor(number / 3), (number > 0) - (number < 0)
+    force = sp.Abs(x - sp.Abs(k) - 3) * sp.sign(k) + sp.floor(k / 3) - y
+    switched = ap.System.smooth({x: -sp.Max(k, 1) * x}, {y: force}, mu)
+    plain = ap.System.smooth({x: -max(number, 1) * x}, {y: (size + 3 - x) * sign + whole - y}, mu)
+    path = _solved(switched, {mu: "1/100", k: number}, (1, 0), 1)
+    assert path.final == pytest.approx(_solved(plain, {mu: "1/100"}, (1, 0), 1).final, rel=1e-14)
