@@ -77,59 +77,85 @@ def _follow(
     automaton: Automaton, first: Branch, start: tuple, until: Any, advance: Advance, events: int, digits: int | None,
     slack: Any, segments: list[Segment],
 ) -> Run:  # fmt: skip
-    still = automaton.mode(first, digits)
-    t, state = still.after_start(until), start
-    mode = mode_on_sides(automaton, first, digits, t, state, automaton.edges_at(t, state, still.beside))
-    if t:
-        mode.rhs(0 * t, state)  # infinite rates would move the state by more than the rounding until then
-    names, marks = [mode.name], list[Event]()
+    t, state, mode = _begun(automaton, first, start, until, digits)
+    names, marks, ends = [mode.name], list[Event](), list[Any]()
     while t < until or not segments:
         _require_one_motion(mode, t, state)
         segment = advance(mode, t, state, segments) if t < until else Segment(t, state, None)
         segments.append(segment._replace(branch=mode.branch, sides=mode.mode.sides))
         if segment.hit is None or mode.kinds[segment.hit][0] not in _ENDS:
             mode.require_one_side(mode.pole_values(t, state), segment.t, segment.state)
-        if segment.short or (segment.hit is None and mode.after_switch(segment.t) >= until):
-            if not segment.short:
-                segments[-1] = segments[-1]._replace(t=until)
+        if segment.short:
             break
-        if segment.hit is None:
-            t, state = mode.after_switch(segment.t), segment.state
-            hits = tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
-        else:
-            t, hits = segment.t, (segment.hit, *segment.together)
-            state = _on_zeros(mode, hits, t, segment.state)
-        ended, (crossed, left) = mode, _crossed(mode, hits)
-        switches = len(left) < len(hits)
-        if segment.hit is None:  # the guards of a side that has ended are those of no motion
-            crossed, left = [], left * (not switches)
-        doubt = slack if segment.hit is not None else mode.beside
-        later, entered = (t, state), tuple[Any, ...]()
-        if switches:
-            _require_progress(segments, mode)
-            mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed)
-            later = mode.moved_on(t, state, SHORTLY * doubt * t)
-            entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
-            hits = _lost_beyond(mode, left, (t, state), later)
-        torn = _left_by_ground(ended, segment.t, mode, t, state) or _torn(mode, t, state)
-        if torn is not None:
-            branch, event = automaton.next(None, (), *later, doubt, entered), torn
-        elif hits:
-            branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
-        else:
-            continue
-        event, crossed = event._replace(t=t, state=state), [*crossed, *automaton.edges_at(*later, doubt)]
-        ended, mode = mode, mode_on_sides(automaton, branch, digits, t, state, crossed)
-        if awake(branch) == awake(ended.branch):
-            _require_progress(segments, ended)
+        if segment.hit is None and mode.after_switch(segment.t) >= until:
+            segments[-1] = segments[-1]._replace(t=until)
+            break
+        t, state, hits = _left_at(mode, segment)
+        if segment.hit is not None and (not ends or t > ends[-1]):
+            ends.append(t)
+            _require_apart(ends, state, automaton)
+        mode, event = _mode_after(automaton, mode, segments, t, state, hits, digits, slack)
+        if event is None:
             continue
         marks.append(event)
-        _require_apart(marks, automaton)
         names.append(mode.name)
         if len(marks) > events:
-            segments[-1] = segment._replace(short=f"limit of {events} events reached", state=state)
+            segments[-1] = segments[-1]._replace(short=f"limit of {events} events reached", state=state)
             break
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
+
+
+def _begun(
+    automaton: Automaton, first: Branch, start: tuple, until: Any, digits: int | None
+) -> tuple[Any, tuple, NumericMode]:
+    """Return the time, just after what is singular at the start, the state there, and the mode on its sides."""
+    still = automaton.mode(first, digits)
+    t, state = still.after_start(until), start
+    mode = mode_on_sides(automaton, first, digits, t, state, automaton.edges_at(t, state, still.beside))
+    if t:
+        mode.rhs(0 * t, state)  # infinite rates would move the state by more than the rounding until then
+    return t, state, mode
+
+
+def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int, ...]]:
+    """Return the time and the state at which a mode is left, on the zeros of its guards that are lost, and these."""
+    if segment.hit is not None:
+        hits = (segment.hit, *segment.together)
+        return segment.t, _on_zeros(mode, hits, segment.t, segment.state), hits
+    t, state = mode.after_switch(segment.t), segment.state
+    return t, state, tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
+
+
+def _mode_after(
+    automaton: Automaton, mode: NumericMode, segments: list[Segment], t: Any, state: tuple, hits: tuple[int, ...],
+    digits: int | None, slack: Any,
+) -> tuple[NumericMode, Event | None]:  # fmt: skip
+    """Return the mode that follows where the guards ``hits`` are lost, and the event, or None where there is none."""
+    last, before, (crossed, left) = segments[-1], mode, _crossed(mode, hits)
+    switches = len(left) < len(hits)
+    if last.hit is None:  # the guards of a side that has ended are those of no motion
+        crossed, left = [], left * (not switches)
+    doubt = slack if last.hit is not None else mode.beside
+    later, entered = (t, state), tuple[Any, ...]()
+    if switches:
+        _require_progress(segments, mode)
+        mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed)
+        later = mode.moved_on(t, state, SHORTLY * doubt * t)
+        entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
+        hits = _lost_beyond(mode, left, (t, state), later)
+    event = _left_by_ground(before, last.t, mode, t, state) or _torn(mode, t, state)
+    if event is not None:
+        branch = automaton.next(None, (), *later, doubt, entered)
+    elif hits:
+        branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
+    else:
+        return mode, None
+    crossed = [*crossed, *automaton.edges_at(*later, doubt)]
+    after = mode_on_sides(automaton, branch, digits, t, state, crossed)
+    if awake(branch) == awake(mode.branch):
+        _require_progress(segments, mode)
+        return after, None
+    return after, event._replace(t=t, state=state)
 
 
 def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:
@@ -250,18 +276,20 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
                         "ask for digits=, or move the start")  # fmt: skip
 
 
-def _require_apart(marks: list[Event], automaton: Automaton) -> None:
-    """Raise ``Accumulation`` where the intervals between events shrink geometrically to nothing beside the time."""
-    if len(marks) <= WATCHED:
+def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:
+    """Raise ``Accumulation`` where intervals between ``ends`` of modes shrink geometrically to nothing beside the time.
+
+    The modes of either side of what switches count as much as those that events begin.
+    """
+    if len(ends) <= WATCHED:
         return
-    recent = marks[-WATCHED - 1 :]
-    gaps = [b.t - a.t for a, b in pairwise(recent)]
-    tiny = gaps[-1] <= abs(marks[-1].t) * 2.0**-40
+    gaps = [b - a for a, b in pairwise(ends[-WATCHED - 1 :])]
+    tiny = gaps[-1] <= abs(ends[-1]) * 2.0**-40
     if tiny and all(later <= before for before, later in zip(gaps, gaps[2:], strict=False)):
         ratio = gaps[-1] / gaps[-3] if gaps[-3] > gaps[-1] else 0
-        limit = marks[-1].t + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
-        at = _state_in_words(automaton.system, marks[-1].state)
+        limit = ends[-1] + (gaps[-1] + gaps[-2]) * ratio / (1 - ratio)
+        at = _state_in_words(automaton.system, state)
         raise Accumulation(
-            f"events accumulate at t = {float(limit):.12g}, {at}: {len(marks)} events, the last "
+            f"events accumulate at t = {float(limit):.12g}, {at}: {len(ends)} so far, the last "
             f"{float(gaps[-1]):.1g} apart; no mode goes on there, end the run before"
         )

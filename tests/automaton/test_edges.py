@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import NotDerivable
+from asympk.errors import Accumulation, NotDerivable
 
 x, v, t = sp.symbols("x v t", real=True)
 F = sp.Symbol("F", real=True)
@@ -236,3 +236,12 @@ def test_a_block_whose_friction_differs_by_its_direction_comes_to_rest(how):
     scaly = sp.Piecewise((PUSH, v < 0), (3 * PUSH, True))
     path = ap.solve(ap.Scene(system=block(2 * PUSH, scaly), start={x: 0, v: 1}, until=12), **how)
     assert ends(path, ("slip_same", "stick"), [5, 0])
+
+
+@pytest.mark.parametrize("how", [{}, {"digits": 15}, {"method": "dop853"}])
+def test_a_relay_typed_by_signs_comes_to_its_origin_in_the_known_time_and_is_refused_there(how):
+    """x'' = -2 sgn x - sgn x': |x'| at x = 0 shrinks by 1/sqrt 3 in each half turn, from sqrt 2 (Levant 1993)."""
+    system = ap.System.smooth({x: v, v: -2 * sp.sign(x) - sp.sign(v)}, {}, None)
+    half = math.sqrt(2) + math.sqrt(2) / 3
+    with pytest.raises(Accumulation, match=f"accumulate at t = {half / (1 - 1 / math.sqrt(3)):.6g}"):
+        ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=10), **how)
