@@ -5,6 +5,7 @@ import subprocess
 import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
+from statistics import median
 
 import pytest
 
@@ -36,6 +37,14 @@ def test_the_drawing_has_an_arc_for_every_import_and_all_lead_upwards():
     axes = arrow_drawing(ARROW).axes[0]
     assert len(axes.patches) == len(between_parts(ARROW)) > 50
     assert all(arc.height > 0 for arc in axes.patches)
+
+
+def test_no_function_has_more_than_forty_lines_and_half_of_them_have_at_most_six():
+    trees = [ast.parse(file.read_text()) for file in MODULES.values()]
+    functions = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+    lengths = {node.end_lineno - node.lineno + 1: node.name for node in functions}
+    assert max(lengths) <= 40, lengths[max(lengths)]
+    assert median(node.end_lineno - node.lineno + 1 for node in functions) <= 6
 
 
 def test_derivations_import_the_package_and_never_the_reverse():

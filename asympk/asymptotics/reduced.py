@@ -62,18 +62,9 @@ class Reduced:
 
 
 def follow_reduced_flow(
-    formulas: Formulas,
-    orders: tuple[int, ...],
-    starts: list[np.ndarray],
-    slow: int,
-    mu: float,
-    values: tuple,
-    until: float,
-    rtol: float = 1e-12,
-    guards: Callable | None = None,
-    began: float = 0.0,
-    within: float = math.inf,
-) -> Reduced:
+    formulas: Formulas, orders: tuple[int, ...], starts: list[np.ndarray], slow: int, mu: float, values: tuple,
+    until: float, rtol: float = 1e-12, guards: Callable | None = None, began: float = 0.0, within: float = math.inf,
+) -> Reduced:  # fmt: skip
     """Integrate the flow to every order of ``orders`` from its start, what ``Formulas.on_branch`` returns.
 
     ``guards`` returns those of a mode at the time and such a point; the flow of the first order ends where one becomes
@@ -83,7 +74,7 @@ def follow_reduced_flow(
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     found, end, guard, far = list[Any](), until, None, FAR * max([1.0, *map(abs, first)])
     _check(None, formulas, first[:size], slow, mu, values, began)
-    if not first:  # without slow states there is no slow motion
+    if not first:  # no slow states, no slow motion
         return Reduced(formulas, orders, slow, mu, values, until, None, Trajectory((), ()))
     flows = tuple(formulas.flow[m] for m in orders)
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # driven by a clock
@@ -101,10 +92,14 @@ def follow_reduced_flow(
         if any(orders):  # higher terms grow without bound where a manifold is nearly lost, which order 0 tells
             later = guards and (lambda span, at: guards(t + span, at))
             follow_reduced_flow(formulas, (0,), [np.array(last)], slow, mu, values, until - t, rtol, later, began + t)
-        where = _place(formulas, last, formulas.height[0](*last, mu, *values), began + t)
-        raise OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, or its steps become too "
-                         "small")  # fmt: skip
+        raise _unbounded(formulas, last, mu, values, began + t)
     return Reduced(formulas, orders, slow, mu, values, end, guard, Trajectory(first, tuple(found)))
+
+
+def _unbounded(formulas, last, mu, values, t):
+    where = _place(formulas, last, formulas.height[0](*last, mu, *values), t)
+    return OutOfRange(f"the reduced flow ends near {where}: its states grow beyond bounds, or its steps become too "
+                      "small")  # fmt: skip
 
 
 def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
