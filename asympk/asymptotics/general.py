@@ -1,15 +1,27 @@
-"""``method="slow"`` and ``"jump"`` for the scene of any system: smooth, or with friction."""
+"""``method="slow"`` and ``"jump"`` for the scene of any system: smooth, or with friction.
 
+Tolerances are relative to the largest of 1 and the states. Where some of them stay small beside 1, as in units that are
+too large, a smooth system is followed again in units of their size.
+"""
+
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from asympk.asymptotics.frictional import follow_friction
 from asympk.asymptotics.smooth import follow_smooth
 from asympk.errors import AsympkError, OutOfRange
 from asympk.path import Path
+
+SMALL = 1e-4  # of its unit, a state's size from which on it is followed in units of this
+NOISE = 1e-12  # of the largest state, a size that may be rounding
+LOOKS = 32  # times at which sizes are told, each half of that before
 
 
 def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
@@ -17,9 +29,67 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
 
     Raises what ``follow_smooth`` and ``follow_friction`` raise; ``OutOfRange`` where a value is not finite.
     """
-    follow, least = (follow_friction, 0) if scene.system.frictions else (follow_smooth, 1)
+    follow, least = (follow_friction, 0) if scene.system.frictions else (_in_units_that_fit, 1)
     with _refused(scene):
         return follow(scene, method, order=least if order is None else order)
+
+
+def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
+    """Follow a smooth scene as it is, or in units in which no state stays small."""
+    path, units = follow_smooth(scene, method, order=order), (sp.S.One,) * len(scene.start)
+    sizes = _sizes(path, units)
+    while any(new < SMALL * old for old, new in zip(units, sizes, strict=True)):
+        path, units = follow_smooth(_in(sizes, scene), method, order=order), sizes
+        sizes = _sizes(path, units)
+    return path if {*units} == {1} else _out_of(units, scene, path)
+
+
+def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:
+    """Return the power of ten next to every state's largest size at the start and in slow motion, at most 1."""
+    numbers = np.array(units, dtype=float)
+    sizes = np.abs([[*map(float, path.scene.start)], path.final]).max(axis=0)
+    if sizes.min() < SMALL:
+        times = float(path.scene.until) / 2.0 ** np.arange(LOOKS)
+        sizes = np.maximum(sizes, np.abs(path.at.motion.states(times)[0]).max(axis=1))
+    sizes = sizes * numbers
+    sizes = np.where(sizes > NOISE * sizes.max(), sizes, sizes.max() or 1.0)
+    return tuple(sp.Integer(10) ** min(0, round(math.log10(size))) for size in sizes.tolist())
+
+
+def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
+    """Return a smooth scene with its states in ``units``, which are told in their names."""
+    system = scene.system
+    names = (s if u == 1 else sp.Symbol(f"{s.name}/{float(u):.0e}", real=True)
+             for s, u in zip(system.states, units, strict=True))  # fmt: skip
+    told = {s: (u, name) for s, u, name in zip(system.states, units, names, strict=True)}
+    meant = {s: u * name for s, (u, name) in told.items()}
+    slow, fast = ({told[s][1]: rate.xreplace(meant) / told[s][0] for s, rate in rates.items()}
+                  for rates in (system.slow, system.fast))  # fmt: skip
+    states = tuple(name for _, name in told.values())
+    inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=states)
+    start = {name: Fraction(v) / Fraction(u.p, u.q) for v, (u, name) in zip(scene.start, told.values(), strict=True)}
+    return replace(scene, system=inside, values=dict(zip(system.parameters, scene.values, strict=True)), start=start)
+
+
+def _out_of(units: tuple[sp.Rational, ...], scene: Any, path: Path) -> Path:
+    """Return a path whose states are in ``units`` as that of the ``scene``."""
+    numbers = np.array(units, dtype=float)
+    final, omitted = (np.array(values) * numbers for values in (path.final, path.info["omitted"]))
+    error = path.error * numbers.max() * max(1.0, *np.abs(path.final)) / max(1.0, *np.abs(final))
+    return replace(path, scene=scene, final=tuple(final.tolist()), at=_Units(path.at, numbers), error=float(error),
+                   info={"omitted": tuple(omitted.tolist())})  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Units:
+    """A dense motion times the units of its states."""
+
+    dense: Any
+    units: np.ndarray
+
+    def __call__(self, t: Any) -> Any:
+        states = self.dense(t)
+        return states * self.units.reshape(-1, *[1] * (states.ndim - 1))
 
 
 @contextmanager

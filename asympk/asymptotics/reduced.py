@@ -7,7 +7,7 @@ The flow to several orders is integrated side by side, on the same steps: their 
 orders omit. It stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes
 within its own time, mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold,
 or where fast and slow rates meet, 4 mu |h_x f_y| or mu sqrt(27 |h_x f_x f_y| / 4) = |largest real part|, as where a
-node turns to a focus. The units of the slow states are in neither.
+node turns to a focus. No units of states are in either: the size of a matrix is sqrt(sum |m_ij m_ji|) here.
 """
 
 import math
@@ -116,10 +116,16 @@ def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, val
     try:
         turning, once, twice = formulas.slow_rates(*state, mu, *values)
         _, largest = _attraction(formulas, state, slow, mu, values)
-        meeting = max(abs(turning), MEETING * math.hypot(*once), AGAIN * math.sqrt(math.hypot(*twice)))
+        meeting = max(abs(turning), MEETING * _size(once), AGAIN * math.sqrt(_size(twice)))
         return -largest - mu * meeting
     except (ArithmeticError, ValueError):
         return -math.inf
+
+
+def _size(entries):
+    """Return the size of a square matrix, that of its diagonal where it is a column times a row."""
+    matrix = np.array(entries).reshape(math.isqrt(len(entries)), -1)
+    return math.sqrt(np.abs(matrix * matrix.T).sum()) if len(entries) > 1 else abs(entries[0])
 
 
 def _attraction(formulas, state, slow, mu, values):

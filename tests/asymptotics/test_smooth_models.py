@@ -414,3 +414,29 @@ def test_what_the_parameters_alone_switch_is_a_number(number):
     plain = ap.System.smooth({x: -max(number, 1) * x}, {y: (size + 3 - x) * sign + whole - y}, mu)
     path = _solved(switched, {mu: "1/100", k: number}, (1, 0), 1)
     assert path.final == pytest.approx(_solved(plain, {mu: "1/100"}, (1, 0), 1).final, rel=1e-14)
+
+
+@pytest.mark.parametrize("method", ["slow", "jump"])
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_the_units_of_a_fast_state_do_not_decide_which_branch_its_layer_settles_on(order, method):
+    paths = [_solved(ap.System.smooth({x: y / unit}, {y: y - y**3 / unit**2}, mu), {mu: "1/1000"}, (0, unit / 2), 1,
+                     method, order) for unit in (sp.S.One, sp.Rational(1, 10**8))]  # fmt: skip
+    assert paths[0].final[0] == paths[1].final[0] > 0.999
+    assert paths[0].error == paths[1].error
+    times = np.linspace(0, 1, 9)
+    assert paths[1](times)[1] == pytest.approx(paths[0](times)[1] * 1e-8, rel=1e-14)
+
+
+def test_the_units_of_fast_states_do_not_decide_whether_their_manifold_is_lost():
+    ends = []
+    for unit in (1, sp.Rational(1, 1000), sp.Rational(1, 10**6), 10**6):
+        slow, fast = {x: -x + y * w / unit}, {y: -y + unit * w - y**3 / unit**2, w: -w + x}
+        path = _solved(ap.System.smooth(slow, fast, mu), {mu: "1/100"}, (1, unit, 2), 1)
+        ends.append([path.final[0], path.final[1] / unit, path.final[2]])
+    assert all(end == pytest.approx(ends[0], rel=1e-7) for end in ends)
+
+
+def test_states_that_stay_small_without_slow_ones_settle_on_their_own_branch():
+    unit = sp.Rational(1, 10**9)
+    alone = ap.System.smooth({}, {y: y - y**3 / unit**2, w: 10 * y - w}, mu)
+    assert _solved(alone, {mu: "1/100"}, (unit / 2, 0), 1, order=0).final == pytest.approx((1e-9, 1e-8), rel=1e-9)
