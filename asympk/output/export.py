@@ -20,6 +20,7 @@ from asympk.numbers import known_order
 from asympk.storage.files import write_text
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.expansion import fast_jacobian, is_implicit, one_side
+from asympk.symbolic.long import is_longer
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.manifold import slow_manifold, slow_manifolds
 from asympk.symbolic.reading import spare
@@ -27,6 +28,7 @@ from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
 from asympk.symbolic.system import System
 
+MOST = 10_000  # operations of one mode's rates: the slow manifolds of longer ones take minutes
 _ODD = (sp.I, sp.LambertW, sp.Piecewise)  # in the roots of cubics, of exponentials and of quartics
 
 
@@ -45,12 +47,14 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
     """Write ``system`` to the directory ``out`` and return the paths: ``name.h`` and ``name.c``, or ``name.py``.
 
     ``order`` is that of the slow manifolds. Raises ``InputError`` when ``out`` cannot be written or ``name`` cannot
-    name a module, ``UnknownName`` for another target than ``"c"`` and ``"python"``.
+    name a module, ``UnknownName`` for another target than ``"c"`` and ``"python"``, ``NotDerivable`` for rates of more
+    than ``MOST`` operations.
     """
     target = named("target", target, _WRITERS)
     if not (name.isidentifier() and name.isascii()):
         raise InputError(f"name {name!r} cannot name a module; give letters, digits and underscores")
-    files = _WRITERS[target](name, _heading(system, name), module_functions(system, order))
+    functions = module_functions(system, order)
+    files = _WRITERS[target](name, _heading(system, name), functions)
     try:
         return tuple(write_text(Path(out) / file, text) for file, text in files.items())
     except OSError as reason:
@@ -63,6 +67,9 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
     A rate theta' is called theta_rate, and the mode slip_same+stick slip_same_stick.
     """
     put, order = _aliases(system), known_order(order)
+    if long := [m.name for m in system.modes if is_longer(sp.Tuple(*m.slow.values(), *m.fast.values()), MOST)]:
+        raise NotDerivable(f"the rates of {long[0]} have more than {MOST} operations, too many to export; choose "
+                           "coordinates in which gap and slip are shorter")  # fmt: skip
     found = (*_fields(system), *_manifolds(system, order), *_spectra(system), *_edges(system))
     plain = (replace(f, name=f.name.replace("+", "_")) for f in found)
     return tuple(_plainly(f, put) for f in plain)

@@ -132,9 +132,9 @@ def is_zero(expr: sp.Expr) -> bool:
     reduced = expr if heavy(expr) else sp.cancel(expr)
     if reduced == 0 or (not reduced.has(sp.Abs) and all(a.is_Symbol for a in atoms_of(reduced))):
         return reduced == 0
-    values = [_value(reduced, k) for k in range(1, 5)]
-    finite = [value for value in values if value.is_number and value.is_finite]
-    return all(abs(value) < _TINY for value in finite) if finite else sp.simplify(reduced) == 0
+    values = (_value(reduced, k) for k in range(1, 5))
+    small = {bool(abs(value) < _TINY) for value in values if value.is_number and value.is_finite}
+    return False not in small if small else sp.simplify(reduced) == 0
 
 
 def _value(expr, k):

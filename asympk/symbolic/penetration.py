@@ -77,6 +77,10 @@ class RootSlope(sp.Function):
         c, b, e = self.args
         return b**e if argindex == 1 else RootSlope(c * e, b, e - 1)
 
+    def _eval_evalf(self, prec: int) -> sp.Expr:
+        c, b, e = (part._evalf(prec) for part in self.args)
+        return sp.S.Zero if c == 0 else c * b**e
+
     def _print_as(self, choice: str, printer: Any) -> str:
         c, b, e = self.args
         return choice.format(c=printer.doprint(c), product=printer.doprint(c * b**e))

@@ -204,6 +204,13 @@ def test_bad_input_is_one_line_and_writes_nothing(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+def test_rates_too_long_for_slow_manifolds_are_refused_before_anything_is_derived():
+    x, y, mu = sp.symbols("x y mu", real=True)
+    waves = sp.Add(*(sp.sin(k * x) for k in range(1, 5000)))
+    with pytest.raises(ap.errors.NotDerivable, match="the rates of smooth have more than 10000 operations"):
+        module_functions(ap.System.smooth(slow={x: y}, fast={y: waves - y}, small=mu), 1)
+
+
 def test_a_rate_with_the_sign_of_its_velocity_is_exported_for_both_signs(tmp_path):
     x, z, F = sp.symbols("x z F", real=True)
     law = ap.Friction(force=F, velocity=z, load=x, kinetic=3 + sp.sign(z))

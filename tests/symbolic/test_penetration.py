@@ -8,8 +8,9 @@ import sympy as sp
 from scipy.integrate import quad, solve_ivp
 
 import asympk as ap
+from asympk.symbolic.expansion import is_zero
 from asympk.symbolic.lowering import lower
-from asympk.symbolic.penetration import Penetration, with_penetration
+from asympk.symbolic.penetration import Penetration, RootSlope, with_penetration
 
 x, v, y, F, N = sp.symbols("x v y F N", real=True)
 K, p, mu = sp.symbols("K p mu", positive=True)
@@ -38,6 +39,14 @@ def test_what_is_no_multiple_of_the_gap_and_whole_powers_stay():
     others = sp.Max(x, 0), sp.Max(1, -x), sp.Min(-x, 0), sp.Abs(v), sp.Abs(k * x)
     for load in (*others, x**HERTZ, (k * x) ** HERTZ, (1 - x) ** HERTZ, (-x) ** 3, -K * x):
         assert with_penetration(load, x) == load
+
+
+def test_the_slope_of_a_root_has_its_value_at_numbers_and_is_told_from_zero_by_it():
+    half = sp.Rational(1, 2)
+    assert RootSlope(sp.sin(1), sp.Integer(2), -half).evalf(30) == (sp.sin(1) / sp.sqrt(2)).evalf(30)
+    assert RootSlope(0, 0, -half).evalf() == 0
+    slope = RootSlope(sp.sin(x) - v, x**2 + v**2, -half)
+    assert not is_zero(slope) and is_zero(slope * sp.sqrt(x**2 + v**2) - sp.sin(x) + v)
 
 
 @pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
