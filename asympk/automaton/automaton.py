@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Collection, Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -78,16 +77,20 @@ def _follow_on(
 
     Rest on them comes first. Where there is no such side, the state rests on an edge if it does by the law of a side;
     where it does not, and where several sides have different modes, the place itself decides.
-    A side that it leads to whatever the forces are has the only law, though that may refuse to go on.
+    A side that it leads to whatever the forces are has the only law, though that may refuse to go on. One that it leads
+    to by the law of another side alone may refuse, too.
     """
-    edges, found, resting = automaton.edges_at(t, state, slack), set(), set()
+    edges = automaton.edges_at(t, state, slack)
     if led := _led_to(automaton, edges, t, state, slack):
         sided = _on_sides(automaton, led)
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
-    for choice in product((0, 1, -1), repeat=len(edges)) if 0 < len(edges) <= EDGES else ():
-        sides = tuple(zip(edges, choice, strict=True))
-        with suppress(NoMotion, TwoMotions, Undecided, InputError):
-            sided = _on_sides(automaton, sides)
+    found, resting, leads = set(), set(), set()
+    refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
+    choices = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
+    for choice in choices if edges else ():
+        sides = tuple(zip(edges, choice, strict=False))
+        sided = _on_sides(automaton, sides)
+        try:
             branch = decide.follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
             mode = automaton.mode(branch, decide.digits_of(state), sides)
             if all(mode.leaves(phase, side, t, state) for phase, side in sides):
@@ -96,9 +99,17 @@ def _follow_on(
                 found.add(branch)
             elif all(mode.leaves(phase, side, t, state) or mode.leaves(phase, 0, t, state) for phase, side in sides):
                 resting.add(branch)
+            leads.add(tuple(mode.departure(phase, t, state) for phase in edges))
+        except (NoMotion, TwoMotions) as error:
+            refused[choice] = error
+        except (Undecided, InputError):
+            continue
     if len(found) == 1:
         return found.pop()
-    branch = decide.follow_on(automaton, before, hits, t, state, slack)
+    if not found | resting and (errors := [refused[side] for side in leads if side in refused]):
+        raise errors[0]
+    here = _on_sides(automaton, tuple(zip(edges, choices[0], strict=False)))
+    branch = decide.follow_on(here, before, _same(automaton, here, before, hits), t, state, slack)
     return resting.pop() if not found and len(resting) == 1 else branch
 
 

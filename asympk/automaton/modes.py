@@ -95,7 +95,7 @@ class GuardedMode:
     @cached_property
     def edges(self) -> tuple[sp.Expr, ...]:
         """What is positive on the sides of the mode, as far as it moves: the last of its guards."""
-        moved = (inside(*side) for side in self.sides if self.lie_derivative(measured(side[0])) != 0)
+        moved = (inside(*side) for side in self.sides if self.drift(measured(side[0])) != 0)
         return tuple(edge for edges in moved for edge in edges)
 
     @property
@@ -188,6 +188,12 @@ class GuardedMode:
         moved = sum((slope_by(expr, s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)
         return moved + (slope_by(expr, self.system.time) if self.system.time else 0)
 
+    def drift(self, expr: sp.Expr) -> sp.Expr:
+        """Return the derivative along the field, 0 where it is a multiple of a sliding velocity that rests."""
+        rate, phases = self.lie_derivative(expr), zip(self.system.frictions, self.branch, strict=True)
+        resting = (on_sides(f.velocity, self.sides) for f, phase in phases if phase.mode == "stick")
+        return sp.S.Zero if any(_is_multiple(rate, v, self.system.states) for v in resting) else rate
+
     def derivative(self, guard: int, order: int) -> sp.Expr:
         """Return the derivative of a guard's value of the given order along the field.
 
@@ -231,6 +237,12 @@ def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
         return
     for choice in choices:
         yield from on_all_sides(mode_of(mode.system, mode.branch, (*mode.sides, *choice)))
+
+
+@lru_cache(maxsize=512)
+def _is_multiple(expr: sp.Expr, other: sp.Expr, states: tuple[sp.Symbol, ...]) -> bool:
+    ratios = (slope_by(expr, s) / slope_by(other, s) for s in states if other.has_free(s))
+    return any(not c.free_symbols & {*states} and sp.expand(expr - c * other) == 0 for c in ratios)
 
 
 @lru_cache(maxsize=512)

@@ -180,7 +180,7 @@ class NumericMode:
         What the rounding of the state might have made of 0 vanishes.
         """
         for _ in range(DERIVATIVES):
-            phase = self.mode.lie_derivative(phase)
+            phase = self.mode.drift(phase)
             if sign := self.signs((phase,), t, state)[0]:
                 return sign
             if phase == 0:
@@ -198,7 +198,7 @@ class NumericMode:
         if departure := self.departure(phase, t, state):
             return departure == sign
         behind = self.mode.rates_behind(phase)
-        stands = behind is not None and not any(self.values(behind, t, state))
+        stands = self.mode.drift(phase) == 0 or (behind is not None and not any(self.values(behind, t, state)))
         return stands == (sign == 0)
 
     def rhs(self, t: Any, state: State) -> tuple:

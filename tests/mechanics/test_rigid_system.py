@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import masses_between_guides, slender_rod
+from mechanisms import THETA, X, l, masses_between_guides, slender_rod
 from peers import here
 from scipy.integrate import solve_ivp
 from scipy.optimize import linprog
@@ -54,6 +54,35 @@ def test_the_sliding_rod_moves_as_its_own_equation_in_theta_says():
     assert path.modes == ("slip_same",)
     assert [path.final[2], path.final[5]] == pytest.approx(expected, abs=1e-8)
     assert path.final[1] == pytest.approx(np.sin(path.final[2]), abs=1e-8)
+
+
+TILT, END = sp.Rational(11, 10), "X - l*cos(theta)"  # the end of the rod stands on the edge of a patch at 0
+
+
+def _on_an_edge(friction, sliding, **options):
+    """Follow the rod, its angle at rest, from where its friction, written by X and theta, has an edge."""
+    rod = slender_rod(friction=sp.sympify(friction, {"X": X, "theta": THETA, "l": l}))
+    start = {"X": sp.cos(TILT), "Y": sp.sin(TILT), "theta": TILT, "X'": sliding, "Y'": 0, "theta'": 0}
+    system = rod.rigid()
+    return ap.solve(ap.Scene(system=system, values=GROUND, start=rod.start(system, start), until=0.2), **options)
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "dop853"}, {"digits": 20}])
+def test_a_rod_that_falls_onto_an_edge_beyond_which_there_is_no_motion_has_none(options):
+    """Friction 1/5 lets it fall, to where friction 2 has no motion while the rod slides back."""
+    with pytest.raises(NoMotion, match=r"t = 0, .*none of slip_opposite, open is"):
+        _on_an_edge("Piecewise((2, theta < 11/10), (1/5, True))", -1, **options)
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "dop853"}, {"digits": 20}])
+@pytest.mark.parametrize(("rough", "alike"), [(f"{END} < 0", 2), (f"{END} > 0", "1/5")])
+def test_a_rod_at_rest_on_the_edge_of_a_patch_is_held_if_it_would_slide_onto_it_and_slides_off_else(
+    rough, alike, options
+):
+    patch = f"Piecewise((2, {rough}), (1/5, True))"
+    path, uniform = (_on_an_edge(friction, 0, **options) for friction in (patch, alike))
+    assert path.modes == uniform.modes
+    assert [*map(float, path.final)] == pytest.approx([*map(float, uniform.final)], abs=1e-9)
 
 
 def test_inconsistent_and_indeterminate_starts_are_named_with_time_and_state():

@@ -46,7 +46,8 @@ def test_the_slope_of_a_root_has_its_value_at_numbers_and_is_told_from_zero_by_i
     assert RootSlope(sp.sin(1), sp.Integer(2), -half).evalf(30) == (sp.sin(1) / sp.sqrt(2)).evalf(30)
     assert RootSlope(0, 0, -half).evalf() == 0
     slope = RootSlope(sp.sin(x) - v, x**2 + v**2, -half)
-    assert not is_zero(slope) and is_zero(slope * sp.sqrt(x**2 + v**2) - sp.sin(x) + v)
+    assert not is_zero(slope)
+    assert is_zero(slope * sp.sqrt(x**2 + v**2) - sp.sin(x) + v)
 
 
 @pytest.mark.parametrize("target", ["numpy", "math", "mpmath"])
