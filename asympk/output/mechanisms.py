@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
+from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
@@ -101,11 +102,20 @@ def _paradox(described):
 
 def _verdict(described):
     """Tell whether there is a paradox at the numbers; a contact that only pushes has it in one direction of slip."""
-    rod = described.mechanism
-    if not rod.evaluate(rod.paradox, described.numbers):
+    rod, excess = described.mechanism, _excess(described)
+    if excess < 0:
         return "no paradox here"
+    word = "a paradox" if excess else "exactly critical"
     into = rod.evaluate(rod.sliding_velocity * rod.delassus[0, 1], described.numbers) > 0
-    return "a paradox here" if into or not rod.contact.unilateral else "a paradox for slip of the sign of G_NT"
+    return f"{word} here" if into or not rod.contact.unilateral else f"{word} for slip of the sign of G_NT"
+
+
+def _excess(described):
+    """Return the sign of friction load |G_NT| - G_NN, 0 where that is a rounding error."""
+    rod, (normal, mixed) = described.mechanism, paradox.ratio(described.mechanism.plain)
+    sides = (rod.contact.friction * rod.contact.load * rod.own(mixed), rod.own(normal))
+    above, below = (rod.evaluate(side, described.numbers) for side in sides)
+    return 0 if abs(above - below) <= evaluation.ROUNDING * (above + below) else 1 if above > below else -1
 
 
 def _least(rod, name, tied):
@@ -133,6 +143,8 @@ def jump_lines(described: Described) -> list[str]:
         law = rod.jump_law()
     except NotDerivable as reason:
         return [f"jump            {reason}"]
+    if _verdict(described) == "exactly critical here":
+        return ["jump            not told at exactly the critical friction: follow the elastic contact"]
     if not rod.evaluate(law.condition, described.numbers):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
     normal, tangential = (rod.evaluate(part, described.numbers) for part in law.impulses)

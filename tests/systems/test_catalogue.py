@@ -278,6 +278,32 @@ def test_a_contact_that_never_couples_slip_and_gap_has_no_critical_friction(tmp_
     assert "critical        friction none: no paradox here" in told
 
 
+MASSES = """\
+coordinates = ["a", "b"]
+lagrangian = "(a'^2 + b'^2)/2"
+gap = "b - a"
+slip = "a"
+friction = "f"
+forces = {a = 1}
+values = {f = 2}
+state = {a = 0, b = 0, "a'" = -1, "b'" = -1}
+"""
+
+
+def test_at_exactly_the_critical_friction_the_screen_promises_neither_motion_nor_jump(tmp_path, capsys):
+    """Two unit masses on parallel guides: G_NN = 2, G_NT = -1, and slip back has R = 1 / (2 - f)."""
+    file = tmp_path / "masses.toml"
+    file.write_text(MASSES)
+    told = {}
+    for friction in ("1.999", "2", "2.001"):
+        assert main(["mechanism", str(file), "--set", f"f={friction}"]) == 0
+        told[friction] = capsys.readouterr().out
+    assert "= 2: exactly critical here\nrigid motions   none" in told["2"]
+    assert "jump            not told at exactly the critical friction" in told["2"]
+    assert "= 2: no paradox here\nrigid motions   slip with R = 1000" in told["1.999"]
+    assert "= 2: a paradox here\nrigid motions   none" in told["2.001"]
+
+
 def test_a_map_over_the_friction_itself_is_refused(tmp_path, capsys):
     file = tmp_path / "rod.toml"
     file.write_text(ROD.replace("theta = [0.05, 1.5]", "f = [0.05, 1.5]"))
