@@ -89,9 +89,8 @@ def _follow_on(
     choices = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
     for choice in choices if edges else ():
         sides = tuple(zip(edges, choice, strict=False))
-        sided = _on_sides(automaton, sides)
         try:
-            branch = decide.follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
+            branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
             mode = automaton.mode(branch, decide.digits_of(state), sides)
             if all(mode.leaves(phase, side, t, state) for phase, side in sides):
                 if not any(choice):
@@ -108,9 +107,16 @@ def _follow_on(
         return found.pop()
     if not found | resting and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
-    here = _on_sides(automaton, tuple(zip(edges, choices[0], strict=False)))
-    branch = decide.follow_on(here, before, _same(automaton, here, before, hits), t, state, slack)
+    branch = _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
     return resting.pop() if not found and len(resting) == 1 else branch
+
+
+def _by_law_of(
+    automaton: Automaton, sides: Sides, before: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any
+) -> Branch:
+    """Return the mode that goes on as it does on the ``sides`` of edges."""
+    sided = _on_sides(automaton, sides)
+    return decide.follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
 
 
 def _led_to(automaton: Automaton, edges: tuple[sp.Expr, ...], t: Any, state: State, slack: Any) -> Sides:
