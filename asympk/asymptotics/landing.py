@@ -22,7 +22,7 @@ NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which o
 OVER = math.log(1e17)
 SETTLED = 1e-7
 STILL = 10  # tolerances from its branch within which a layer stands still
-STEPS = 3000
+STEPS = 20000
 FAR = 1e6
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
 

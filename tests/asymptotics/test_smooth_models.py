@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 import asympk as ap
 from asympk.asymptotics import reduced
@@ -440,3 +441,10 @@ def test_states_that_stay_small_without_slow_ones_settle_on_their_own_branch():
     unit = sp.Rational(1, 10**9)
     alone = ap.System.smooth({}, {y: y - y**3 / unit**2, w: 10 * y - w}, mu)
     assert _solved(alone, {mu: "1/100"}, (unit / 2, 0), 1, order=0).final == pytest.approx((1e-9, 1e-8), rel=1e-9)
+
+
+def test_a_fast_oscillation_whose_damping_is_a_hundredth_is_followed_until_it_has_settled():
+    system = ap.System.smooth({x: -x + y}, {y: -y / 10 + 10 * w + x, w: -10 * y - w / 10}, mu)
+    path = _solved(system, {mu: "1/1000"}, (1, 1, 1), 1)
+    rates = np.array([[-1, 1, 0], [1000, -100, 10000], [0, -10000, -100]])
+    assert abs(path.final - expm(rates) @ np.ones(3)).max() < path.error < 1e-8
