@@ -37,7 +37,7 @@ def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path
     if system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     if checked_order(method, order):
-        return _to_order(scene, method, order)
+        return follow_to_order(scene, method, order)
     _require_derivable(system)
     automaton, until, mu = Automaton(system, scene.values), float(scene.until), matched.small_number(scene)
     layer = partial(_through_limit, LimitLayers(automaton, mu))
@@ -54,8 +54,11 @@ def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
                    modes=path.modes + landed.modes[1:])  # fmt: skip
 
 
-def _to_order(scene: Any, method: str, order: int) -> Path:
-    """Follow a scene to an order above 0; ``path.info["omitted"]`` is what the next order changes at ``until``."""
+def follow_to_order(scene: Any, method: str, order: int) -> Path:
+    """Follow a scene by layers in their fast time and slow motions to ``order``, one after the other.
+
+    ``path.info["omitted"]`` is what the next order changes at ``until``.
+    """
     mu = matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
     paths = matched.matched_paths(scene, method, order, rtol)

@@ -1,5 +1,8 @@
 """``method="slow"`` and ``"jump"`` for the scene of any system: smooth, or with friction.
 
+A smooth motion through edges, where the state or the time switches its rates, is followed like one with friction: by
+layers and slow motions in turn.
+
 Tolerances are relative to the largest of 1 and the states. Where some of them stay small beside 1, as in units that are
 too large, a smooth system is followed again in units of their size.
 """
@@ -14,9 +17,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from asympk.asymptotics.frictional import follow_friction
-from asympk.asymptotics.smooth import follow_smooth
-from asympk.errors import AsympkError, OutOfRange
+from asympk.asymptotics.frictional import follow_friction, follow_to_order
+from asympk.asymptotics.landing import listed
+from asympk.asymptotics.matched import crossing
+from asympk.asymptotics.smooth import EXTRA, LayeredDense, checked_order, follow_smooth
+from asympk.errors import AsympkError, NotDerivable, OutOfRange
 from asympk.path import Path
 
 SMALL = 1e-4  # of its unit, a state's size from which on it is followed in units of this
@@ -36,12 +41,26 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
 
 def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
     """Follow a smooth scene as it is, or in units in which no state stays small."""
-    path, units = follow_smooth(scene, method, order=order), (sp.S.One,) * len(scene.start)
+    path, units = _composed(scene, method, order), (sp.S.One,) * len(scene.start)
+    if not isinstance(path.at, LayeredDense):
+        return path
     sizes = _sizes(path, units)
     while any(new < SMALL * old for old, new in zip(units, sizes, strict=True)):
-        path, units = follow_smooth(_in(sizes, scene), method, order=order), sizes
+        path, units = _composed(_in(sizes, scene), method, order), sizes
         sizes = _sizes(path, units)
     return path if {*units} == {1} else _out_of(units, scene, path)
+
+
+def _composed(scene: Any, method: str, order: int) -> Path:
+    """Follow a smooth scene by its composite, or, where it crosses edges, by layers and slow motions in turn."""
+    beyond = crossing(scene, checked_order(method, order) + EXTRA) if scene.system.small else None
+    if beyond is None:
+        return follow_smooth(scene, method, order=order)
+    if method == "slow":
+        at = listed(scene.system.states, beyond.states(0.0))
+        raise NotDerivable(f"the motion switches at t = {beyond.began:.6g}, {at}: method 'slow' follows no switch; use "
+                           "method='jump', or end the run before it")  # fmt: skip
+    return follow_to_order(scene, method, order)
 
 
 def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:

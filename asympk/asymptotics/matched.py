@@ -39,6 +39,7 @@ FAR_OFF = 0.5  # a Newton step to the manifold, relative to the state, beyond wh
 IN_FAST = 0.1  # a fast state changes the slow ones through mu alone, but decides when a layer ends
 LATE = 0.1  # of the tolerance, for the error in time of one step of a layer
 EVENTS = 1000
+WATCHED = 1e-9  # the tolerance of the motion that tells whether a smooth system leaves its sides
 
 
 class Stretch(NamedTuple):
@@ -65,12 +66,16 @@ class MatchedPath:
     stretches: tuple[Stretch, ...] = ()
 
     def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "MatchedPath":
-        """Return the path beyond a guard that vanishes at (t, state)."""
-        state = self.mode.snapped(guard, t, state)
-        mode, event = passed(automaton, self.mode, guard, t, state)
-        if len(self.events) == EVENTS:
+        """Return the path beyond a guard that vanishes at (t, state); a smooth motion goes on beyond an edge."""
+        state, stretches = self.mode.snapped(guard, t, state), (*self.stretches, stretch)
+        if max(len(self.events), len(stretches) // 2) >= EVENTS:
             raise TooManyEvents(f"more than {EVENTS} events by t = {t:.6g}, at {automaton.system.states} = {state}")
-        return MatchedPath(t, state, mode, (*self.events, event), (*self.modes, mode.name), (*self.stretches, stretch))
+        if not automaton.system.frictions:
+            edge = self.mode.mode.edges[guard]
+            mode = mode_on_sides(automaton, (), None, t, state, (edge, -edge), fixed=True)
+            return replace(self, t=t, state=state, mode=mode, stretches=stretches)
+        mode, event = passed(automaton, self.mode, guard, t, state)
+        return MatchedPath(t, state, mode, (*self.events, event), (*self.modes, mode.name), stretches)
 
 
 def passed(automaton: Automaton, mode: NumericMode, guard: int, t: float, state: tuple) -> tuple[NumericMode, Event]:
@@ -297,6 +302,17 @@ def onward(
         if path.t < until:
             path = layer(path)
     return path
+
+
+def crossing(scene: Any, order: int) -> Stretch | None:
+    """Return the first stretch of the motion of a smooth scene beyond an edge of what switches, if it crosses one."""
+    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), small_number(scene)
+    path = begun(automaton, scene.start)
+    if not path.mode.kinds:
+        return None
+    layer = partial(through_layer, automaton, until=until, mu=mu, order=order, rtol=WATCHED)
+    whole = onward(automaton, layer(path), until, mu, order, WATCHED, layer)
+    return next((s for s in whole.stretches if s.mode.mode.sides != path.mode.mode.sides), None)
 
 
 def matched_paths(scene: Any, method: str, order: int, rtol: float) -> Iterator[MatchedPath]:

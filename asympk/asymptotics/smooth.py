@@ -31,7 +31,6 @@ EXTRA = 2  # the orders beyond the one asked for, which tell its error
 STEADY, STALLED = 0.1, 0.5  # between them the ratio of omitted terms tells how the series goes on
 FINEST, COARSEST = 1e-13, 1e-7
 FINER = 1e-5  # how much finer than mu^(n + 1) the integrations are
-WATCHED = 1e-9  # the tolerance of the motion that tells whether the sides of a system are left
 ROUNDING = 50  # what the integrations lose, in units of their tolerance
 
 
@@ -65,20 +64,19 @@ class LayeredMotion:
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
+    What switches it is as it is on the sides of the start.
+
     ``path.info["omitted"]`` is the composite's first omitted term at ``until``, state by state. Raises ``OrderError``;
-    ``InputError`` for functions without series, ``NotDerivable`` for a system without fast states and where the motion
-    meets an edge of what switches, ``OutOfRange`` where the layer settles on no attracting branch or the expansion does
-    not hold, and ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
+    ``InputError`` for functions without series, ``NotDerivable`` for a system without fast states, ``OutOfRange`` where
+    the layer settles on no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the
+    slow manifold is lost before ``until``.
     """
     order, system = checked_order(method, order), scene.system
     if system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
-    mu, until, automaton = matched.small_number(scene), float(scene.until), Automaton(system, scene.values)
-    begun = matched.begun(automaton, scene.start)
+    mu, until = matched.small_number(scene), float(scene.until)
+    begun = matched.begun(Automaton(system, scene.values), scene.start)
     slowly = matched.slow_of(begun.mode, order + EXTRA)
-    if begun.mode.kinds:  # sides, which the motion must not leave
-        follow = partial(matched.through_layer, automaton, until=until, mu=mu, order=order + EXTRA, rtol=WATCHED)
-        matched.onward(automaton, follow(begun), until, mu, order + EXTRA, WATCHED, follow)
     begin = slowly.point(0.0, begun.state)
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
     slow, layer = motion.states(until), motion.layer(until)
