@@ -21,6 +21,7 @@ from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
 EDGES = 3  # that a state is on at once and all sides are tried
+_NEVER = 3  # the rank of a side that its own law leads away from
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def _follow_on(
     """Return the mode that goes on; on edges of what the state switches, by the law of the side that it leads to.
 
     Rest on them comes first. Where there is no such side, the state rests on an edge if it does by the law of a side;
-    where it does not, and where several sides have different modes, the place itself decides.
+    where it does not, and where several sides have different modes, the place itself decides. So it is edge by edge.
     A side that it leads to whatever the forces are has the only law, though that may refuse to go on. One that it leads
     to by the law of another side alone may refuse, too.
     """
@@ -84,31 +85,37 @@ def _follow_on(
     if led := _led_to(automaton, edges, t, state, slack):
         sided = _on_sides(automaton, led)
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
-    found, resting, leads = set(), set(), set()
+    found: dict[tuple[int, int], set[Branch]] = {}
     refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
+    leads = set()
     choices = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
     for choice in choices if edges else ():
         sides = tuple(zip(edges, choice, strict=False))
         try:
             branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
             mode = automaton.mode(branch, decide.digits_of(state), sides)
-            if all(mode.leaves(phase, side, t, state) for phase, side in sides):
-                if not any(choice):
-                    return branch
-                found.add(branch)
-            elif all(mode.leaves(phase, side, t, state) or mode.leaves(phase, 0, t, state) for phase, side in sides):
-                resting.add(branch)
+            ranks = [_rank(mode, phase, side, t, state) for phase, side in sides]
+            if not any(ranks):
+                return branch
+            found.setdefault((max(ranks), sum(ranks)), set()).add(branch)
             leads.add(tuple(mode.departure(phase, t, state) for phase in edges))
         except (NoMotion, TwoMotions) as error:
             refused[choice] = error
         except (Undecided, InputError):
             continue
-    if len(found) == 1:
-        return found.pop()
-    if not found | resting and (errors := [refused[side] for side in leads if side in refused]):
+    best = min(found, default=(_NEVER, 0))
+    if best[0] < _NEVER and len(found[best]) == 1:
+        return found[best].pop()
+    if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
-    branch = _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
-    return resting.pop() if not found and len(resting) == 1 else branch
+    return _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
+
+
+def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State) -> int:
+    """Return 0 for rest on an edge by its own law, 1 for a side that is led to, 2 for rest by the law of a side."""
+    if mode.leaves(phase, side, t, state):
+        return int(side != 0)
+    return 2 if mode.leaves(phase, 0, t, state) else _NEVER
 
 
 def _by_law_of(

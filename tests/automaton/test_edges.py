@@ -49,6 +49,29 @@ def test_what_comes_to_rest_on_an_edge_stays_there(how):
     assert ends(path, ("slip_same", "stick"), [1, 0])
 
 
+def _at_an_edge(number, push, below, above):
+    """Return rates, friction and start of a block at rest on the edge at 1 of pushes and of frictions."""
+    s, u, force = sp.symbols(f"s{number} u{number} F{number}", real=True)
+    sides = ((sp.Rational(low), sp.Rational(high)) for low, high in (push, (below, above)))
+    pushed, bound = (sp.Piecewise((low, s < 1), (high, True)) for low, high in sides)
+    contact = ap.Friction(velocity=u, force=force, load=1, kinetic=bound)
+    return {s: u, u: pushed + force}, contact, {s: 1, u: 0}
+
+
+@pytest.mark.parametrize("how", WAYS)
+@pytest.mark.parametrize(
+    ("first", "second", "mode", "end"),
+    [(((-1, 1), "1/4", 2), ((1, 1), "1/2", 1), "stick+stick", (1, 0, 1, 0)),
+     (((-1, 1), "1/4", 2), ((1, 1), 1, "1/2"), "stick+slip_same", (1, 0, 2, 1)),
+     (((1, -1), 1, "1/2"), (("1/2", "1/2"), 2, "1/4"), "stick+slip_same", (1, 0, "3/2", "1/2"))],
+)  # fmt: skip
+def test_two_blocks_on_edges_of_their_own_go_on_each_as_it_does_alone(first, second, mode, end, how):
+    (rates, one, start), (others, two, place) = _at_an_edge(1, *first), _at_an_edge(2, *second)
+    system = ap.System.with_frictions({**rates, **others}, {}, [one, two])
+    path = ap.solve(ap.Scene(system=system, start={**start, **place}, until=2), **how)
+    assert ends(path, (mode,), [float(Fraction(w)) for w in end])
+
+
 @pytest.mark.parametrize("how", WAYS)
 def test_a_force_towards_an_edge_that_moves_on_pushes_a_block_after_it_from_the_start(how):
     """It is pushed by 1/10 - 1/20 behind the edge at t/10, and held by the springs -x - 2 Max(x, 0)."""
