@@ -15,7 +15,7 @@ import numpy as np
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers
 from asympk.asymptotics.matched import MatchedPath, Stretch
-from asympk.asymptotics.smooth import ROUNDING, checked_order, predicted_error, tolerance
+from asympk.asymptotics.smooth import ROUNDING, predicted_error, tolerance
 from asympk.automaton.automaton import Automaton
 from asympk.errors import NotDerivable, OutOfRange
 from asympk.path import Path, times_within
@@ -27,19 +27,16 @@ FALLING, TAKEN = 0.1, 0.22  # ratio of terms of slow motion that spares a third 
 SEVERAL = 5  # steps of a layer as wrong as they may be
 
 
-def follow_friction(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
-    """Follow a ``scene`` with friction by its layers and slow motions to ``order``.
+def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
+    """Follow a ``scene`` with friction, or through edges of what switches, by its layers and slow motions to ``order``.
 
-    ``"slow"`` refuses, with ``NoManifold``, what passes a jump or an edge. Raises ``OrderError``, ``NotDerivable``,
-    ``OutOfRange`` where a layer does not settle, ``NotNormallyHyperbolic``, ``NoMotion``, ``TooManyEvents``.
+    ``"slow"`` refuses, with ``NoManifold``, a first layer that meets an event. Raises ``NotDerivable``, ``OutOfRange``
+    where a layer does not settle, ``NotNormallyHyperbolic``, ``NoMotion``, ``TooManyEvents``.
     """
-    system = scene.system
-    if system.small is None:
-        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
-    if checked_order(method, order):
-        return follow_to_order(scene, method, order)
-    _require_derivable(system)
-    automaton, until, mu = Automaton(system, scene.values), float(scene.until), matched.small_number(scene)
+    if order or not scene.system.frictions:
+        return _to_order(scene, method, order)
+    _require_derivable(scene.system)
+    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
     layer = partial(_through_limit, LimitLayers(automaton, mu))
     landed = layer(matched.begun(automaton, scene.start))
     matched.require_landed(method, landed)
@@ -54,8 +51,8 @@ def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
                    modes=path.modes + landed.modes[1:])  # fmt: skip
 
 
-def follow_to_order(scene: Any, method: str, order: int) -> Path:
-    """Follow a scene by layers in their fast time and slow motions to ``order``, one after the other.
+def _to_order(scene: Any, method: str, order: int) -> Path:
+    """Follow a scene through whole layers, and slowly to ``order``.
 
     ``path.info["omitted"]`` is what the next order changes at ``until``.
     """

@@ -17,13 +17,12 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from asympk.asymptotics.frictional import follow_friction, follow_to_order
-from asympk.asymptotics.landing import listed
-from asympk.asymptotics.matched import crossing
-from asympk.asymptotics.smooth import EXTRA, LayeredDense, checked_order, follow_smooth
-from asympk.errors import AsympkError, NotDerivable, OutOfRange
+from asympk.asymptotics.frictional import follow_stretches
+from asympk.asymptotics.smooth import follow_smooth, leaves_its_sides
+from asympk.errors import AsympkError, NotDerivable, OrderError, OutOfRange
 from asympk.path import Path
 
+HIGHEST_ORDER = 4
 SMALL = 1e-4  # of its unit, a state's size from which on it is followed in units of this
 NOISE = 1e-12  # of the largest state, a size that may be rounding
 LOOKS = 32  # times at which sizes are told, each half of that before
@@ -32,35 +31,32 @@ LOOKS = 32  # times at which sizes are told, each half of that before
 def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     """Follow ``scene`` by ``"jump"`` or ``"slow"`` to ``order``: by default 1 for a smooth system, 0 with friction.
 
-    Raises what ``follow_smooth`` and ``follow_friction`` raise; ``OutOfRange`` where a value is not finite.
+    Raises ``OrderError``; ``NotDerivable`` for a system without small parameter; what ``follow_smooth`` and
+    ``follow_stretches`` raise; ``OutOfRange`` where a value is not finite.
     """
-    follow, least = (follow_friction, 0) if scene.system.frictions else (_in_units_that_fit, 1)
+    smooth = not scene.system.frictions
+    order = _checked_order(method, int(smooth) if order is None else order)
+    if scene.system.small is None:
+        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     with _refused(scene):
-        return follow(scene, method, order=least if order is None else order)
+        follow = _in_units_that_fit if smooth and not leaves_its_sides(scene, order) else follow_stretches
+        return follow(scene, method, order=order)
+
+
+def _checked_order(method: str, order: int) -> int:
+    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
+        raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {HIGHEST_ORDER}")
+    return order
 
 
 def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
     """Follow a smooth scene as it is, or in units in which no state stays small."""
-    path, units = _composed(scene, method, order), (sp.S.One,) * len(scene.start)
-    if not isinstance(path.at, LayeredDense):
-        return path
+    path, units = follow_smooth(scene, method, order=order), (sp.S.One,) * len(scene.start)
     sizes = _sizes(path, units)
     while any(new < SMALL * old for old, new in zip(units, sizes, strict=True)):
-        path, units = _composed(_in(sizes, scene), method, order), sizes
+        path, units = follow_smooth(_in(sizes, scene), method, order=order), sizes
         sizes = _sizes(path, units)
     return path if {*units} == {1} else _out_of(units, scene, path)
-
-
-def _composed(scene: Any, method: str, order: int) -> Path:
-    """Follow a smooth scene by its composite, or, where it crosses edges, by layers and slow motions in turn."""
-    beyond = crossing(scene, checked_order(method, order) + EXTRA) if scene.system.small else None
-    if beyond is None:
-        return follow_smooth(scene, method, order=order)
-    if method == "slow":
-        at = listed(scene.system.states, beyond.states(0.0))
-        raise NotDerivable(f"the motion switches at t = {beyond.began:.6g}, {at}: method 'slow' follows no switch; use "
-                           "method='jump', or end the run before it")  # fmt: skip
-    return follow_to_order(scene, method, order)
 
 
 def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:

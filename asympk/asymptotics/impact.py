@@ -24,8 +24,9 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from asympk.asymptotics.matched import bare_mode, entered, passed
+from asympk.asymptotics.matched import bare_mode, entered
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.loop import mode_after
 from asympk.automaton.modes import SWITCH, GuardedMode
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import NotDerivable, OutOfRange
@@ -96,6 +97,7 @@ class LimitLayers:
         """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle, ``NotDerivable``."""
         events: list[Event] = []
         modes, speed = [mode.name], 0.0
+        event: Event | None
         for _ in range(PASSAGES):
             target, guard, speed = self._ahead(mode, t, state, speed)
             if guard is None and not math.isinf(target):
@@ -104,9 +106,10 @@ class LimitLayers:
                 mode, state, event = self._stop(mode, t, state, math.copysign(1, target))
             else:
                 state = self._with(state, target)
-                mode, event = passed(self.automaton, mode, guard, t, state)
-            events.append(event)
-            modes.append(mode.name)
+                mode, event = mode_after(self.automaton, mode, t, state, (guard,), fixed=True)
+            if event is not None:
+                events.append(event)
+                modes.append(mode.name)
         raise OutOfRange(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
 
     def _ahead(self, mode: NumericMode, t: float, state: tuple, speed: float) -> tuple[float, int | None, float]:
@@ -203,7 +206,8 @@ class LimitLayers:
             raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
         if not found.t_events[0].size:
             hit = next(k for k, times in zip(edges, found.t_events[1:], strict=True) if times.size)
-            passed(self.automaton, mode, hit, t, self._with((*ends[0][:-1].tolist(),), float(ends[0][-1] / self.mu)))
+            raise NotDerivable(f"the jump at t = {t:.6g} meets {mode.mode.guard_values[hit]!s:.120} = 0, where "
+                               f"{mode.name} switches: it has no law here; order >= 1 follows the layer")  # fmt: skip
         return tuple(ends[0][:-1].tolist()), float(ends[0][-1])
 
     def _require_held(self, mode: NumericMode, t: float, state: tuple, side: float) -> None:

@@ -24,9 +24,10 @@ from asympk.asymptotics.landing import NEAR, abscissa, listed, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
-from asympk.automaton.modes import SWITCH, GuardedMode
+from asympk.automaton.loop import mode_after
+from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import LOOKS, NumericMode
-from asympk.errors import NoManifold, NotDerivable, OutOfRange, TooManyEvents
+from asympk.errors import NoManifold, OutOfRange, TooManyEvents
 from asympk.path import Event
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch
@@ -38,8 +39,7 @@ FAR = 1e12
 FAR_OFF = 0.5  # a Newton step to the manifold, relative to the state, beyond which a layer is not nearly over
 IN_FAST = 0.1  # a fast state changes the slow ones through mu alone, but decides when a layer ends
 LATE = 0.1  # of the tolerance, for the error in time of one step of a layer
-EVENTS = 1000
-WATCHED = 1e-9  # the tolerance of the motion that tells whether a smooth system leaves its sides
+STRETCHES = 3000
 
 
 class Stretch(NamedTuple):
@@ -66,30 +66,18 @@ class MatchedPath:
     stretches: tuple[Stretch, ...] = ()
 
     def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "MatchedPath":
-        """Return the path beyond a guard that vanishes at (t, state); a smooth motion goes on beyond an edge."""
-        state, stretches = self.mode.snapped(guard, t, state), (*self.stretches, stretch)
-        if max(len(self.events), len(stretches) // 2) >= EVENTS:
-            raise TooManyEvents(f"more than {EVENTS} events by t = {t:.6g}, at {automaton.system.states} = {state}")
-        if not automaton.system.frictions:
-            edge = self.mode.mode.edges[guard]
-            mode = mode_on_sides(automaton, (), None, t, state, (edge, -edge), fixed=True)
-            return replace(self, t=t, state=state, mode=mode, stretches=stretches)
-        mode, event = passed(automaton, self.mode, guard, t, state)
-        return MatchedPath(t, state, mode, (*self.events, event), (*self.modes, mode.name), stretches)
+        """Return the path beyond a guard that vanishes at (t, state)."""
+        if len(self.stretches) == STRETCHES:
+            raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
+                                f"{listed(automaton.system.states, state)}")  # fmt: skip
+        state = self.mode.snapped(guard, t, state)
+        mode, event = mode_after(automaton, self.mode, t, state, (guard,), fixed=True)
+        path = replace(self, t=t, state=state, mode=mode, stretches=(*self.stretches, stretch))
+        return path if event is None else path.marked(event)
 
-
-def passed(automaton: Automaton, mode: NumericMode, guard: int, t: float, state: tuple) -> tuple[NumericMode, Event]:
-    """Return the mode that follows one whose guard vanishes at (t, state), and the event.
-
-    Raises ``NotDerivable`` where a side of what the state or the time switches ends, and what the automaton raises.
-    """
-    kind, friction = mode.kinds[guard]
-    if kind == SWITCH:
-        edge, at = mode.mode.guard_values[guard], listed(mode.mode.system.states, state)
-        raise NotDerivable(f"mode {mode.name} switches at t = {t:.6g}, {at}, where {edge!s:.120} = 0: this model "
-                           "follows no switch; use an exact method, or end the run before it")  # fmt: skip
-    branch = automaton.next(mode.branch, (guard,), t, state)
-    return entered(automaton, branch, t, state), Event(kind, t, state, friction)
+    def marked(self, event: Event) -> "MatchedPath":
+        """Return the path with an event that led to its mode."""
+        return replace(self, events=(*self.events, event), modes=(*self.modes, self.mode.name))
 
 
 def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> NumericMode:
@@ -302,17 +290,6 @@ def onward(
         if path.t < until:
             path = layer(path)
     return path
-
-
-def crossing(scene: Any, order: int) -> Stretch | None:
-    """Return the first stretch of the motion of a smooth scene beyond an edge of what switches, if it crosses one."""
-    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), small_number(scene)
-    path = begun(automaton, scene.start)
-    if not path.mode.kinds:
-        return None
-    layer = partial(through_layer, automaton, until=until, mu=mu, order=order, rtol=WATCHED)
-    whole = onward(automaton, layer(path), until, mu, order, WATCHED, layer)
-    return next((s for s in whole.stretches if s.mode.mode.sides != path.mode.mode.sides), None)
 
 
 def matched_paths(scene: Any, method: str, order: int, rtol: float) -> Iterator[MatchedPath]:

@@ -23,14 +23,14 @@ from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import Landing, land
 from asympk.asymptotics.reduced import Reduced
 from asympk.automaton.automaton import Automaton
-from asympk.errors import NotDerivable, OrderError, OutOfRange
+from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
-HIGHEST_ORDER = 4
 EXTRA = 2  # the orders beyond the one asked for, which tell its error
 STEADY, STALLED = 0.1, 0.5  # between them the ratio of omitted terms tells how the series goes on
 FINEST, COARSEST = 1e-13, 1e-7
 FINER = 1e-5  # how much finer than mu^(n + 1) the integrations are
+WATCHED = 1e-9  # the tolerance of the motion that tells whether the sides of a system are left
 ROUNDING = 50  # what the integrations lose, in units of their tolerance
 
 
@@ -64,18 +64,13 @@ class LayeredMotion:
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
-    What switches it is as it is on the sides of the start.
-
-    ``path.info["omitted"]`` is the composite's first omitted term at ``until``, state by state. Raises ``OrderError``;
-    ``InputError`` for functions without series, ``NotDerivable`` for a system without fast states, ``OutOfRange`` where
-    the layer settles on no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the
-    slow manifold is lost before ``until``.
+    The motion keeps to one side of what switches. ``path.info["omitted"]`` is the composite's first omitted term at
+    ``until``, state by state. Raises ``InputError`` for functions without series, ``OutOfRange`` where the layer
+    settles on no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the slow
+    manifold is lost before ``until``.
     """
-    order, system = checked_order(method, order), scene.system
-    if system.small is None:
-        raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     mu, until = matched.small_number(scene), float(scene.until)
-    begun = matched.begun(Automaton(system, scene.values), scene.start)
+    begun = matched.begun(Automaton(scene.system, scene.values), scene.start)
     slowly = matched.slow_of(begun.mode, order + EXTRA)
     begin = slowly.point(0.0, begun.state)
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
@@ -92,10 +87,21 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
                          "method='jump', or a later until")  # fmt: skip
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states at t = {until:.6g}: "
-                         f"{system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
+                         f"{scene.system.small} = {mu:.3g} is not small here; use an exact method")  # fmt: skip
     final = now if layered else slow[0]
     return Path(scene, method, tuple(final.tolist()), (), begun.modes, LayeredDense(motion, layered, until), error,
                 {"omitted": tuple((next_ - now).tolist())})  # fmt: skip
+
+
+def leaves_its_sides(scene: Any, order: int) -> bool:
+    """Tell whether the motion of a smooth system leaves the sides, of what switches, on which it begins."""
+    until, mu, automaton = float(scene.until), matched.small_number(scene), Automaton(scene.system, scene.values)
+    path = matched.begun(automaton, scene.start)
+    if not path.mode.kinds:
+        return False
+    follow = partial(matched.through_layer, automaton, until=until, mu=mu, order=order + EXTRA, rtol=WATCHED)
+    end = matched.onward(automaton, follow(path), until, mu, order + EXTRA, WATCHED, follow)
+    return any(stretch.mode is not path.mode for stretch in end.stretches)
 
 
 def layered_motion(
@@ -146,13 +152,6 @@ def _beyond(omitted: float, misses: np.ndarray) -> float:
     """
     begun = np.abs(misses[1:] - misses[:-1]).max(initial=0)
     return math.sqrt(min(1.0, omitted / begun) if begun > 0 else 1.0) * np.abs(misses[-1]).max()
-
-
-def checked_order(method: str, order: int) -> int:
-    """Return the order; raises ``OrderError``."""
-    if isinstance(order, bool) or not isinstance(order, int) or not 0 <= order <= HIGHEST_ORDER:
-        raise OrderError(f"order = {order!r}: method {method!r} is known to the orders 0 .. {HIGHEST_ORDER}")
-    return order
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.automaton.automaton import Automaton, mode_on_sides
+from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
 from asympk.automaton.decide import BY_HAND, finite
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
@@ -60,7 +60,7 @@ def follow(
     advance: Advance,
     events: int,
     digits: int | None = None,
-    slack: Any = 2.0**-48,
+    slack: Any = ROUNDED,
 ) -> Run:
     """Follow the automaton from ``start`` in the mode ``first`` to ``until``; ``advance`` follows one mode.
 
@@ -94,7 +94,10 @@ def _follow(
         if segment.hit is not None and (not ends or t > ends[-1]):
             ends.append(t)
             _require_apart(ends, state, automaton)
-        mode, event = _mode_after(automaton, mode, segments, t, state, hits, digits, slack)
+        ended, since = mode, segment.t if segment.hit is None else None
+        mode, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
+        if event is None or len(_crossed(ended, hits)[1]) < len(hits):
+            _require_progress(segments, ended)
         if event is None:
             continue
         marks.append(event)
@@ -126,24 +129,26 @@ def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int
     return t, state, tuple(k for k, value in enumerate(mode.guard_values(t, state)) if value < 0)
 
 
-def _mode_after(
-    automaton: Automaton, mode: NumericMode, segments: list[Segment], t: Any, state: tuple, hits: tuple[int, ...],
-    digits: int | None, slack: Any,
+def mode_after(
+    automaton: Automaton, mode: NumericMode, t: Any, state: tuple, hits: tuple[int, ...], digits: int | None = None,
+    slack: Any = ROUNDED, since: Any = None, fixed: bool = False,
 ) -> tuple[NumericMode, Event | None]:  # fmt: skip
-    """Return the mode that follows where the guards ``hits`` are lost, and the event, or None where there is none."""
-    last, before, (crossed, left) = segments[-1], mode, _crossed(mode, hits)
-    switches = len(left) < len(hits)
-    if last.hit is None:  # the guards of a side that has ended are those of no motion
-        crossed, left = [], left * (not switches)
-    doubt = slack if last.hit is not None else mode.beside
+    """Return the mode that follows where the guards ``hits`` are lost, and the event, or None where there is none.
+
+    ``since`` is the time at which a mode ended that the time alone has switched by ``t``; ``fixed`` is that of
+    ``mode_on_sides``, which raises what this does, as does ``Automaton.next``.
+    """
+    before, (crossed, left) = mode, _crossed(mode, hits)
+    switches, doubt = len(left) < len(hits), slack
+    if since is not None:  # the guards of a side that has ended are those of no motion
+        crossed, left, doubt = [], left * (not switches), mode.beside
     later, entered = (t, state), tuple[Any, ...]()
     if switches:
-        _require_progress(segments, mode)
-        mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed)
+        mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
         entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
         hits = _lost_beyond(mode, left, (t, state), later)
-    event = _left_by_ground(before, last.t, mode, t, state) or _torn(mode, t, state)
+    event = _left_by_ground(before, t if since is None else since, mode, t, state) or _torn(mode, t, state)
     if event is not None:
         branch = automaton.next(None, (), *later, doubt, entered)
     elif hits:
@@ -151,11 +156,9 @@ def _mode_after(
     else:
         return mode, None
     crossed = [*crossed, *automaton.edges_at(*later, doubt)]
-    after = mode_on_sides(automaton, branch, digits, t, state, crossed)
-    if awake(branch) == awake(mode.branch):
-        _require_progress(segments, mode)
-        return after, None
-    return after, event._replace(t=t, state=state)
+    after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
+    changes = awake(branch) != awake(mode.branch)
+    return after, event._replace(t=t, state=state) if changes else None
 
 
 def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:

@@ -16,7 +16,7 @@ from asympk.asymptotics.landing import land, root
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
 from asympk.studies.ladder import distance
 
-x, y, u, v, w = sp.symbols("x y u v w", real=True)
+x, y, u, v, w, T = sp.symbols("x y u v w T", real=True)
 mu = sp.Symbol("mu", positive=True)
 kappa, lambda_, a, b = sp.symbols("kappa lambda a b", positive=True)
 
@@ -281,6 +281,7 @@ def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to
         (sp.log(x) - y, (-1, 1), OutOfRange, "no finite value"),
         (sp.besselj(0, x) - y, (1, 1), InputError, "no series here"),
         (sp.gamma(x) - y, (1, 1), InputError, "no series here"),
+        (sp.sign(x - y / 2), (1, 1), NotDerivable, r"stays on 2\*x - y = 0 from t = "),
         (y**2 + x**2, (0, 1), OutOfRange, "does not settle"),
     ],
 )
@@ -390,26 +391,14 @@ def test_a_motion_beside_all_edges_is_that_of_the_formulas_on_its_side(slow, fas
         assert (path.final, path.error) == (known.final, known.error)
 
 
-@pytest.mark.parametrize(
-    ("slow", "fast", "words"),
-    [
-        (-1, sp.Abs(x - sp.Rational(1, 2)) - y, r"t = 0\.5, x = 0\.5, y = 0\.0[01]"),
-        (-1, x + sp.Abs(y - sp.Rational(3, 2)) / 9 - y, r"x = 0\.99.*, y = 1\.5: "),
-        (1, sp.sign(sp.sin(40 * x)) - y, r"t = 0\.021017.* use method='jump', or end the run before it$"),
-    ],
-)  # fmt: skip
-def test_slow_motion_that_meets_an_edge_is_refused_with_the_state_reached(slow, fast, words):
-    switched = ap.System.smooth({x: slow}, {y: fast}, mu)
-    with pytest.raises(NotDerivable, match=words):
-        _solved(switched, {mu: "1/100"}, (1, 2), 1, "slow")
-    assert _solved(switched, {mu: "1/100"}, (1, 2), "1/1000", "jump").final[0] != 1
-
-
 CROSSINGS = {
     "kink": ({x: -x + sp.Abs(y)}, {y: sp.Abs(x) - 2 * y}, {x: 1, y: -2}, 1),
     "jump of the manifold": ({x: -1 - y / 4, u: y - u}, {y: sp.sign(x) + u - y}, {x: "1/2", u: 1, y: 0}, 1),
     "edge at the manifold": ({x: 1 - sp.Min(x, y)}, {y: x - y}, {x: "1/2", y: 3}, 1),
     "stop": ({x: v, v: -x - 3 * sp.Max(0, x - sp.Rational(1, 2)) - y}, {y: v - y}, {x: 1, v: 0, y: 0}, 10),
+    "forced kink": ({x: -x + y}, {y: sp.Abs(x) / 2 + sp.cos(2 * T) - y}, {x: 1, y: 0}, 6),
+    "saturated": ({x: v, v: -y}, {y: sp.Min(1, sp.Max(-1, 2 * x + v)) - y}, {x: 2, v: 0, y: 0}, 10),
+    "jump of the force": ({x: sp.cos(T) - y / 4}, {y: x - y + sp.Heaviside(y - sp.Rational(1, 2))}, {x: 0, y: -1}, 2),
     "relaxation at corners": ({x: -y}, {y: x + y - 2 * sp.Max(0, y - 1) + 2 * sp.Max(0, -1 - y)}, {x: 0, y: 2}, 5),
 }
 
@@ -420,12 +409,23 @@ def test_a_motion_through_edges_is_as_right_as_it_says(name, order):
     slow, fast, start, until = CROSSINGS[name]
     errors = []
     for small in ("1/1000", "1/10000"):
-        scene = ap.Scene(system=ap.System.smooth(slow, fast, mu), values={mu: small}, start=start, until=until)
+        system = ap.System.smooth(slow, fast, mu, time=T)
+        scene = ap.Scene(system=system, values={mu: small}, start=start, until=until)
         path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene).final
         errors.append(distance(path.final, truth))
         assert errors[-1] < path.error
+        assert ap.solve(scene, "slow", order=order).final == path.final
     assert name.startswith("relax") or errors[1] < 2 * errors[0] / 10 ** (order + 1) + 1e-10
     assert truth == pytest.approx(ap.solve(scene, "radau", rtol=1e-9, atol=1e-12).final, abs=1e-5)
+
+
+def test_the_path_through_pulses_is_right_at_all_times_and_in_its_layers_too():
+    pulse = sp.Piecewise((1, T < 1), (-1, T < 2), (sp.sin(T), True))
+    system = ap.System.smooth({x: y - x}, {y: pulse - y - x * y / 4}, mu, time=T)
+    scene = ap.Scene(system=system, values={mu: "1e-3"}, start={x: 0, y: 0}, until=4)
+    times = np.concatenate([np.linspace(0, 4, 41), [0.001, 1.0005, 1.003, 2.001]])
+    truth, path = ap.solve(scene, "radau", rtol=1e-10), ap.solve(scene, "jump", order=1)
+    assert path(times) == pytest.approx(truth(times), abs=5e-6)
 
 
 def test_a_motion_that_slides_along_an_edge_is_refused_by_name():
