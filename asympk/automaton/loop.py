@@ -16,6 +16,7 @@ from asympk.symbolic.branches import Branch, at_rest, awake
 from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
+CROSSINGS = 10_000  # of edges, that are allowed beside as many as events are
 SHORTLY = 64  # errors of an event, after which what a side has changed is told from what was before
 PARADOX = 2.0**-40  # by which a stiffness to the second motion is below zero, as a part of that to the first
 
@@ -98,12 +99,10 @@ def _follow(
         mode, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
         if event is None or len(_crossed(ended, hits)[1]) < len(hits):
             _require_progress(segments, ended)
-        if event is None:
-            continue
-        marks.append(event)
-        names.append(mode.name)
-        if len(marks) > events:
-            segments[-1] = segments[-1]._replace(short=f"limit of {events} events reached", state=state)
+        marks += [event] if event else []
+        names += [mode.name] if event else []
+        if short := _beyond_limits(len(marks), len(ends) - len(marks), events):
+            segments[-1] = segments[-1]._replace(short=short, state=state)
             break
     return Run(segments[-1], tuple(marks), tuple(names), tuple(segments))
 
@@ -118,6 +117,13 @@ def _begun(
     if t:
         mode.rhs(0 * t, state)  # infinite rates would move the state by more than the rounding until then
     return t, state, mode
+
+
+def _beyond_limits(count: int, crossings: int, events: int) -> str:
+    """Return why a run ends, that of more events or crossings of edges than are allowed, or ""."""
+    if count > events:
+        return f"limit of {events} events reached"
+    return f"limit of {CROSSINGS + events} crossings reached" if crossings > CROSSINGS + events else ""
 
 
 def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int, ...]]:

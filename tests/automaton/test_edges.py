@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 import asympk as ap
-from asympk.errors import Accumulation, NotDerivable
+from asympk.errors import Accumulation, NotDerivable, TooManyEvents
 
 x, v, t = sp.symbols("x v t", real=True)
 F = sp.Symbol("F", real=True)
@@ -268,3 +268,11 @@ def test_a_relay_typed_by_signs_comes_to_its_origin_in_the_known_time_and_is_ref
     half = math.sqrt(2) + math.sqrt(2) / 3
     with pytest.raises(Accumulation, match=f"accumulate at t = {half / (1 - 1 / math.sqrt(3)):.6g}"):
         ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=10), **how)
+
+
+@pytest.mark.slow
+def test_crossings_whose_intervals_shrink_too_slowly_to_end_are_refused_after_some_thousands():
+    """With mu y' = -sgn x - y the velocity at the k-th crossing falls like 1/k: the crossings have no end."""
+    system = ap.System.smooth({x: v}, {v: -sp.sign(x) - v}, sp.Symbol("mu", positive=True))
+    with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings reached at t = 0\.77.*smaller until"):
+        ap.solve(ap.Scene(system=system, values={"mu": "1e-2"}, start={x: Fraction(1, 2), v: 0}, until=2))
