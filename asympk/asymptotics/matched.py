@@ -132,7 +132,7 @@ def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...
 def bare_mode(mode: GuardedMode) -> Mode:
     """Return a mode on its sides without the condition under which it holds; the time is a slow state of it."""
     fields = branches.fields(mode.system, mode.branch)
-    slow, fast = (sp.Dict({s: on_sides(rate, mode.sides) for s, rate in rates.items()}) for rates in fields)
+    slow, fast = (sp.Dict({s: on_sides(rate, mode.all_sides) for s, rate in rates.items()}) for rates in fields)
     return mode.system.autonomous(Mode(mode.name, slow, fast))
 
 

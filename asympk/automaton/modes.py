@@ -87,10 +87,15 @@ class GuardedMode:
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
         """Return an expression as it is on the sides, real also where a step ends shortly beyond the mode."""
+        return with_real_powers(on_sides(expr, self.all_sides), self.all_sides)
+
+    @cached_property
+    def all_sides(self) -> Sides:
+        """The sides of the mode, and those on which its sliding velocities are."""
         sliding = [(f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
                    if phase.velocity and not phase.either]  # fmt: skip
         told = ((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
-        return with_real_powers(on_sides(expr, (*self.sides, *told)), (*self.sides, *sliding))
+        return (*self.sides, *told)
 
     @cached_property
     def edges(self) -> tuple[sp.Expr, ...]:

@@ -499,6 +499,7 @@ def test_the_limit_of_a_jump_refuses_edges_that_the_fast_state_bends_or_outgrows
 
 EDGES = {
     "stop": ({a: w, w: -4 * sp.Max(a - 1, 0) + b + F}, {b: 2 * sp.cos(TIME) - b - w / 4}, 1, {a: 0, w: 1, b: 0}),
+    "velocity": ({a: w, w: b / 2 - a + F}, {b: sp.Piecewise((1, w > 0), (0, True)) / 2 - b + a}, 1, {a: 2, w: 1, b: 0}),
     "load": ({a: w, w: sp.cos(TIME) - a / 2 + F}, {b: 1 + sp.Abs(a) / 2 - b}, b, {a: 1, w: 0, b: 2}),
 }
 
@@ -512,8 +513,8 @@ def test_models_pass_edges_of_what_the_state_switches_to_every_order(name):
         errors = []
         for mu in ("1e-2", "1e-3"):
             scene = ap.Scene(system=system, values={c: mu}, start=start, until=8)
-            truth, path = ap.solve(scene, "lsoda", rtol=1e-13), ap.solve(scene, "jump", order=order)
+            truth, path = ap.solve(scene, digits=12), ap.solve(scene, "jump", order=order)
             assert path.modes == truth.modes
             errors.append(distance(path.final, truth.final))
             assert not order or errors[-1] < path.error
-        assert math.log10(errors[0] / errors[1]) == pytest.approx(order + 1, abs=0.15)
+        assert math.log10(errors[0] / errors[1]) > order + 0.85
