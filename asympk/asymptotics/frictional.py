@@ -14,7 +14,7 @@ import numpy as np
 
 from asympk.asymptotics import matched
 from asympk.asymptotics.impact import LimitLayers
-from asympk.asymptotics.matched import MatchedPath, Stretch
+from asympk.asymptotics.matched import MatchedPath
 from asympk.asymptotics.smooth import ROUNDING, predicted_error, tolerance
 from asympk.automaton.automaton import Automaton
 from asympk.errors import NotDerivable, OutOfRange
@@ -38,10 +38,11 @@ def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0) -> Pat
     _require_derivable(scene.system)
     automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
     layer = partial(_through_limit, LimitLayers(automaton, mu))
-    landed = layer(matched.begun(automaton, scene.start))
+    first = matched.begun(automaton, scene.start)
+    landed = layer(first) if until > 0 else first
     matched.require_landed(method, landed)
     path = matched.onward(automaton, landed, until, mu, 0, RTOL, layer)
-    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path.stretches, until))
+    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, until))
 
 
 def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
@@ -68,7 +69,7 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
-    dense = StretchedDense(path.stretches, float(scene.until))
+    dense = StretchedDense(path, float(scene.until))
     return Path(scene, method, path.state, path.events, path.modes, dense, error,
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
@@ -95,17 +96,15 @@ def _require_derivable(system: System) -> None:
 
 @dataclass(frozen=True)
 class StretchedDense:
-    """The slow motions one after the other, at any times in [0, until]: an array of shape ``(n,) + t.shape``."""
+    """The stretches of a path one after the other, at any times in [0, until]: an array of shape ``(n,) + t.shape``."""
 
-    stretches: tuple[Stretch, ...]
+    path: MatchedPath
     until: float
 
     def __call__(self, t: Any) -> Any:
         times = times_within(t, self.until)
-        began = np.array([s.began for s in self.stretches])
-        which = np.searchsorted(began, times.ravel(), side="right") - 1
-        parts = [(which == k, s.states(times.ravel()[which == k] - s.began)) for k, s in enumerate(self.stretches)]
-        found = np.empty((len(parts[0][1]), times.size))
-        for here, states in parts:
-            found[:, here] = states
+        which = np.searchsorted([s.began for s in self.path.stretches], times.ravel(), side="right") - 1
+        found = np.tile(np.array(self.path.state)[:, None], times.size)
+        for k, stretch in enumerate(self.path.stretches):
+            found[:, which == k] = stretch.states(times.ravel()[which == k] - stretch.began)
         return found.reshape(-1, *times.shape)

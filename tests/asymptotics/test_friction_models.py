@@ -62,6 +62,14 @@ def test_the_jump_brings_the_velocity_to_zero_and_the_reaction_to_x_minus_z():
     assert path.names == ("a", "b", "w")
 
 
+@pytest.mark.parametrize("order", range(3))
+def test_a_motion_that_ends_where_it_starts_is_its_start(order):
+    path = ap.solve(ap.Scene(system=ROD, values={s: 1, c: "1/1000"}, start=STARTS[0], until=0), "jump", order=order)
+    assert path.final == pytest.approx((0, 0.2, -1), abs=0)
+    assert pytest.approx(np.array([path.final] * 2), abs=0) == path([0, 0]).T
+    assert path.modes == ("slip_opposite",)
+
+
 def test_an_edge_met_by_the_slow_motion_begins_another_layer():
     truth = ap.solve(ap.Scene(sigma=-1, mu="1e-6", start=(0, "1/5", -1), until=3))
     path = _rod("1e-6", (0, "1/5", -1), sigma=-1)
