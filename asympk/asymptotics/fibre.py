@@ -22,7 +22,8 @@ from importlib import import_module
 import sympy as sp
 
 from asympk.asymptotics.tape import Definitions, Tape
-from asympk.asymptotics.taylor import FUNCTIONS, Taylor, as_taylor, evaluated
+from asympk.asymptotics.taylor import FUNCTIONS, INFINITE, Taylor, as_taylor, evaluated
+from asympk.errors import InputError
 from asympk.symbolic.expansion import fast_jacobian
 from asympk.symbolic.system import Mode
 
@@ -116,6 +117,9 @@ class _Field:
         self.slow_states, self.fast_states = tuple(mode.slow), tuple(mode.fast)
         self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
         self.force = [g.subs(small, 0) for g in self.full_force]
+        for state, force in zip(self.fast_states, self.force, strict=True):
+            if force.has(*INFINITE):
+                raise InputError(f"the rate of {state} has no series in {small}: it is singular where that is 0")
         self.jacobian = fast_jacobian(mode, small)
         self.affine = not any(e.has(*self.fast_states) for e in self.jacobian)
         across = [g.diff(x) for g in self.force for x in self.slow_states]

@@ -51,7 +51,13 @@ def _checked_order(method: str, order: int) -> int:
 
 def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
     """Follow a smooth scene as it is, or in units in which no state stays small."""
-    path, units = follow_smooth(scene, method, order=order), (sp.S.One,) * len(scene.start)
+    units = (sp.S.One,) * len(scene.start)
+    try:
+        path = follow_smooth(scene, method, order=order)
+    except OutOfRange:
+        if (small := _powers(np.abs(np.array(scene.start, dtype=float)))) == units:
+            raise
+        path, units = follow_smooth(_in(small, scene), method, order=order), small
     sizes = _sizes(path, units)
     while any(new < SMALL * old for old, new in zip(units, sizes, strict=True)):
         path, units = follow_smooth(_in(sizes, scene), method, order=order), sizes
@@ -66,7 +72,11 @@ def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]
     if sizes.min() < SMALL:
         times = float(path.scene.until) / 2.0 ** np.arange(LOOKS)
         sizes = np.maximum(sizes, np.abs(path.at.motion.states(times)[0]).max(axis=1))
-    sizes = sizes * numbers
+    return _powers(sizes * numbers)
+
+
+def _powers(sizes: np.ndarray) -> tuple[sp.Rational, ...]:
+    """Return the power of ten next to every size, at most 1; that of the largest for one that may be rounding."""
     sizes = np.where(sizes > NOISE * sizes.max(), sizes, sizes.max() or 1.0)
     return tuple(sp.Integer(10) ** min(0, round(math.log10(size))) for size in sizes.tolist())
 

@@ -24,6 +24,7 @@ SETTLED = 1e-7
 STILL = 10  # tolerances from its branch within which a layer stands still
 STEPS = 20000
 FAR = 1e6
+ROOT = 1e-12  # the error of a root, relative to the state
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
 
 
@@ -60,9 +61,12 @@ def land(
     is followed finely only where the layer itself is asked for. Raises ``OutOfRange`` where the layer does not settle
     on an attracting branch.
     """
+    if formulas.field.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
+        raise OutOfRange(f"the branch at {listed(formulas.mode.slow, x)} does not attract, so no layer fades there: "
+                         f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states")
     if affinelayer.is_affine(formulas):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
-        if rate < 0 and np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y))):
+        if np.abs(table).max() <= FAR * max(1, *map(abs, (*x, *y))):
             return _in_closed_form(rate, table, y)
     fine, coarse = (_tolerances(rtol, mu, order, len(x), len(y), first) for first in (0, 1))
     return _followed(formulas, order, x, y, values, fine, coarse)
@@ -145,6 +149,13 @@ def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
     return float(np.linalg.eigvals(_square(formulas, x, y, values)).real.max())
 
 
+def attraction(formulas: Formulas, x: Sequence, branch: Sequence, values: tuple) -> float:
+    """Return the rate at which a branch attracts; 0 where it is less than its change within the error of the root."""
+    off = ROOT * max(1, *map(abs, branch))
+    below, rate, above = (-abscissa(formulas, x, [v + d for v in branch], values) for d in (-off, 0, off))
+    return rate if abs(above - below) < abs(rate) else 0.0
+
+
 def _square(formulas, x, y, values):
     return np.array(formulas.jacobian(*x, *y, *values), dtype=float).reshape(len(y), len(y))
 
@@ -185,15 +196,16 @@ def _settled(formulas, first, x, y, values, order, tolerances):
 def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:
     """Return the attracting branch that a layer has come near to at y = ``now``, and its rate; or None.
 
-    Raises ``OutOfRange`` for a start on a branch that does not attract.
+    Raises ``OutOfRange`` on a branch that does not attract.
     """
     step = newton(formulas, x, now, values)
     size = max(map(abs, step)) if step is not None else math.inf
     branch = root(formulas, x, now, values) if size < NEAR * scale else None
-    rate = -abscissa(formulas, x, branch, values) if branch else 0
+    rate = attraction(formulas, x, branch, values) if branch else 0.0
     if branch and size < 1e-14 * scale and rate <= 0:
-        raise OutOfRange(f"the start {listed(formulas.mode.fast, now)} lies on a branch that does not attract: the "
-                         f"largest real part of an eigenvalue of g_y is {-rate:.6g} there; move it off")  # fmt: skip
+        raise OutOfRange(f"the start, or where its layer comes to, {listed(formulas.mode.fast, now)}, lies on a branch "
+                         "that does not attract: the largest real part of an eigenvalue of g_y is "
+                         f"{0.0 - rate:.6g} there; move it off")  # fmt: skip
     return (branch if rate > 0 else None), rate
 
 

@@ -20,7 +20,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, abscissa, listed, newton, root
+from asympk.asymptotics.landing import NEAR, abscissa, attraction, listed, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
@@ -231,7 +231,7 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     if step is None or max(map(abs, step)) > FAR_OFF * scale:
         return math.inf
     branch = root(slow.formulas, x, y, slow.values)
-    if branch is None or not (rate := -abscissa(slow.formulas, x, branch, slow.values)) > 0:
+    if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
     left = slow.distance(order, x, y, branch, mu) / scale
     return t + mu * math.log(max(1.0, left / rtol)) / rate if left < NEAR else math.inf

@@ -18,6 +18,7 @@ from asympk.errors import InputError
 from asympk.symbolic.penetration import Penetration
 
 FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "sqrt")
+INFINITE = (sp.zoo, sp.nan, sp.oo)
 U = sp.Symbol("u", positive=True)
 
 
@@ -86,7 +87,10 @@ def _computed(expr, values, tape):
         return _evaluated(expr.args[0], values, tape)
     base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
     if exponent.is_Integer and expr.is_Pow:
-        return _power(_evaluated(base, values, tape), int(exponent))
+        of = _evaluated(base, values, tape)
+        if exponent < 0 and _is_zero(of[0, 0] if isinstance(of, Taylor) else of):
+            _require_regular(expr, (1 / U,))
+        return _power(of, int(exponent))
     if expr.is_Pow and not exponent.is_Rational:
         return _evaluated(sp.exp(exponent * sp.log(base), evaluate=False), values, tape)
     return _function(expr, values, tape)
@@ -129,9 +133,16 @@ def _function(expr, values, tape):
     if not isinstance(at, Taylor):
         return at_number(outer, at, tape)
     rest = Taylor({i: c for i, c in at.terms.items() if i != (0, 0)}, at.degree)
-    count = at.degree + 1 if rest.terms else 1
+    derivatives = _derivatives(outer, at.degree + 1 if rest.terms else 1)
+    if _is_zero(at[0, 0]):
+        _require_regular(expr, derivatives)
     return _geometric(rest, [at_number(d, at[0, 0], tape) * Fraction(1, factorial(i))
-                             for i, d in enumerate(_derivatives(outer, count))])  # fmt: skip
+                             for i, d in enumerate(derivatives)])  # fmt: skip
+
+
+def _require_regular(expr, derivatives):
+    if any(d.subs(U, 0).has(*INFINITE) for d in derivatives):
+        raise InputError(f"{expr!s:.60} has no series in the small parameter: it is singular where that is 0")
 
 
 @lru_cache(maxsize=256)

@@ -283,6 +283,12 @@ def test_the_base_point_in_twenty_digits_is_where_the_exact_motion_leads_back_to
         (sp.gamma(x) - y, (1, 1), InputError, "no series here"),
         (sp.sign(x - y / 2), (1, 1), NotDerivable, r"stays on 2\*x - y = 0 from t = "),
         (y**2 + x**2, (0, 1), OutOfRange, "does not settle"),
+        (-(y**3), (1, 1), OutOfRange, "lies on a branch that does not attract"),
+        (x - x**2 * y, (0, 1), OutOfRange, "no layer fades there: the largest real part of an eigenvalue of g_y is 0 "),
+        (x - y + sp.sqrt(mu), (1, 1), InputError, r"sqrt\(mu\) has no series in the small parameter"),
+        (x - y + mu ** sp.Rational(5, 2), (1, 1), InputError, r"mu\*\*\(5/2\) has no series in the small parameter"),
+        (x - y + sp.exp(-1 / mu), (1, 1), InputError, "the rate of y has no series in mu"),
+        (x - y / mu, (1, 1), InputError, "the rate of y has no series in mu"),
     ],
 )
 def test_what_cannot_be_followed_is_refused_by_name(fast, start, error, words):
@@ -303,6 +309,17 @@ def test_branches_and_fractional_powers_of_any_kind_have_their_slow_motion():
     system = ap.System.smooth(slow={x: -x}, fast={y: x - y ** sp.Rational(3, 2)}, small=mu)
     path = _solved(system, {mu: "1e-8"}, (1, 2), 1)
     assert path.final[1] == pytest.approx(np.exp(-2 / 3), abs=1e-7)
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_a_layer_in_units_that_are_too_large_does_not_step_over_a_branch_that_repels(order):
+    """x' = -x + y, mu y' = x - 2 y + a y^2 is of size 1/a: the same as for a = 1 in these units."""
+    paths = []
+    for size in (1, 10**8):
+        system = ap.System.smooth({x: -x + y}, {y: x - 2 * y + size * y**2}, small=mu)
+        start = {x: sp.Rational(1, 10 * size), y: 0}
+        paths.append(_solved(system, {mu: "1/100"}, start, 1, order=order))
+    assert np.array(paths[1].final) * 10**8 == pytest.approx(paths[0].final, rel=1e-7)
 
 
 def test_a_layer_that_is_followed_roughly_stands_still_as_near_to_its_branch_as_its_tolerance_lets_it():
