@@ -1,9 +1,9 @@
-r"""The asymptotic models of a system with friction: layers, jumps, slow motion, edges.
+r"""The asymptotic models of a system with friction, or through edges: layers, jumps and slow motion in turn.
 
-Higher orders are those of ``matched``. To order 0, for one friction and one fast state, the start's layer lands on the
-critical manifold of a mode (``impact``), the reduced flow goes on from there until a guard of the mode vanishes, a new
-layer begins at that edge, and so on. Layers take no time in this limit: what their events have in common is the time of
-the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
+Higher orders, and all without friction, are those of ``matched``. To order 0, for one friction and one fast state, the
+start's layer lands on the critical manifold of a mode (``impact``), the reduced flow goes on from there until a guard
+of the mode vanishes, a new layer begins at that edge, and so on. Layers take no time in this limit: what their events
+have in common is the time of the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
 """
 
 from dataclasses import dataclass, replace

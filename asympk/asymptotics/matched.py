@@ -1,4 +1,4 @@
-r"""The asymptotic model of order n >= 1 of any system with friction: layers in their fast time, slow motion to order n.
+r"""The asymptotic model of any system with friction or edges: layers in their fast time, slow motion to order n.
 
 A layer takes a time O(mu log(1/mu)), in which it is no longer stiff: its modes are followed in the time t/mu, at the
 value of mu that is asked for, until what is left of the fast motion is below the tolerance. Nothing is omitted there:
@@ -247,7 +247,8 @@ def _timed(mode):
 def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
     """Follow a path by slow motion to ``order`` from where its layer ends, to ``until`` or through the next edge.
 
-    Raises ``NotDerivable`` for a mode that switches, ``NotNormallyHyperbolic`` and ``OutOfRange``.
+    Raises ``NotDerivable`` where the time alone switches a mode too often for edges, or its motion stays on an edge;
+    ``NotNormallyHyperbolic`` and ``OutOfRange``.
     """
     known = max(order, 1)  # the rate of a fast state, which tells what follows an edge, is not known to order 0
     slow, mode = slow_of(path.mode, known), path.mode
