@@ -10,7 +10,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.automaton import contacts, decide
-from asympk.automaton.modes import mode_of, phases_of
+from asympk.automaton.modes import is_nested, mode_of, phases_of
 from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
@@ -57,9 +57,14 @@ class Automaton:
 
     def edges_at(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
         """Return the phases of the state that vanish at a place, or may by ``slack``, its relative error."""
-        phases = tuple(phase for phase in phases_of(self.system) if measured(phase) == phase)
-        signs = decide.signs_at(self, phases, t, state, slack)
-        return tuple(phase for phase, sign in zip(phases, signs, strict=True) if sign == 0)
+        return tuple(phase for phase, sign in self.sides_at(t, state, slack) if sign == 0)
+
+    def sides_at(self, t: Any, state: State, slack: Any, known: Sides = ()) -> Sides:
+        """Return the phases of the state with their signs at a place, those on the ``known`` sides of others too."""
+        phases = tuple(p for p in phases_of(self.system) if measured(p) == p and p not in dict(known))
+        sides = tuple(zip(phases, decide.signs_at(self, phases, t, state, slack), strict=True))
+        clear = tuple(side for side in sides if side[1]) if is_nested(self.system) else ()
+        return _on_sides(self, clear).sides_at(t, state, slack, known + clear) if clear else known + sides
 
 
 @lru_cache(maxsize=256)  # a scene is often followed by several methods
@@ -81,8 +86,10 @@ def _follow_on(
     A side that it leads to whatever the forces are has the only law, though that may refuse to go on. One that it leads
     to by the law of another side alone may refuse, too.
     """
-    edges = automaton.edges_at(t, state, slack)
-    if led := _led_to(automaton, edges, t, state, slack):
+    at = automaton.sides_at(t, state, slack)
+    edges = tuple(phase for phase, sign in at if sign == 0)
+    nested = not {*edges} <= {*phases_of(automaton.system)}
+    if led := tuple(s for s in at if s[1]) if nested else _led_to(automaton, edges, t, state, slack):
         sided = _on_sides(automaton, led)
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
     found: dict[tuple[int, int], set[Branch]] = {}

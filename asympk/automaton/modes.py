@@ -24,6 +24,7 @@ from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
     MOST,
+    SWITCHING,
     Sides,
     inside,
     is_switched,
@@ -32,6 +33,7 @@ from asympk.symbolic.sides import (
     phase_of,
     phases,
     sides_of,
+    switching_parts,
     with_real_powers,
 )
 from asympk.symbolic.switches import Switch, exprs_of, switches
@@ -230,6 +232,13 @@ def phases_of(system: System) -> tuple[sp.Expr, ...]:
         return ()
     found = {phase for branch in branches.telling(system) for phase in mode_of(system, branch).open_phases}
     return tuple(sorted(found, key=sp.default_sort_key))
+
+
+@lru_cache(maxsize=256)
+def is_nested(system: System) -> bool:
+    """Tell whether what the state switches switches something else, which has phases on each side of it."""
+    parts = (part for atom in sp.Tuple(*exprs_of(system)).atoms(*SWITCHING) for part in switching_parts(atom))
+    return any(is_switched(part, system.states) for part in parts)
 
 
 def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:

@@ -89,6 +89,21 @@ def test_a_block_rests_on_an_edge_where_one_side_pushes_it_back_and_the_other_ho
         assert ends(path, ("stick",), [1, 0])
 
 
+STRIP = sp.Piecewise((2, sp.Abs(x - 1) < sp.Rational(1, 2)), (sp.Rational(1, 4), True))
+
+
+@pytest.mark.parametrize("how", WAYS)
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize(("push", "speed", "end"), [(1, 0, ("3/2", "3/2")), (-1, 0, (0, 0)), (1, 1, (2, "1/2"))])
+def test_an_edge_of_a_strip_by_its_distance_is_as_any_other_on_either_side(push, speed, end, side, how):
+    """Within the strip the friction holds; one that stops on its edge goes on where beyond it the push is larger."""
+    start = {x: 1 + side * (sp.Rational(1, 2) if not speed else 0), v: side * speed}
+    path = ap.solve(ap.Scene(system=block(side * push, STRIP), start=start, until=2 if not speed else 3), **how)
+    assert path.modes == ("stick" if push < 0 else "slip_same" if side > 0 else "slip_opposite",)
+    moved = [side * float(w - at) for w, at in zip(path.final, start.values(), strict=True)]
+    assert moved == pytest.approx([float(Fraction(w)) for w in end], abs=1e-6)
+
+
 def test_a_block_that_both_sides_of_an_edge_push_back_is_refused_by_name():
     system = block(sp.Piecewise((PUSH, x < 1), (-PUSH, True)), ICE)
     with pytest.raises(NotDerivable, match="the motion stays on x - 1 = 0 from t = 0 on"):
