@@ -101,11 +101,11 @@ def _follow_on(
         try:
             branch = _by_law_of(automaton, sides, before, hits, t, state, slack)
             mode = automaton.mode(branch, decide.digits_of(state), sides)
-            ranks = [_rank(mode, phase, side, t, state) for phase, side in sides]
+            ranks = [_rank(mode, phase, side, t, state, slack) for phase, side in sides]
             if not any(ranks):
                 return branch
             found.setdefault((max(ranks), sum(ranks)), set()).add(branch)
-            leads.add(tuple(mode.departure(phase, t, state) for phase in edges))
+            leads.add(tuple(mode.departure(phase, t, state, slack) for phase in edges))
         except (NoMotion, TwoMotions) as error:
             refused[choice] = error
         except (Undecided, InputError):
@@ -118,11 +118,11 @@ def _follow_on(
     return _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
 
 
-def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State) -> int:
+def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, slack: Any) -> int:
     """Return 0 for rest on an edge by its own law, 1 for a side that is led to, 2 for rest by the law of a side."""
-    if mode.leaves(phase, side, t, state):
+    if mode.leaves(phase, side, t, state, slack):
         return int(side != 0)
-    return 2 if mode.leaves(phase, 0, t, state) else _NEVER
+    return 2 if mode.leaves(phase, 0, t, state, slack) else _NEVER
 
 
 def _by_law_of(

@@ -169,19 +169,19 @@ class NumericMode:
         """Return the values of expressions at a time and a state."""
         return self._compiled(exprs)(t, *state, *self.p)
 
-    def signs(self, exprs: tuple[sp.Expr, ...], t: Any, state: State) -> tuple[int, ...]:
-        """Return the signs of expressions, 0 of what the rounding of the state might have made of 0."""
-        rows = (self.values(exprs, *place) for place in ((t, state), *nudges(t, state, self.beside)))
+    def signs(self, exprs: tuple[sp.Expr, ...], t: Any, state: State, slack: Any = 0) -> tuple[int, ...]:
+        """Return the signs of expressions, 0 of what rounding, or a relative error ``slack``, may have made 0."""
+        rows = (self.values(exprs, *place) for place in ((t, state), *nudges(t, state, max(slack, self.beside))))
         return tuple(map(clear_sign, zip(*rows, strict=True)))
 
-    def departure(self, phase: sp.Expr, t: Any, state: State) -> int:
+    def departure(self, phase: sp.Expr, t: Any, state: State, slack: Any = 0) -> int:
         """Return the sign of the first derivative of a phase along the field that does not vanish; 0 of none.
 
-        What the rounding of the state might have made of 0 vanishes.
+        What the rounding of the state, or its relative error ``slack``, might have made of 0 vanishes.
         """
         for _ in range(DERIVATIVES):
             phase = self.mode.drift(phase)
-            if sign := self.signs((phase,), t, state)[0]:
+            if sign := self.signs((phase,), t, state, slack)[0]:
                 return sign
             if phase == 0:
                 break
@@ -193,9 +193,9 @@ class NumericMode:
         told = zip(exprs, self.signs(exprs, t, state), strict=True)
         return all((sign or self.departure(expr, t, state)) >= 0 for expr, sign in told)
 
-    def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State) -> bool:
+    def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State, slack: Any = 0) -> bool:
         """Tell whether a phase that vanishes becomes of a sign along the field, or for 0 stays as it is."""
-        if departure := self.departure(phase, t, state):
+        if departure := self.departure(phase, t, state, slack):
             return departure == sign
         behind = self.mode.rates_behind(phase)
         stands = self.mode.drift(phase) == 0 or (behind is not None and not any(self.values(behind, t, state)))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from mechanisms import THETA, X, l, masses_between_guides, slender_rod
+from mechanisms import THETA, T, X, l, masses_between_guides, slender_rod
 from peers import here
 from scipy.integrate import solve_ivp
 from scipy.optimize import linprog
@@ -59,19 +59,21 @@ def test_the_sliding_rod_moves_as_its_own_equation_in_theta_says():
 TILT, END = sp.Rational(11, 10), "X - l*cos(theta)"  # the end of the rod stands on the edge of a patch at 0
 
 
-def _on_an_edge(friction, sliding, **options):
-    """Follow the rod, its angle at rest, from where its friction, written by X and theta, has an edge."""
-    rod = slender_rod(friction=sp.sympify(friction, {"X": X, "theta": THETA, "l": l}))
-    start = {"X": sp.cos(TILT), "Y": sp.sin(TILT), "theta": TILT, "X'": sliding, "Y'": 0, "theta'": 0}
+def _on_an_edge(friction, sliding, turning=0, **options):
+    """Follow the rod from where its friction, written by X and theta, has an edge."""
+    rod = slender_rod(friction=sp.sympify(friction, {"X": X, "theta": THETA, "l": l, "t": T}))
+    speeds = {"X'": sliding - turning * sp.sin(TILT), "Y'": turning * sp.cos(TILT), "theta'": turning}
+    start = {"X": sp.cos(TILT), "Y": sp.sin(TILT), "theta": TILT, **speeds}
     system = rod.rigid()
     return ap.solve(ap.Scene(system=system, values=GROUND, start=rod.start(system, start), until=0.2), **options)
 
 
 @pytest.mark.parametrize("options", [{}, {"method": "dop853"}, {"digits": 20}])
 def test_a_rod_that_falls_onto_an_edge_beyond_which_there_is_no_motion_has_none(options):
-    """Friction 1/5 lets it fall, to where friction 2 has no motion while the rod slides back."""
-    with pytest.raises(NoMotion, match=r"t = 0, .*none of slip_opposite, open is"):
-        _on_an_edge("Piecewise((2, theta < 11/10), (1/5, True))", -1, **options)
+    """Friction 1/5 lets it fall, or slows it, to where friction 2 has no motion while the rod slides back."""
+    for behind, turning in (("theta < 11/10", 0), (f"{END} + t < 0", sp.Rational(1, 4))):
+        with pytest.raises(NoMotion, match=r"t = 0, .*none of slip_opposite, open is"):
+            _on_an_edge(f"Piecewise((2, {behind}), (1/5, True))", -1, turning, **options)
 
 
 @pytest.mark.parametrize("options", [{}, {"method": "dop853"}, {"digits": 20}])
