@@ -83,8 +83,9 @@ def atlas(
     Plane by plane: give two of the arguments as ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the
     share of the work that is done. The names of the rungs are the keys of ``LADDER``, in order; those of a ``system``
     with ``values`` and ``start``, mappings to numbers or arrays, are the keys of ``ladder.models_below``, and
-    ``"exact"``. The array is of whole numbers, of the shape to which the arguments broadcast. Raises ``InputError`` for
-    an rtol as ``least_model`` does, and for arguments that are no numbers or do not broadcast.
+    ``"exact"``, which says that no model will do: whether the exact motion goes on there, ``solve_many`` tells. The
+    array is of whole numbers, of the shape to which the arguments broadcast. Raises ``InputError`` for an rtol as
+    ``least_model`` does, and for arguments that are no numbers or do not broadcast.
     """
     rtol = _tolerance(rtol)
     if system is not None:
