@@ -55,7 +55,7 @@ def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | N
     many = 1 + (right.values[1] != 0)[:, None, None]
     rest = (np.array(np.eye(len(whole), dtype=int), dtype=object) << bits) - (many * parts[0]).sum(axis=0)
     zero = _powers(whole, denominator, rest, zeros, bits)
-    return None if zero is None else Eigenpairs(right.values, parts, zero)
+    return None if zero is None else Eigenpairs(cleaned(right.values, bits), parts, zero)
 
 
 def _zeros(whole, denominator):
@@ -158,10 +158,10 @@ def _parts(right, left, bits):
     size = product[0] * product[0] + product[1] * product[1]
     inverse = np.stack([product[0] << (2 * bits), -product[1] << (2 * bits)]) // size
     left = _times(left, inverse[:, :, None]) >> bits
-    return _cleaned(_times(right[:, :, :, None], left[:, :, None, :]) >> bits, bits)
+    return cleaned(_times(right[:, :, :, None], left[:, :, None, :]) >> bits, bits)
 
 
-def _cleaned(parts, bits, lost=0):
+def cleaned(parts: np.ndarray, bits: int, lost: int = 0) -> np.ndarray:
     """Return whole numbers, those set to 0 that are below the rounding of the largest."""
     most = max((abs(v) for v in parts.flat), default=0)
     noise = max(most, 1 << bits) >> (bits - _NOISE - lost)
@@ -178,7 +178,7 @@ def _powers(whole, denominator, part, zeros, bits):
     for _ in range(zeros + 1):
         if bits - lost < 2 * _NOISE:
             return None
-        part = _cleaned(part, bits, lost)
+        part = cleaned(part, bits, lost)
         if not part.any():
             return found
         found.append(part)

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from asympk.affine.eigenpairs import Eigenpairs, eigenpairs
+from asympk.affine.eigenpairs import Eigenpairs, cleaned, eigenpairs
 from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, resolvent
 from asympk.arithmetic import flow_context, set_digits
 from asympk.errors import InputError
@@ -86,15 +86,16 @@ def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) 
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
     for root in polynomial_roots(found, m):
         block, matrices = _piece(m, found, root)
-        fixed = np.array([_fixed(value, bits) for value in matrices.flat], dtype=object).reshape(matrices.shape)
-        yield block._replace(decay=_fixed(block.decay, bits), turn=_fixed(block.turn, bits)), fixed
+        decay, turn = _fixed(np.array([block.decay, block.turn]), bits)
+        yield block._replace(decay=decay, turn=turn), _fixed(matrices, bits)
 
 
-def _fixed(value, bits):
-    """Return an mpmath number, or 0, times 2^bits as a whole number."""
+def _fixed(values, bits):
+    """Return mpmath numbers, or 0, times 2^bits as whole numbers, those that are rounding set to 0."""
     from mpmath.libmp import to_fixed
 
-    return to_fixed(value._mpf_, bits) if value else 0
+    whole = [to_fixed(value._mpf_, bits) if value else 0 for value in values.flat]
+    return cleaned(np.array(whole, dtype=object).reshape(values.shape), bits)
 
 
 def _piece(m, found, root):

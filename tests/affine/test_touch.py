@@ -72,6 +72,15 @@ def test_a_load_that_touches_zero_keeps_its_sign():
     assert path.final[2] == pytest.approx(50 - (20 + math.sin(20)) / 2, abs=1e-12)
 
 
+@pytest.mark.parametrize("until", [3, 10])
+def test_an_edge_that_is_only_touched_changes_nothing(until):
+    """w = sin(t) touches 1, beyond which the rate of y would be another; the rest of a weight there is rounding."""
+    system = ap.System.smooth({x: w, w: -x}, {y: sp.Max(0, w - 1) + x - y}, h := sp.Symbol("h", positive=True))
+    path = ap.solve(ap.Scene(system=system, values={h: "1/100"}, start=(-1, 0, 0), until=until))
+    slow = -(100 * math.cos(until) + math.sin(until)) * 100 / 10001
+    assert path.final == pytest.approx((-math.cos(until), math.sin(until), slow), abs=1e-15)
+
+
 def test_a_velocity_that_touches_zero_where_the_drive_grows_goes_on():
     """v = 1 + sin(t): at the touch the state x, on which the force that is needed depends, is zero but for rounding."""
     path = ap.solve(ap.Scene(system=beside_an_oscillator(sp.S.One, x + sp.S.Half), start=(1, 0, 1), until=20))
