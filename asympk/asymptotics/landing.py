@@ -188,9 +188,11 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         found.append(last)
         now = last.end[: len(y)]
     mode = formulas.mode
-    raise OutOfRange(f"the layer from {listed(mode.fast, y)} at {listed(mode.slow, x)} does not settle on an "
-                     f"attracting branch: after at most {STEPS} steps, at tau = {_reached(found):.6g}, it is at "
-                     f"{listed(mode.fast, now)}")  # fmt: skip
+    words = "does not settle on an attracting branch"
+    if known:
+        words = f"takes too many steps to settle on {listed(mode.fast, known)}: the parts of g_y are too far apart"
+    raise OutOfRange(f"the layer from {listed(mode.fast, y)} at {listed(mode.slow, x)} {words}: after at most {STEPS} "
+                     f"steps, at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")  # fmt: skip
 
 
 def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:

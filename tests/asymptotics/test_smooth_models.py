@@ -188,6 +188,12 @@ def test_a_start_that_the_layer_carries_to_infinity_is_refused():
     assert _solved(system, {mu: 0.01}, {x: 1, y: "1/2"}, 0.1).final[1] == pytest.approx(-1, abs=0.1)
 
 
+def test_a_layer_of_rates_too_far_apart_is_refused_as_that():
+    system = ap.System.smooth(slow={x: -x + u}, fast={u: x - u, v: x**2 - 10000 * v}, small=mu)
+    with pytest.raises(OutOfRange, match=r"too many steps to settle on u = 1, v = 0.0001"):
+        _solved(system, {mu: 0.01}, {x: 1, u: 0, v: 3}, 1)
+
+
 def test_a_layer_on_a_limit_cycle_is_refused():
     radius = 1 - u**2 - v**2
     system = ap.System.smooth(slow={x: u}, fast={u: radius * u - v, v: radius * v + u}, small=mu)
