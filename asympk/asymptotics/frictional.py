@@ -1,13 +1,14 @@
 r"""The asymptotic models of a system with friction, or through edges: layers, jumps and slow motion in turn.
 
-Higher orders, and all without friction, are those of ``matched``. To order 0, for one friction and one fast state, the
-start's layer lands on the critical manifold of a mode (``impact``), the reduced flow goes on from there until a guard
-of the mode vanishes, a new layer begins at that edge, and so on. Layers take no time in this limit: what their events
-have in common is the time of the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
+Higher orders are those of ``matched``, and so is order 0 of several frictions or fast states, or of none. To order 0 of
+one friction and one fast state the start's layer lands on the critical manifold of a mode (``impact``), the reduced
+flow goes on from there until a guard of the mode vanishes, a new layer begins at that edge, and so on. Layers take no
+time in this limit: what their events have in common is the time of the layer. Errors are O(mu log(1/mu)); the path
+tells none of its own.
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,8 @@ from asympk.asymptotics.impact import LimitLayers
 from asympk.asymptotics.matched import MatchedPath
 from asympk.asymptotics.smooth import ROUNDING, predicted_error, tolerance
 from asympk.automaton.automaton import Automaton
-from asympk.errors import NotDerivable, OutOfRange
+from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
-from asympk.symbolic.system import System
 
 RTOL = 1e-9
 FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
@@ -33,9 +33,8 @@ def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0) -> Pat
     ``"slow"`` refuses, with ``NoManifold``, a first layer that meets an event. Raises ``NotDerivable``, ``OutOfRange``
     where a layer does not settle, ``NotNormallyHyperbolic``, ``NoMotion``, ``TooManyEvents``.
     """
-    if order or not scene.system.frictions:
+    if order or len(scene.system.frictions) != 1 or len(scene.system.fast) != 1:
         return _to_order(scene, method, order)
-    _require_derivable(scene.system)
     automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
     layer = partial(_through_limit, LimitLayers(automaton, mu))
     first = matched.begun(automaton, scene.start)
@@ -83,15 +82,6 @@ def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: fl
         return 0.0
     late = ROUNDING * matched.late_by(rtol, until)
     return SEVERAL * matched.off_by(rtol, mu) + late * max(map(abs, path.mode.rhs(path.t, path.state))) / scale
-
-
-@lru_cache(maxsize=64)
-def _require_derivable(system: System) -> None:
-    if system.small is None or len(system.frictions) != 1 or len(system.fast) != 1:
-        raise NotDerivable("the limit of a jump is known for one friction, one fast state and a small parameter; this "
-                           f"system has {len(system.frictions)} friction{'s' * (len(system.frictions) != 1)}, fast "
-                           f"states {list(system.fast)}, small parameter {system.small}; order >= 1 follows the layer "
-                           "of any")  # fmt: skip
 
 
 @dataclass(frozen=True)
