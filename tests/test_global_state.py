@@ -148,16 +148,19 @@ def test_writing_a_file_asks_nothing_of_the_process_mask(tmp_path, monkeypatch):
 
 
 def seen():
-    """Return what every thread of a process shares and no function of a library may change."""
-    handlers = tuple(signal.getsignal(number) for number in signal.valid_signals())
+    """Return what every thread of a process shares and no function of a library may change, not even for a while.
+
+    Ctrl-C is not among it: it waits while a chunk's file is written, and the main thread alone hears it.
+    """
+    handlers = tuple(signal.getsignal(number) for number in signal.valid_signals() - {signal.SIGINT})
     settings = sys.getrecursionlimit(), sys.get_int_max_str_digits(), os.getcwd(), dict(os.environ)
     chances = random.getstate(), tuple(np.random.get_state(legacy=False)["state"]["key"])
     return mpmath.mp.prec, locale.setlocale(locale.LC_ALL), handlers, settings, chances
 
 
 def kept_by_a_thread():
-    """Return what a thread sees that belongs to threads."""
-    return np.geterr(), decimal.getcontext().prec
+    """Return what a thread sees that belongs to threads, or that it alone hears."""
+    return np.geterr(), decimal.getcontext().prec, signal.getsignal(signal.SIGINT)
 
 
 WALK = CALLS | {

@@ -73,11 +73,9 @@ class MatchedPath:
         state = self.mode.snapped(guard, t, state)
         mode, event = mode_after(automaton, self.mode, t, state, (guard,), fixed=True)
         path = replace(self, t=t, state=state, mode=mode, stretches=(*self.stretches, stretch))
-        return path if event is None else path.marked(event)
-
-    def marked(self, event: Event) -> "MatchedPath":
-        """Return the path with an event that led to its mode."""
-        return replace(self, events=(*self.events, event), modes=(*self.modes, self.mode.name))
+        if event is None:
+            return path
+        return replace(path, events=(*self.events, event), modes=(*self.modes, mode.name))
 
 
 def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> NumericMode:

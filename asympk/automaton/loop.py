@@ -97,10 +97,11 @@ def _follow(
             _require_apart(ends, state, automaton)
         ended, since = mode, segment.t if segment.hit is None else None
         mode, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
-        if event is None or len(_crossed(ended, hits)[1]) < len(hits):
+        if event is None or _switches(ended, hits):
             _require_progress(segments, ended)
-        marks += [event] if event else []
-        names += [mode.name] if event else []
+        if event is not None:
+            marks.append(event)
+            names.append(mode.name)
         if short := _beyond_limits(len(marks), len(ends) - len(marks), events):
             segments[-1] = segments[-1]._replace(short=short, state=state)
             break
@@ -145,7 +146,7 @@ def mode_after(
     ``mode_on_sides``, which raises what this does, as does ``Automaton.next``.
     """
     before, (crossed, left) = mode, _crossed(mode, hits)
-    switches, doubt = len(left) < len(hits), slack
+    switches, doubt = _switches(mode, hits), slack
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [], left * (not switches), mode.beside
     later, entered = (t, state), tuple[Any, ...]()
@@ -192,6 +193,11 @@ def _torn(mode: NumericMode, t: Any, state: tuple) -> Event | None:
         if sign and sign != mode.branch[k].velocity:
             return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
     return None
+
+
+def _switches(mode: NumericMode, hits: tuple[int, ...]) -> bool:
+    """Tell whether the state switches a mode where the guards ``hits`` are lost."""
+    return any(mode.kinds[hit][0] == SWITCH for hit in hits)
 
 
 def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], list[tuple]]:

@@ -197,9 +197,7 @@ class GuardedMode:
 
     def drift(self, expr: sp.Expr) -> sp.Expr:
         """Return the derivative along the field, 0 where it is a multiple of a sliding velocity that rests."""
-        rate, phases = self.lie_derivative(expr), zip(self.system.frictions, self.branch, strict=True)
-        resting = (on_sides(f.velocity, self.sides) for f, phase in phases if phase.mode == "stick")
-        return sp.S.Zero if any(_is_multiple(rate, v, self.system.states) for v in resting) else rate
+        return _drift(self, expr)
 
     def derivative(self, guard: int, order: int) -> sp.Expr:
         """Return the derivative of a guard's value of the given order along the field.
@@ -254,6 +252,12 @@ def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
 
 
 @lru_cache(maxsize=512)
+def _drift(mode: GuardedMode, expr: sp.Expr) -> sp.Expr:
+    rate, phases = mode.lie_derivative(expr), zip(mode.system.frictions, mode.branch, strict=True)
+    resting = (on_sides(f.velocity, mode.sides) for f, phase in phases if phase.mode == "stick")
+    return sp.S.Zero if any(_is_multiple(rate, v, mode.system.states) for v in resting) else rate
+
+
 def _is_multiple(expr: sp.Expr, other: sp.Expr, states: tuple[sp.Symbol, ...]) -> bool:
     ratios = (slope_by(expr, s) / slope_by(other, s) for s in states if other.has_free(s))
     return any(not c.free_symbols & {*states} and sp.expand(expr - c * other) == 0 for c in ratios)

@@ -102,12 +102,17 @@ def _paradox(described):
 
 def _verdict(described):
     """Tell whether there is a paradox at the numbers; a contact that only pushes has it in one direction of slip."""
-    rod, excess = described.mechanism, _excess(described)
+    excess = _excess(described)
     if excess < 0:
         return "no paradox here"
     word = "a paradox" if excess else "exactly critical"
-    into = rod.evaluate(rod.sliding_velocity * rod.delassus[0, 1], described.numbers) > 0
-    return f"{word} here" if into or not rod.contact.unilateral else f"{word} for slip of the sign of G_NT"
+    return f"{word} here" if _slides_into_it(described) else f"{word} for slip of the sign of G_NT"
+
+
+def _slides_into_it(described):
+    """Tell whether the contact slides in the direction of a paradox, which one that holds both ways has in both."""
+    rod = described.mechanism
+    return not rod.contact.unilateral or rod.evaluate(rod.sliding_velocity * rod.delassus[0, 1], described.numbers) > 0
 
 
 def _excess(described):
@@ -143,7 +148,7 @@ def jump_lines(described: Described) -> list[str]:
         law = rod.jump_law()
     except NotDerivable as reason:
         return [f"jump            {reason}"]
-    if _verdict(described) == "exactly critical here":
+    if _excess(described) == 0 and _slides_into_it(described):
         return ["jump            not told at exactly the critical friction: follow the elastic contact"]
     if not rod.evaluate(law.condition, described.numbers):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
