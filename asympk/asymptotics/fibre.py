@@ -46,7 +46,8 @@ class Formulas:
 
     3 and 4 leave out b and b' where g is affine in y at mu = 0, since b = -g_y^-1 g(x, 0, 0) there: ``on_branch``.
 
-    ``arrays`` is the same for arrays that broadcast. Raises ``InputError`` for a function that has no series here.
+    ``arrays`` is the same for arrays that broadcast, ``complexes`` for complex numbers. Raises ``InputError`` for a
+    function that has no series here.
     """
 
     mode: Mode
@@ -58,6 +59,10 @@ class Formulas:
     @cached_property
     def arrays(self) -> "Formulas":
         return formulas(self.mode, self.small, self.parameters, self.order, "numpy")
+
+    @cached_property
+    def complexes(self) -> "Formulas":
+        return formulas(self.mode, self.small, self.parameters, self.order, "cmath")
 
     def on_branch(self, x: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
         """Return a point of the branch as ``flow``, ``height`` and ``slow_rates`` take it: x, and b where needed."""
@@ -104,7 +109,7 @@ formulas = lru_cache(maxsize=64)(Formulas)
 
 
 def _functions(target):
-    """Return {name: function or constant} of ``"math"`` or ``"numpy"``."""
+    """Return {name: function or constant} of ``"math"``, ``"cmath"`` or ``"numpy"``."""
     module, known = import_module(target), NUMPY_NAMES if target == "numpy" else {}
     return {f: getattr(module, known.get(f, f)) for f in (*FUNCTIONS, "pi")} | {"E": module.e}
 

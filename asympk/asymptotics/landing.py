@@ -16,6 +16,7 @@ import sympy as sp
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.nonstiff import Trajectory, steps
+from asympk.asymptotics.stiff import jacobian
 from asympk.errors import OutOfRange
 
 NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which on the layer is taken to approach it
@@ -171,7 +172,8 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     """Step until the layer is over; return the branch's value and the steps."""
     known, until, found, now = None, math.inf, [], y
     settled = max(SETTLED, STILL * tolerances[0])
-    ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances)
+    ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances,
+                  slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(*x, *w, *values), at))  # fmt: skip
     while len(found) < STEPS:
         scale = max(1, *map(abs, now))
         if scale > FAR * max(1, *map(abs, (*x, *y))):

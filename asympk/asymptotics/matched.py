@@ -16,6 +16,7 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import numpy as np
 import sympy as sp
 
 from asympk.asymptotics import reduced
@@ -196,7 +197,7 @@ def _in_mode(
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
     along = steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], path.t, late_by(rtol, until),
-                  mu / _fastest(slow, path.t, path.state))  # fmt: skip
+                  mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
     ahead = watched(along, mode.guard_values, len(atol))
     found, t, over = list[Any](), path.t, math.inf
     while len(found) < STEPS:
@@ -213,6 +214,14 @@ def _in_mode(
             return tuple(found), lost
     raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} does not settle: at t = {t:.6g} it is at "
                      f"{listed(system.states, now[: len(atol)])}")  # fmt: skip
+
+
+def _slopes(mode, now):
+    """Return the Jacobian matrix of ``_timed``, as far as states move the rates; the time alone stiffens none."""
+    size = len(mode.mode.system.states)
+    found = np.zeros((len(now), len(now)))
+    found[:size, :size] = mode.jac(now[-1], now[:size])
+    return found
 
 
 def _during(trajectory, began, size):

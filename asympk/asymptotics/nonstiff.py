@@ -3,27 +3,32 @@ r"""The explicit method of Dormand and Prince of order 8, as straight-line code 
 What is left to integrate once the stiffness is taken out is short and smooth: layers in their fast time, flows on slow
 manifolds. With two to ten states the arithmetic of a step costs less than one call of an array library, so the stages
 are written out, once per number of states. Steps, error estimate and dense output are those of DOP853 (Hairer, Nørsett
-and Wanner, Solving Ordinary Differential Equations I, section II.10).
+and Wanner, Solving Ordinary Differential Equations I, section II.10). Where rates lie so far apart that stability keeps
+the steps short, those of ``stiff`` go on.
 """
 
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
 from scipy.integrate import DOP853
 
+from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps
+
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
 EXPONENT = -1 / 8
 STAGES = 12
+PATIENCE = 100  # steps after which it is looked whether stability keeps them short
+STABLE = 4  # a step by the largest eigenvalue, from which on it does: by accuracy alone they are shorter as a rule
 LONG = 100  # times the error allowed, of the first step by the constant of a low order; that of order 8 is far smaller
 Flow = Callable[..., tuple]
 
 
 @dataclass(frozen=True)
-class Step:
+class ExplicitStep:
     """One accepted step of ``flows`` from (t, state) over ``span`` to ``end`` at ``after``, with its stages."""
 
     flows: tuple[Flow, ...]
@@ -63,6 +68,9 @@ class Step:
         return np.concatenate([known, self.span * (DOP853.D @ slopes)])
 
 
+Step = ExplicitStep | StiffStep
+
+
 @dataclass(frozen=True)
 class Trajectory:
     """Steps one after the other; after the last it stays at its end, and without any at ``start``."""
@@ -94,18 +102,24 @@ def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:
 
 def steps(
     flows: tuple[Flow, ...], parameters: tuple, state: tuple, until: float, rtol: float, atol: tuple, t: float = 0.0,
-    late: float = 0.0, longest: float = math.inf, within: float = math.inf,
+    late: float = 0.0, longest: float = math.inf, within: float = math.inf, slopes: Slopes | None = None,
 ) -> Iterator[Step]:
     """Yield the steps of state' = flow(*state, *parameters) from ``t`` to ``until``, which may be infinite.
 
     ``flows`` have equal shares of the states, one after the other. The error of a step is held below ``rtol`` relative
     and ``atol``, one number per state; a state that is right at a time wrong by up to ``late`` is let pass as well.
     The first step is at most ``longest``, and every one ``within``. Where the steps become too small they end early.
+    ``slopes`` returns the Jacobian matrix at a state; with it, steps that stability keeps short become implicit ones.
     """
     take, first = _compiled(len(state), len(flows), late > 0), rates(flows, parameters, state)
     span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
-    grow = GROW
+    flow, grow, count, marked = partial(rates, flows, parameters), GROW, 0, t
     while t < until:
+        if count == PATIENCE:
+            if slopes and (t - marked) * max(abs(np.linalg.eigvals(slopes(state)))) > STABLE * PATIENCE:
+                yield from stiff_steps(flow, slopes, state, t, until, rtol, atol, span, within)
+                return
+            count, marked = 0, t
         span = min(span, until - t, within)
         if span <= 16 * math.ulp(t) and until - t > span:
             return
@@ -113,9 +127,9 @@ def steps(
         factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW
         if error < 1:
             after = until if span == until - t else t + span
-            yield Step(flows, parameters, t, span, after, state, new, stages)
+            yield ExplicitStep(flows, parameters, t, span, after, state, new, stages)
             t, state, first, span = after, new, stages[-1], span * min(grow, factor)
-            grow = GROW
+            grow, count = GROW, count + 1
         else:
             span, grow = span * min(factor, SAFETY), 1.0
 

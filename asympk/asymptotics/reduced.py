@@ -20,7 +20,8 @@ import numpy as np
 
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.landing import abscissa, listed, root
-from asympk.asymptotics.nonstiff import Trajectory, steps
+from asympk.asymptotics.nonstiff import Trajectory, rates, steps
+from asympk.asymptotics.stiff import jacobian
 from asympk.asymptotics.watching import watched
 from asympk.automaton.numericmode import LOOKS
 from asympk.errors import NotNormallyHyperbolic, OutOfRange
@@ -76,9 +77,9 @@ def follow_reduced_flow(
     _check(None, formulas, first[:size], slow, mu, values, began)
     if not first:  # no slow states, no slow motion
         return Reduced(formulas, orders, slow, mu, values, until, None, Trajectory((), ()))
-    flows = tuple(formulas.flow[m] for m in orders)
+    flows, slopes = tuple(formulas.flow[m] for m in orders), partial(_slopes, formulas, orders, (mu, *values))
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # driven by a clock
-    along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within)
+    along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within, slopes=slopes)
     for step, lost in watched(along, guards, size):
         if len(found) == STEPS or not max(map(abs, step.end)) < far:
             break
@@ -94,6 +95,11 @@ def follow_reduced_flow(
             follow_reduced_flow(formulas, (0,), [np.array(last)], slow, mu, values, until - t, rtol, later, began + t)
         raise _unbounded(formulas, last, mu, values, began + t)
     return Reduced(formulas, orders, slow, mu, values, end, guard, Trajectory(first, tuple(found)))
+
+
+def _slopes(formulas, orders, parameters, state):
+    """Return the Jacobian matrix of the flows to every order, side by side."""
+    return jacobian(partial(rates, tuple(formulas.complexes.flow[m] for m in orders), parameters), state)
 
 
 def _unbounded(formulas, last, mu, values, t):

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import asympk as ap
-from asympk.asymptotics import reduced
+from asympk.asymptotics import landing, reduced
 from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.landing import land, root
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError, OutOfRange
@@ -188,10 +188,31 @@ def test_a_start_that_the_layer_carries_to_infinity_is_refused():
     assert _solved(system, {mu: 0.01}, {x: 1, y: "1/2"}, 0.1).final[1] == pytest.approx(-1, abs=0.1)
 
 
-def test_a_layer_of_rates_too_far_apart_is_refused_as_that():
-    system = ap.System.smooth(slow={x: -x + u}, fast={u: x - u, v: x**2 - 10000 * v}, small=mu)
-    with pytest.raises(OutOfRange, match=r"too many steps to settle on u = 1, v = 0.0001"):
-        _solved(system, {mu: 0.01}, {x: 1, u: 0, v: 3}, 1)
+APART = {
+    "a layer": ({x: -x + u}, {u: x - u, v: x**2 - 10000 * v}, (1, 0, 3)),
+    "a layer that is not affine": ({x: -x * v + u}, {u: x - u - u**3, v: 10**4 * (x**2 + u * v - v - v**3)}, (1, 2, 3)),
+    "a layer that turns": ({x: -x + u}, {u: x - u + 3 * v, v: -3 * u - v, w: 10**4 * (u - w)}, (1, 0, 3, -1)),
+    "slow motion": ({x: -x + y, u: 10**5 * (x - u)}, {y: x - 2 * y + u}, (1, 3, 0)),
+    "layers at an edge": ({x: -1 - y / 4}, {y: sp.sign(x) - y, v: 10**4 * (y - v)}, ("1/5", 0, 3)),
+}
+
+
+@pytest.mark.parametrize("name", APART)
+def test_rates_that_are_far_apart_are_followed_as_rightly_as_others(name):
+    slow, fast, start = APART[name]
+    small = "1e-7" if u in slow else "1e-4"
+    scene = ap.Scene(system=ap.System.smooth(slow, fast, mu), values={mu: small}, start=start, until="1/4")
+    path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene, "radau", rtol=1e-9, atol=1e-11)
+    assert distance(path.final, truth.final) < path.error < 1e-7
+    times = np.array([1e-5, 1e-4, 1e-3]) if u not in slow else np.array([0.1, 0.2])
+    assert path(times) == pytest.approx(truth(times), abs=1e-6)
+
+
+def test_a_layer_whose_rates_take_too_many_steps_is_refused_as_that(monkeypatch):
+    monkeypatch.setattr(landing, "STEPS", 50)
+    system = ap.System.smooth({x: -x + u}, {u: x - u / 10000 + v, v: -u - v / 10000}, mu)
+    with pytest.raises(OutOfRange, match=r"too many steps to settle on u = 0\.0001.*, v = -1"):
+        _solved(system, {mu: "1/100"}, {x: 1, u: 0, v: -1}, 1)
 
 
 def test_a_layer_on_a_limit_cycle_is_refused():
