@@ -229,8 +229,8 @@ class NumericMode:
         A contact that sticks stays at rest, however much its velocity moves the guard, and a rigid contact that is
         closed stays so, g = g' = 0.
         """
-        expressions = (*self._kept, self.mode.guards[guard].value)
-        moved = self._projected(expressions, t, state) if self._kept else self._on_zero(guard, t, state)
+        expressions = (*self.kept, self.mode.guards[guard].value)
+        moved = self._projected(expressions, t, state) if self.kept else self._on_zero(guard, t, state)
         if self.kinds[guard][0] in OF_STATES:
             return moved
         farthest = FARTHEST * max(map(abs, state))
@@ -269,7 +269,7 @@ class NumericMode:
 
     def settled(self, t: Any, state: State) -> State:
         """Return ``state`` moved to where all vanishes that does in this mode: a path may be begun anew from there."""
-        return self._projected(self._kept, t, state) if self._kept else state
+        return self._projected(self.kept, t, state) if self.kept else state
 
     @cached_property
     def movable(self) -> tuple[bool, ...]:
@@ -278,7 +278,7 @@ class NumericMode:
         return tuple(s not in resting for s in self.mode.system.states)
 
     @cached_property
-    def _kept(self) -> tuple[Any, ...]:
+    def kept(self) -> tuple[Any, ...]:
         """What vanishes in this mode: gaps of rigid contacts, their rates, velocities at rest. () where all are states.
 
         What follows is decided by velocities that rest, so that not even rounding may move them.

@@ -83,7 +83,8 @@ def run(
     while True:
         fine, error = _references(scene, carried_digits, events, deadline)
         segments = [_with_steps(segment) for segment in fine.segments]
-        lost = growth(automaton_of(scene), segments, [1.0] * len(scene.start))
+        n, largest = len(scene.start), max(1.0, *(abs(float(w)) for w in fine.last.state))
+        lost = growth(automaton_of(scene), segments, [1.0] * n, [largest] * n)
         needed = digits + ceil(log10(max(1, min(lost, LARGEST))))
         ctx = fine.last.t.context
         if error <= ctx.mpf(10) ** -digits and lost * 10.0**-carried_digits <= LOST:

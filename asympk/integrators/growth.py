@@ -13,7 +13,8 @@ from collections.abc import Sequence
 from itertools import accumulate, zip_longest
 from typing import TYPE_CHECKING, Any
 
-from asympk.automaton.automaton import Automaton
+from asympk.automaton.automaton import ROUNDED, Automaton
+from asympk.automaton.contacts import nudges
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Undecided
@@ -25,9 +26,11 @@ LOST = 1e-3  # relative error of the end from which a run is refused
 CARRIED = 1e180  # growth that digits can make up for
 
 
-def require_kept(automaton: Automaton, segments: Sequence[Segment], tolerance: float, scales: Sequence[float]) -> None:
+def require_kept(
+    automaton: Automaton, segments: Sequence[Segment], tolerance: float, scales: Sequence[float], sizes: Sequence[float]
+) -> None:
     """Raise ``Undecided`` where errors of ``tolerance`` may have grown as large as the end; see ``growth``."""
-    factor = growth(automaton, segments, scales)
+    factor = growth(automaton, segments, scales, sizes)
     if factor * tolerance > LOST:
         raise grown(factor, segments[-1].t)
 
@@ -39,8 +42,10 @@ def grown(factor: float, t: Any) -> Undecided:
                      f"a repelling set, or is chaotic; {advice}")  # fmt: skip
 
 
-def growth(automaton: Automaton, segments: Sequence[Segment], scales: Sequence[float]) -> float:
-    """Return how many times larger an error made on the way is at the end, relative to the largest state there.
+def growth(
+    automaton: Automaton, segments: Sequence[Segment], scales: Sequence[float], sizes: Sequence[float]
+) -> float:
+    """Return how many times larger an error made on the way is at the end, relative to the ``sizes`` of states there.
 
     An error is relative to its state, or to what ``scales`` has for the state, if that is larger. A state that is 0 and
     stays so makes none. ``inf`` where the growth is beyond the range of doubles.
@@ -56,10 +61,53 @@ def growth(automaton: Automaton, segments: Sequence[Segment], scales: Sequence[f
             return 0.0
         if not factors:  # a run that ends at its start
             return 0.0
-        transitions, sizes = map(np.array, zip(*reversed(factors), strict=True))
+        transitions, errors = map(np.array, zip(*reversed(factors), strict=True))
         onward = np.array([*accumulate(transitions, np.matmul)])
-        worst = np.nan_to_num(np.einsum("kij,kj->ki", abs(onward), sizes), nan=np.inf).max(initial=0.0)
-    return float(worst) / max(*scales, *(abs(float(v)) for v in segments[-1].state))
+        grown = np.einsum("kij,kj->ki", abs(onward), errors) / sizes
+        return float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0))
+
+
+def balances(automaton: Automaton, segments: Sequence[Segment]) -> "np.ndarray":
+    """Return how large every state is by what its rate is made of, in whatever units: its rounding is a part of that.
+
+    The change of the rate by a relative one of time, states and parameters tells it, by its rounding too where all of
+    it cancels. It acts for the time 1 / |J_ii| in which the state forgets, at most that of the run.
+    """
+    import numpy as np
+
+    found = np.zeros(len(segments[-1].state))
+    with np.errstate(all="ignore"):
+        for segment in segments:
+            try:
+                mode, (times, states) = automaton.mode(segment.branch, sides=segment.sides), _halfway(segment)
+                own = np.einsum("kii->ki", _slopes(mode, times, states))
+                spans = np.minimum(float(segments[-1].t), 1 / np.abs(own))
+                at = [(t, (*w, *mode.p)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+                rates = [[mode.field(s, *w) for s, w in (here, *nudges(*here, ROUNDED))] for here in at]
+                now, *nearby = np.array(rates).reshape(-1, 3, len(found)).swapaxes(0, 1)
+                made = np.abs(np.subtract(nearby, now)).max(axis=0) / ROUNDED * spans
+                made = np.abs(states).max(axis=1, keepdims=True) + made if mode.kept else made
+            except (ArithmeticError, ValueError, TypeError):  # as in ``growth``
+                continue
+            found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
+    return found
+
+
+def _halfway(segment: Segment) -> "tuple[np.ndarray, np.ndarray]":
+    """Return the times and states amid the steps of a segment: their ends may be zeros of a root."""
+    import numpy as np
+
+    times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
+    return (times[1:] + times[:-1]) / 2, (states[1:] + states[:-1]) / 2
+
+
+def _slopes(mode: NumericMode, times: "np.ndarray", states: "np.ndarray") -> "np.ndarray":
+    """Return the Jacobians at times and states."""
+    import numpy as np
+
+    n = states.shape[1]
+    rows = [mode.jac(t, tuple(w)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
+    return np.array(rows).reshape(-1, n, n).astype(float)
 
 
 def _passed(
@@ -71,12 +119,10 @@ def _passed(
     mode = automaton.mode(segment.branch, sides=segment.sides)
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
     at = list(zip(times.tolist(), map(tuple, states.tolist()), strict=True))
-    halfway = ((times[1:] + times[:-1]) / 2).tolist(), ((states[1:] + states[:-1]) / 2).tolist()
-    slopes = np.array([mode.jac(t, tuple(w)) for t, w in zip(*halfway, strict=True)])  # ends may be zeros of a root
     ones = np.ones(len(scales), dtype=bool)
     moving = [np.array(mode.rhs(*here), dtype=float) != 0 if 0 in here[1] else ones for here in at]
     sizes = np.maximum(scales, np.abs(states)) * ((states != 0) | moving) * mode.movable
-    means = slopes.reshape(-1, len(scales), len(scales)).astype(float) * np.diff(times)[:, None, None]
+    means = _slopes(mode, *_halfway(segment)) * np.diff(times)[:, None, None]
     found = list(zip(_exponentials(means * np.array(mode.movable)), sizes[:-1], strict=True))
     if after is not None and segment.hit is not None and (after.branch, after.sides) != (segment.branch, segment.sides):
         later = automaton.mode(after.branch, sides=after.sides)

@@ -3,9 +3,10 @@
 from functools import partial
 from typing import Any
 
+from asympk.automaton.automaton import Automaton
 from asympk.automaton.loop import Run
 from asympk.integrators import collocation, integrate
-from asympk.integrators.growth import require_kept
+from asympk.integrators.growth import balances, require_kept
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -13,7 +14,7 @@ from asympk.systems.automata import automaton_of
 INTEGRATOR = "lsoda"
 TOLERANCE = 1e-10
 SMALL = 1e-4  # of its scale, a state's size from which on its errors count as large
-NOISE = 1e-7  # of the largest state, a size that may be rounding
+NOISE = 1e-7  # of what a state's rate is made of, a size of the state that may be rounding
 UNBOUNDED = 1e12  # seconds
 
 
@@ -34,18 +35,23 @@ def run(
     events = whole("events", events, 0, integrate.MOST_STEPS)
     traced = partial(integrate.traced, scene, INTEGRATOR, keep=True, rtol=TOLERANCE, steps=steps, seconds=seconds,
                      events=events)  # fmt: skip
+    automaton = automaton_of(scene)
     path, joined = traced(atol=TOLERANCE)
-    scales, found = (1.0,) * len(scene.start), _scales(joined)
+    scales, (found, sizes) = (1.0,) * len(scene.start), _scales(automaton, joined)
     while any(new < SMALL * old for old, new in zip(scales, found, strict=True)):
         path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
-        scales, found = found, _scales(joined)
-    require_kept(automaton_of(scene), joined.segments, TOLERANCE, scales)
+        scales, (found, sizes) = found, _scales(automaton, joined)
+    require_kept(automaton, joined.segments, TOLERANCE, scales, sizes)
     return path
 
 
-def _scales(joined: Run) -> tuple[float, ...]:
-    """Return every state's largest size on a run, at most 1; for one that may be rounding the size of the largest."""
+def _scales(automaton: Automaton, joined: Run) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return every state's largest size on a run, at most 1, and its size by what its rate is made of, if larger.
+
+    For one that may be rounding both are the latter, for one without any they are 1.
+    """
     states = [state for segment in joined.segments for _, state in segment.steps] or [joined.last.state]
-    sizes = [max(map(abs, column)) for column in zip(*states, strict=True)]
-    largest = max(sizes)
-    return tuple(min(1.0, size if size > NOISE * largest else largest or 1.0) for size in sizes)
+    own = [max(map(abs, column)) for column in zip(*states, strict=True)]
+    sizes = [max(pair) or 1.0 for pair in zip(own, balances(automaton, joined.segments).tolist(), strict=True)]
+    kept = (size if size > NOISE * made else made for size, made in zip(own, sizes, strict=True))
+    return tuple(min(1.0, size) for size in kept), tuple(sizes)
