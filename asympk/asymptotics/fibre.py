@@ -25,6 +25,7 @@ from asympk.asymptotics.tape import Definitions, Tape
 from asympk.asymptotics.taylor import FUNCTIONS, INFINITE, Taylor, as_taylor, evaluated
 from asympk.errors import InputError
 from asympk.symbolic.expansion import fast_jacobian
+from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
 
 NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
@@ -121,6 +122,10 @@ class _Field:
         self.small = small
         self.slow_states, self.fast_states = tuple(mode.slow), tuple(mode.fast)
         self.drift, self.full_force = list(mode.slow.values()), list(mode.fast.values())
+        for state, rate in (*mode.slow.items(), *mode.fast.items()):
+            if switching := rate.atoms(sp.Piecewise, *SWITCHING):
+                raise InputError(f"the rate of {state} switches too often, by {max(switching, key=str)!s:.60}, to "
+                                 "have a series on every side; use an exact method")  # fmt: skip
         self.force = [g.subs(small, 0) for g in self.full_force]
         for state, force in zip(self.fast_states, self.force, strict=True):
             if force.has(*INFINITE):

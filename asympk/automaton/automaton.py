@@ -188,7 +188,9 @@ def _entered(
         return automaton.mode(mode.branch, digits, sides)
 
     def led_to(choice: tuple) -> list[int]:
-        return [chosen(choice).departure(measured(phase), t, state) for phase in opened]
+        found = chosen(choice)
+        return [found.departure(measured(phase), t, state) if len(sides) > 1 else 0
+                for phase, sides in zip(opened, choices, strict=True)]  # fmt: skip
 
     fitting, resting = [], []  # these on edges, by the law of sides in which they stand
     for choice in _likely_first(choices, led_to) if max(map(len, choices)) > 1 else product(*choices):

@@ -28,7 +28,6 @@ from asympk.symbolic.sides import (
     Sides,
     inside,
     is_switched,
-    measured,
     on_sides,
     phase_of,
     phases,
@@ -41,6 +40,7 @@ from asympk.symbolic.system import Friction, System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
 FACTORS = 64  # of a product that is written out
+RECORD = 300  # pieces of a record by the time that are modes of their own, where a model asks for these
 SWITCH = "switch"  # the kind of a guard that a side ends at
 _POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 
@@ -101,9 +101,13 @@ class GuardedMode:
 
     @cached_property
     def edges(self) -> tuple[sp.Expr, ...]:
-        """What is positive on the sides of the mode, as far as it moves: the last of its guards."""
-        moved = (inside(*side) for side in self.sides if self.drift(measured(side[0])) != 0)
-        return tuple(edge for edges in moved for edge in edges)
+        """What is positive on the sides of the mode, as far as it moves: the last of its guards.
+
+        Of what the time alone moves, it is what falls first.
+        """
+        edges = {edge: _time_of_fall(edge, self.system.time) for side in self.sides for edge in inside(*side)}
+        first = min((t for t in edges.values() if t is not None), default=sp.oo)
+        return tuple(edge for edge, t in edges.items() if t == first or (t is None and self.drift(edge) != 0))
 
     @property
     def moving(self) -> set[sp.Symbol | None]:
@@ -140,9 +144,9 @@ class GuardedMode:
 
     @cached_property
     def fixed_phases(self) -> tuple[sp.Expr, ...]:
-        """What the parameters alone switch the mode by: phases that are on no side."""
-        known = {*self.system.parameters}
-        found = phases((*self.rates, *self.guard_values), known)
+        """What the parameters and the time alone switch the mode by: phases that are on no side."""
+        known = {*self.system.parameters, self.system.time} - {None}
+        found = phases((*self.rates, *self.guard_values), known, most=RECORD)
         return tuple(phase for phase in found if phase.free_symbols <= known)
 
     @cached_property
@@ -249,6 +253,13 @@ def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
         return
     for choice in choices:
         yield from on_all_sides(mode_of(mode.system, mode.branch, (*mode.sides, *choice)))
+
+
+def _time_of_fall(edge: sp.Expr, time: sp.Symbol | None) -> sp.Expr | None:
+    """Return the time at which an edge falls through 0, infinite of one that rises; None where that is not known."""
+    if edge.free_symbols != {time} or not (slope := slope_by(edge, time)).is_Rational:
+        return None
+    return -edge.subs(time, 0) / slope if slope < 0 else sp.oo
 
 
 @lru_cache(maxsize=512)

@@ -30,12 +30,13 @@ SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
 def phases(
-    exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol], time: sp.Symbol | None = None, few: int = FEW
+    exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol], time: sp.Symbol | None = None, few: int = FEW,
+    most: int = MOST,
 ) -> tuple[sp.Expr, ...]:
     """Return what switches expressions where it vanishes and depends on states, or on the time.
 
     What does not switch itself is meant, unless by what is linear in the time. Of what is, and is not periodic, at most
-    ``few`` are phases: smooth stretches end there already.
+    ``few`` are phases: smooth stretches end there already. More than ``most`` in all are none.
     """
     states, found, lines = {*states}, set(), set()
     for atom in sp.Tuple(*exprs).atoms(*SWITCHING):
@@ -49,7 +50,7 @@ def phases(
             elif part.has(time or sp.nan) and not part.has(*_POLAR) and not isinstance(atom, WHOLE):
                 lines.add(phase)
     found |= lines if len(lines) <= few else set()
-    return tuple(sorted(found, key=sp.default_sort_key)) if len(found) <= MOST else ()
+    return tuple(sorted(found, key=sp.default_sort_key)) if len(found) <= most else ()
 
 
 def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:

@@ -472,6 +472,30 @@ def test_the_path_through_pulses_is_right_at_all_times_and_in_its_layers_too():
     assert path(times) == pytest.approx(truth(times), abs=5e-6)
 
 
+RECORDS = {
+    "steps": sp.floor(3 * T) / 4,
+    "saw-tooth": sp.Mod(T, sp.Rational(2, 5)),
+    "teeth of steps": sp.Abs(sp.Mod(sp.floor(4 * T), 3) - 1),
+    "record": sp.Piecewise(*((k % 3 + k * T / 9, sp.Rational(k, 40) > T) for k in range(1, 20)), (0, True)),
+}
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_steps_teeth_and_records_by_the_time_are_passed_as_rightly_as_it_is_said(name):
+    system = ap.System.smooth({x: -x + y}, {y: RECORDS[name] - y - x * y / 4}, mu, time=T)
+    scene = ap.Scene(system=system, values={mu: "1/1000"}, start={x: 1, y: 2}, until="4/5")
+    truth = ap.solve(scene, "radau", rtol=1e-8, atol=1e-10).final
+    for order in (0, 1):
+        path = ap.solve(scene, "jump", order=order)
+        assert distance(path.final, truth) < path.error < 1 / 1000**order / 100
+
+
+def test_what_switches_too_often_is_refused_as_that():
+    table = sp.Piecewise(*((k % 3, x < sp.Rational(k, 70)) for k in range(70)), (0, True))
+    with pytest.raises(InputError, match=r"the rate of y switches too often, by .*; use an exact method"):
+        _solved(ap.System.smooth({x: -x}, {y: table - y}, mu, time=T), {mu: "1/100"}, (1, 0), 1)
+
+
 def test_a_motion_that_slides_along_an_edge_is_refused_by_name():
     with pytest.raises(NotDerivable, match=r"the motion stays on x = 0 from t = 0\.53.* on, where the rates jump"):
         _solved(ap.System.smooth({x: -sp.sign(x) + y / 4}, {y: x - y}, mu), {mu: "1/100"}, ("1/2", 0), 1)
