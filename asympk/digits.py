@@ -73,7 +73,7 @@ def dot(ctx: Any, left: FixedPoint, right: FixedPoint) -> Any:
 def _finite(value: Any) -> tuple[int, int, int, int]:
     """Return the sign, the mantissa, the exponent and the bits of an mpf."""
     if not hasattr(value, "_mpf_"):
-        raise TypeError(f"{value} is no real number")
+        raise TypeError(f"{value} is complex")
     if value._mpf_[2] and not value._mpf_[1]:  # so libmp writes what is infinite or no number
         raise ZeroDivisionError(f"{value} is not finite")
     return value._mpf_

@@ -81,8 +81,15 @@ def finite(reached: Callable[[], Any]) -> Iterator[None]:
     except AsympkError:
         raise
     except (ArithmeticError, TypeError, ValueError) as error:
+        if not is_of_numbers(error):
+            raise
         raise OutOfRange("a rate or a bound of the system, or its slope, is not a finite real number at t = "
                          f"{float(reached()):.6g}; start where its formulas hold, or give other parameters") from error
+
+
+def is_of_numbers(error: Exception) -> bool:
+    """Tell whether an error is one of numbers: of all that have a wrong type, complex ones alone, as mpmath's mpc."""
+    return not isinstance(error, TypeError) or any(word in str(error) for word in ("complex", "mpc"))
 
 
 def signs_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int, ...]:

@@ -18,6 +18,7 @@ from typing import Any
 
 from asympk.automaton import contacts
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.decide import is_of_numbers
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.automaton.numericmode import NumericMode
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
@@ -143,6 +144,8 @@ def _follow(
             end = mode.steps_until(t, until)
             return followed(doubles, t, state, end, lambda end: _segment(scheme, t, state, end))
         except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no order
+            if not is_of_numbers(error):
+                raise
             raise OutOfRange(f"a rate or its slope is not a finite real number in mode {mode.name} from "
                              f"t = {float(t):.6g} on; run it without digits, or start elsewhere") from error
 

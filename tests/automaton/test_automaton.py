@@ -13,10 +13,11 @@ from peers import here
 import asympk as ap
 from asympk.affine.run import affine, obstacle
 from asympk.automaton.automaton import Automaton
+from asympk.automaton.decide import finite
 from asympk.automaton.modes import function, mode_of
 from asympk.certify import certify
 from asympk.digits import carrier_context
-from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction
+from asympk.errors import Accumulation, InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, UnboundedReaction
 from asympk.symbolic.branches import named_branches
 
 x, v, u, w, q, t = sp.symbols("x v u w q t", real=True)
@@ -538,3 +539,11 @@ def test_a_crank_at_rest_on_its_dead_centre_where_no_friction_acts_stays_there(s
     crank = ap.System.with_frictions({q: w, w: -sp.sin(q) * force}, {}, [slider])
     path = ap.solve(ap.Scene(system=crank, start={q: 0, w: 0}, until=3), **options)
     assert (path.final, path.events) == ((0, 0), ())
+
+
+def test_a_slip_of_our_own_is_not_told_as_a_rate_that_is_no_finite_real_number():
+    with pytest.raises(TypeError, match="NoneType"), finite(lambda: 0):
+        _ = None + 1
+    for number in (complex(-1), carrier_context(20).sqrt(-1)):
+        with pytest.raises(OutOfRange, match="not a finite real number"), finite(lambda: 0):
+            _ = number < 0
