@@ -97,11 +97,13 @@ def leaves_its_sides(scene: Any, order: int) -> bool:
     """Tell whether the motion of a smooth system leaves the sides, of what switches, on which it begins."""
     until, mu, automaton = float(scene.until), matched.small_number(scene), Automaton(scene.system, scene.values)
     path = matched.begun(automaton, scene.start)
-    if not path.mode.kinds:
+    begun, rest = path.mode, (until, mu, order + EXTRA, WATCHED)
+    if not begun.kinds:
         return False
-    follow = partial(matched.through_layer, automaton, until=until, mu=mu, order=order + EXTRA, rtol=WATCHED)
-    end = matched.onward(automaton, follow(path), until, mu, order + EXTRA, WATCHED, follow)
-    return any(stretch.mode is not path.mode for stretch in end.stretches)
+    path = matched.through_layer(automaton, path, *rest)
+    while path.mode is begun and path.t < until:
+        path = matched.slowly(automaton, path, *rest)
+    return any(mode is not begun for mode in (path.mode, *(stretch.mode for stretch in path.stretches)))
 
 
 def layered_motion(
