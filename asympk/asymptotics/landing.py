@@ -6,6 +6,7 @@ to tau = 0 (``fibre``). A start whose layer does not settle on an attracting bra
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
@@ -26,6 +27,7 @@ STILL = 10  # tolerances from its branch within which a layer stands still
 STEPS = 20000
 FAR = 1e6
 ROOT = 1e-12  # the error of a root, relative to the state
+ROUNDED = 2.0**-51  # the error of g, relative to its terms
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
 
 
@@ -151,10 +153,16 @@ def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
 
 
 def attraction(formulas: Formulas, x: Sequence, branch: Sequence, values: tuple) -> float:
-    """Return the rate at which a branch attracts; 0 where it is less than its change within the error of the root."""
-    off = ROOT * max(1, *map(abs, branch))
-    below, rate, above = (-abscissa(formulas, x, [v + d for v in branch], values) for d in (-off, 0, off))
-    return rate if abs(above - below) < abs(rate) else 0.0
+    """Return the rate at which a branch attracts; 0 where it is less than its change within the error of the root.
+
+    The rounding of g moves a root the farther the less it attracts, a double one by the square root of that.
+    """
+    rate, off = -abscissa(formulas, x, branch, values), ROOT * max(1, *map(abs, branch))
+    with suppress(ArithmeticError, ValueError):  # the terms of g, which cancel at the root
+        terms = max(map(abs, formulas.force(*x, *(2 * v for v in branch), *values)))
+        off = max(off, ROUNDED * terms / abs(rate))
+    moved = (-abscissa(formulas, x, [v + d for v in branch], values) for d in (-off, off))
+    return rate if all(abs(other - rate) < abs(rate) for other in moved) else 0.0
 
 
 def _square(formulas, x, y, values):

@@ -208,6 +208,14 @@ def test_rates_that_are_far_apart_are_followed_as_rightly_as_others(name):
     assert path(times) == pytest.approx(truth(times), abs=1e-6)
 
 
+def test_a_layer_to_a_double_root_settles_on_no_branch_though_its_rounding_seems_to_attract(monkeypatch):
+    monkeypatch.setattr(landing, "STEPS", 2000)
+    system = ap.System.smooth(slow={x: -x + y}, fast={y: x - 2 * y + y**2}, small=mu)
+    for small in ("1/100", "1/10000"):
+        with pytest.raises(OutOfRange, match=r"does not settle on an attracting branch|that does not attract"):
+            _solved(system, {mu: small}, {x: 1, y: "1/10"}, 1, order=0)
+
+
 def test_a_layer_whose_rates_take_too_many_steps_is_refused_as_that(monkeypatch):
     monkeypatch.setattr(landing, "STEPS", 50)
     system = ap.System.smooth({x: -x + u}, {u: x - u / 10000 + v, v: -u - v / 10000}, mu)
