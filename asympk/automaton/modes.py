@@ -20,6 +20,7 @@ import sympy as sp
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch, Guard
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.lowering import WIDE, Lowered, lower, without_overflow
 from asympk.symbolic.penetration import Penetration, without_penetration
 from asympk.symbolic.sides import (
@@ -184,8 +185,8 @@ class GuardedMode:
     @cached_property
     def poles(self) -> tuple[sp.Expr, ...]:
         """What the rates are divided by, as far as it varies and may vanish: its zeros are poles of the rates."""
-        powers = {power for rate in self.rates for power in rate.atoms(sp.Pow) if power.exp.is_negative}
-        factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in r.atoms(sp.tan)}
+        powers = {power for rate in self.rates for power in atoms(rate, sp.Pow) if power.exp.is_negative}
+        factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in atoms(r, sp.tan)}
         varying = {-e if e.could_extract_minus_sign() else e for e in factors if e.free_symbols & self.moving}
         found = (e for e in varying if not e.is_nonzero and not (e.is_Symbol and self._is_finite_at(e)))
         return tuple(sorted(found, key=sp.default_sort_key))
@@ -239,7 +240,7 @@ def phases_of(system: System) -> tuple[sp.Expr, ...]:
 @lru_cache(maxsize=256)
 def is_nested(system: System) -> bool:
     """Tell whether what the state switches switches something else, which has phases on each side of it."""
-    parts = (part for atom in sp.Tuple(*exprs_of(system)).atoms(*SWITCHING) for part in switching_parts(atom))
+    parts = (part for atom in atoms(sp.Tuple(*exprs_of(system)), *SWITCHING) for part in switching_parts(atom))
     return any(is_switched(part, system.states) for part in parts)
 
 
@@ -322,10 +323,10 @@ def source(
     plain, time = _plain(system)
     arguments = (time, *(plain[s] for s in (*system.states, *system.parameters)))
     changed = {s: name for s, name in plain.items() if s != name}
-    values = tuple(e.xreplace(changed) for e in outputs)
+    values = tuple(replaced(e, changed) for e in outputs)
     if directions:
         still = (sp.S.Zero,) * len(system.parameters)
-        rates = tuple((*(e.xreplace(changed) for e in direction), *still) for direction in directions)
+        rates = tuple((*(replaced(e, changed) for e in direction), *still) for direction in directions)
         text = Lowered(arguments, values, target, directions=rates).source
     else:
         text = lower(arguments, values, target=target, branching=True).source

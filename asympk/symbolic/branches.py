@@ -21,7 +21,7 @@ from sympy.solvers.solveset import NonlinearError
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.derivatives import slope_by
-from asympk.symbolic.long import is_longer, is_regular, replaced
+from asympk.symbolic.long import atoms, is_longer, is_regular, replaced
 from asympk.symbolic.penetration import without_penetration
 
 if TYPE_CHECKING:
@@ -190,6 +190,11 @@ def where(system: "System", branch: Branch) -> sp.Basic:
 
 def forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     """Solve the linear equations of a branch for the forces; raises ``InputError`` where they are singular."""
+    return _forces(system, awake(branch))
+
+
+@lru_cache(maxsize=256)
+def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     unknowns, matrix, right = _equations(system, branch)
     if not unknowns:
         return {}
@@ -222,15 +227,41 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
 def _by_elimination(
     system: "System", branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Solve with coefficients that are too long to expand: by elimination among symbols that stand for them."""
-    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    """Solve with coefficients that are too long to expand: by elimination among symbols that stand for them.
+
+    The short laws of slip and of what is open are put in first, and leave fewer equations.
+    """
+    rows = sp.Matrix.hstack(matrix, right).as_mutable()
+    short_laws = _put_in(rows)
+    others = [i for i in range(len(unknowns)) if i not in short_laws.values()]
+    columns = [j for j in range(len(unknowns)) if j not in short_laws]
+    names = rows[others, columns].applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
     if (determinant := names.det(method="berkowitz")) == 0:
         raise InputError(
             f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its velocity"
         )
-    meaning = {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
-    found = names.adjugate() * right / determinant
-    return {u: value.xreplace(meaning) for u, value in zip(unknowns, found, strict=True)}
+    meaning = {s: e for s, e in zip(names, rows[others, columns], strict=True) if not e.is_number}
+    solved = names.adjugate() * rows[others, -1] / determinant
+    found = dict(zip(columns, (replaced(value, meaning) for value in solved), strict=True))
+    for j, i in short_laws.items():
+        found[j] = rows[i, -1] - sum(rows[i, k] * found[k] for k in columns)
+    return {u: found[j] for j, u in enumerate(unknowns)}
+
+
+def _put_in(rows: sp.Matrix) -> dict[int, int]:
+    """Solve the rows of at most two unknowns for one with a number before it; put it in, and return {unknown: row}."""
+    found: dict[int, int] = {}
+    for i in range(rows.rows):
+        entries = {j: rows[i, j] for j in range(rows.cols - 1) if rows[i, j] != 0}
+        j = next((j for j, entry in entries.items() if entry.is_number), None)
+        if j is None or len(entries) > 2:
+            continue
+        rows[i, :] /= entries[j]
+        for k in range(rows.rows):
+            if k != i and rows[k, j] != 0:
+                rows[k, :] -= rows[k, j] * rows[i, :]
+        found[j] = i
+    return found
 
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
@@ -392,7 +423,7 @@ def heavy(expr: sp.Basic) -> bool:
 
 
 def _is_rational(expr: sp.Basic) -> bool:
-    return not expr.has(sp.Function) and all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
+    return not expr.has(sp.Function) and all(power.exp.is_Integer for power in atoms(expr, sp.Pow))
 
 
 def _expanded(expr: sp.Expr) -> sp.Expr:
@@ -447,7 +478,7 @@ def of_either_sign(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
 def _tidy(expr: sp.Expr) -> sp.Expr:
     """Expand what is not heavy; quotients of polynomials over a common denominator."""
     expanded = _expanded(expr)
-    divided = any(power.exp.is_negative for power in expanded.atoms(sp.Pow))
+    divided = any(power.exp.is_negative for power in atoms(expanded, sp.Pow))
     if divided and _is_rational(expr) and expanded.is_rational_function():
         return sp.cancel(expanded) if sp.denom(sp.together(expanded)).free_symbols else expanded
     return expanded

@@ -24,6 +24,16 @@ def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
     return rebuilt(expr)
 
 
+def atoms(expr: sp.Basic, *types: type) -> set[Any]:
+    """Return ``expr.atoms(*types)``, each part met once however often it occurs."""
+    seen, left = set[sp.Basic](), [expr]
+    while left:
+        if (part := left.pop()) not in seen:
+            seen.add(part)
+            left += part.args
+    return {part for part in seen if isinstance(part, types)}
+
+
 def is_longer(expr: sp.Basic, operations: int) -> bool:
     """Tell whether an expression has more operations than these; one of very many parts is not counted out."""
     parts = (part for part in sp.preorder_traversal(expr) if part.args)

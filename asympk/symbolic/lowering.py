@@ -28,6 +28,7 @@ from asympk.naming import named
 from asympk.numbers import Number, common_shape, number, numbers, short
 from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic.derivatives import directional_derivatives
+from asympk.symbolic.long import atoms
 from asympk.symbolic.penetration import computed
 from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.tables import as_tree, without_tables
@@ -130,7 +131,7 @@ def lower(
         known.add(symbol)
     for output in (*outputs, *(e for _, e in definitions)):
         _check(output, args, known, branching)
-        if target != "mpmath" and any(abs(n) >= _LARGEST for n in output.atoms(sp.Rational)):
+        if target != "mpmath" and any(abs(n) >= _LARGEST for n in atoms(output, sp.Rational)):
             raise InputError(f"{short(output)} has a constant beyond all doubles; use target 'mpmath'")
     if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
         raise InputError(f"name {short(name)} cannot name a function; give letters, digits and underscores")
@@ -440,13 +441,14 @@ def _check(expr, args, known, branching):
         raise InputError(
             f"{', '.join(sorted(map(str, missing)))} in {expr} missing from the arguments ({', '.join(map(str, args))})"
         )
-    if expr.has(sp.Float):
+    parts = atoms(expr, sp.Basic)
+    if any(isinstance(part, sp.Float) for part in parts):
         raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
-    if expr.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
+    if parts & {sp.nan, sp.zoo, sp.oo, -sp.oo}:
         raise InputError(f"{short(expr)} contains a constant that is not a finite number")
-    if expr.has(*_OPEN):
+    if any(isinstance(part, _OPEN) for part in parts):
         raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
-    if expr.has(sp.I):
+    if sp.I in parts:
         raise InputError(f"{expr} is complex; lower its real and imaginary parts")
-    if not branching and expr.has(*BRANCHING):
+    if not branching and any(isinstance(part, BRANCHING) for part in parts):
         raise InputError(f"{short(expr)} branches; lower each smooth mode, or each piece, on its own")

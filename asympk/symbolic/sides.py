@@ -13,6 +13,7 @@ from itertools import combinations, product
 import sympy as sp
 
 from asympk.symbolic.derivatives import slope_by
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.penetration import Penetration
 from asympk.symbolic.system import System
 
@@ -39,7 +40,7 @@ def phases(
     ``few`` are phases: smooth stretches end there already. More than ``most`` in all are none.
     """
     states, found, lines = {*states}, set(), set()
-    for atom in sp.Tuple(*exprs).atoms(*SWITCHING):
+    for atom in atoms(sp.Tuple(*exprs), *SWITCHING):
         for part in switching_parts(atom):
             inners = part.atoms(*SWITCHING)
             if not all(_is_timed(inner, states, time) for inner in inners) or (inners and _stands(part, states, time)):
@@ -101,7 +102,7 @@ def _in_order(line: list[tuple[sp.Expr, sp.Expr, int]]) -> Iterator[Sides]:
 def is_switched(expr: sp.Expr, symbols: Iterable[sp.Symbol]) -> bool:
     """Tell whether an expression is switched by one of the symbols."""
     symbols = {*symbols}
-    return any(atom.free_symbols & symbols for atom in expr.atoms(*SWITCHING))
+    return any(atom.free_symbols & symbols for atom in atoms(expr, *SWITCHING))
 
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
@@ -129,8 +130,8 @@ def system_on_sides(system: System, sides: Sides) -> System:
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
     """Return an expression as it is on the ``sides`` of its phases."""
     signs = dict(sides)
-    while sides and (changes := {a: on for a in expr.atoms(*SWITCHING) if (on := _on_side(a, signs)) != a}):
-        expr = expr.xreplace(changes)
+    while sides and (changes := {a: on for a in atoms(expr, *SWITCHING) if (on := _on_side(a, signs)) != a}):
+        expr = replaced(expr, changes)
     return expr
 
 
@@ -167,7 +168,7 @@ def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:
 
     (-x)^(3/2), which is |x|^(3/2) where x < 0, is not real where a step ends shortly beyond.
     """
-    if all(power.exp.is_Integer for power in expr.atoms(sp.Pow)):
+    if all(power.exp.is_Integer for power in atoms(expr, sp.Pow)):
         return expr
     signs = {phase: factor * side for quantity, side in sides for phase, factor in [phase_of(quantity)]}
 

@@ -633,6 +633,17 @@ def test_a_body_that_slides_on_three_feet_is_refused_for_the_forces_of_its_slip(
         ap.solve(scene)
 
 
+@pytest.mark.slow
+def test_an_elevator_that_a_moment_turns_between_four_guides_rubs_on_two_of_them():
+    """Loads T and B on top and bottom, 2 apart, at the height 1/2: B - T = 1 and B + T = M + f (B - T) / 2."""
+    feet = [(x, side * sp.Rational(1, 2)) for side in (1, -1) for x in (1, -1)]
+    cabin, _ = _body(feet, [(0, -1)] * 2 + [(0, 1)] * 2)
+    values = {"f1": "1/4", "f2": "1/4", "f3": "1/4", "f4": "1/4", "P": -1, "M": 1}
+    path = ap.solve(ap.Scene(system=cabin, values=values, start=[0, 0, 0, -1, 0, 0], until=0.5))
+    assert sorted(path.modes[0].split("+")) == ["open", "open", "slip_opposite", "slip_same"]
+    assert path.final[0] == pytest.approx(-0.5 - (1 - (1 + 1 / 8) / 4) / 8, abs=1e-9)
+
+
 def test_feet_that_coincide_bear_what_no_equation_shares_out():
     body, _ = _body([(sp.Rational(0), 0)] * 2, [(0, 1)] * 2)
     values = {"f1": "1/2", "f2": "1/2", "P": 0, "M": 0}

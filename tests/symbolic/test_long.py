@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from asympk.symbolic.long import is_longer, is_regular, replaced
+from asympk.symbolic.long import atoms, is_longer, is_regular, replaced
 
 a, b, c = sp.symbols("a b c", real=True)
 
@@ -19,6 +19,8 @@ def test_an_expression_of_a_trillion_parts_is_replaced_and_found_long():
     expr = _doubled(a * b, 40)
     assert replaced(expr, {a: c}) == _doubled(c * b, 40)
     assert is_longer(expr, 10_000)
+    assert atoms(expr, sp.Symbol) == {a, b}
+    assert len(atoms(expr, sp.sin)) == 40
 
 
 @pytest.mark.parametrize("expr", [
@@ -28,6 +30,7 @@ def test_an_expression_of_a_trillion_parts_is_replaced_and_found_long():
 def test_replacing_and_measuring_a_short_expression_are_those_of_sympy(expr):
     rule = {a: b * c, b: a, c: sp.Integer(2)}
     assert replaced(expr, rule) == expr.xreplace(rule)
+    assert atoms(expr, sp.Pow, sp.Function) == expr.atoms(sp.Pow, sp.Function)
     operations = expr.count_ops()
     assert is_longer(expr, operations - 1) if operations else expr.is_Atom
     assert not is_longer(expr, operations)
