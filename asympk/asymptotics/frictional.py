@@ -1,12 +1,13 @@
 r"""The asymptotic models of a system with friction, or through edges: layers, jumps and slow motion in turn.
 
-Higher orders are those of ``matched``, and so is order 0 of several frictions or fast states, or of none. To order 0 of
-one friction and one fast state the start's layer lands on the critical manifold of a mode (``impact``), the reduced
-flow goes on from there until a guard of the mode vanishes, a new layer begins at that edge, and so on. Layers take no
-time in this limit: what their events have in common is the time of the layer. Errors are O(mu log(1/mu)); the path
-tells none of its own.
+Higher orders are those of ``matched``, and so is order 0 of several frictions or fast states, or of none, and of layers
+and jumps that have no law in the limit. To order 0 of one friction and one fast state the start's layer lands on the
+critical manifold of a mode (``impact``), the reduced flow goes on from there until a guard of the mode vanishes, a new
+layer begins at that edge, and so on. Layers take no time in this limit: what their events have in common is the time of
+the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from asympk.asymptotics import matched
-from asympk.asymptotics.impact import LimitLayers
+from asympk.asymptotics.impact import LimitLayers, NoLaw
 from asympk.asymptotics.matched import MatchedPath
 from asympk.asymptotics.smooth import ROUNDING, predicted_error, tolerance
 from asympk.automaton.automaton import Automaton
@@ -33,8 +34,14 @@ def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0) -> Pat
     ``"slow"`` refuses, with ``NoManifold``, a first layer that meets an event. Raises ``NotDerivable``, ``OutOfRange``
     where a layer does not settle, ``NotNormallyHyperbolic``, ``NoMotion``, ``TooManyEvents``.
     """
-    if order or len(scene.system.frictions) != 1 or len(scene.system.fast) != 1:
-        return _to_order(scene, method, order)
+    if order == 0 and len(scene.system.frictions) == len(scene.system.fast) == 1:
+        with suppress(NoLaw):
+            return _in_limit(scene, method)
+    return _to_order(scene, method, order)
+
+
+def _in_limit(scene: Any, method: str) -> Path:
+    """Follow a scene with one friction and one fast state through layers that take no time; raises ``NoLaw``."""
     automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
     layer = partial(_through_limit, LimitLayers(automaton, mu))
     first = matched.begun(automaton, scene.start)

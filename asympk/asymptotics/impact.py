@@ -39,6 +39,10 @@ OVER = 36  # fast times q tau after which a layer is over to rounding
 REACH = 1e6  # of an impulse, in units of the state
 
 
+class NoLaw(NotDerivable):
+    """A layer or a jump has no law in the limit: it is to be followed."""
+
+
 @dataclass(frozen=True)
 class Arrival:
     """Where a layer lands: its last mode, the state with y on its critical manifold, and its events."""
@@ -94,7 +98,7 @@ class LimitLayers:
         return self.automaton.system.states.index(y)
 
     def arrive(self, t: float, state: tuple, mode: NumericMode) -> Arrival:
-        """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle, ``NotDerivable``."""
+        """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle, ``NoLaw``."""
         events: list[Event] = []
         modes, speed = [mode.name], 0.0
         event: Event | None
@@ -180,7 +184,7 @@ class LimitLayers:
     def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
         """Return the state and mu y where ``level`` of both falls to 0, along dJ = |y| dt.
 
-        Raises ``NotDerivable`` where a side of the mode ends before, or its end depends on y.
+        Raises ``NoLaw`` where a side of the mode ends before, or its end depends on y.
         """
         edges = [k for k, (kind, _) in enumerate(mode.kinds) if kind == SWITCH]
         _require_affine(mode.mode, 0)
@@ -206,8 +210,7 @@ class LimitLayers:
             raise OutOfRange(f"the load grows without bounds at t = {t:.6g} in mode {mode.name}: nothing stops it")
         if not found.t_events[0].size:
             hit = next(k for k, times in zip(edges, found.t_events[1:], strict=True) if times.size)
-            raise NotDerivable(f"the jump at t = {t:.6g} meets {mode.mode.guard_values[hit]!s:.120} = 0, where "
-                               f"{mode.name} switches: it has no law here; order >= 1 follows the layer")  # fmt: skip
+            raise NoLaw(f"the jump at t = {t:.6g} meets {mode.mode.guard_values[hit]!s:.120} = 0")
         return tuple(ends[0][:-1].tolist()), float(ends[0][-1])
 
     def _require_held(self, mode: NumericMode, t: float, state: tuple, side: float) -> None:
@@ -232,12 +235,10 @@ def _require_affine(mode: GuardedMode, degree: int = 1) -> None:
     (y,), bare = mode.system.fast, bare_mode(mode)
     for s, rate in {**bare.slow, **bare.fast}.items():
         if not _is_affine_in_limit(rate, y, mode.system.small):
-            raise NotDerivable(f"the rate of {s} in {mode.name} is not affine in {y}: its jump has no law here; "
-                               "order >= 1 follows the layer")  # fmt: skip
+            raise NoLaw(f"the rate of {s} in {mode.name} is not affine in {y}")
     for edge in mode.edges:
         if sp.expand(edge.diff(y, degree + 1)) != 0:
-            raise NotDerivable(f"{edge!s:.120} = 0, where {mode.name} switches, depends on {y}: its jump has no law "
-                               "here; order >= 1 follows the layer")  # fmt: skip
+            raise NoLaw(f"{edge!s:.120} = 0, where {mode.name} switches, depends on {y}")
 
 
 def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:

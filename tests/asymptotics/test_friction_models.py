@@ -133,14 +133,27 @@ def test_the_limit_of_a_mechanism_whose_joints_turn_is_wrong_by_mu_log_mu(exampl
     assert abs(constants[2] / constants[1] - 1) < 0.15
 
 
-def test_rates_that_bend_where_the_fast_state_is_large_have_no_jump_law():
-    for bend in (b**2, c * b**2, b / (1 + b**2)):
-        system = ap.System.with_friction(
-            slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F + bend}, force=F, load=a + b,
-            kinetic=3, small=c,
-        )  # fmt: skip
-        with pytest.raises(NotDerivable, match="the rate of w in slip_opposite is not affine in b"):
-            ap.solve(ap.Scene(system=system, values={c: "1e-4"}, start=(0, "1/5", -1), until=1), "jump", order=0)
+def _paradox(push, load=None):
+    """A rod whose smooth mass is followed by its reaction, in the paradox; ``push`` acts on the rough one."""
+    return ap.System.with_friction(
+        slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F + push}, force=F, load=load or a + b,
+        kinetic=3, small=c,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("system", [
+    _paradox(b**2), _paradox(c * b**2), _paradox(b / (1 + b**2)), _paradox(sp.Max(0, w + sp.S.Half)),
+    _paradox(0, a + b + sp.Max(0, a - 10 * c * b)),
+    ap.System.with_friction({a: b}, {b: 1 - b**3 + F}, {w: 1 + F}, force=F, load=a + b, kinetic=sp.S.Half, small=c),
+])  # fmt: skip
+def test_layers_and_jumps_without_a_law_in_the_limit_are_followed_to_order_0(system):
+    errors = []
+    for small in ("1e-3", "1e-4"):
+        scene = ap.Scene(system=system, values={c: small}, start=(0, "1/5", -1), until=1)
+        path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+        assert path.modes == truth.modes
+        errors.append(distance(path.final, truth.final))
+        assert errors[-1] < path.error < 30 * float(small)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -194,11 +207,6 @@ def test_what_is_not_derived_is_refused_by_name():
     scene = ap.Scene(system=ROD, values={s: 1, c: "1/1000"}, start=STARTS[0], until=1)
     with pytest.raises(OrderError, match="known to the orders"):
         ap.solve(scene, "jump", order=5)
-    curved = ap.System.with_friction(
-        slow={a: b}, fast={b: 1 - b**3 + F}, velocity={w: 1 + F}, force=F, load=a + b, kinetic=s, small=c
-    )
-    with pytest.raises(NotDerivable, match="not affine in b"):
-        ap.solve(ap.Scene(system=curved, values={s: 1, c: "1/1000"}, start=STARTS[0], until=1), "jump")
 
 
 def test_the_rods_own_system_still_has_its_own_kernel():
@@ -365,8 +373,9 @@ def test_a_jump_onto_a_patch_of_ice_is_no_load_that_nothing_stops():
     assert truth.final[2] == pytest.approx(0.74351, abs=1e-5)
     assert path.modes == truth.modes
     assert distance(path.final, truth.final) < path.error < 1e-8
-    with pytest.raises(NotDerivable, match=r"the jump at t = 0 meets 1 - 2\*a = 0, where stick switches: "):
-        ap.solve(scene, "jump", order=0)
+    roughly = ap.solve(scene, "jump", order=0)  # its impulse meets the edge
+    assert roughly.modes == truth.modes
+    assert distance(roughly.final, truth.final) < roughly.error < 1e-3
 
 
 @pytest.mark.parametrize("off", ["1/10", "1/1000", "1/100000", "-1/100000"])
@@ -493,13 +502,19 @@ def test_friction_beside_all_edges_is_that_of_the_formulas_on_its_side(order):
     assert (path.final, path.modes, path.error) == (known.final, known.modes, known.error)
 
 
-def test_the_limit_of_a_jump_refuses_edges_that_the_fast_state_bends_or_outgrows():
-    for edge, words in ((b**2 - 9, "depends on b"), (b - 9, "stays on b - 9 = 0"), (-9 - b, "depends on b")):
+def test_a_jump_meets_edges_of_the_fast_state_alike_to_every_order():
+    for edge in (b**2 - 9, b - 9, -9 - b):
         patch = sp.Piecewise((3, edge < 0), (sp.Rational(1, 20), True))
         system = ap.System.with_friction(slow={a: b}, fast={b: 1 - 2 * (a + b) + F}, velocity={w: 1 - (a + b) + F},
                                          force=F, load=a + b, kinetic=patch, small=c)  # fmt: skip
-        with pytest.raises(NotDerivable, match=words):
-            ap.solve(ap.Scene(system=system, values={c: "1e-3"}, start=(0, "1/5", -1), until=2), "jump", order=0)
+        scene = ap.Scene(system=system, values={c: "1e-3"}, start=(0, "1/5", -1), until=2)
+        for order in (0, 1):
+            if edge == -9 - b:
+                path = ap.solve(scene, "jump", order=order)
+                assert distance(path.final, ap.solve(scene).final) < path.error < 0.002
+            else:
+                with pytest.raises(NotDerivable, match=r"stays on b(\*\*2)? - 9 = 0"):
+                    ap.solve(scene, "jump", order=order)
 
 
 EDGES = {
