@@ -22,6 +22,7 @@ LATEST = 1e-9  # of a time, by which doubles miss the zero of a guard of the tim
 NEWTON = 3  # steps from there to all digits
 DERIVATIVES = 4  # that tell on which side of a phase a motion begins
 LOOKS = 256  # steps at least of a stretch that the time drives
+NEXT_TO_NOTHING = 1e-8  # of a divisor's first value: of a square, the root of that
 BESIDE = 4  # roundings of a time, by which smooth stretches keep away from what switches by the time
 OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
 
@@ -101,6 +102,11 @@ class NumericMode:
                 raise OutOfRange(f"the rates of mode {self.name} have a pole, which the motion has passed before t = "
                                  f"{float(t):.8g}: {expr!s:.120} = 0; end the run before it")  # fmt: skip
         return after
+
+    def vanishing(self, first: tuple, t: Any, state: State) -> sp.Expr | None:
+        """Return what the rates are divided by that is next to nothing beside its ``first`` value, or None."""
+        values = zip(self.mode.poles, first, self.pole_values(t, state), strict=True)
+        return next((expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun)), None)
 
     def smooth_until(self, t: Any, until: Any) -> Any:
         """Return the time just before the next at which the mode switches by the time alone, or ``until``."""

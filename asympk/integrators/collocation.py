@@ -24,6 +24,7 @@ from asympk.automaton.numericmode import NumericMode
 from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth
+from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost, lost_with
 from asympk.numbers import whole
@@ -36,6 +37,7 @@ MOST_DIGITS = 200
 RESOLVED = 1e-3  # of guards, beside 1, that the last polynomials may make of one
 GROW, SHRINK = 1.6, 0.4
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
+FEWER, LESS = 50, 1e-3  # of both where a divisor vanishes
 NEARLY = 1 - 2.0**-20  # of what is left: a step that long takes all of it
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
@@ -158,7 +160,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
     h = min(until - t, 1 / (until.context.one + rate))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
-    tries = list[Any]()
+    tries, poles = list[Any](), mode.pole_values(t, state)
     while len(steps) < STEPS:
         h = min(h, scheme.longest)
         last = h >= (until - t) * NEARLY
@@ -166,7 +168,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         if monotonic() > scheme.deadline:
             raise Unfinished(f"the reference is at t = {float(t):.6g} when its time is over; allow more seconds=")
         tries.append(t)
-        _require_gain(tries)
+        _require_gain(tries, mode.vanishing(poles, t, state))
         slopes = None
         with suppress(OverflowError):  # an iterate beyond the range of doubles has left where the step converges
             slopes = _step(scheme, t, state, h)
@@ -205,12 +207,17 @@ def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:
     return tuple(w if abs(w) > slack * abs(was) else 0 * w for w, was in zip(end, before, strict=True))
 
 
-def _require_gain(tries: list) -> None:
-    """Raise ``OutOfRange`` where many tries of a step, made at the times ``tries``, have gained hardly any time."""
+def _require_gain(tries: list, divisor: Any) -> None:
+    """Raise ``OutOfRange`` where many tries of a step, made at the times ``tries``, have gained hardly any time.
+
+    ``divisor`` is what the rates are divided by that is next to nothing, or None: there fewer tries tell.
+    """
     begun, t = tries[0], tries[-1]
-    if len(tries) > PATIENCE and t - begun <= (1 + STANDSTILL) * (tries[-PATIENCE] - begun):
-        raise OutOfRange(f"the reference comes to a standstill at t = {float(t):.10g}, where the motion is not smooth "
-                         "or grows beyond bounds; end the run before it")  # fmt: skip
+    patience, gain = (PATIENCE, STANDSTILL) if divisor is None else (FEWER, LESS)
+    if len(tries) > patience and t - begun <= (1 + gain) * (tries[-patience] - begun):
+        why = "the motion is not smooth or grows beyond bounds; end the run before it"
+        why = why if divisor is None else f"rates are divided by {divisor!s:.120}, and that is 0; {AT_REST}"
+        raise OutOfRange(f"the reference comes to a standstill at t = {float(t):.10g}, where {why}")
 
 
 def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:

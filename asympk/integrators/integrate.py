@@ -44,11 +44,14 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
     "kvaerno5": ("diffrax", "diffrax"),
 }
 FINISHED = "finished"
+AT_REST = ("dry friction in a plane, -f v/|v|, stops there: end the run before, or write the speed |v| as "
+           "sqrt(v**2 + e**2) with a small e")  # fmt: skip
 ADVICE = {  # how the status of a run begins that stops short -> what helps
     "step limit": "allow more steps=, or take another method",
     "time limit": "allow more seconds=, or take another method",
     "limit of": "allow more events=",
     "left the range": "a rate or its slope is no finite real number; end the run before, or start where formulas hold",
+    "stalled: rates are divided": AT_REST,
     "": "the motion grows beyond bounds, or keeps to where a rate jumps; end the run before, or take another method",
 }
 LEAST_MU = 1e-300

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 STEP_LIMIT = "step limit reached"
+PATIENCE, STANDSTILL = 500, 0.01  # steps at a zero of a divisor, and the gain in time, beside it, that is none
 IDLE = 100  # steps without any gain in time after which a run is given up
 TOGETHER = 16  # spacings of doubles between the times of events that count as one
 UNBOUNDED = 1e-8  # part of its first inverse at which a reaction counts as infinite: no step reaches the singular point
@@ -61,6 +62,7 @@ def _followed(solver, mode, t, state, settings):
     samples: list[tuple[float, ...]] = []
     passed = [(t, state)] if settings.keep else []
     start, halfway, poles = t, t, mode.pole_values(t, state)
+    divisors, near = poles, []  # times of steps in a row at which a divisor is next to nothing
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, settings)
         steps += solver.made * (not short)
@@ -75,6 +77,10 @@ def _followed(solver, mode, t, state, settings):
             together = lost_with(mode, hit, t, state, TOGETHER * ulp(t))
         if poles and not short:
             poles = mode.require_one_side(poles, t, state)
+            divisor = mode.vanishing(divisors, t, state)
+            near = [*near[-PATIENCE:], t] if divisor is not None else []
+            if len(near) > PATIENCE and t - near[0] <= STANDSTILL * t:
+                short = f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
         if settings.keep:
             passed.append((t, state))
         while len(samples) < len(times) and times[len(samples)] <= t and not short:

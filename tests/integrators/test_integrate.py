@@ -304,6 +304,20 @@ def test_a_late_loss_of_stability_is_refused_in_doubles_and_followed_by_as_many_
         assert abs(mp.mpf(found) - grown[1] / (1 + 100 * area)) < mp.mpf(10) ** -19
 
 
+@pytest.mark.parametrize(
+    "options", [{}, {"method": "radau"}, {"method": "dop853"}, pytest.param({"digits": 15}, marks=pytest.mark.slow)]
+)
+def test_a_puck_that_dry_friction_in_a_plane_stops_is_refused_there_by_what_its_rates_are_divided_by(options):
+    """A puck on a slope of half its friction, pushed across: it stops at t = v / (f (1 - 1/4)) = 8/3."""
+    x, y, u, v = sp.symbols("x y u v", real=True)
+    speed = sp.sqrt(u**2 + v**2)
+    puck = ap.System.smooth({x: u, y: v, u: -u / speed - sp.Rational(1, 2), v: -v / speed}, {}, None)
+    scene = ap.Scene(system=puck, start={x: 0, y: 0, u: 0, v: 2}, until=5)
+    with pytest.raises((Unfinished, OutOfRange), match=r"divided by u\*\*2 \+ v\*\*2, and that is 0") as stop:
+        ap.solve(scene, **options)
+    assert "at t = 2.6" in str(stop.value)
+
+
 def test_a_growth_of_errors_beyond_all_digits_is_refused_with_digits_too():
     with pytest.raises(Undecided, match="end the run before"):
         _late("1/1000", digits=15)
