@@ -8,7 +8,7 @@ from fractions import Fraction
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from asympk.numbers import Number
+from asympk.numbers import Number, mantissa_and_exponent
 
 if TYPE_CHECKING:
     import numpy as np
@@ -65,10 +65,10 @@ def whole_product(m: "MPContext", matrix: "np.ndarray", bits: int, vector: "np.n
     import numpy as np
     from mpmath.libmp import from_man_exp
 
-    parts = [(-man if sign else man, exponent) for sign, man, exponent, _ in (v._mpf_ for v in vector)]
-    exponents = [exponent for man, exponent in parts if man]
+    parts = [mantissa_and_exponent(v) for v in vector]
+    exponents = [exponent for multiple, exponent in parts if multiple]
     low = min((e for e in exponents if e >= max(exponents) - _APART), default=0)
-    whole = np.array([man << (exponent - low) if exponent >= low else 0 for man, exponent in parts], dtype=object)
+    whole = np.array([n << (exponent - low) if exponent >= low else 0 for n, exponent in parts], dtype=object)
     products = (matrix @ whole).tolist()
     found = np.array([m.make_mpf(from_man_exp(v, low - bits, m.prec, "n")) for v in products], dtype=object)
     if all(exponent >= low for exponent in exponents):

@@ -100,6 +100,12 @@ def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
     return int(order)
 
 
+def mantissa_and_exponent(value: Number) -> tuple[int, int]:
+    """Return (n, e) of an mpf, which is n 2^e: integers of Python's own, though mpmath may compute with gmpy2's."""
+    sign, size, exponent, _ = value._mpf_
+    return -int(size) if sign else int(size), int(exponent)
+
+
 def sign_of(value: Number) -> int:
     """Return 1, 0 or -1, the sign of a number."""
     return 1 if value > 0 else -1 if value < 0 else 0
@@ -161,10 +167,10 @@ def _from_decimal(name, value):
 
 
 def _from_mpf(name, value):
-    sign, mantissa, exponent, _ = value._mpf_
-    if (not mantissa and exponent) or abs(exponent) > _WIDEST:
+    multiple, exponent = mantissa_and_exponent(value)
+    if (not multiple and exponent) or abs(exponent) > _WIDEST:
         raise InputError(f"{name} = {short(value)}: {_RANGE}")
-    return Fraction(-mantissa if sign else mantissa) * Fraction(2) ** exponent
+    return Fraction(multiple) * Fraction(2) ** exponent
 
 
 def _array(name, value, kind):

@@ -94,7 +94,7 @@ def _fixed(values, bits):
     """Return mpmath numbers, or 0, times 2^bits as whole numbers, those that are rounding set to 0."""
     from mpmath.libmp import to_fixed
 
-    whole = [to_fixed(value._mpf_, bits) if value else 0 for value in values.flat]
+    whole = [int(to_fixed(value._mpf_, bits)) if value else 0 for value in values.flat]
     return cleaned(np.array(whole, dtype=object).reshape(values.shape), bits)
 
 

@@ -18,6 +18,7 @@ from asympk.affine.mode import AffineMode
 from asympk.arithmetic import flow_context, set_digits
 from asympk.automaton.modes import GuardedMode, function, namespace, source
 from asympk.errors import InputError, OutOfRange
+from asympk.numbers import mantissa_and_exponent
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
@@ -189,6 +190,5 @@ def _evaluated(system, outputs, numbers, arguments):
 def _fraction(value):
     if isinstance(value, int):
         return Fraction(value)
-    sign, mantissa, exponent, _ = value._mpf_
-    whole = -int(mantissa) if sign else int(mantissa)
-    return Fraction(whole << exponent) if exponent >= 0 else Fraction(whole, 1 << -exponent)
+    multiple, exponent = mantissa_and_exponent(value)
+    return Fraction(multiple) * Fraction(2) ** exponent
