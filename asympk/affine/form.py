@@ -20,6 +20,7 @@ from asympk.automaton.modes import GuardedMode, function, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.numbers import mantissa_and_exponent
 from asympk.symbolic.branches import heavy
+from asympk.symbolic.long import atoms
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
@@ -169,8 +170,8 @@ def _outputs(entries):
 
 def is_rational(expr: sp.Expr) -> bool:
     """Tell whether an expression is a rational function of the parameters with rational coefficients."""
-    whole = all(power.exp.is_Integer for power in expr.atoms(sp.Pow))
-    return whole and not expr.atoms(sp.Function, sp.NumberSymbol)
+    whole = all(power.exp.is_Integer for power in atoms(expr, sp.Pow))
+    return whole and not atoms(expr, sp.Function, sp.NumberSymbol)
 
 
 @lru_cache(maxsize=512)

@@ -235,17 +235,30 @@ def _by_elimination(
     short_laws = _put_in(rows)
     others = [i for i in range(len(unknowns)) if i not in short_laws.values()]
     columns = [j for j in range(len(unknowns)) if j not in short_laws]
-    names = rows[others, columns].applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    names, meaning = _entries_named(rows[others, columns])
     if (determinant := names.det(method="berkowitz")) == 0:
         raise InputError(
             f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its velocity"
         )
-    meaning = {s: e for s, e in zip(names, rows[others, columns], strict=True) if not e.is_number}
     solved = names.adjugate() * rows[others, -1] / determinant
     found = dict(zip(columns, (replaced(value, meaning) for value in solved), strict=True))
     for j, i in short_laws.items():
         found[j] = rows[i, -1] - sum(rows[i, k] * found[k] for k in columns)
     return {u: found[j] for j, u in enumerate(unknowns)}
+
+
+def _entries_named(matrix: sp.Matrix) -> tuple[sp.Matrix, dict[sp.Symbol, sp.Expr]]:
+    """Return a matrix with symbols that stand for its entries, but for numbers, and what they stand for."""
+    names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
+    return names, {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
+
+
+def _determinant(matrix: sp.Matrix) -> sp.Expr:
+    """Return a determinant, as it stands where the entries are too long to simplify."""
+    if not heavy(sp.Tuple(*matrix)):
+        return matrix.det(method="berkowitz")
+    names, meaning = _entries_named(matrix)
+    return replaced(names.det(method="berkowitz"), meaning)
 
 
 def _put_in(rows: sp.Matrix) -> dict[int, int]:
@@ -331,7 +344,7 @@ def _stiffness(system: "System", branch: Branch) -> sp.Expr:
         if phase.velocity:
             row = unknowns.index(friction.force)
             alone[row, :] = sp.eye(len(unknowns))[row, :]
-    return sp.Mul(*(m.det(method="berkowitz") for m in (alone, matrix)))
+    return sp.Mul(*map(_determinant, (alone, matrix)))
 
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:

@@ -248,7 +248,7 @@ def _emission(lowered):
         shared, outputs = _renamed(lowered)
     else:
         shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
-    if unworked := sp.Tuple(*outputs, *(e for _, e in shared)).atoms(sp.Derivative, sp.Subs):
+    if unworked := atoms(sp.Tuple(*outputs, *(e for _, e in shared)), sp.Derivative, sp.Subs):
         raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
                          "function, or write what jumps as a friction")  # fmt: skip
     try:
@@ -334,10 +334,10 @@ def without_overflow(
 
 def _is_tower(exprs):
     """Tell whether exponentials stand in other functions, on whose numbers those may take for ever."""
-    atoms = sp.Tuple(*exprs).atoms(sp.Pow, sp.Function)
-    growing = {e for e in atoms if isinstance(e, sp.exp | sp.cosh | sp.sinh) or (e.is_Pow and e.exp.free_symbols)}
-    outer = growing | {e for e in atoms if not e.is_Pow and not isinstance(e, sp.log)}
-    return any(arg.atoms(sp.Pow, sp.Function) & growing for e in outer for arg in e.args)
+    parts = atoms(sp.Tuple(*exprs), sp.Pow, sp.Function)
+    growing = {e for e in parts if isinstance(e, sp.exp | sp.cosh | sp.sinh) or (e.is_Pow and e.exp.free_symbols)}
+    outer = growing | {e for e in parts if not e.is_Pow and not isinstance(e, sp.log)}
+    return any(atoms(arg, sp.Pow, sp.Function) & growing for e in outer for arg in e.args)
 
 
 class _OwnContext(local):

@@ -42,7 +42,7 @@ def phases(
     states, found, lines = {*states}, set(), set()
     for atom in atoms(sp.Tuple(*exprs), *SWITCHING):
         for part in switching_parts(atom):
-            inners = part.atoms(*SWITCHING)
+            inners = atoms(part, *SWITCHING)
             if not all(_is_timed(inner, states, time) for inner in inners) or (inners and _stands(part, states, time)):
                 continue
             phase = sp.floor(part, evaluate=False) if isinstance(atom, WHOLE) else phase_of(part)[0]
@@ -57,7 +57,7 @@ def phases(
 def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:
     """Tell whether an expression is linear in the time, or independent of it, or jumps, as at a pole."""
     bent = time is not None and part.has(time) and not part.has(*_POLAR)
-    return not (bent and (part.atoms(*SWITCHING) or part.diff(time).has(time)))
+    return not (bent and (atoms(part, *SWITCHING) or part.diff(time).has(time)))
 
 
 def _is_timed(atom: sp.Basic, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
@@ -159,7 +159,7 @@ def shortly_after(expr: sp.Basic, rate: Callable[[sp.Expr], sp.Expr | None], rou
 
     if not isinstance(expr, sp.Expr):
         return expr.func(*(shortly_after(part, rate, rounding) for part in expr.args)) if expr.args else expr
-    jumps = expr.atoms(*_ORDERED, sp.sign, sp.Heaviside)
+    jumps = atoms(expr, *_ORDERED, sp.sign, sp.Heaviside)
     return expr.xreplace({atom: led(atom) for atom in jumps}) if jumps else expr
 
 

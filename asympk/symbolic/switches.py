@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
+from asympk.symbolic.long import atoms
 from asympk.symbolic.sides import SWITCHING, WHOLE, phase_of, phases, switching_parts
 from asympk.symbolic.system import System
 
@@ -51,7 +52,7 @@ def peaks_of(system: System) -> tuple[Switch, ...]:
     vanishes, or a square has its vertex.
     """
     known, time = {system.time, *system.parameters}, system.time
-    parts = sp.Tuple(*exprs_of(system)).atoms(sp.Pow, sp.Add, sp.Function) if time else ()
+    parts = atoms(sp.Tuple(*exprs_of(system)), sp.Pow, sp.Add, sp.Function) if time else ()
     timed = (part for part in parts if time in part.free_symbols <= known and not isinstance(part, sp.sin | sp.cos))
     middles = {part.diff(time) if part.is_Add else part.args[0] for part in timed}
     lines = (e for e in middles if isinstance(e, sp.Expr) and e.has(time) and not e.diff(time).has(time))
@@ -70,7 +71,7 @@ def switches(
     if time is None:
         return []
     known = {time, *parameters}
-    found = [switch for atom in sp.Tuple(*exprs).atoms(*_JUMPING) for switch in _of(atom, but)]
+    found = [switch for atom in atoms(sp.Tuple(*exprs), *_JUMPING) for switch in _of(atom, but)]
     timed = (switch for switch in found if time in switch.phase.free_symbols <= known)
     return sorted({switch for switch in timed if not switch.phase.diff(time).has(time)}, key=str)
 

@@ -289,8 +289,7 @@ def test_a_crank_passes_the_dead_centre_of_its_slider(numbers, start, until):
     state = {"theta": theta, "phi": phi, "theta'": rate, "phi'": np.cos(theta) * rate / (l * np.cos(phi))}
     values = {"r": 1, **dict(zip(("J", "m", "l", "T", "f"), numbers, strict=True))}
     path = ap.solve(ap.Scene(system=crank_slider.mechanism().rigid(), values=values, start=state, until=until))
-    truth = solve_ivp(lambda _, w: [w[1], _turning(*w, numbers)], (0, until), start, rtol=1e-9, atol=1e-9,
-                      max_step=1e-3)  # fmt: skip
+    truth = solve_ivp(lambda _, w: [w[1], _turning(*w, numbers)], (0, until), start, rtol=1e-9, atol=1e-9)
     assert (path.final[0], path.final[2]) == pytest.approx(tuple(truth.y[:, -1]), abs=1e-6)
 
 

@@ -124,9 +124,10 @@ def test_the_critical_manifolds_of_a_long_mechanism_are_solved_for_and_its_serie
     place = {s: sp.Rational(k + 3, 7) for k, s in enumerate(sorted(system.parameters + system.states, key=str))}
     for mode, m in found.items():
         (y,) = m.branch
-        force = system.mode(mode).fast[y].subs(system.small, 0).subs(place | {y: m.branch[y].subs(place)})
-        assert abs(force.evalf(30)) < 1e-25
-        slope = m.jacobian[0].subs(place).evalf()
+        height, slope = ap.lower(tuple(place), (m.branch[y], m.jacobian[0]), "mpmath").to_digits(30, *place.values())
+        there = place | {y: height, system.small: 0}
+        (force,) = ap.lower(tuple(there), system.mode(mode).fast[y], "mpmath").to_digits(30, *there.values())
+        assert abs(force) < 1e-25
         assert m.attracting.subs(place) == (slope < 0)
         assert m.repelling.subs(place) == (slope > 0)
     with pytest.raises(NotDerivable, match=r"slip_same are too long .* export"):
