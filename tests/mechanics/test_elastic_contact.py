@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 from contactmodel import Model, follow
 from mechanisms import T, X, Y, masses_between_guides, slender_rod
-from test_jump_law import MECHANISMS, bead_rod
+from test_jump_law import EACH, MECHANISMS, bead_rod
 
 import asympk as ap
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
@@ -20,7 +20,7 @@ SCALINGS = [(c, h), (eps**2, sp.Rational(1, 2) * eps), (eps**2, sp.S.Zero)]
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("compliance", "damping"), SCALINGS)
-@pytest.mark.parametrize("make", MECHANISMS)
+@pytest.mark.parametrize("make", EACH)
 def test_gap_plus_compliance_times_reaction_is_an_invariant(make, compliance, damping):
     """d/dt (g(q) + c x) = 0 identically, in every state: no coordinate was eliminated, and none need be."""
     rod = make()[0]
@@ -34,7 +34,7 @@ def test_gap_plus_compliance_times_reaction_is_an_invariant(make, compliance, da
         assert abs(rate.subs(at).evalf(30)) < 1e-25
 
 
-@pytest.mark.parametrize("make", MECHANISMS)
+@pytest.mark.parametrize("make", EACH)
 def test_the_sliding_velocity_is_a_state_with_the_rate_of_its_own_definition(make):
     rod = make()[0]
     system = rod.elastic(compliance=c, damping=h)
@@ -62,7 +62,7 @@ def test_a_coordinate_called_x_keeps_its_name():
     assert {str(s) for s in block.elastic(compliance=c, damping=h).states} == {"x", "y", "x_", "y_", "z"}
 
 
-@pytest.mark.parametrize("make", MECHANISMS)
+@pytest.mark.parametrize("make", EACH)
 def test_the_system_follows_the_contact_as_newtons_law_in_numbers_does(make):
     rod, parameters, terms, friction, (q, u) = make()
     stiffness, until = 1e3, 0.02

@@ -73,6 +73,7 @@ def arm_along_a_wall():
 
 
 MECHANISMS = (bead_rod, masses_on_a_parabola, arm_along_a_wall)
+EACH = [*MECHANISMS[:2], pytest.param(arm_along_a_wall, marks=pytest.mark.slow)]
 h = 0.5
 
 
@@ -96,7 +97,7 @@ def _errors(make, c):
     return np.array([*(q - start), *(u - after), x - rod.evaluate(law.reaction, values)]) / (c * np.log(1 / c))
 
 
-@pytest.mark.parametrize("make", MECHANISMS)
+@pytest.mark.parametrize("make", EACH)
 def test_errors_of_the_jump_law_over_c_log_c_tend_to_constants(make):
     """Coordinates, every velocity and x: error = c (A log(1/c) + B + ..), so error / (c log(1/c)) settles as 1/log."""
     rod, parameters, _, _, (q, u) = make()
@@ -108,7 +109,7 @@ def test_errors_of_the_jump_law_over_c_log_c_tend_to_constants(make):
         assert abs(last - late) < 0.2 * abs(last)
 
 
-@pytest.mark.parametrize("make", MECHANISMS)
+@pytest.mark.parametrize("make", EACH)
 def test_impulses_lie_in_the_cone_exactly_where_there_is_a_paradox(make):
     rod, parameters, _, _, (q, u) = make()
     law, rng = rod.jump_law(), np.random.default_rng(3)

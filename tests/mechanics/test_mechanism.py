@@ -288,6 +288,7 @@ def test_the_delassus_matrix_of_a_chain_of_four_links_is_that_of_its_mass_matrix
         assert abs(determinant - mpmath.det(expected)) < 1e-20
 
 
+@pytest.mark.slow
 def test_the_response_of_a_chain_of_five_links_is_not_written_out():
     assert max(part.count_ops() for part in _chain(5).plain.response) < 10_000
 

@@ -689,6 +689,7 @@ def test_a_slide_in_two_guides_slips_as_their_resultant_says():
         assert path.final[0] == pytest.approx(way, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_a_joint_at_rest_keeps_its_angle_where_the_time_alone_makes_another_contact_slip():
     # a cart on rough ground carries a pendulum with friction in its joint; while both rest the force needed is a cos wt
     X, Y, h, U, V, W, N, F, G = sp.symbols("X Y h U V W N F G", real=True)
@@ -726,6 +727,7 @@ def test_a_ladder_leans_at_rest_where_static_friction_is_enough():
         assert (path.modes == ("stick+stick",)) is rests
 
 
+@pytest.mark.slow
 def test_a_block_between_two_fingers_turns_about_the_rougher_one_until_it_slips_there_too():
     # the numbers are those of an integration in which forces are solved for at every step
     a, b, X, Y, h, *rest = sp.symbols("a b X Y h A B U V W N1:3 F1:3", real=True)

@@ -226,6 +226,7 @@ def test_killed_and_resumed_equals_the_uninterrupted_sweep(plain, tmp_path, work
     assert _bytes(out) == _bytes(plain)
 
 
+@pytest.mark.slow
 def test_the_order_of_sums_does_not_hang_on_the_seed_of_hashes(plain, tmp_path):
     (tmp_path / "chain.toml").write_text(CHAIN.format(count=30, chunk=10))
     command = [sys.executable, "-m", "asympk", "sweep", str(tmp_path / "chain.toml"), "--out", str(tmp_path / "out")]

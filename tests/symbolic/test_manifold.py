@@ -117,6 +117,7 @@ def test_a_manifold_moves_with_the_explicit_time():
     assert manifold.closed is None
 
 
+@pytest.mark.slow
 def test_the_critical_manifolds_of_a_long_mechanism_are_solved_for_and_its_series_is_refused_by_name():
     system = arm.system()
     found = {m.mode: m for m in critical_manifolds(system)}
