@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
+from asympk.automaton.contacts import nudges
 from asympk.automaton.decide import BY_HAND, finite
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
@@ -155,7 +156,8 @@ def mode_after(
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
         entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})
         hits = _lost_beyond(mode, left, (t, state), later)
-    event = _left_by_ground(before, t if since is None else since, mode, t, state) or _torn(mode, t, state)
+    places = (before, t if since is None else since), (mode, t)
+    event = _left_by_ground(*places[0], mode, t, state) or _torn(places, state)
     if event is not None:
         branch = automaton.next(None, (), *later, doubt, entered)
     elif hits:
@@ -185,14 +187,25 @@ def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, sta
     return None
 
 
-def _torn(mode: NumericMode, t: Any, state: tuple) -> Event | None:
-    """Return the event of a sliding velocity that has jumped away from 0, or to its other sign, as a belt may."""
-    jumping = mode.mode.jumping
-    signs = mode.signs(tuple(jumping.values()), t, state) if jumping else ()
-    for k, sign in zip(jumping, signs, strict=True):
+def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | None:
+    """Return the event of a sliding velocity that has jumped away from 0, or to its other sign, as a belt may.
+
+    ``places`` are the modes and times before and after. What has a kink differs there by no more than its slopes make.
+    """
+    _, (mode, t) = places
+    for k, velocity in mode.mode.jumping.items():
+        sign = mode.signs((velocity,), t, state)[0]
         if sign and sign != mode.branch[k].velocity:
-            return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
+            (old, changes), (new, others) = (_with_change(own, own.mode.jumping[k], at, state) for own, at in places)
+            if abs(new - old) > SHORTLY * (changes + others):
+                return Event("velocity_zero" if mode.branch[k].velocity else "slip_onset", t, state, k)
     return None
+
+
+def _with_change(mode: NumericMode, expr: sp.Expr, t: Any, state: tuple) -> tuple[Any, Any]:
+    """Return the value of an expression, and its change by half of what smooth stretches keep from a switch."""
+    value, *others = (mode.values((expr,), *at)[0] for at in ((t, state), *nudges(t, state, mode.beside / 2)))
+    return value, max(abs(other - value) for other in others)
 
 
 def _switches(mode: NumericMode, hits: tuple[int, ...]) -> bool:

@@ -248,6 +248,20 @@ def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, h
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
 
 
+@pytest.mark.parametrize("how", WAYS)
+@pytest.mark.parametrize(("belt", "end"), [
+    (sp.Max(0, sp.sin(t)), (3 - math.cos(7), math.sin(7))),
+    (sp.Piecewise((t, t < 1), (2 - t, t < 2), (0, True)), (1, 0)),
+    (t + sum((-1) ** k * sp.Max(0, t - sp.Rational(k, 5)) for k in range(1, 21)), (4.2, 2)),
+])  # fmt: skip
+def test_a_belt_whose_speed_has_kinks_takes_a_block_along_without_any_slip(belt, end, how):
+    friction = ap.Friction(velocity=v - belt, force=F, load=1, kinetic=2)
+    block = ap.System.with_frictions({x: v, v: F}, {}, [friction], time=t)
+    path = ap.solve(ap.Scene(system=block, start={x: 0, v: 0}, until=7 if belt.has(sp.sin) else 4), **how)
+    assert (path.modes, path.events) == (("stick",), ())
+    assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
+
+
 def test_a_belt_that_turns_in_a_saw_of_the_time_lets_its_block_slide_on():
     """The belt |mod(t, 4) - 2| - 1 turns at every even time; v = 3 t/10 until 10/13, then 6/13 - 3 t/10."""
     friction = ap.Friction(velocity=v - sp.Abs(sp.Mod(t, 4) - 2) + 1, force=F, load=1, kinetic=sp.Rational(3, 10))
