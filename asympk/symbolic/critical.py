@@ -290,10 +290,30 @@ def _solutions(equal_zero, unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
     if len(unknowns) == 1 and _loses_roots(*equal_zero, *unknowns):
         return None
+    if len(unknowns) > 1 and (own := _given_by_others(equal_zero, unknowns)):
+        return _without(*own, equal_zero, unknowns)
     try:
         return sp.solve(equal_zero, unknowns, dict=True)
     except NotImplementedError:
         return None
+
+
+def _given_by_others(equal_zero, unknowns):
+    """Return an equation, an unknown that it is linear in, with a number before it, and this by others; else None.
+
+    SymPy takes minutes for roots of cubics that it finds together with such an unknown.
+    """
+    if not sp.Matrix(equal_zero).jacobian(unknowns).has(*unknowns):
+        return None
+    slopes = ((g, y, g.diff(y)) for g in equal_zero for y in unknowns)
+    return next(((g, y, -g.subs(y, 0) / slope) for g, y, slope in slopes if slope.is_Rational and slope), None)
+
+
+def _without(force, y, own, equal_zero, unknowns):
+    """Return the solutions of the equations other than ``force``, which gives ``y`` as ``own``, and y with them."""
+    left = [g.subs(y, own) for g in equal_zero if g is not force]
+    solutions = _solutions(left, [other for other in unknowns if other != y])
+    return solutions and [{**s, y: sp.expand(own.subs(s))} for s in solutions]
 
 
 def _linear_solution(matrix, rest, unknowns):

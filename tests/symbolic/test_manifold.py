@@ -572,3 +572,12 @@ def test_a_mode_of_more_sides_than_can_be_told_apart_is_refused_by_name():
     for force in (bumps, sp.floor(x)):
         with pytest.raises(NotDerivable, match="more sides than can be told apart"):
             critical_manifolds(ap.System.smooth({x: y, z: x}, {y: force - y}, mu))
+
+
+def test_roots_of_a_cubic_are_found_beside_a_fast_state_that_the_others_give():
+    s, q, r = sp.symbols("s q r", real=True)
+    rates = {q: r - q**3 + 3 * q**2 - s + 2, r: 1 - 5 * q**2 - r}
+    neuron = ap.System.smooth({s: q - s}, rates, sp.Symbol("mu", positive=True))  # of Hindmarsh and Rose
+    found = [{y: sp.re(h.subs(s, 2).evalf()) for y, h in m.branch.items()} for m in ap.critical_manifolds(neuron)]
+    assert sorted(branch[q] for branch in found) == pytest.approx([-(1 + 5**0.5) / 2, -1, (5**0.5 - 1) / 2])
+    assert all(branch[r] == pytest.approx(1 - 5 * branch[q] ** 2) for branch in found)
