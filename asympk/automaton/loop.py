@@ -151,7 +151,9 @@ def mode_after(
     if since is not None:  # the guards of a side that has ended are those of no motion
         crossed, left, doubt = [], left * (not switches), mode.beside
     later, entered = (t, state), tuple[Any, ...]()
-    if switches:
+    if switches and any(kind == "velocity_zero" for kind, *_ in left):  # what stops on an edge may rest there
+        hits = tuple(hit for hit in hits if mode.kinds[hit][0] != SWITCH)
+    elif switches:
         mode = mode_on_sides(automaton, awake(mode.branch), digits, t, state, crossed, fixed)
         later = mode.moved_on(t, state, SHORTLY * doubt * t)
         entered = tuple(side for side in mode.mode.sides if {*inside(*side)} & {*crossed})

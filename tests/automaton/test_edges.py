@@ -49,6 +49,25 @@ def test_what_comes_to_rest_on_an_edge_stays_there(how):
     assert ends(path, ("slip_same", "stick"), [1, 0])
 
 
+@pytest.mark.parametrize("how", [{}, {"digits": 15}, {"method": "dop853"}])
+@pytest.mark.parametrize("beyond", [2, 1])
+def test_what_stops_on_an_edge_whose_law_holds_it_rests_there_though_the_side_it_comes_from_would_not(beyond, how):
+    """The push -1 stops it at 1/2, on the edge of friction 1/2, which lets it back; the edge holds it, or just so."""
+    friction = sp.Piecewise((sp.Rational(1, 2), x < sp.Rational(1, 2)), (beyond, True))
+    path = ap.solve(ap.Scene(system=block(-1, friction), start={x: "1/6", v: 1}, until=2), **how)
+    assert ends(path, ("slip_same", "stick"), [0.5, 0])
+
+
+@pytest.mark.parametrize("how", [{}, {"digits": 15}])
+def test_what_stops_on_the_edge_of_its_load_slides_back_under_it(how):
+    """The load 1 - x is gone where it stops, at x = 1 after the time ln 3; then 1 - x is 3 (1 - cos(t - ln 3)) / 2."""
+    contact = ap.Friction(velocity=v, force=F, load=sp.Max(0, 1 - x), kinetic=1)
+    pushed = ap.System.with_frictions({x: v, v: F - sp.Rational(3, 2)}, {}, [contact])
+    path = ap.solve(ap.Scene(system=pushed, start={x: 0, v: 2}, until=2), **how)
+    after = 2 - math.log(3)
+    assert ends(path, ("slip_same", "slip_opposite"), [1.5 * math.cos(after) - 0.5, -1.5 * math.sin(after)])
+
+
 def _at_an_edge(number, push, below, above):
     """Return rates, friction and start of a block at rest on the edge at 1 of pushes and of frictions."""
     s, u, force = sp.symbols(f"s{number} u{number} F{number}", real=True)
