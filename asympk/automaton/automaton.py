@@ -89,10 +89,9 @@ def _follow_on(
     at = automaton.sides_at(t, state, slack)
     edges = tuple(phase for phase, sign in at if sign == 0)
     nested = not {*edges} <= {*phases_of(automaton.system)}
-    if led := tuple(s for s in at if s[1]) if nested else _led_to(automaton, edges, t, state, slack):
-        sided = _on_sides(automaton, led)
-        if sided != automaton:  # a load that would be 0 keeps its edge
-            return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
+    led = tuple(s for s in at if s[1]) if nested else _led_to(automaton, edges, t, state, slack)
+    if (sided := _on_sides(automaton, led)) != automaton:  # a load that would be 0 keeps its edge
+        return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
     found: dict[tuple[int, int], set[Branch]] = {}
     refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
     leads = set()
