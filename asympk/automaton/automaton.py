@@ -57,13 +57,19 @@ class Automaton:
 
     def edges_at(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
         """Return the phases of the state that vanish at a place, or may by ``slack``, its relative error."""
-        return tuple(phase for phase, sign in self.sides_at(t, state, slack) if sign == 0)
+        return _edges(self.sides_at(t, state, slack))
 
     def sides_at(self, t: Any, state: State, slack: Any, known: Sides = ()) -> Sides:
         """Return the phases of the state with their signs at a place, those on the ``known`` sides of others too."""
-        phases = tuple(p for p in phases_of(self.system) if measured(p) == p and p not in dict(known))
-        sides = tuple(zip(phases, decide.signs_at(self, phases, t, state, slack), strict=True))
-        clear = tuple(side for side in sides if side[1]) if is_nested(self.system) else ()
+        phases = tuple(p for p in phases_of(self.system) if p not in dict(known))
+        signed = tuple(p for p in phases if measured(p) == p)
+        sides = tuple(zip(signed, decide.signs_at(self, signed, t, state, slack), strict=True))
+        clear: Sides = ()
+        if is_nested(self.system):
+            clear = tuple(side for side in sides if side[1])
+            jumping = tuple(p for p in phases if p not in signed)
+            wholes = decide.wholes_at(self, tuple(map(measured, jumping)), t, state, slack)
+            clear += tuple((p, n) for p, n in zip(jumping, wholes, strict=True) if n is not None)
         return _on_sides(self, clear).sides_at(t, state, slack, known + clear) if clear else known + sides
 
 
@@ -87,10 +93,10 @@ def _follow_on(
     to by the law of another side alone may refuse, too.
     """
     at = automaton.sides_at(t, state, slack)
-    edges = tuple(phase for phase, sign in at if sign == 0)
+    edges = _edges(at)
     nested = not {*edges} <= {*phases_of(automaton.system)}
-    led = tuple(s for s in at if s[1]) if nested else _led_to(automaton, edges, t, state, slack)
-    if (sided := _on_sides(automaton, led)) != automaton:  # a load that would be 0 keeps its edge
+    led = tuple(s for s in at if s[0] not in edges) if nested else _led_to(automaton, edges, t, state, slack)
+    if led and (sided := _on_sides(automaton, led)) != automaton:  # a load that would be 0 keeps its edge
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
     found: dict[tuple[int, int], set[Branch]] = {}
     refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
@@ -116,6 +122,11 @@ def _follow_on(
     if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
     return _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
+
+
+def _edges(sides: Sides) -> tuple[sp.Expr, ...]:
+    """Return the phases that vanish: of a whole part 0 is a side."""
+    return tuple(phase for phase, sign in sides if sign == 0 and measured(phase) == phase)
 
 
 def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, slack: Any) -> int:

@@ -94,14 +94,26 @@ def is_of_numbers(error: Exception) -> bool:
 
 def signs_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int, ...]:
     """Return the signs of expressions at a place, 0 of what vanishes there, or may by ``slack``, its relative error."""
+    return tuple(map(clear_sign, _values_near(automaton, exprs, t, state, slack)))
+
+
+def wholes_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int | None, ...]:
+    """Return the whole parts of expressions at a place, None of what is a whole number, or may be by ``slack``."""
+    found = _values_near(automaton, exprs, t, state, slack)
+    nearest = (round(values[0]) for values in found)
+    signs = ((n, clear_sign([value - n for value in values])) for n, values in zip(nearest, found, strict=True))
+    return tuple(n - (sign < 0) if sign else None for n, sign in signs)
+
+
+def _values_near(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> list[tuple]:
+    """Return the values of every expression at a place, and at those that ``slack`` might have made of it."""
     if not exprs:
-        return ()
+        return []
     digits = digits_of(state)
     numbers = _numbers(digits) if digits else DOUBLES
     own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
     at = Place(numbers, numbers.convert(t), own, p)
-    rows = (place.values(automaton.system, exprs) for place in at.with_nudged(slack))
-    return tuple(map(clear_sign, zip(*rows, strict=True)))
+    return [*zip(*(place.values(automaton.system, exprs) for place in at.with_nudged(slack)), strict=True)]
 
 
 def digits_of(state: tuple) -> int | None:

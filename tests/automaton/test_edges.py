@@ -58,6 +58,18 @@ def test_what_stops_on_an_edge_whose_law_holds_it_rests_there_though_the_side_it
     assert ends(path, ("slip_same", "stick"), [0.5, 0])
 
 
+@pytest.mark.parametrize("how", [{}, {"digits": 15}, {"method": "dop853"}])
+@pytest.mark.parametrize("tooth", [0, 3])
+@pytest.mark.parametrize(("within", "modes", "end"), [
+    (sp.Mod(x, 1) < sp.Rational(1, 2), ("slip_same", "stick"), (1 / 2, 0)),
+    (sp.Mod(x, 1) <= sp.Rational(1, 2), ("slip_same", "slip_opposite"), (1 / 18, -2 / 3)),
+])  # fmt: skip
+def test_an_edge_within_the_teeth_of_a_rack_is_one_for_what_stops_on_it(within, modes, end, tooth, how):
+    friction = sp.Piecewise((sp.Rational(1, 2), within), (2, True))
+    path = ap.solve(ap.Scene(system=block(-1, friction), start={x: tooth + sp.Rational(1, 6), v: 1}, until=2), **how)
+    assert ends(path, modes, [tooth + end[0], end[1]])
+
+
 @pytest.mark.parametrize("how", [{}, {"digits": 15}])
 def test_what_stops_on_the_edge_of_its_load_slides_back_under_it(how):
     """The load 1 - x is gone where it stops, at x = 1 after the time ln 3; then 1 - x is 3 (1 - cos(t - ln 3)) / 2."""
