@@ -17,7 +17,7 @@ import sympy as sp
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
 from asympk.asymptotics.nonstiff import Trajectory, steps
-from asympk.asymptotics.stiff import jacobian
+from asympk.asymptotics.stiff import StiffStep, jacobian
 from asympk.errors import OutOfRange
 
 NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which on the layer is taken to approach it
@@ -25,6 +25,7 @@ OVER = math.log(1e17)
 SETTLED = 1e-7
 STILL = 10  # tolerances from its branch within which a layer stands still
 STEPS = 20000
+IMPLICIT = 10  # explicit steps that take as long as an implicit one
 FAR = 1e6
 ROOT = 1e-12  # the error of a root, relative to the state
 ROUNDED = 2.0**-51  # the error of g, relative to its terms
@@ -182,7 +183,8 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     settled = max(SETTLED, STILL * tolerances[0])
     ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances,
                   slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(*x, *w, *values), at))  # fmt: skip
-    while len(found) < STEPS:
+    spent = 0
+    while spent < STEPS:
         scale = max(1, *map(abs, now))
         if scale > FAR * max(1, *map(abs, (*x, *y))):
             break
@@ -196,7 +198,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         if (last := next(ahead, None)) is None:
             break
         found.append(last)
-        now = last.end[: len(y)]
+        now, spent = last.end[: len(y)], spent + (IMPLICIT if isinstance(last, StiffStep) else 1)
     mode = formulas.mode
     words = "does not settle on an attracting branch"
     if known:
