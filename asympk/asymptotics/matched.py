@@ -28,7 +28,7 @@ from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
 from asympk.automaton.loop import mode_after
 from asympk.automaton.modes import GuardedMode
 from asympk.automaton.numericmode import LOOKS, NumericMode
-from asympk.errors import NoManifold, OutOfRange, TooManyEvents
+from asympk.errors import NoManifold, NotNormallyHyperbolic, OutOfRange, TooManyEvents
 from asympk.path import Event
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Branch
@@ -280,7 +280,11 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
-    return path.met(automaton, found.guard, t, at_edge(points[1]), stretch)
+    state = at_edge(points[1])
+    if not max(map(abs, state)) < FAR:
+        raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
+                                    f"its terms of order {known} grow beyond bounds there; use an exact method")
+    return path.met(automaton, found.guard, t, state, stretch)
 
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:

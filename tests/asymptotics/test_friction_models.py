@@ -538,3 +538,11 @@ def test_models_pass_edges_of_what_the_state_switches_to_every_order(name):
             errors.append(distance(path.final, truth.final))
             assert not order or errors[-1] < path.error
         assert math.log10(errors[0] / errors[1]) > order + 0.85
+
+
+def test_a_bristle_whose_slow_motion_ends_where_it_stops_attracting_is_refused_by_name():
+    """Dahl's bristle Z attracts by |v|: where v vanishes its slow manifold has no terms of order 1."""
+    system = ap.System.smooth({a: b, b: -a - w}, {w: b * (1 - w * sp.sign(b))}, c)
+    scene = ap.Scene(system=system, values={c: "1e-3"}, start={a: 3, b: 0, w: 0}, until=10)
+    with pytest.raises(NotNormallyHyperbolic, match="the slow manifold of smooth is lost"):
+        ap.solve(scene, "jump", order=1)
