@@ -9,6 +9,7 @@ the steps short, those of ``stiff`` go on.
 
 import math
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
 from typing import Any
@@ -108,20 +109,20 @@ def steps(
 
     ``flows`` have equal shares of the states, one after the other. The error of a step is held below ``rtol`` relative
     and ``atol``, one number per state; a state that is right at a time wrong by up to ``late`` is let pass as well.
-    The first step is at most ``longest``, and every one ``within``. Where the steps become too small they end early.
-    ``slopes`` returns the Jacobian matrix at a state; with it, steps that stability keeps short become implicit ones.
+    The first step is at most ``longest``, and every one ``within``. Where steps become too small, or infinite, they
+    end early. ``slopes`` returns the Jacobian matrix at a state; with it, those kept short by stability go implicit.
     """
     take, first = _compiled(len(state), len(flows), late > 0), rates(flows, parameters, state)
     span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
     flow, grow, count, marked = partial(rates, flows, parameters), GROW, 0, t
     while t < until:
         if count == PATIENCE:
-            if slopes and (t - marked) * max(abs(np.linalg.eigvals(slopes(state)))) > STABLE * PATIENCE:
+            if slopes and _is_kept_short((t - marked) / PATIENCE, slopes, state):
                 yield from stiff_steps(flow, slopes, state, t, until, rtol, atol, span, within)
                 return
             count, marked = 0, t
         span = min(span, until - t, within)
-        if span <= 16 * math.ulp(t) and until - t > span:
+        if span == math.inf or (span <= 16 * math.ulp(t) and until - t > span):
             return
         error, new, stages = _tried(take, flows, parameters, span, state, first, rtol, atol, late)
         factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW
@@ -132,6 +133,13 @@ def steps(
             grow, count = GROW, count + 1
         else:
             span, grow = span * min(factor, SAFETY), 1.0
+
+
+def _is_kept_short(span: float, slopes: Slopes, state: tuple) -> bool:
+    """Tell whether stability keeps steps at ``span``, as it does not where no number tells it."""
+    with suppress(ArithmeticError, ValueError):
+        return bool(span * np.abs(np.linalg.eigvals(slopes(state))).max() > STABLE)
+    return False
 
 
 def _tried(take, flows, parameters, span, state, first, rtol, atol, late):

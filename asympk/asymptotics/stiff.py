@@ -59,12 +59,13 @@ def stiff_steps(
 ) -> Iterator[StiffStep]:  # fmt: skip
     """Yield the steps of state' = flow(state) from ``t`` to ``until``, the first at most ``span``, each ``within``.
 
-    The error of a step is held below ``rtol`` relative and ``atol``. Where the steps become too small they end early.
+    The error of a step is held below ``rtol`` relative and ``atol``. Where the steps become too small, or
+    infinite, they end early.
     """
     allowed, first, jacobian = np.array(atol), flow(state), slopes(state)
     while t < until:
         span = min(span, until - t, within)
-        if span <= 16 * math.ulp(t) and until - t > span:
+        if span == math.inf or (span <= 16 * math.ulp(t) and until - t > span):
             return
         moved, error = _tried(flow, jacobian, state, span, rtol, allowed)
         factor = max(SHRINK, SAFETY * error ** (-1 / STAGES)) if error > 0 else GROW
