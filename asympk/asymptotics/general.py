@@ -24,6 +24,7 @@ from asympk.path import Path
 
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # of its unit, a state's size from which on it is followed in units of this
+LARGEST = 1e6  # of its unit, a state's size in a layer that is told from one that is lost in rounding
 NOISE = 1e-12  # of the largest state, a size that may be rounding
 LOOKS = 32  # times at which sizes are told, each half of that before
 
@@ -50,7 +51,10 @@ def _checked_order(method: str, order: int) -> int:
 
 
 def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
-    """Follow a smooth scene as it is, or in units in which no state stays small."""
+    """Follow a smooth scene as it is, or in units in which no state stays small.
+
+    A state that is small in slow motion alone, as the speed of a fast oscillation, keeps its unit: its layer is large.
+    """
     units = (sp.S.One,) * len(scene.start)
     try:
         path = follow_smooth(scene, method, order=order)
@@ -59,10 +63,29 @@ def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
             raise
         path, units = follow_smooth(_in(small, scene), method, order=order), small
     sizes = _sizes(path, units)
-    while any(new < SMALL * old for old, new in zip(units, sizes, strict=True)):
-        path, units = follow_smooth(_in(sizes, scene), method, order=order), sizes
+    while _smaller(sizes, units).any():
+        try:
+            finer = follow_smooth(_in(sizes, scene), method, order=order)
+        except OutOfRange:
+            if not SMALL < _reach(path, sizes, units) < LARGEST:
+                raise
+            break
+        if _reach(finer, sizes, units) > 1 / SMALL:
+            break
+        path, units = finer, sizes
         sizes = _sizes(path, units)
     return path if {*units} == {1} else _out_of(units, scene, path)
+
+
+def _smaller(sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> np.ndarray:
+    """Return which states are small beside their units."""
+    return np.array(sizes, dtype=float) < SMALL * np.array(units, dtype=float)
+
+
+def _reach(path: Any, sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> float:
+    """Return how far the layer of a path reaches in those states whose slow motion is small beside their units."""
+    layer = path.at.motion.layer(float(path.scene.until) / 2.0 ** np.arange(LOOKS))[0]
+    return float(np.abs(layer[_smaller(sizes, units)]).max())
 
 
 def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:

@@ -549,6 +549,16 @@ def test_the_units_of_fast_states_do_not_decide_whether_their_manifold_is_lost()
     assert all(end == pytest.approx(ends[0], rel=1e-7) for end in ends)
 
 
+@pytest.mark.parametrize("small", ["1/100", "1/1000", "1/10000"])
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_speed_that_is_small_but_in_its_layer_keeps_its_unit(order, small):
+    """The speed w of a damped oscillation is of order mu in slow motion, and of order 1 while it fades."""
+    system = ap.System.smooth({x: -x + y}, {y: w, w: x - y - w / 5}, mu)
+    scene = ap.Scene(system=system, values={mu: small}, start={x: 1, y: 0, w: 0}, until=1)
+    path = ap.solve(scene, "jump", order=order)
+    assert distance(path.final, ap.solve(scene).final) < path.error < 10 * float(sp.Rational(small)) ** (order + 1)
+
+
 def test_states_that_stay_small_without_slow_ones_settle_on_their_own_branch():
     unit = sp.Rational(1, 10**9)
     alone = ap.System.smooth({}, {y: y - y**3 / unit**2, w: 10 * y - w}, mu)
