@@ -74,20 +74,20 @@ def follow_reduced_flow(
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     found, end, guard, far = list[Any](), until, None, FAR * max([1.0, *map(abs, first)])
-    _check(None, formulas, first[:size], slow, mu, values, began)
+    check = partial(_check, formulas, slow, mu, values, guards, began)
+    check(None, first[:size])
     if not first:  # no slow states, no slow motion
         return Reduced(formulas, orders, slow, mu, values, until, None, Trajectory((), ()))
     flows, slopes = tuple(formulas.flow[m] for m in orders), partial(_slopes, formulas, orders, (mu, *values))
     within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # driven by a clock
     along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within, slopes=slopes)
-    for step, lost in watched(along, guards, size):
+    for step, lost in watched(_held(along, check, size), guards, size):
         if len(found) == STEPS or not max(map(abs, step.end)) < far:
             break
         found.append(step)
         if lost:
             end, guard = lost
             break
-        _check(step, formulas, step.end[:size], slow, mu, values, began)
     if until > 0 and (not found or found[-1].after < end):
         t, last = (found[-1].after, found[-1].end[:size]) if found else (0.0, first[:size])
         if any(orders):  # higher terms grow without bound where a manifold is nearly lost, which order 0 tells
@@ -140,8 +140,15 @@ def _attraction(formulas, state, slow, mu, values):
     return y, abscissa(formulas, state[:slow], y, values)
 
 
-def _check(step, formulas, state, slow, mu, values, began):
-    """Raise where the manifold is lost, at the time within the last step where it is."""
+def _held(along, check, size):
+    """Yield the steps, each after the check that the manifold is not lost in it before an edge."""
+    for step in along:
+        check(step, step.end[:size])
+        yield step
+
+
+def _check(formulas, slow, mu, values, guards, began, step, state):
+    """Raise where the manifold is lost, at the time within a step to ``state`` where it is, if no guard is before."""
     if margin(formulas, state, slow, mu, values) > 0:
         return
     t, size = 0.0, len(state)
@@ -151,6 +158,8 @@ def _check(step, formulas, state, slow, mu, values, began):
             t = (low + high) / 2
             low, high = (t, high) if margin(formulas, step(t)[:size].tolist(), slow, mu, values) > 0 else (low, t)
         state = step(low)[:size].tolist()
+        if guards is not None and min(guards(low, state), default=0) < 0:
+            return
     y, largest = _attraction(formulas, state, slow, mu, values)
     raise NotNormallyHyperbolic(
         f"the slow manifold is lost at {_place(formulas, state, y, began + t)}, by a fold, a change of stability, or "

@@ -540,9 +540,20 @@ def test_models_pass_edges_of_what_the_state_switches_to_every_order(name):
         assert math.log10(errors[0] / errors[1]) > order + 0.85
 
 
-def test_a_bristle_whose_slow_motion_ends_where_it_stops_attracting_is_refused_by_name():
-    """Dahl's bristle Z attracts by |v|: where v vanishes its slow manifold has no terms of order 1."""
+@pytest.mark.parametrize("order", range(3))
+def test_a_bristle_whose_slow_motion_ends_where_it_stops_attracting_is_refused_by_name(order):
+    """Dahl's bristle Z attracts by |v|: to every order its slow manifold is lost before v vanishes."""
     system = ap.System.smooth({a: b, b: -a - w}, {w: b * (1 - w * sp.sign(b))}, c)
-    scene = ap.Scene(system=system, values={c: "1e-3"}, start={a: 3, b: 0, w: 0}, until=10)
-    with pytest.raises(NotNormallyHyperbolic, match="the slow manifold of smooth is lost"):
-        ap.solve(scene, "jump", order=1)
+    for mu, start in (("1e-3", {a: 3, b: 0, w: 0}), ("1e-4", {a: 0, b: "3/10", w: 0})):
+        scene = ap.Scene(system=system, values={c: mu}, start=start, until=10)
+        with pytest.raises(NotNormallyHyperbolic, match=r"the slow manifold is lost at t = .*, b = -?0\.0"):
+            ap.solve(scene, "jump", order=order)
+
+
+@pytest.mark.parametrize("power", [2, 3, 4])
+def test_a_manifold_that_stops_attracting_at_an_edge_is_lost_before_it(power):
+    """mu w' = |b| (b^n - w) loses its manifold at a distance of sqrt(mu) before b = 0, however smooth it is there."""
+    system = ap.System.smooth({b: -sp.S.One, a: w}, {w: sp.Abs(b) * (b**power - w)}, c)
+    scene = ap.Scene(system=system, values={c: "1e-4"}, start={b: "1/2", a: 0, w: 1}, until="0.505")
+    with pytest.raises(NotNormallyHyperbolic, match=r"b = 0\.01, "):
+        ap.solve(scene, "jump", order=0)
