@@ -20,7 +20,7 @@ from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, one_sid
 from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
-from asympk.symbolic.signs import conjunction, nonzero
+from asympk.symbolic.signs import conjunction, factored, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
@@ -78,8 +78,21 @@ class CriticalManifold(ShownAsFormulas):
 
     @cached_property
     def exists(self) -> sp.Basic:
-        """The condition under which the manifold is real, and no eigenvalue of dg/dy on it is imaginary or 0."""
-        return sp.And(off_axis(self.characteristic, self._assumed), self.real)
+        """The condition under which the branch is real and finite, and no eigenvalue of dg/dy is imaginary or 0."""
+        if self._finite == sp.false:
+            return sp.false
+        return sp.And(off_axis(self.characteristic, self._assumed), self.real, self._finite)
+
+    @property
+    def _finite(self):
+        """The condition under which nothing vanishes by which the branch is divided; roots tell of themselves."""
+        if sp.Tuple(*self.branch.values()).has(sp.zoo, sp.nan):
+            return sp.false
+        if not fast_jacobian(self.dynamics, self.small).has(*self.branch):  # divided by det dg/dy
+            return sp.true
+        below = (sp.fraction(sp.together(h))[1] for h in self.branch.values())
+        factors = (factor for expr in below for factor, _ in factored(expr)[1] if not _fractional_powers(factor))
+        return sp.And(*(nonzero(factor, self._assumed) for factor in factors))
 
     @cached_property
     def attracting(self) -> sp.Basic:
@@ -166,7 +179,9 @@ class CriticalManifold(ShownAsFormulas):
             return str(reason)
 
     def _degeneracy(self):
-        """Say what keeps the manifold from being normally hyperbolic, or real."""
+        """Say what keeps the manifold from being normally hyperbolic, or real, or finite."""
+        if self._finite == sp.false:
+            return "a denominator vanishes"
         if self.real == sp.false:
             return "a root or a logarithm is of a negative number"
         if self.characteristic[-1] == 0:

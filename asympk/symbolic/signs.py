@@ -133,7 +133,8 @@ def _vanishes(factor, assumptions):
     if factor.has(sp.I):
         return True
     facts = sp.And.make_args(assumptions)
-    return not any(_relation(f, assumptions) == sp.true or _is_known(f, facts, strict=True) for f in (factor, -factor))
+    return not any((f > 0) in facts or _relation(f, assumptions) == sp.true or _is_known(f, facts, strict=True)
+                   for f in (factor, -factor))  # fmt: skip
 
 
 def _relation(expr, assumptions):

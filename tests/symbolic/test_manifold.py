@@ -462,6 +462,19 @@ def test_a_manifold_asked_for_where_it_does_not_exist_says_where_it_does():
         PI2.at(f=1)
 
 
+@pytest.mark.parametrize("force", [sigma * y**2 + y - x, (sigma * y - 1) * (y - 2)])
+def test_a_branch_exists_only_where_it_is_divided_by_no_zero(force):
+    """At sigma = 0 one root of each goes to infinity, and the other is 0/0 or has no pole."""
+    manifolds = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: force}, mu), order=0)
+    poles = [m for m in manifolds if m.branch[y].has(sigma)]
+    assert poles
+    assert all(sp.Ne(sigma, 0) in sp.And.make_args(m.exists) for m in poles)
+    for m in poles:
+        with pytest.raises(NotNormallyHyperbolic, match=r"a denominator vanishes on .* only for .*sigma != 0"):
+            m.at(sigma=0)
+    assert all(m.at(sigma=0).exists != sp.false for m in manifolds if m not in poles)
+
+
 def test_a_system_with_several_modes_needs_the_name_of_one():
     with pytest.raises(InputError, match="give mode= one of slip_same, slip_opposite, stick"):
         ap.slow_manifold(PK, {y: -x})
