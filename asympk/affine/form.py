@@ -20,7 +20,7 @@ from asympk.automaton.modes import GuardedMode, function, namespace, source
 from asympk.errors import InputError, OutOfRange
 from asympk.numbers import mantissa_and_exponent
 from asympk.symbolic.branches import heavy
-from asympk.symbolic.long import atoms
+from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
@@ -85,7 +85,7 @@ def _linear(mode, expr):
     slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in slopes)
     if any(slope.free_symbols & {*states, time} for slope in slopes):
         return None
-    forced = waves_of(expr.subs(dict.fromkeys(states, 0)), time)
+    forced = waves_of(replaced(expr, dict.fromkeys(states, sp.S.Zero)), time)
     return None if forced is None else (slopes, forced)
 
 

@@ -50,6 +50,7 @@ class Phase(NamedTuple):
 
 
 OPEN = Phase(0, 0)
+LONG = 300  # operations of a rational expression
 Branch = tuple[Phase, ...]
 
 
@@ -431,8 +432,10 @@ def lifts(friction: "Friction") -> bool:
 
 @lru_cache(maxsize=1024)
 def heavy(expr: sp.Basic) -> bool:
-    """Tell whether an expression is long and no polynomial: expanded it grows beyond use."""
-    return not _is_rational(expr) and is_longer(expr, 60)
+    """Tell whether an expression is long, and no rational one or divided by a sum: expanded it grows beyond use."""
+    if not _is_rational(expr):
+        return is_longer(expr, 60)
+    return any(p.exp.is_negative and p.base.is_Add for p in atoms(expr, sp.Pow)) and is_longer(expr, LONG)
 
 
 def _is_rational(expr: sp.Basic) -> bool:

@@ -3,6 +3,9 @@
 import pytest
 import sympy as sp
 
+import asympk as ap
+from asympk.automaton.modes import mode_of
+from asympk.symbolic.branches import Phase
 from asympk.symbolic.long import atoms, is_longer, is_regular, replaced
 
 a, b, c = sp.symbols("a b c", real=True)
@@ -42,3 +45,21 @@ def test_a_matrix_is_regular_at_a_place_where_its_determinant_is_not_zero_for_al
     assert not is_regular(sp.Matrix([[sp.cos(a) ** 2, 1 - sp.sin(a) ** 2], [c, c]]))
     for unknown in (sp.sqrt(-1 - a**2), sp.log(a - a), 1 / (sp.sin(a) ** 2 + sp.cos(a) ** 2 - 1)):
         assert not is_regular(sp.Matrix([[unknown, 1], [0, 1]]))
+
+
+def test_a_body_of_three_freedoms_and_many_parameters_sticks_in_formulas_of_thousands_of_operations():
+    """A woodpecker on its sleeve, which meets the pole with two edges, its beak with a spring: angles a and b."""
+    u, v, w, F, N, G, R = sp.symbols("u v w F N G R", real=True)
+    m, M, A, B, p, q, h, r, d, s, f, g, k = sp.symbols("m M A B p q h r d s f g k", positive=True)
+    mass = sp.Matrix([[m + M, M * p, M * q], [M * p, A + M * p**2, M * p * q], [M * q, M * p * q, B + M * q**2]])
+    twist, beak = s * (a - b), k * q**2 * sp.Max(0, b - g)
+    forces = [F + G - (m + M) * g, h * (N - R) + r * (F + G) - twist - M * g * p, twist - M * g * q - beak]
+    rates = mass.inv() * sp.Matrix(forces)
+    edges = [ap.Friction(velocity=u + r * v, force=force, load=-k * (side * h * a + d) - side * s * v, kinetic=f,
+                         gap=side * h * a + d, normal=normal)
+             for side, force, normal in ((1, F, N), (-1, G, R))]  # fmt: skip
+    toy = ap.System.with_frictions({a: v, b: w, u: rates[0], v: rates[1], w: rates[2]}, {}, edges)
+    stick = mode_of(toy, (Phase(1, 0), Phase(1, 1)))
+    assert sum(rate.count_ops() for rate in stick.rates) < 10_000
+    place = {x: sp.Rational(j + 2, 7 - j % 3) for j, x in enumerate(sorted({*toy.parameters, *toy.states}, key=str))}
+    assert (stick.rates[2] + r * stick.rates[3]).subs(place) == 0
