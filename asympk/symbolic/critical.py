@@ -54,8 +54,13 @@ class CriticalManifold(ShownAsFormulas):
 
     @cached_property
     def characteristic(self) -> tuple[sp.Expr, ...]:
-        """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates."""
-        return tuple(map(sp.factor, self.jacobian.charpoly().all_coeffs()))
+        """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates.
+
+        On a branch whose roots nest, as in Cardano's formula, they are told by its value y, and so is what follows.
+        """
+        nested = any(map(_is_nested, self.branch.values()))
+        told = replace(self, branch=sp.Dict({y: y for y in self.branch})) if nested else self
+        return tuple(map(sp.factor, told.jacobian.charpoly().all_coeffs()))
 
     @cached_property
     def real(self) -> sp.Basic:
@@ -112,7 +117,8 @@ class CriticalManifold(ShownAsFormulas):
     @cached_property
     def folds(self) -> sp.Basic:
         """The condition under which the manifold folds or meets another: det dg/dy = 0."""
-        return sp.to_nnf(sp.Not(nonzero(self.jacobian.det(), self.assumptions)))
+        determinant, _ = sp.fraction(sp.together(self.characteristic[-1]))
+        return sp.to_nnf(sp.Not(nonzero(determinant, self.assumptions)))
 
     @cached_property
     def stability(self) -> str:
@@ -289,6 +295,10 @@ def _branches(mode, small):
 def _fractional_powers(*heights):
     powers = sp.Tuple(*heights).atoms(sp.Pow)
     return {p for p in powers if p.exp.is_Rational and not p.exp.is_Integer}
+
+
+def _is_nested(h):
+    return any(p.exp.q % 2 and _fractional_powers(p.base) for p in _fractional_powers(h))
 
 
 def _is_complex(h):

@@ -587,6 +587,22 @@ def test_a_mode_of_more_sides_than_can_be_told_apart_is_refused_by_name():
             critical_manifolds(ap.System.smooth({x: y, z: x}, {y: force - y}, mu))
 
 
+def test_what_is_said_of_a_root_of_a_cubic_is_said_by_its_value():
+    """Cardano's formula would be in every condition, complex where all roots are real."""
+    system = ap.System.smooth({x: y}, {y: y - y**3 / 3 - x}, mu)  # of FitzHugh and Nagumo
+    found = ap.slow_manifolds(system, order=0)
+    assert len(found) == 3
+    for m in found:
+        implicit = ap.slow_manifold(system, order=0)
+        assert (m.exists, m.stability, m.folds) == (implicit.exists, implicit.stability, implicit.folds)
+        assert m.stability.free_symbols == {y, sp.Symbol("stable"), sp.Symbol("unstable")}
+
+
+def test_a_manifold_folds_where_the_determinant_vanishes_and_not_at_its_poles():
+    (manifold,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: 1 - x * y / (1 + x)}, mu), order=0)
+    assert (manifold.folds, manifold.exists) == (sp.Eq(x, 0), sp.Ne(x, 0) & sp.Ne(x, -1))
+
+
 def test_roots_of_a_cubic_are_found_beside_a_fast_state_that_the_others_give():
     s, q, r = sp.symbols("s q r", real=True)
     rates = {q: r - q**3 + 3 * q**2 - s + 2, r: 1 - 5 * q**2 - r}
