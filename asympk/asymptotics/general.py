@@ -18,7 +18,7 @@ import numpy as np
 import sympy as sp
 
 from asympk.asymptotics.frictional import follow_stretches
-from asympk.asymptotics.smooth import follow_smooth, leaves_its_sides
+from asympk.asymptotics.smooth import expected_error, follow_smooth, leaves_its_sides
 from asympk.errors import AsympkError, NotDerivable, OrderError, OutOfRange
 from asympk.path import Path
 
@@ -119,12 +119,12 @@ def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
     return replace(scene, system=inside, values=dict(zip(system.parameters, scene.values, strict=True)), start=start)
 
 
-def _out_of(units: tuple[sp.Rational, ...], scene: Any, path: Path) -> Path:
+def _out_of(units: tuple[sp.Rational, ...], scene: Any, path: Any) -> Path:
     """Return a path whose states are in ``units`` as that of the ``scene``."""
-    numbers = np.array(units, dtype=float)
+    numbers, dense = np.array(units, dtype=float), path.at
     final, omitted = (np.array(values) * numbers for values in (path.final, path.info["omitted"]))
-    error = path.error * numbers.max() * max(1.0, *np.abs(path.final)) / max(1.0, *np.abs(final))
-    return replace(path, scene=scene, final=tuple(final.tolist()), at=_Units(path.at, numbers), error=float(error),
+    error = expected_error(dense.motion, dense.layered, dense.until, numbers)
+    return replace(path, scene=scene, final=tuple(final.tolist()), at=_Units(dense, numbers), error=error,
                    info={"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 

@@ -13,7 +13,6 @@ exactly, and tells so.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -77,12 +76,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
-    # a layer that fades no faster than the slow motion moves cancels its terms, but not what they leave out
-    first, second = _terms(slow)
-    told = slow if second > STALLED * first else slow + layer
-    predicted = partial(predicted_error, told, rtol=motion.rtol, misses=motion.misses())
-    error = predicted(0.0 if layered else layer[0])
-    if error >= 1 > predicted():
+    error = expected_error(motion, layered, until)
+    if error >= 1 > expected_error(motion, True, until):
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method='jump', or a later until")  # fmt: skip
     if not error < 1:
@@ -118,6 +113,17 @@ def layered_motion(
     starts = [reduced.branch_at(known, powers[: m + 1] @ landing.base[: m + 1], landing.branch, values) for m in orders]
     flow = reduced.follow_reduced_flow(known, orders, starts, slow, mu, values, until, rtol)
     return LayeredMotion(landing, flow, rtol, kept)
+
+
+def expected_error(motion: LayeredMotion, layered: bool, until: float, units: Any = 1.0) -> float:
+    """Return the error to expect of a motion, with its layer or without, at ``until``; its states are in ``units``."""
+    units = np.broadcast_to(units, len(motion.kept))
+    slow, layer = motion.states(until) * units, motion.layer(until) * units
+    # a layer that fades no faster than the slow motion moves cancels its terms, but not what they leave out
+    first, second = _terms(slow)
+    told, misses = (slow if second > STALLED * first else slow + layer), motion.misses()
+    left = 0.0 if layered else layer[0]
+    return predicted_error(told, left, motion.rtol * units.max(), misses * units[len(units) - misses.shape[1] :])
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:

@@ -570,3 +570,15 @@ def test_a_fast_oscillation_whose_damping_is_a_hundredth_is_followed_until_it_ha
     path = _solved(system, {mu: "1/1000"}, (1, 1, 1), 1)
     rates = np.array([[-1, 1, 0], [1000, -100, 10000], [0, -10000, -100]])
     assert abs(path.final - expm(rates) @ np.ones(3)).max() < path.error < 1e-8
+
+
+@pytest.mark.parametrize(("order", "most"), [(0, "5e-5"), (1, "1e-7")])
+def test_the_error_of_a_small_state_counts_by_its_size_beside_a_large_one(order, most):
+    """Michaelis and Menten's product P is 1 and takes up a substrate of 1e-6: P is nearly right whatever the latter."""
+    product = sp.Symbol("P", real=True)
+    system = ap.System.smooth({x: y / 2 - x * (1 - y), product: y / 2}, {y: x * (1 - y) - y}, mu)
+    start = {x: "1e-6", product: 1, y: 0}
+    scene = ap.Scene(system=system, values={mu: "1/100"}, start=start, until=1)
+    path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene, digits=16).final
+    error = max(abs(float(a - b)) for a, b in zip(path.final, truth, strict=True))
+    assert error < path.error < float(most)
