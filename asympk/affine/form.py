@@ -7,7 +7,8 @@ a root or another function its value is taken to so many digits that its roundin
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
+from itertools import chain
 from typing import Any
 
 import sympy as sp
@@ -35,6 +36,12 @@ class Form:
     waves: tuple[Wave, ...]
     matrix: tuple[tuple[sp.Expr, ...], ...]
     guards: tuple[tuple[sp.Expr, ...], ...]
+
+    @cached_property
+    def entries(self) -> tuple[sp.Expr, ...]:
+        """The entries of the form and of its waves, each once."""
+        rows = (*self.matrix, *self.guards, *((wave.decay, wave.turn) for wave in self.waves))
+        return tuple(dict.fromkeys(chain(*rows)))
 
 
 @dataclass(frozen=True)
@@ -130,7 +137,7 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
 
     Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not finite.
     """
-    numbers = exact_values(form.system, _entries(form), values, digits)
+    numbers = exact_values(form.system, form.entries, values, digits)
     rows = [[numbers[e] for e in row] for row in form.matrix]
     guards = [[numbers[e] for e in row] for row in form.guards]
     waves = tuple((wave.power, numbers[wave.decay], numbers[wave.turn], wave.sine) for wave in form.waves)
@@ -153,13 +160,6 @@ def exact_values(system: System, entries: tuple[sp.Expr, ...], values: tuple, di
         numbers = _evaluated(system, others, m, map(m.number, arguments))
         found |= zip(others, map(_fraction, numbers), strict=True)
     return {expr: Fraction(value) for expr, value in found.items()}
-
-
-@lru_cache(maxsize=512)
-def _entries(form):
-    """Return the entries of a form and of its waves, each once."""
-    found = {e: None for row in (*form.matrix, *form.guards) for e in row}
-    return tuple(found | {e: None for wave in form.waves for e in (wave.decay, wave.turn)})
 
 
 @lru_cache(maxsize=512)

@@ -1,14 +1,15 @@
 r"""Certificates for affine systems of any size: each mode's exponential in balls, and proofs of what follows.
 
 ``e^{M t}`` is the sum of the residues of ``(z - M)^{-1}``, which ``spectrum`` encloses. Parameters may range over
-intervals: the entries of M and of the guards are then rational functions of them, and exact as such.
+intervals: the entries of M and of the guards are then rational functions of them, and exact as such. What is not
+rational in them, as pi or a root, ranges over its ball like one more parameter.
 Which mode begins or follows is proven by the signs of every guard, and of the derivatives of those that vanish, of
 every mode that may follow: one holds on all points of the balls and all others fail on all of them. That a quantity
 vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a combination of those of
 quantities that vanish by the event.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -28,27 +29,40 @@ from asympk.path import Event
 from asympk.scene import Scene
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases
+from asympk.symbolic.long import replaced
 from asympk.symbolic.system import System
 
 MOST_EVENTS = 200
 
 
 class ExactEntries:
-    """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals."""
+    """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals.
 
-    def __init__(self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]]):
+    Of ``entries``, what is not rational in the parameters ranges over an interval, too.
+    """
+
+    def __init__(
+        self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]],
+        entries: Iterable[sp.Expr],
+    ):  # fmt: skip
         named = dict(zip(system.parameters, values, strict=True))
         self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in sides}
         self.balls = {s: hull(*sides[s.name]) for s in named if s.name in sides}
+        placed = (self._placed(entry) for entry in entries if not is_rational(entry))
+        self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
+        self.balls |= {symbol: ball_of(atom, self.balls) for atom, symbol in self.ranging.items()}
         self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
         self._known: dict[Any, Ball] = {}
 
-    def exact(self, expr: sp.Expr) -> Any:
-        """Return an expression in the parameters as an exact entry."""
+    def _placed(self, expr: sp.Expr) -> sp.Expr:
         expr = expr.subs(self.numbers)
         if expr.has(sp.zoo, sp.oo, sp.nan):
             raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
-        require_rational(expr)
+        return expr
+
+    def exact(self, expr: sp.Expr) -> Any:
+        """Return an expression in the parameters as an exact entry."""
+        expr = replaced(self._placed(expr), self.ranging)
         return self.field.from_sympy(expr) if self.field else Fraction(int(expr.p), int(expr.q))
 
     def ball(self, entry: Any) -> Ball:
@@ -92,10 +106,13 @@ class ExactEntries:
         return of_balls(pattern, [[self.ball(entry) for entry in row] for row in matrix])
 
 
-def require_rational(*entries: sp.Expr) -> None:
-    """Raise ``Refused`` where an entry is no rational function of the parameters."""
-    if not all(map(is_rational, entries)):
-        raise Refused("irrational: a coefficient is not a rational function of the parameters")
+def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
+    """Yield the largest parts of an expression that are no rational functions."""
+    if expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Integer):
+        for part in expr.args:
+            yield from _irrational(part)
+    elif not is_rational(expr):
+        yield expr
 
 
 class AffineGuard(NamedTuple):
@@ -146,7 +163,7 @@ def enclose(
 
     ``sides`` {name: (low, high)} are those of parameters, ``start`` pairs (ball, Fraction or None).
     """
-    modes = _Modes(system, ExactEntries(system, values, sides))
+    modes = _Modes(system, values, sides)
     state = modes.begun(start)
     phases = [*map(all_phases, system.frictions)]
     mode, guards = modes.chosen(list(product(*phases)), state, "start")
@@ -194,9 +211,11 @@ def _stands_still(k, mode, state):
 class _Modes:
     """The modes of a system at exact values, made as they are looked at."""
 
-    def __init__(self, system, field):
-        self.system, self.field, self._known = system, field, {}
-        self.waves = form_of(mode_of(system, next(iter(branches.telling(system))))).waves
+    def __init__(self, system, values, sides):
+        self.system, self._known = system, {}
+        forms = [form_of(mode_of(system, branch)) for branch in branches.telling(system)]
+        self.waves = forms[0].waves
+        self.field = ExactEntries(system, values, sides, {e for form in forms for e in form.entries})
 
     def begun(self, start):
         """Return the ``EnclosedState`` at t = 0: the forcing is exact there."""
@@ -208,8 +227,6 @@ class _Modes:
         form = form_of(mode_of(self.system, branch))
         if form is None:
             raise Refused("not affine: a mode is not linear in the states")
-        entries = [e for row in (*form.matrix, *form.guards) for e in row]
-        require_rational(*entries, *(e for wave in form.waves for e in (wave.decay, wave.turn)))
         if form.waves != self.waves:
             raise Refused("forcing: the modes are forced by different functions of time")
         return form

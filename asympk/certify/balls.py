@@ -84,7 +84,7 @@ def times(first: Ball, second: Ball) -> Ball:
 def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
     """Return a SymPy expression as a ball, ``values`` mapping its symbols to balls.
 
-    Raises ``TypeError`` for a function that has no ball here; a float never gets in.
+    Raises ``Refused`` for a function that has no ball here; a float never gets in.
     """
     import sympy as sp
 
@@ -92,8 +92,8 @@ def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
         return values[expr]
     if expr.is_Rational:
         return ball(Fraction(int(expr.p), int(expr.q)))
-    if expr is sp.pi:
-        return flint().arb.pi()
+    if expr in (sp.pi, sp.E):
+        return flint().arb.pi() if expr is sp.pi else ball(1).exp()
     parts = [ball_of(argument, values) for argument in expr.args]
     if expr.is_Add:
         return sum(parts[1:], parts[0])
@@ -103,7 +103,10 @@ def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
         return parts[0] ** int(expr.exp)
     if expr.is_Pow and abs(expr.exp) == sp.Rational(1, 2):
         return parts[0].sqrt() if expr.exp > 0 else parts[0].rsqrt()
-    named = {sp.sin: "sin", sp.cos: "cos", sp.tan: "tan", sp.Abs: "__abs__"}
-    if expr.func in named:
-        return getattr(parts[0], named[expr.func])()
-    raise TypeError(f"{expr} has no enclosure")
+    if expr.is_Pow:
+        return parts[0] ** parts[1]
+    if expr.func in (sp.sin, sp.cos, sp.tan, sp.exp, sp.log, sp.sinh, sp.cosh, sp.tanh, sp.atan):
+        return getattr(parts[0], expr.func.__name__)()
+    if expr.func is sp.Abs:
+        return abs(parts[0])
+    raise Refused(f"irrational: {expr!s:.80} has no enclosure")

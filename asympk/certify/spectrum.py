@@ -121,7 +121,7 @@ def _eigenpairs(matrix, core):
         pairs = [_enclosed(part, value, right.mid(), k) for k, value in enumerate(values)]
         inverse = flint().acb_mat([list(column) for column in zip(*(v for _, v in pairs), strict=True)]).inv()
     except (ValueError, ZeroDivisionError):
-        raise Refused("spectrum: eigenvalues of a mode may meet in the box") from None
+        raise Refused("spectrum: eigenvalues of a mode may meet, or cannot be told apart") from None
     for k, (value, vector) in enumerate(pairs):
         others = [other for j, (other, _) in enumerate(pairs) if j != k]
         mirror = flint().acb(value.real, -value.imag)

@@ -209,10 +209,25 @@ def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof():
     assert proof.obstacle == "edge"
 
 
-@pytest.mark.parametrize(("stiffness", "load"), [(sp.sqrt(k), 1), (k, sp.pi)])
-def test_a_coefficient_that_is_not_rational_is_refused(stiffness, load):
-    system = ap.System.with_frictions({x: v, v: -stiffness * x + F}, {}, [ap.Friction(v, F, load=load, kinetic=1)])
-    scene = ap.Scene(system=system, values={"k": 2}, start={"x": 3, "v": 0}, until=1)
+@pytest.mark.parametrize(
+    ("force", "load", "waves"),
+    [(-sp.sqrt(k) * x, 1, 0), (-k * x, sp.pi / 3, 0), (-x, 1, sp.cos(2 * t + 1)), (-x, 1, sp.cos(sp.pi * t) / 2)],
+)
+def test_what_is_not_rational_in_a_coefficient_ranges_over_its_ball(force, load, waves):
+    friction = ap.Friction(v, F, load=load, kinetic=sp.Rational(1, 4))
+    system = ap.System.with_frictions({x: v, v: force + waves + F}, {}, [friction], time=t)
+    values = {"k": "0.7"} if k in system.parameters else {}
+    scene = ap.Scene(system=system, values=values, start={"x": 3, "v": 0}, until=6)
+    proof, path = certify(scene), ap.solve(scene, digits=40)
+    assert proven(proof)
+    assert len(proof.events) == len(path.events) > 0
+    with mpmath.workdps(60):
+        assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
+
+
+def test_a_function_without_an_enclosure_is_refused():
+    system = ap.System.with_frictions({x: v, v: F - sp.gamma(k) * x}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    scene = ap.Scene(system=system, values={"k": "1/3"}, start={"x": 3, "v": 0}, until=1)
     assert certify(scene).obstacle == "irrational"
 
 
