@@ -119,13 +119,15 @@ class Many(ShownAsTable):
         return axes_of(self.n_events.shape, {})
 
     def _card(self) -> Card:
-        size = self.n_events.size
+        size, outcome = self.n_events.size, self.outcome.ravel()
         rows = [("shape", str(self.n_events.shape))]
-        if size:
-            spread = (f"{self.n_events.min()} to {self.n_events.max()}, {self.n_events.sum()} in all")
-            rows += [("events", spread)]
+        lost = ((word, (outcome == k).sum()) for k, word in enumerate(OUTCOMES) if k)
+        rows += [(word, f"{count} of {size}") for word, count in lost if count]
+        if (followed := outcome == 0).any():
+            events, final = self.n_events.ravel()[followed], self.final.reshape(len(self.names), -1)[:, followed]
+            rows += [("events", f"{events.min()} to {events.max()}, {events.sum()} in all")]
             rows += [(name, f"from {values.min():.6g} to {values.max():.6g} at the end")
-                     for name, values in zip(self.names, self.final, strict=True)]  # fmt: skip
+                     for name, values in zip(self.names, final, strict=True)]  # fmt: skip
         return Card(f"{size} trajectories", tuple(rows))
 
 

@@ -138,6 +138,15 @@ def test_no_trajectories_have_no_ends_of_their_shape(shape):
     assert len(many.events().t) == 0
 
 
+def test_what_is_shown_of_many_counts_those_that_are_lost_and_tells_the_others():
+    growing = ap.System.with_frictions({x: v, v: x}, {}, [])
+    many = ap.solve_many(system=growing, values={}, start={"x": [1, 1e300], "v": 0}, until=[0, 1000])
+    shown = str(many)
+    assert "beyond the range of doubles  1 of 2" in shown
+    assert "from 1 to 1 at the end" in shown
+    assert "nan" not in shown
+
+
 @pytest.mark.parametrize("exact", [np.longdouble(1) / 3, Fraction(1, 3), "1/3"])
 def test_arrays_of_exact_numbers_are_read_as_scalars_are(exact):
     given, start = {"mu": Fraction(1, 1000), "k": exact}, dict.fromkeys("xvwy", exact)
