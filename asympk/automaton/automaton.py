@@ -100,7 +100,7 @@ def _follow_on(
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
     found: dict[tuple[int, int], set[Branch]] = {}
     refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
-    leads = set()
+    leads, lawless = set(), set[tuple[int, ...]]()
     choices = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
     for choice in choices if edges else ():
         sides = tuple(zip(edges, choice, strict=False))
@@ -114,14 +114,17 @@ def _follow_on(
             leads.add(tuple(mode.departure(phase, t, state, slack) for phase in edges))
         except (NoMotion, TwoMotions) as error:
             refused[choice] = error
-        except (Undecided, InputError):
+        except InputError:  # as u/|u| on its edge
+            lawless.add(choice)
+        except Undecided:
             continue
     best = min(found, default=(_NEVER, 0))
     if best[0] < _NEVER and len(found[best]) == 1:
         return found[best].pop()
     if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
-    return _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
+    last = next((choice for choice in choices if choice not in lawless), choices[0])
+    return _by_law_of(automaton, tuple(zip(edges, last, strict=False)), before, hits, t, state, slack)
 
 
 def _edges(sides: Sides) -> tuple[sp.Expr, ...]:
@@ -200,13 +203,15 @@ def _entered(
 
     def led_to(choice: tuple) -> list[int]:
         found = chosen(choice)
-        return [found.departure(measured(phase), t, state) if len(sides) > 1 else 0
+        return [found.departure(measured(phase), t, state) if len(sides) > 1 and found.mode.is_finite else 0
                 for phase, sides in zip(opened, choices, strict=True)]  # fmt: skip
 
     fitting, resting = [], []  # these on edges, by the law of sides in which they stand
     for choice in _likely_first(choices, led_to) if max(map(len, choices)) > 1 else product(*choices):
         found = chosen(choice)
         left = [(measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign is not None]
+        if left and not found.mode.is_finite:  # u/|u| has no value on its edge
+            continue
         if all(found.leaves(phase, sign, t, state) for phase, sign in left):
             if not left or found.holds(t, state):
                 return found

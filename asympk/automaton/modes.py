@@ -71,6 +71,11 @@ class GuardedMode:
         return tuple(map(self._placed, rates))
 
     @cached_property
+    def is_finite(self) -> bool:
+        """Whether no rate or guard is infinite, or 0/0, all over a side, as u/|u| is where u = 0."""
+        return not sp.Tuple(*self.rates, *self.guard_values).has(sp.zoo, sp.nan, sp.oo, -sp.oo)
+
+    @cached_property
     def units(self) -> tuple[Direction, ...]:
         """The directions in which one state grows and all else stands still."""
         n = len(self.system.states)

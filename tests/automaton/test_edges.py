@@ -142,6 +142,16 @@ def test_a_block_that_both_sides_of_an_edge_push_back_is_refused_by_name():
 
 
 @pytest.mark.parametrize("how", WAYS)
+def test_a_velocity_divided_by_its_size_turns_back_through_zero(how):
+    """At the rate -3 until t = 1/3, at -1 from then on; beside -u/|u| alone it stays there, which is a friction."""
+    pushed, alone = (ap.System.smooth({x: v, v: -v / abs(v) - push}, {}, None) for push in (2, 0))
+    for speed, end in ((1, [-43 / 18, -8 / 3]), (0, [-3.5, -3])):
+        assert ends(ap.solve(ap.Scene(system=pushed, start={x: 1, v: speed}, until=3), **how), ("smooth",), end)
+        with pytest.raises(NotDerivable, match=r"stays on v = 0 .* as a friction"):
+            ap.solve(ap.Scene(system=alone, start={x: 1, v: speed}, until=3), **how)
+
+
+@pytest.mark.parametrize("how", WAYS)
 def test_what_rests_where_a_whole_part_jumps_stays_there(how):
     path = ap.solve(ap.Scene(system=block(-sp.floor(x) / 100, PUSH), start={x: 2, v: 0}, until=3), **how)
     assert ends(path, ("stick",), [2, 0])
