@@ -100,8 +100,8 @@ def _follow_on(
         return _follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
     found: dict[tuple[int, int], set[Branch]] = {}
     refused: dict[tuple[int, ...], NoMotion | TwoMotions] = {}
-    leads, lawless = set(), set[tuple[int, ...]]()
-    choices = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
+    leads = set()
+    choices = _choices_of_sides(automaton, edges)
     for choice in choices if edges else ():
         sides = tuple(zip(edges, choice, strict=False))
         try:
@@ -114,17 +114,27 @@ def _follow_on(
             leads.add(tuple(mode.departure(phase, t, state, slack) for phase in edges))
         except (NoMotion, TwoMotions) as error:
             refused[choice] = error
-        except InputError:  # as u/|u| on its edge
-            lawless.add(choice)
-        except Undecided:
+        except (Undecided, InputError):
             continue
     best = min(found, default=(_NEVER, 0))
     if best[0] < _NEVER and len(found[best]) == 1:
         return found[best].pop()
     if best[0] == _NEVER and (errors := [refused[side] for side in leads if side in refused]):
         raise errors[0]
-    last = next((choice for choice in choices if choice not in lawless), choices[0])
-    return _by_law_of(automaton, tuple(zip(edges, last, strict=False)), before, hits, t, state, slack)
+    return _by_law_of(automaton, tuple(zip(edges, choices[0], strict=False)), before, hits, t, state, slack)
+
+
+def _choices_of_sides(automaton: Automaton, edges: tuple[sp.Expr, ...]) -> list[tuple[int, ...]]:
+    """Return the sides that edges can be left to together, 0 first; of u/|u|, which has no value there, not 0."""
+    choices: list[tuple[int, ...]] = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
+    return [choice for choice in choices if _has_law(automaton, tuple(zip(edges, choice, strict=False)))] or choices
+
+
+def _has_law(automaton: Automaton, sides: Sides) -> bool:
+    try:
+        return bool(_on_sides(automaton, sides))
+    except InputError:
+        return False
 
 
 def _edges(sides: Sides) -> tuple[sp.Expr, ...]:
