@@ -150,16 +150,29 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
 
 
 def exact_values(system: System, entries: tuple[sp.Expr, ...], values: tuple, digits: int) -> dict[sp.Expr, Fraction]:
-    """Return the values of functions of the parameters: exact for rational ones, others right to ``digits`` digits."""
+    """Return the values of functions of the parameters: exact for rational ones, others right to ``digits`` digits.
+
+    Of one that is 0, as cos(a)^2 + sin(a)^2 - 1, digits leave the less the more they are.
+    """
     arguments = [Fraction(0)] * (1 + len(system.states)) + [Fraction(value) for value in values]
     exact, others = _outputs(entries)
     found = dict(zip(exact, _evaluated(system, exact, namespace(mpf=Fraction), arguments), strict=True))
     if others:
-        m = flow_context(LARGEST)
-        set_digits(m, 2 * digits + 20)
-        numbers = _evaluated(system, others, m, map(m.number, arguments))
-        found |= zip(others, map(_fraction, numbers), strict=True)
+        found |= zip(others, _agreed(system, others, arguments, digits), strict=True)
     return {expr: Fraction(value) for expr, value in found.items()}
+
+
+def _agreed(system, outputs, arguments, digits):
+    """Return the values on which two numbers of digits agree to ``digits`` of them, 0 where none do."""
+    m, before = flow_context(LARGEST), [math.nan] * len(outputs)
+    for times in (1, 2, 4, 8):
+        set_digits(m, times * (digits + 10))
+        numbers = _evaluated(system, outputs, m, map(m.number, arguments))
+        agree = [abs(a - b) * 10**digits <= abs(b) for a, b in zip(before, numbers, strict=True)]
+        if all(agree):
+            break
+        before = numbers
+    return [_fraction(b) if of_use else Fraction(0) for b, of_use in zip(numbers, agree, strict=True)]
 
 
 @lru_cache(maxsize=512)

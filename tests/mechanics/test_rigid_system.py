@@ -751,3 +751,15 @@ def test_a_block_between_two_fingers_turns_about_the_rougher_one_until_it_slips_
     assert (event.kind, event.friction, event.t) == ("slip_onset", 1, pytest.approx(0.2599572237, abs=1e-8))
     assert path.modes[1] == "slip_opposite+slip_opposite"
     assert path.final[3:5] == pytest.approx((-0.05302611, 0.0447361), abs=1e-7)
+
+
+@pytest.mark.parametrize("how", [{}, {"digits": 15}])
+def test_a_nut_that_holds_itself_on_the_thread_of_a_screw_rests_to_the_last_digit(how):
+    """Its rates hold cos(a)^2 + sin(a)^2 - 1 at the pitch a = 1/10: rounding is no motion."""
+    z, turn, v, w, a, g, J, f = sp.symbols("z phi v w a g J f", real=True)
+    thread = ap.Contact(gap=z * sp.cos(a) - turn * sp.sin(a), slip=z * sp.sin(a) + turn * sp.cos(a), friction=f)
+    screw = ap.Mechanism((z, turn), (v, w), sp.diag(2, J), (-2 * g, 0), thread).rigid()
+    start = dict.fromkeys(screw.states, 0)
+    path = ap.solve(ap.Scene(system=screw, values={a: "0.1", g: "9.81", J: 1, f: 3}, start=start, until=2), **how)
+    assert path.modes == ("stick",)
+    assert path.final == (0, 0, 0, 0)
