@@ -18,10 +18,10 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
-from asympk.mechanics.checks import require_continuous
+from asympk.mechanics.checks import departures, require_continuous
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import tidy, vanishes
-from asympk.numbers import short
+from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
 from asympk.symbolic.reading import expression
 from asympk.symbolic.system import System
@@ -97,6 +97,27 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
     found = {"slow": {**slow, **others}, "fast": fast, "velocity": {z: slip}, "force": force, "load": reaction,
              "kinetic": put(bound), "static": put(limit), "small": scaling.small}  # fmt: skip
     return {**found, "gap": -reaction, "normal": normal} if kinetics.unilateral else found
+
+
+def pressed(kinetics: Kinetics, system: System, values: dict[sp.Symbol, Any], small: Any) -> dict[sp.Symbol, float]:
+    """Return the states x and y of the elastic contact off g = g' = 0: g = -c x, g' = -c y or -eps y with c = eps^2.
+
+    ``small`` is the value of c or eps. Raises ``InputError`` where it is missing, and above a contact with a damping
+    time, which pushes from h |g'| above on: a fall on it is none of the mechanism.
+    """
+    x, y, _ = state_names(kinetics, system.small)
+    if not {x, y} <= {*system.states} or not (off := departures(kinetics, values)):
+        return {}
+    off_by = ", ".join(f"{name} = {value:g}" for name, value in off.items())
+    if kinetics.unilateral and x in system.slow and off.get("g", 0) > 0:
+        raise InputError(f"the start is above the contact, {off_by}, where its damper pushes already; start it "
+                         "where it touches, or give compliance=eps**2")  # fmt: skip
+    if small is None:
+        raise InputError(f"the start is off the contact, {off_by}; give {system.small} among the values, which tells "
+                         "the reaction, or coordinates and rates with g = g' = 0")  # fmt: skip
+    scale = float(number(str(system.small), small, lambda value: value > 0, "positive"))
+    sizes = {"g": (x, scale**2 if x in system.fast else scale), "g'": (y, scale)}
+    return {sizes[name][0]: -value / sizes[name][1] for name, value in off.items()}
 
 
 def state_names(kinetics: Kinetics, small: sp.Symbol) -> tuple[sp.Symbol, ...]:

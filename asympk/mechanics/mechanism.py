@@ -238,19 +238,24 @@ class Mechanism(ShownAsFormulas):
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
         """Return a start of its elastic or rigid ``system`` at coordinates, rates and parameters given by name.
 
-        The elastic contact starts without reaction, x = y = 0, with z the sliding velocity; a constant such as sin(1)
-        has 50 digits. Raises ``InputError`` for what is missing, and for a rigid start off a constraint that holds both
-        ways, g = g' = 0.
+        The elastic contact starts without reaction, x = y = 0, where g = g' = 0, else with those of gap and gap rate;
+        z is the sliding velocity. A constant such as sin(1) has 50 digits. Raises ``InputError`` for what is missing,
+        the compliance of a start off the contact too, and for a rigid one off a constraint that holds both ways.
         """
         require_system(system, "start")
-        given = {self.plain.time: 0} | self.keyed(values)
+        small = str(system.small)
+        own = {k: v for k, v in values.items() if str(k) != small} if isinstance(values, dict) else values
+        given = {self.plain.time: 0} | self.keyed(own)
         if any(f.constraint is not None and f.gap is None for f in system.frictions):
             require_closed(self.plain, given)
-        own = {*self.plain.coordinates, *self.plain.velocities}
-        fixed = {s: 0 for s in system.states if s not in own}
+        moving = {*self.plain.coordinates, *self.plain.velocities}
+        fixed = {s: 0 for s in system.states if s not in moving}
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]
         fixed |= {z: float(evaluate((self.plain.slip,), given)[0]) for z in sliding}
-        if missing := [str(s) for s in system.states if s in own and s not in given]:
+        if system.small in system.parameters:
+            told = next((value for key, value in values.items() if str(key) == small), None)
+            fixed |= elastic.pressed(self.plain, system, given, told)
+        if missing := [str(s) for s in system.states if s in moving and s not in given]:
             raise InputError(f"no value for {', '.join(missing)}; give the coordinates and rates to start from")
         return {s.name: _worked_out({**given, **fixed}[s]) for s in system.states}
 

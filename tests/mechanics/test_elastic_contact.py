@@ -257,3 +257,22 @@ def test_a_belt_whose_velocity_jumps_is_refused_as_the_sliding_velocity_would_no
     block = ap.Mechanism((x, y), (u, v), sp.eye(2), (0, -1), ap.Contact(y, u - belt, 1, unilateral=True), time=t)
     with pytest.raises(NotDerivable, match="sliding velocity jumps where t - 1 = 0"):
         block.elastic(compliance=sp.Symbol("c", positive=True), damping=1)
+
+
+def test_a_start_off_the_elastic_contact_has_the_reaction_of_its_gap_and_its_rate():
+    """A body of the mass 1 comes down on its spring with the velocity 1: half a swing, pi eps, brings it up again."""
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    body = ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, 0), ap.Contact(Y, X, sp.Rational(1, 2), unilateral=True))
+    bouncy, soft = body.elastic(compliance=eps**2, damping=0), body.elastic(compliance=c, damping=1)
+    down = {"X": 0, "Y": 0, "U": 9, "V": -1}
+    start = body.start(bouncy, {**down, "Y": "1/10", "eps": "1/100"})
+    assert (start["x"], start["y"]) == pytest.approx((-1000, 100))
+    path = ap.solve(ap.Scene(system=bouncy, values={"eps": "1/100"}, start=start, until="1/5"))
+    assert [float(event.t) for event in path.events] == pytest.approx([0.1, 0.1 + np.pi / 100])
+    assert path.final[1] == pytest.approx(0.1 - np.pi / 100)
+    assert path.final[-1] == pytest.approx(9 - 1)  # friction takes half of the impulse 2
+    assert body.start(soft, {**down, c: "1/4"})["y"] == 4
+    with pytest.raises(InputError, match="off the contact, g' = -1; give c"):
+        body.start(soft, down)
+    with pytest.raises(InputError, match=r"above the contact, g = 0\.1, g' = -1, where its damper"):
+        body.start(soft, {**down, "Y": "1/10", c: "1/4"})
