@@ -25,6 +25,7 @@ from asympk.path import Path, times_within
 RTOL = 1e-9
 FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
 FALLING, TAKEN = 0.1, 0.22  # ratio of terms of slow motion that spares a third run, and what it is taken for then
+SLIGHT = 0.01  # of the states, terms that do not change how these grow
 SEVERAL = 5  # steps of a layer as wrong as they may be
 
 
@@ -69,7 +70,7 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     path, next_ = next(paths), next(paths)
     final, beyond = np.array(path.state), np.array(next_.state)
     omitted, scale = beyond - final, max(1.0, np.abs(final).max())
-    falls = matched.decay(scene, path, order) <= FALLING
+    falls = np.abs(omitted).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else np.array(next(paths).state)
     error = predicted_error((final, beyond, last), rtol=rtol) + _of_layer(path, float(scene.until), mu, rtol, scale)
     if not error < 1:

@@ -121,9 +121,9 @@ def expected_error(motion: LayeredMotion, layered: bool, until: float, units: An
     slow, layer = motion.states(until) * units, motion.layer(until) * units
     # a layer that fades no faster than the slow motion moves cancels its terms, but not what they leave out
     first, second = _terms(slow)
-    told, misses = (slow if second > STALLED * first else slow + layer), motion.misses()
-    left = 0.0 if layered else layer[0]
-    return predicted_error(told, left, motion.rtol * units.max(), misses * units[len(units) - misses.shape[1] :])
+    told, misses = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses()
+    left, missed = (0.0 if layered else layer[0]), misses * units[len(units) - misses.shape[1] :]
+    return max(predicted_error(terms, left, motion.rtol * units.max(), missed) for terms in told)
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:

@@ -582,3 +582,28 @@ def test_the_error_of_a_small_state_counts_by_its_size_beside_a_large_one(order,
     path, truth = ap.solve(scene, "jump", order=order), ap.solve(scene, digits=16).final
     error = max(abs(float(a - b)) for a, b in zip(path.final, truth, strict=True))
     assert error < path.error < float(most)
+
+
+@pytest.mark.parametrize("method", ["jump", "slow"])
+def test_the_terms_of_a_layer_count_where_those_of_its_slow_motion_do_not_fall(method):
+    """u fades like exp(-t/3mu): at mu = 1/5 its layer drives x and y long after both would rest on their manifold."""
+    slow = {x: -6 * u - x * y / 2, y: 5 * u - 3 * x * y}
+    fast = {v: 5 * y / 12 - 3 * x**2 - 4 * v, u: 2 * sp.tanh(u) / 3 - u}
+    start = {x: "3/4", y: "-1/2", v: "-7/4", u: "-1/2"}
+    scene = ap.Scene(system=ap.System.smooth(slow, fast, mu), values={mu: "1/5"}, start=start, until=2)
+    path, truth = ap.solve(scene, method, order=1), ap.solve(scene, digits=10).final
+    assert distance(path.final, truth) < path.error
+
+
+@pytest.mark.parametrize("until", ["8/10", "1"])
+def test_a_motion_that_leaves_for_infinity_is_as_wrong_as_is_said_or_refused(until):
+    """The terms are small at first; near the end, where the states grow without bound, they no longer fall."""
+    slow, fast = {x: -6 * u, y: -u - 6 * v}, {v: u**2 / 12 - v + 3 * sp.Abs(x) / 4, u: 3 * y - sp.sin(y) / 4 - 4 * u}
+    start = {x: "-3/2", y: -1, v: "-5/4", u: "3/2"}
+    scene = ap.Scene(system=ap.System.smooth(slow, fast, mu), values={mu: "1/1000"}, start=start, until=until)
+    try:
+        path = ap.solve(scene, "jump", order=0)
+    except OutOfRange:
+        assert until == "1"
+    else:
+        assert distance(path.final, ap.solve(scene).final) < path.error
