@@ -5,6 +5,7 @@ a root or another function its value is taken to so many digits that its roundin
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
@@ -57,21 +58,21 @@ class Placed:
 
 
 @lru_cache(maxsize=512)
-def form_of(mode: GuardedMode) -> Form | None:
-    """Return the affine form of a mode, or None where it has none."""
+def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
+    """Return the affine form of a mode, or None where it has none; its waves are those it needs, and ``others``."""
     if _bent(mode):
         return None
-    linear = []
+    found = []
     for expr in (*mode.rates, *mode.guard_values):
-        linear.append(_linear(mode, expr))
-        if linear[-1] is None:
+        if (parts := affine_parts(mode, expr)) is None:
             return None
-    rates, guards = linear[: len(mode.rates)], linear[len(mode.rates) :]
-    needed = with_derivatives({wave for _, forced in (*rates, *guards) for wave in forced})
+        found.append(parts)
+    rates, guards = found[: len(mode.rates)], found[len(mode.rates) :]
+    needed = with_derivatives({wave for _, forced in (*rates, *guards) for wave in forced} | {*others})
     width = len(mode.system.states)
-    rows = [_row(row, forced, needed) for row, forced in rates]
-    rows += [_row((sp.S.Zero,) * width, rate(wave), needed) for wave in needed]
-    return Form(mode.system, tuple(needed), tuple(rows), tuple(_row(row, forced, needed) for row, forced in guards))
+    rows = [row_over(needed, row, forced) for row, forced in rates]
+    rows += [row_over(needed, (sp.S.Zero,) * width, rate(wave)) for wave in needed]
+    return Form(mode.system, tuple(needed), tuple(rows), tuple(row_over(needed, *guard) for guard in guards))
 
 
 def mode_obstacle(mode: GuardedMode) -> str | None:
@@ -79,17 +80,17 @@ def mode_obstacle(mode: GuardedMode) -> str | None:
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
     known = _bent(mode)
-    named = next(((w, e) for w, e in (*rates, *guards) if e in known or not (known or _linear(mode, e))), None)
+    named = next(((w, e) for w, e in (*rates, *guards) if e in known or not (known or affine_parts(mode, e))), None)
     return named and f"in mode {mode.name} {named[0]} is not affine: {named[1]!s:.80}"
 
 
-def _linear(mode, expr):
+def affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], dict[Wave, sp.Expr]] | None:
     """Return (coefficients of the states, {Wave: coefficient}) of an expression affine in the states, or None."""
     states, time = mode.system.states, mode.system.time
     if is_switched(expr, states):
         return None
-    slopes = [expr.diff(s) if expr.has(s) else sp.S.Zero for s in states]
-    slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in slopes)
+    derived = (expr.diff(s) if expr.has(s) else sp.S.Zero for s in states)
+    slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in derived)
     if any(slope.free_symbols & {*states, time} for slope in slopes):
         return None
     forced = waves_of(replaced(expr, dict.fromkeys(states, sp.S.Zero)), time)
@@ -127,8 +128,9 @@ def _bends(low: float, mid: float, high: float, low_later: float, high_later: fl
     return max(abs(low - 2 * mid + high), abs((high - low) - (high_later - low_later))) > ROUGH * size
 
 
-def _row(slopes, forced, needed):
-    return (*slopes, *(forced.get(wave, sp.S.Zero) for wave in needed), forced.get(CONSTANT, sp.S.Zero))
+def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave, sp.Expr]) -> tuple[sp.Expr, ...]:
+    """Return the row over (states, waves, 1) of an expression from its ``affine_parts``."""
+    return (*slopes, *(forced.get(wave, sp.S.Zero) for wave in waves), forced.get(CONSTANT, sp.S.Zero))
 
 
 @lru_cache(maxsize=1024)

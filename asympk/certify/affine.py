@@ -1,15 +1,14 @@
 r"""Certificates for affine systems of any size: each mode's exponential in balls, and proofs of what follows.
 
-``e^{M t}`` is the sum of the residues of ``(z - M)^{-1}``, which ``spectrum`` encloses. Parameters may range over
-intervals: the entries of M and of the guards are then rational functions of them, and exact as such. What is not
-rational in them, as pi or a root, ranges over its ball like one more parameter.
-Which mode begins or follows is proven by the signs of every guard, and of the derivatives of those that vanish, of
-every mode that may follow: one holds on all points of the balls and all others fail on all of them. That a quantity
-vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a combination of those of
-quantities that vanish by the event.
+``e^{M t}`` is the sum of the residues of ``(z - M)^{-1}``, which ``spectrum`` encloses; M and the guards have exact
+entries, see ``rows``. Which mode begins or follows is proven by the signs of every guard, and of the derivatives of
+those that vanish, of every mode that may follow: one holds on all points of the balls and all others fail on all of
+them. What the state or the time switches has modes on each of its sides, whose edges are guards like others. That a
+quantity vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a combination of
+those of quantities that vanish by the event.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -18,101 +17,34 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from asympk.affine.form import Form, form_of, is_rational
-from asympk.automaton.modes import mode_of
-from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, flint, hull
+from asympk.affine.forcing import Wave
+from asympk.automaton.modes import SWITCH, GuardedMode, mode_of
+from asympk.certify.balls import Ball, Refused, ball, flint, hull
 from asympk.certify.enclosure import Budget, first_event
-from asympk.certify.spectrum import Spectrum, of_balls, of_exact
+from asympk.certify.rows import (
+    EnclosedState,
+    ExactEntries,
+    Row,
+    affine_form,
+    as_rational,
+    ball_at,
+    forcing,
+    leading_sign,
+    row_of,
+    row_rate,
+    sign_at,
+)
 from asympk.errors import InputError
 from asympk.numbers import Number
 from asympk.path import Event
 from asympk.scene import Scene
 from asympk.symbolic import branches
-from asympk.symbolic.branches import OPEN, Branch, Phase, all_phases
-from asympk.symbolic.long import replaced
+from asympk.symbolic.branches import OPEN, Phase, all_phases
+from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
 
 MOST_EVENTS = 200
-
-
-class ExactEntries:
-    """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals.
-
-    Of ``entries``, what is not rational in the parameters ranges over an interval, too.
-    """
-
-    def __init__(
-        self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]],
-        entries: Iterable[sp.Expr],
-    ):  # fmt: skip
-        named = dict(zip(system.parameters, values, strict=True))
-        self.numbers = {s: _exact(v) for s, v in named.items() if s.name not in sides}
-        self.balls = {s: hull(*sides[s.name]) for s in named if s.name in sides}
-        placed = (self._placed(entry) for entry in entries if not is_rational(entry))
-        self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
-        self.balls |= {symbol: ball_of(atom, self.balls) for atom, symbol in self.ranging.items()}
-        self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
-        self._known: dict[Any, Ball] = {}
-
-    def _placed(self, expr: sp.Expr) -> sp.Expr:
-        expr = expr.subs(self.numbers)
-        if expr.has(sp.zoo, sp.oo, sp.nan):
-            raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
-        return expr
-
-    def exact(self, expr: sp.Expr) -> Any:
-        """Return an expression in the parameters as an exact entry."""
-        expr = replaced(self._placed(expr), self.ranging)
-        return self.field.from_sympy(expr) if self.field else Fraction(int(expr.p), int(expr.q))
-
-    def ball(self, entry: Any) -> Ball:
-        """Return an exact entry as a ball."""
-        if isinstance(entry, int | Fraction):
-            return ball(entry)
-        if entry not in self._known:
-            self._known[entry] = ball_of(entry.as_expr(), self.balls)
-        return self._known[entry]
-
-    def placed(self, form: Form) -> tuple[tuple, tuple, tuple[int, ...]]:
-        """Return (matrix, guards, which guards move) of a form; raises ``InputError`` for a mode that is not entered.
-
-        Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign, or is 0.
-        """
-        matrix = self.matrix(form)
-        guards = [tuple(map(self.exact, row)) for row in form.guards]
-        kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
-        self.require_positive([row[-1] for k, row in enumerate(guards) if k not in kept])
-        return matrix, tuple(guards[k] for k in kept), kept
-
-    def matrix(self, form: Form) -> tuple[tuple, ...]:
-        """Return the rows of M of a form, ``(w, 1)' = M (w, 1)``."""
-        return *(tuple(map(self.exact, row)) for row in form.matrix), (self.exact(sp.S.Zero),) * (len(form.matrix) + 1)
-
-    def require_positive(self, entries: Iterable[Any]) -> None:
-        """Raise ``InputError`` where an entry is negative, ``Refused`` where that is not certain, or it is 0."""
-        signs = [(entry, certain_sign(self.ball(entry))) for entry in entries]
-        if any(sign < 0 for _, sign in signs):
-            raise InputError("a mode is not entered at these parameters")
-        for entry, sign in signs:
-            if not sign:
-                found = "box: it holds in a part of the box only" if entry else "edge: it is met with equality"
-                raise Refused(f"{found}, a condition on the parameters of a mode")
-
-    def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
-        """Return the roots and residues of a matrix in balls; see ``spectrum``."""
-        if not self.field:
-            return of_exact(matrix)
-        pattern = np.array([[bool(entry) for entry in row] for row in matrix])
-        return of_balls(pattern, [[self.ball(entry) for entry in row] for row in matrix])
-
-
-def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield the largest parts of an expression that are no rational functions."""
-    if expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Integer):
-        for part in expr.args:
-            yield from _irrational(part)
-    elif not is_rational(expr):
-        yield expr
+TIME = Wave(1, sp.S.Zero, sp.S.Zero, False)
 
 
 class AffineGuard(NamedTuple):
@@ -120,17 +52,8 @@ class AffineGuard(NamedTuple):
 
     kind: str
     friction: int
-    row: tuple[Any, ...]
+    row: Row
     touching: bool = False
-
-
-class EnclosedState(NamedTuple):
-    """Enclosures of (w, 1), the exact coordinates where they are known (else None), and rows that vanish there."""
-
-    balls: Any
-    exact: tuple
-    field: ExactEntries
-    null: tuple = ()
 
 
 @dataclass(frozen=True)
@@ -138,13 +61,14 @@ class EnclosedMode:
     """One mode with exact numbers: its matrix, guards and the residues of its resolvent in balls.
 
     ``kept`` are the rows that vanish in it: velocities at rest, gaps of closed rigid contacts, and their rates.
+    ``edges`` are those that are positive on the sides of it.
     """
 
-    name: str
-    branch: Branch
-    matrix: tuple[tuple[Any, ...], ...]
+    mode: GuardedMode
+    matrix: tuple[Row, ...]
     guards: tuple[AffineGuard, ...]
-    kept: tuple[tuple[Any, ...], ...]
+    kept: tuple[Row, ...]
+    edges: tuple[Row, ...]
     field: ExactEntries
     roots: tuple
     residues: tuple
@@ -155,7 +79,7 @@ def enclose(
     values: tuple[Number, ...],
     sides: Mapping[str, tuple[Number, Number]],
     start: Sequence[tuple[Ball, Fraction | None]],
-    until: Ball,
+    until: Number,
     finest: float,
     budget: Budget,
 ) -> tuple[list[str], list[Event], tuple[Ball, ...]]:
@@ -165,28 +89,35 @@ def enclose(
     """
     modes = _Modes(system, values, sides)
     state = modes.begun(start)
-    phases = [*map(all_phases, system.frictions)]
-    mode, guards = modes.chosen(list(product(*phases)), state, "start")
-    t, names, size = ball(0), [mode.name], len(system.states)
+    mode, guards = modes.chosen(product(*map(all_phases, system.frictions)), state, "start")
+    t, names, size = ball(0), [mode.mode.name], len(system.states)
     events: list[Event] = []
     while True:
         segment = EnclosedSegment(mode, state.balls)
-        left = until - t
-        found = first_event(segment, guards, left, finest, budget)
+        left = ball(until) - t
+        found = first_event(segment, modes.ending_by(until, guards), left, finest, budget)
         if found is None:
             return names, events, tuple(segment.at(None, left)[k, 0] for k in range(size))
         guard, dt = found
         if not dt < left:
-            raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until.mid()):.10g}")
+            raise Refused(f"horizon: {guard.kind} at the end itself, until = {float(until):.10g}")
         state = _struck(segment.at(guard, dt), guard, mode, state)
         t = t + dt
-        phases = [(phase,) for phase in mode.branch]
-        phases[guard.friction] = all_phases(system.frictions[guard.friction])
-        mode, guards = modes.chosen(list(product(*phases)), state, guard.kind)
-        names.append(mode.name)
+        before = mode.mode
+        mode, guards = modes.chosen(_after(before, guard), state, guard.kind)
+        if guard.kind == SWITCH and (guard := modes.lost_beyond(before, mode.mode, state)) is None:
+            continue
+        names.append(mode.mode.name)
         events.append(Event(guard.kind, t, tuple(state.balls[k, 0] for k in range(size)), guard.friction))
         if len(events) > MOST_EVENTS:
             raise Refused(f"too many: more than {MOST_EVENTS} events by t = {float(t.mid()):.6g}")
+
+
+def _after(mode, guard):
+    """Return the branches that may follow a mode: where a law switches, each friction may do something else."""
+    frictions = mode.system.frictions
+    lost = range(len(frictions)) if guard.kind == SWITCH else (guard.friction,)
+    return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
 def _struck(balls, guard, mode, before):
@@ -205,7 +136,7 @@ def _struck(balls, guard, mode, before):
 def _stands_still(k, mode, state):
     """Tell whether every derivative of a coordinate vanishes exactly."""
     row = tuple(int(i == k) for i in range(len(mode.matrix)))
-    return all(_sign(row := _times(row, mode.matrix), state) == 0 for _ in mode.matrix)
+    return all(sign_at(row := row_rate(row, mode.matrix), state) == 0 for _ in mode.matrix)
 
 
 class _Modes:
@@ -213,9 +144,8 @@ class _Modes:
 
     def __init__(self, system, values, sides):
         self.system, self._known = system, {}
-        forms = [form_of(mode_of(system, branch)) for branch in branches.telling(system)]
-        self.waves = forms[0].waves
-        self.field = ExactEntries(system, values, sides, {e for form in forms for e in form.entries})
+        self.waves, entries = forcing(system)
+        self.field = ExactEntries(system, values, sides, entries)
 
     def begun(self, start):
         """Return the ``EnclosedState`` at t = 0: the forcing is exact there."""
@@ -223,126 +153,118 @@ class _Modes:
         pairs = [*start, *((ball(w), w) for w in (*waves, Fraction(1)))]
         return EnclosedState(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs), self.field)
 
-    def _form(self, branch: Branch) -> Form:
-        form = form_of(mode_of(self.system, branch))
-        if form is None:
-            raise Refused("not affine: a mode is not linear in the states")
-        if form.waves != self.waves:
-            raise Refused("forcing: the modes are forced by different functions of time")
-        return form
+    def ending_by(self, until, guards):
+        """Leave out guards of the time alone that vanish at the end itself: no mode follows there."""
+        if TIME not in self.waves:
+            return guards
+        clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(as_rational(until))
+        return [guard for guard in guards if [k for k, c in enumerate(guard.row[:-1]) if c] != [clock]
+                or -guard.row[-1] / guard.row[clock] != end]  # fmt: skip
 
-    def of(self, branch):
-        """Return the ``EnclosedMode`` of a branch, or None where it is never entered."""
-        if branch not in self._known:
-            self._known[branch] = self._made(branch)
-        return self._known[branch]
+    def of(self, mode):
+        """Return the ``EnclosedMode`` of a mode, or None where it is never entered."""
+        if mode not in self._known:
+            self._known[mode] = self._made(mode)
+        return self._known[mode]
 
-    def _made(self, branch):
-        mode = mode_of(self.system, branch)
+    def _made(self, mode):
         try:
             self.field.require_positive([self.field.exact(e) for e in mode.conditions])
-            matrix, rows, kept = self.field.placed(self._form(branch))
+            matrix, rows, kept = self.field.placed(affine_form(mode, self.waves))
         except InputError:
             return None
         kinds = [(mode.guards[k].kind, mode.guards[k].friction) for k in kept]
         guards = tuple(AffineGuard(*kind, row) for kind, row in zip(kinds, rows, strict=True))
-        kept = tuple(self._kept(branch))
-        return EnclosedMode(mode.name, branch, matrix, guards, kept, self.field, *self.field.spectrum(matrix))
+        edges = tuple(self._row(mode, edge) for side in mode.sides for edge in inside(*side))
+        return EnclosedMode(mode, matrix, guards, tuple(self._kept(mode)), edges, self.field,
+                            *self.field.spectrum(matrix))  # fmt: skip
 
-    def _kept(self, branch):
-        """Yield the rows that vanish in a branch: a rigid contact that is closed has neither a gap nor a gap rate."""
+    def _kept(self, mode):
+        """Yield the rows that vanish in a mode: a rigid contact that is closed has neither a gap nor a gap rate."""
         closed = [Phase(1, 1) for _ in self.system.frictions]
-        for k, (friction, phase) in enumerate(zip(self.system.frictions, branch, strict=True)):
+        for k, (friction, phase) in enumerate(zip(self.system.frictions, mode.branch, strict=True)):
             if phase.mode == "stick":
-                yield self._row(tuple(closed), "velocity_zero", k)
+                yield self._guard(mode_of(self.system, tuple(closed), mode.sides), "velocity_zero", k)
             if friction.constraint is not None and friction.gap is not None and phase != OPEN:
-                apart = (*closed[:k], OPEN, *closed[k + 1 :])
-                gap = self._row(apart, "touch_down", k)
-                yield from (gap, _times(gap, self.field.matrix(self._form(apart))))
+                apart = mode_of(self.system, (*closed[:k], OPEN, *closed[k + 1 :]), mode.sides)
+                gap = self._guard(apart, "touch_down", k)
+                yield from (gap, row_rate(gap, self.field.matrix(affine_form(apart, self.waves))))
 
-    def _row(self, branch, kind, friction):
-        """Return the row of a guard of a branch."""
-        guards, form = mode_of(self.system, branch).guards, self._form(branch)
-        (place,) = (k for k, guard in enumerate(guards) if guard[:2] == (kind, friction))
-        return tuple(map(self.field.exact, form.guards[place]))
+    def _guard(self, mode, kind, friction):
+        """Return the row of a guard of a mode."""
+        (place,) = (k for k, guard in enumerate(mode.guards) if guard[:2] == (kind, friction))
+        return tuple(map(self.field.exact, affine_form(mode, self.waves).guards[place]))
+
+    def _row(self, mode, expr):
+        """Return the row of an expression on the sides of a mode."""
+        return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 
     def chosen(self, candidates, state, what):
         """Return (mode, its guards from here on) of the one candidate that goes on; at rest stays at rest."""
         holding, open_ones = {}, []
-        for branch in candidates:
-            verdict, guards = self._verdict(branch, state)
+        for mode in (m for branch in candidates for m in self._on_sides(mode_of(self.system, branch), state)):
+            verdict, guards = self._verdict(mode, state)
             if verdict > 0:
-                holding[branch] = guards
+                holding[mode] = guards
             elif verdict == 0:
-                open_ones.append(branch)
-        best = branches.most_at_rest(holding)
-        if open_ones or len(best) != 1:
-            names = ", ".join(sorted({branches.mode_name(b) for b in (*open_ones, *best)})) or "none"
+                open_ones.append(mode)
+        best = branches.most_at_rest(m.branch for m in holding)
+        if open_ones or len(best) != 1 or len({m.sides for m in holding}) != 1:
+            names = ", ".join(sorted({m.name for m in (*open_ones, *holding)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
-        return self.of(best[0]), holding[best[0]]
+        found = next(mode for mode in holding if mode.branch == best[0])
+        return self.of(found), holding[found]
 
-    def _verdict(self, branch, state):
-        """Return (1 where a branch holds, -1 where it does not, 0 if that is open; its guards not 0 for ever)."""
-        for row in self._kept(branch):
-            if (off := _sign(row, state)) != 0:
+    def _on_sides(self, mode, state):
+        """Yield a mode on all sides on which it may be at a state."""
+        opened = mode.open_phases
+        for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
+            sided = mode_of(self.system, mode.branch, (*mode.sides, *zip(opened, choice, strict=True)))
+            yield from self._on_sides(sided, state) if opened else (mode,)
+
+    def _possible(self, mode, phase, state):
+        """Return the sides of a phase on which a state may be: both where it vanishes exactly."""
+        row = self._row(mode, measured(phase))
+        if measured(phase) == phase:
+            sign = sign_at(row, state)
+            found = (1, -1) if sign == 0 else sign and (sign,)
+        else:
+            near = round(float(ball_at(row, state).mid()))
+            sign = sign_at((*row[:-1], row[-1] - near), state)
+            found = (near, near - 1) if sign == 0 else sign and (near - (sign < 0),)
+        if not found:
+            raise Refused(f"edge: on which side of {phase} = 0 the state is, is not certain")
+        return found
+
+    def _verdict(self, mode, state):
+        """Return (1 where a mode holds, -1 where it does not, 0 if that is open; its guards not 0 for ever)."""
+        for row in self._kept(mode):
+            if (off := sign_at(row, state)) != 0:
                 return (-1 if off else 0), ()
-        mode, verdict, guards = self.of(branch), 1, []
-        if mode is None:
+        found, verdict, guards = self.of(mode), 1, []
+        if found is None:
             return -1, ()
-        for guard in mode.guards:
-            row, found = guard.row, _sign(guard.row, state)
-            touching = found == 0
-            for _ in mode.matrix:
-                if found != 0:
-                    break
-                row = _times(row, mode.matrix)
-                found = _sign(row, state)
-            if found is not None and found < 0:
+        for row in found.edges:
+            if (sign := leading_sign(row, found.matrix, state)) != 1:
+                return (sign or 0), ()
+        for guard in found.guards:
+            sign = leading_sign(guard.row, found.matrix, state)
+            if sign is not None and sign < 0:
                 return -1, ()
-            verdict = 0 if found is None else verdict
-            if found != 0:
-                guards.append(guard._replace(touching=touching))
+            verdict = 0 if sign is None else verdict
+            if sign != 0:
+                guards.append(guard._replace(touching=sign_at(guard.row, state) == 0))
         return verdict, tuple(guards)
 
-
-def _exact(value):
-    value = Fraction(value)
-    return sp.Rational(value.numerator, value.denominator)
-
-
-def _sign(row, state):
-    """Return the sign of ``row . (w, 1)``, 0 only where it vanishes exactly, None where it is not certain."""
-    if all(w is not None for c, w in zip(row, state.exact, strict=True) if c):
-        value = sum(c * w for c, w in zip(row, state.exact, strict=True) if c)
-        if isinstance(value, int | Fraction):
-            return (value > 0) - (value < 0)
-        return (certain_sign(state.field.ball(value)) or None) if value else 0
-    if _spanned(row, state.null):
-        return 0
-    return certain_sign(sum((state.field.ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))) or None
-
-
-def _times(row, matrix):
-    return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c) for column in zip(*matrix, strict=True))
-
-
-def _spanned(row, rows):
-    """Tell whether a row is a linear combination of others, in exact arithmetic."""
-    row, basis = list(row), []
-    for other in rows:
-        reduced = _reduced(list(other), basis)
-        if any(reduced):
-            basis.append(reduced)
-    return not any(_reduced(row, basis))
-
-
-def _reduced(row, basis):
-    for other in basis:
-        place = next(k for k, c in enumerate(other) if c)
-        if row[place]:
-            factor = row[place] / other[place]
-            row = [a - factor * b for a, b in zip(row, other, strict=True)]
-    return row
+    def lost_beyond(self, before, after, state):
+        """Return the guard that a mode loses on the sides of the one after it; None where the mode is the same."""
+        torn = [k for k, (a, b) in enumerate(zip(before.branch, after.branch, strict=True)) if a != b]
+        if not torn:
+            return None
+        beyond = self.of(mode_of(self.system, before.branch, after.sides))
+        guards = [guard for guard in beyond.guards if guard.kind != SWITCH] if beyond else []
+        lost = (guard for guard in guards if leading_sign(guard.row, beyond.matrix, state) == -1)
+        return next(lost, AffineGuard("slip_onset", torn[0], ()))
 
 
 class EnclosedSegment:

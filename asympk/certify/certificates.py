@@ -16,7 +16,7 @@ from heapq import heappop, heappush
 from itertools import count, product
 from typing import Any, NamedTuple
 
-from asympk.affine.run import affine as is_affine
+from asympk.affine.run import obstacle
 from asympk.certify import affine
 from asympk.certify.balls import Refused, ball, ball_of, certain_sign, common, flint, hull, precision
 from asympk.certify.enclosure import Budget, LevelGuard, RodBalls, first_event, segment
@@ -166,7 +166,7 @@ def _followed(scene, sides, budget):
     start = affine.start_of(scene, sides)
     turned = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
     values = _values(scene, {name: low for name, (low, _) in sides.items()})
-    return affine.enclose(scene.system, values, turned, start, ball(scene.until), finest, budget)
+    return affine.enclose(scene.system, values, turned, start, scene.until, finest, budget)
 
 
 def _values(scene, corner):
@@ -177,9 +177,8 @@ def _values(scene, corner):
 
 def _sides_of_system(scene, box):
     """Return the sides of a box of starts and parameters of an affine system."""
-    if not is_affine(scene.system):
-        raise InputError("a certificate is for the rod and for systems whose modes are all affine and not switched by "
-                         "the state or the time; this one is not")
+    if found := obstacle(scene.system):
+        raise InputError(f"a certificate is for the rod and for systems whose modes are all affine; {found}")
     known = (*scene.names, *(s.name for s in scene.system.parameters))
     sides = _exact_sides(box, known, "state and no parameter")
     turned = {name: ends for name, ends in sides.items() if name not in scene.names}

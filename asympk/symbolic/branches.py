@@ -470,14 +470,17 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
             known |= put_sign(friction.load, phase.load * phase.velocity * sp.sign(friction.velocity))
         else:
             known |= put_sign(friction.velocity, sp.S.Zero)
-    found = expr.subs({k: v for k, v in known.items() if not k.is_number})
-    return without_squares(found, {sp.sign(f.velocity) for f in system.frictions})
+    return without_squares(expr.subs(known), {sp.sign(f.velocity) for f in system.frictions})
 
 
 def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
-    """Return what puts ``sign`` for the sign of a quantity, and the quantity times it for its absolute value."""
-    return {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sign,
-            sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): -sign}  # fmt: skip
+    """Return what puts ``sign`` for the sign of a quantity, and the quantity times it for its absolute value.
+
+    Of a quantity whose sign is known, as 1 + |x|, neither is an expression of its own.
+    """
+    found = {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sign,
+             sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): -sign}  # fmt: skip
+    return {key: value for key, value in found.items() if isinstance(key, sp.Abs | sp.sign)}
 
 
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:

@@ -11,6 +11,8 @@ from blocks import spring_block
 
 import asympk as ap
 from asympk.__main__ import main
+from asympk.symbolic import branches
+from asympk.symbolic.branches import Phase
 
 pytest.importorskip("flint")
 
@@ -229,6 +231,61 @@ def test_a_function_without_an_enclosure_is_refused():
     system = ap.System.with_frictions({x: v, v: F - sp.gamma(k) * x}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=system, values={"k": "1/3"}, start={"x": 3, "v": 0}, until=1)
     assert certify(scene).obstacle == "irrational"
+
+
+def block_under(force, start, until=12, *, kinetic=k, belt=0, load=1):
+    """Return a block on a spring with friction, under a force."""
+    friction = ap.Friction(v - belt, F, load=load, kinetic=kinetic)
+    system = ap.System.with_frictions({x: v, v: -x + force + F}, {}, [friction], time=t)
+    return ap.Scene(system=system, values={"k": "0.35"}, start=start, until=until)
+
+
+SWITCHED = {
+    "a stop": block_under(sp.cos(2 * t) - 8 * sp.Max(0, x - sp.Rational(1, 2)), {"x": 2, "v": 0}),
+    "a law that jumps": block_under(-sp.sign(x), {"x": 4, "v": 1}, until=5),
+    "a patch": block_under(sp.cos(t), {"x": 2, "v": 0}, kinetic=sp.Piecewise((k, x < 1), (2 * k, True))),
+    "a load with a kink": block_under(sp.cos(t), {"x": 2, "v": 0}, load=1 + sp.Abs(x) / 2),
+    "a pulse that ends with the motion": block_under(sp.Piecewise((3, t < 2), (0, True)), {"x": 0, "v": 0}, until=2),
+    "a record": block_under(sp.Piecewise((t, t < 1), (2 - t, t < 3), (t - 4, t < 4), (0, True)), {"x": 1, "v": 0}),
+    "a square wave": block_under(2 * sp.sign(sp.sin(3 * t / 2)), {"x": 1, "v": 0}, until=7),
+    "a belt that stops": block_under(0, {"x": 0, "v": "0.5"}, belt=sp.Piecewise((1, t < 3), (0, True)) / 2, until=5),
+    "a start on an edge": block_under(-3 * sp.Max(0, x), {"x": 0, "v": 1}),
+}
+
+
+@pytest.mark.parametrize("name", SWITCHED)
+def test_what_the_state_or_the_time_switches_is_proven_side_by_side(name):
+    scene = SWITCHED[name]
+    proof, path = certify(scene), ap.solve(scene, digits=40)
+    assert proven(proof)
+    assert proof.modes == path.modes
+    assert [e.kind for e in proof.events] == [e.kind for e in path.events]
+    with mpmath.workdps(60):
+        assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
+        assert all(holds(a.t, b.t) for a, b in zip(proof.events, path.events, strict=True))
+
+
+def test_a_box_of_starts_beside_a_stop_contains_what_its_points_do():
+    scene = SWITCHED["a stop"]
+    proof = certify(scene, {"x": ("1.999", "2.001"), "k": ("0.3499", "0.3501")})
+    assert proven(proof)
+    for start, friction in ((1.9992, "0.35005"), (2.001, "0.3499")):
+        near = ap.Scene(system=scene.system, values={"k": friction}, start={"x": start, "v": 0}, until=12)
+        path = ap.solve(near)
+        assert path.modes == proof.modes
+        assert inside(proof, path)
+
+
+@pytest.mark.parametrize(("law", "start"), [(1 - 2 * sp.sign(x), 1), (1 + 2 * sp.sign(x), 0)])
+def test_an_edge_that_both_sides_lead_to_or_away_from_has_no_proof(law, start):
+    system = ap.System.smooth({x: law}, {}, None)
+    assert certify(ap.Scene(system=system, values={}, start={"x": start}, until=2)).obstacle == "edge"
+
+
+def test_the_guard_of_a_load_that_is_positive_by_its_form_is_lost_where_the_other_sign_is_assumed():
+    slipping = Phase(-1, 1)
+    (guard, *_) = branches.guards(SWITCHED["a load with a kink"].system, (slipping,))
+    assert guard.value == -1 - sp.Abs(x) / 2
 
 
 def test_bad_boxes_are_refused_in_one_line():

@@ -1,0 +1,215 @@
+r"""Rows over the states, the forcing and 1 of an affine mode, with exact entries, and their signs at an enclosed state.
+
+A row ``r`` stands for the quantity ``r . (w, 1)``. Its entries are Fractions, or rational functions of the parameters
+that range over intervals. What is not rational in them, as pi or a root, ranges over its ball like one more parameter.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+from functools import lru_cache
+from itertools import chain
+from typing import Any, NamedTuple
+
+import numpy as np
+import sympy as sp
+
+from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
+from asympk.affine.form import Form, affine_parts, form_of, is_rational, row_over
+from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides
+from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, hull
+from asympk.certify.spectrum import Spectrum, of_balls, of_exact
+from asympk.errors import InputError
+from asympk.numbers import Number
+from asympk.symbolic import branches
+from asympk.symbolic.long import replaced
+from asympk.symbolic.sides import inside, on_sides
+from asympk.symbolic.system import System
+
+Row = tuple[Any, ...]
+
+
+class ExactEntries:
+    """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals.
+
+    Of ``entries``, what is not rational in the parameters ranges over an interval, too.
+    """
+
+    def __init__(
+        self, system: System, values: tuple[Number, ...], sides: Mapping[str, tuple[Number, Number]],
+        entries: Iterable[sp.Expr],
+    ):  # fmt: skip
+        named = dict(zip(system.parameters, values, strict=True))
+        self.numbers = {s: as_rational(v) for s, v in named.items() if s.name not in sides}
+        self.balls = {s: hull(*sides[s.name]) for s in named if s.name in sides}
+        placed = (self._placed(entry) for entry in entries if not is_rational(entry))
+        self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
+        self.balls |= {symbol: ball_of(atom, self.balls) for atom, symbol in self.ranging.items()}
+        self.field = sp.QQ.frac_field(*self.balls) if self.balls else None
+        self._known: dict[Any, Ball] = {}
+        self._exact: dict[sp.Expr, Any] = {}
+
+    def _placed(self, expr: sp.Expr) -> sp.Expr:
+        expr = expr.subs(self.numbers)
+        if expr.has(sp.zoo, sp.oo, sp.nan):
+            raise Refused("edge: a coefficient or a reaction is not finite at these parameters")
+        return expr
+
+    def exact(self, expr: sp.Expr) -> Any:
+        """Return an expression in the parameters as an exact entry."""
+        if expr not in self._exact:
+            placed = replaced(self._placed(expr), self.ranging)
+            exact = self.field.from_sympy(placed) if self.field else Fraction(int(placed.p), int(placed.q))
+            self._exact[expr] = exact
+        return self._exact[expr]
+
+    def ball(self, entry: Any) -> Ball:
+        """Return an exact entry as a ball."""
+        if isinstance(entry, int | Fraction):
+            return ball(entry)
+        if entry not in self._known:
+            self._known[entry] = ball_of(entry.as_expr(), self.balls)
+        return self._known[entry]
+
+    def placed(self, form: Form) -> tuple[tuple, tuple, tuple[int, ...]]:
+        """Return (matrix, guards, which guards move) of a form; raises ``InputError`` for a mode that is not entered.
+
+        Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign, or is 0.
+        """
+        matrix = self.matrix(form)
+        guards = [tuple(map(self.exact, row)) for row in form.guards]
+        kept = tuple(k for k, row in enumerate(guards) if any(row[:-1]))
+        self.require_positive([row[-1] for k, row in enumerate(guards) if k not in kept])
+        return matrix, tuple(guards[k] for k in kept), kept
+
+    def matrix(self, form: Form) -> tuple[tuple, ...]:
+        """Return the rows of M of a form, ``(w, 1)' = M (w, 1)``."""
+        return *(tuple(map(self.exact, row)) for row in form.matrix), (self.exact(sp.S.Zero),) * (len(form.matrix) + 1)
+
+    def require_positive(self, entries: Iterable[Any]) -> None:
+        """Raise ``InputError`` where an entry is negative, ``Refused`` where that is not certain, or it is 0."""
+        signs = [(entry, certain_sign(self.ball(entry))) for entry in entries]
+        if any(sign < 0 for _, sign in signs):
+            raise InputError("a mode is not entered at these parameters")
+        for entry, sign in signs:
+            if not sign:
+                found = "box: it holds in a part of the box only" if entry else "edge: it is met with equality"
+                raise Refused(f"{found}, a condition on the parameters of a mode")
+
+    def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
+        """Return the roots and residues of a matrix in balls; see ``spectrum``."""
+        if not self.field:
+            return of_exact(matrix)
+        pattern = np.array([[bool(entry) for entry in row] for row in matrix])
+        return of_balls(pattern, [[self.ball(entry) for entry in row] for row in matrix])
+
+
+def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
+    """Yield the largest parts of an expression that are no rational functions."""
+    if expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Integer):
+        for part in expr.args:
+            yield from _irrational(part)
+    elif not is_rational(expr):
+        yield expr
+
+
+class EnclosedState(NamedTuple):
+    """Enclosures of (w, 1), the exact coordinates where they are known (else None), and rows that vanish there."""
+
+    balls: Any
+    exact: tuple
+    field: ExactEntries
+    null: tuple = ()
+
+
+@lru_cache(maxsize=64)
+def forcing(system: System) -> tuple[tuple[Wave, ...], tuple[sp.Expr, ...]]:
+    """Return the waves that force the modes of a system or move their edges, and the entries of all rows over them."""
+    modes = [side for branch in branches.telling(system) for side in on_all_sides(mode_of(system, branch))]
+    edges = [(mode, edge) for mode in modes for side in mode.sides for edge in inside(*side)]
+    moving = {wave for edge in edges for wave in _affine_parts(*edge)[1]}
+    waves = tuple(with_derivatives(moving.union(*(affine_form(mode).waves for mode in modes))))
+    forms = chain.from_iterable(affine_form(mode, waves).entries for mode in modes)
+    return waves, tuple(dict.fromkeys(chain(forms, *(row_of(*edge, waves) for edge in edges))))
+
+
+@lru_cache(maxsize=1024)
+def row_of(mode: GuardedMode, expr: sp.Expr, waves: tuple[Wave, ...]) -> tuple[sp.Expr, ...]:
+    """Return the row of an expression on the sides of a mode."""
+    slopes, forced = _affine_parts(mode, expr)
+    if not {*forced} <= {*waves, CONSTANT}:
+        raise Refused(f"forcing: {expr!s:.80} moves by functions of time that force no mode")
+    return row_over(waves, slopes, forced)
+
+
+def _affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...], dict[Wave, sp.Expr]]:
+    if (found := affine_parts(mode, on_sides(expr, mode.sides))) is None:
+        raise Refused(f"not affine: {expr!s:.80} is not linear in the states")
+    return found
+
+
+def affine_form(mode: GuardedMode, waves: tuple[Wave, ...] | None = None) -> Form:
+    """Return the form of a mode over ``waves``, or over those it needs; raises ``Refused`` where it has none."""
+    form = form_of(mode, waves or ())
+    if form is None:
+        raise Refused("not affine: a mode is not linear in the states")
+    if waves is not None and form.waves != waves:
+        raise Refused("forcing: a mode is forced by functions of time that force no mode of a single contact")
+    return form
+
+
+def as_rational(value: Number) -> sp.Rational:
+    """Return an exact number as a SymPy one."""
+    value = Fraction(value)
+    return sp.Rational(value.numerator, value.denominator)
+
+
+def leading_sign(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> int | None:
+    """Return the sign of a row shortly after a state: its own, or that of the first derivative that does not vanish."""
+    sign = sign_at(row, state)
+    for _ in matrix:
+        if sign != 0:
+            break
+        row = row_rate(row, matrix)
+        sign = sign_at(row, state)
+    return sign
+
+
+def sign_at(row: Row, state: EnclosedState) -> int | None:
+    """Return the sign of ``row . (w, 1)``, 0 only where it vanishes exactly, None where it is not certain."""
+    if all(w is not None for c, w in zip(row, state.exact, strict=True) if c):
+        value = sum(c * w for c, w in zip(row, state.exact, strict=True) if c)
+        if isinstance(value, int | Fraction):
+            return (value > 0) - (value < 0)
+        return (certain_sign(state.field.ball(value)) or None) if value else 0
+    if _spanned(row, state.null):
+        return 0
+    return certain_sign(ball_at(row, state)) or None
+
+
+def ball_at(row: Row, state: EnclosedState) -> Ball:
+    """Return ``row . (w, 1)`` as a ball."""
+    return sum((state.field.ball(c) * state.balls[k, 0] for k, c in enumerate(row) if c), ball(0))
+
+
+def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
+    """Return the row of the derivative by the time where ``matrix`` moves the state."""
+    return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c) for column in zip(*matrix, strict=True))
+
+
+def _spanned(row, rows):
+    """Tell whether a row is a linear combination of others, in exact arithmetic."""
+    row, basis = list(row), []
+    for other in rows:
+        reduced = _reduced(list(other), basis)
+        if any(reduced):
+            basis.append(reduced)
+    return not any(_reduced(row, basis))
+
+
+def _reduced(row, basis):
+    for other in basis:
+        place = next(k for k, c in enumerate(other) if c)
+        if row[place]:
+            factor = row[place] / other[place]
+            row = [a - factor * b for a, b in zip(row, other, strict=True)]
+    return row
