@@ -46,6 +46,7 @@ DOUBLE_DIGITS = 7  # to which a root that is found in doubles is surely right
 LARGEST = 1e300  # growth of errors, beyond which it is not told apart
 STAGES, PER_DIGIT = 20, 0.8  # the fewest, and how many for each digit: as it grows, more cost less than shorter steps
 ROUGH, ROUGH_SWEEPS = 1e-10, 12  # relative, to which sweeps in doubles get in so many, where they do
+STALLED = 8  # sweeps that have not halved what they change: Newton's method goes round there
 BLOCK = 32  # unknowns that are eliminated together
 ORDERS = ((0, 1), (6, 3))  # stages, and digits, beyond those, of the two runs
 
@@ -270,7 +271,7 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
     a, mode = scheme.tableau.a, scheme.mode
     times = [t + h * c for c in scheme.tableau.nodes]
     slopes = _in_doubles(scheme, times, state, h) or [mode.rhs(t, state)] * len(a)
-    enough, previous = scheme.tolerance * 1e-4 * max(1, *map(abs, state)), None
+    enough, sizes = scheme.tolerance * 1e-4 * max(1, *map(abs, state)), [h.context.mpf(5e29)]
     for _ in range(60):
         columns = _by_state(h.context, slopes)
         stages = [_moved(state, row, columns, h) for row in a]
@@ -283,9 +284,10 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
         size = h * exponent * float(abs(change).max())
         if size <= enough:
             return _by_state(h.context, slopes)
-        if not size < (1e30 if previous is None else 2 * previous):
+        stalled = len(sizes) > STALLED and size > sizes[-STALLED] / 2
+        if stalled or not size < 2 * sizes[-1]:
             return None
-        previous = size
+        sizes.append(size)
     return None
 
 

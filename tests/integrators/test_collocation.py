@@ -9,6 +9,8 @@ import sympy as sp
 from mpmath import mp
 
 import asympk as ap
+from asympk.errors import OutOfRange
+from asympk.integrators import collocation
 from asympk.integrators.collocation import _solved, _Tableau
 
 
@@ -101,3 +103,15 @@ def test_what_sticks_is_not_moved_where_the_time_ends_its_rest():
     scene = ap.Scene(system=block, start={x: 0, v: 0}, until=5)
     fewer, more = (ap.solve(scene, digits=digits).final[0] for digits in (14, 20))
     assert abs(fewer - more) < 1e-14
+
+
+def test_steps_beyond_the_stop_of_a_puck_are_given_up_after_a_few_sweeps(monkeypatch):
+    """Its rates have no value beyond, and Newton's method goes round: some 3000 sweeps in all where each has its 60."""
+    sweeps, u, v = [], *sp.symbols("u v", real=True)
+    correction = collocation._correction
+    monkeypatch.setattr(collocation, "_correction", lambda *given: sweeps.append(1) or correction(*given))
+    speed = sp.sqrt(u**2 + v**2)
+    puck = ap.System.smooth({u: -u / speed, v: -v / speed}, {}, None)
+    with pytest.raises(OutOfRange, match=r"standstill at t = 1\.41421356"):
+        ap.solve(ap.Scene(system=puck, start={u: 1, v: 1}, until=3), digits=15)
+    assert len(sweeps) < 1500
