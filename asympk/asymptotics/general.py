@@ -99,9 +99,10 @@ def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]
 
 
 def _powers(sizes: np.ndarray) -> tuple[sp.Rational, ...]:
-    """Return the power of ten next to every size, at most 1; that of the largest for one that may be rounding."""
+    """Return the power of ten next to every size, 1 for those above 1/30; that of the largest for a rounding."""
     sizes = np.where(sizes > NOISE * sizes.max(), sizes, sizes.max() or 1.0)
-    return tuple(sp.Integer(10) ** min(0, round(math.log10(size))) for size in sizes.tolist())
+    powers = (round(math.log10(size)) for size in sizes.tolist())
+    return tuple(sp.Integer(10) ** (power if power < -1 else 0) for power in powers)
 
 
 def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:

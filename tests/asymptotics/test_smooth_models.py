@@ -607,3 +607,12 @@ def test_a_motion_that_leaves_for_infinity_is_as_wrong_as_is_said_or_refused(unt
         assert until == "1"
     else:
         assert distance(path.final, ap.solve(scene).final) < path.error
+
+
+def test_a_refusal_tells_states_of_a_tenth_in_their_own_unit():
+    """The Oregonator is near its fold: its base point is off the branch, in whatever units it is looked for."""
+    force = x * (1 - x) - v * (x - sp.Rational(1, 50)) / (x + sp.Rational(1, 50))
+    system = ap.System.smooth({v: x - v}, {x: force}, mu)
+    scene = ap.Scene(system=system, values={mu: "1/10"}, start={v: "1/5", x: 1}, until="1/2")
+    with pytest.raises(OutOfRange, match=r"the base point v = 0\.35442 is off the branch"):
+        ap.solve(scene, order=1, method="jump")
