@@ -244,9 +244,6 @@ class _Modes:
         found, verdict, guards = self.of(mode), 1, []
         if found is None:
             return -1, ()
-        for row in found.edges:
-            if (sign := leading_sign(row, found.matrix, state)) != 1:
-                return (sign or 0), ()
         for guard in found.guards:
             sign = leading_sign(guard.row, found.matrix, state)
             if sign is not None and sign < 0:
@@ -254,7 +251,8 @@ class _Modes:
             verdict = 0 if sign is None else verdict
             if sign != 0:
                 guards.append(guard._replace(touching=sign_at(guard.row, state) == 0))
-        return verdict, tuple(guards)
+        sides = [leading_sign(row, found.matrix, state) for row in found.edges]  # what vanishes for ever is on no side
+        return (-1 if -1 in sides else verdict * all(sides)), tuple(guards)
 
     def lost_beyond(self, before, after, state):
         """Return the guard that a mode loses on the sides of the one after it; None where the mode is the same."""
