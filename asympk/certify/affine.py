@@ -3,9 +3,9 @@ r"""Certificates for affine systems of any size: each mode's exponential in ball
 ``e^{M t}`` is the sum of the residues of ``(z - M)^{-1}``, which ``spectrum`` encloses; M and the guards have exact
 entries, see ``rows``. Which mode begins or follows is proven by the signs of every guard, and of the derivatives of
 those that vanish, of every mode that may follow: one holds on all points of the balls and all others fail on all of
-them. What the state or the time switches has modes on each of its sides, whose edges are guards like others. That a
-quantity vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a combination of
-those of quantities that vanish by the event.
+them (Lemma 12). What the state or the time switches has modes on each of its sides, whose edges are guards like others.
+That a quantity vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a
+combination of those of quantities that vanish by the event.
 """
 
 from collections.abc import Mapping, Sequence

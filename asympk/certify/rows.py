@@ -2,6 +2,7 @@ r"""Rows over the states, the forcing and 1 of an affine mode, with exact entrie
 
 A row ``r`` stands for the quantity ``r . (w, 1)``. Its entries are Fractions, or rational functions of the parameters
 that range over intervals. What is not rational in them, as pi or a root, ranges over its ball like one more parameter.
+A row that is a combination of rows that vanish does so, too (Lemma 13).
 """
 
 from collections.abc import Iterable, Iterator, Mapping
