@@ -96,7 +96,7 @@ def _paradox(described):
     found = rod.paradox_set({name: (low, high)}, given)
     where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals) or "nowhere"
     told = "" if found.complete else ", as far as samples tell"
-    lines.append(f"over {name:11}{where} in {low} .. {high}{told}")
+    lines.append(f"over {name:11}{where} in {_short(low)} .. {_short(high)}{told}")
     return lines + _least(rod, name, tied)
 
 
@@ -188,4 +188,4 @@ def _further(described):
 
 
 def _short(value):
-    return f"{float(value) + 0.0:.6g}" if not isinstance(value, str | int) else str(value)
+    return f"{float(value) + 0.0:.6g}" if not isinstance(value, str | int) else str(value).lower()  # 1E-6 of a file

@@ -34,6 +34,15 @@ def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
         assert part in told
 
 
+def test_powers_of_ten_in_a_file_are_told_with_a_small_e_like_all_others(tmp_path, capsys):
+    file = tmp_path / "rod.toml"
+    file.write_text(ROD.replace("m = 1,", "m = 1e2,").replace("0.05,", "1e-7,"))
+    assert main(["mechanism", str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "m = 1e+2, " in told
+    assert " in 1e-7 .. 1.5\n" in told
+
+
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_every_example_has_a_paradox_and_starts_on_its_contact(name):
     told = described_mechanism(name)
