@@ -28,7 +28,7 @@ from asympk.symbolic.expansion import fast_jacobian
 from asympk.symbolic.sides import SWITCHING
 from asympk.symbolic.system import Mode
 
-NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+NUMPY_NAMES = {f"a{f}": f"arc{f}" for f in ("sin", "cos", "tan", "sinh", "cosh", "tanh")}
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,12 @@ import sympy as sp
 from asympk.errors import InputError
 from asympk.symbolic.penetration import Penetration
 
-FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "sqrt")
+FUNCTIONS = ("exp", "log", "sin", "cos", "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh",
+             "atanh", "sqrt")  # fmt: skip
+_QUOTIENTS = {
+    sp.sec: lambda a: 1 / sp.cos(a), sp.csc: lambda a: 1 / sp.sin(a), sp.cot: lambda a: sp.cos(a) / sp.sin(a),
+    sp.sech: lambda a: 1 / sp.cosh(a), sp.csch: lambda a: 1 / sp.sinh(a), sp.coth: lambda a: 1 / sp.tanh(a),
+}  # fmt: skip
 INFINITE = (sp.zoo, sp.nan, sp.oo)
 U = sp.Symbol("u", positive=True)
 
@@ -85,6 +90,8 @@ def _computed(expr, values, tape):
         return first
     if isinstance(expr, Penetration):  # its own series, where the contact is closed
         return _evaluated(expr.args[0], values, tape)
+    if type(expr) in _QUOTIENTS:
+        return _evaluated(_QUOTIENTS[type(expr)](*expr.args), values, tape)
     base, exponent = expr.as_base_exp() if expr.is_Pow else (expr, sp.S.One)
     if exponent.is_Integer and expr.is_Pow:
         of = _evaluated(base, values, tape)

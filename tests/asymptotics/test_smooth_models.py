@@ -616,3 +616,14 @@ def test_a_refusal_tells_states_of_a_tenth_in_their_own_unit():
     scene = ap.Scene(system=system, values={mu: "1/10"}, start={v: "1/5", x: 1}, until="1/2")
     with pytest.raises(OutOfRange, match=r"the base point v = 0\.35442 is off the branch"):
         ap.solve(scene, order=1, method="jump")
+
+
+@pytest.mark.parametrize("function", [sp.sec, sp.csc, sp.cot, sp.sech, sp.csch, sp.coth, sp.asinh, sp.acosh, sp.atanh])
+def test_models_know_inverse_hyperbolic_functions_and_quotients_of_circular_ones(function):
+    argument = 2 + x / 5 if function in (sp.csc, sp.cot, sp.acosh) else x / 2 + sp.Rational(1, 5)
+    system = ap.System.smooth({x: y / 5 - x}, {y: function(argument) - y - y**3 / 100}, mu)
+    scene = ap.Scene(system=system, values={mu: "1/100"}, start={x: 1, y: 0}, until="1/2")
+    path, truth = ap.solve(scene, "jump", order=2), ap.solve(scene)
+    times = [0.0, 0.01, 0.3]
+    assert distance(path.final, truth.final) < path.error < 1e-5
+    assert path(times) == pytest.approx(truth(times), abs=3e-5)
