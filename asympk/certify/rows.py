@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
+from scipy.sparse.csgraph import connected_components
 
 from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
 from asympk.affine.form import Form, affine_parts, form_of, is_rational, row_over
@@ -97,11 +98,23 @@ class ExactEntries:
                 raise Refused(f"{found}, a condition on the parameters of a mode")
 
     def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
-        """Return the roots and residues of a matrix in balls; see ``spectrum``."""
+        """Return the roots and residues of a matrix in balls; see ``spectrum``.
+
+        Eigenvalues may meet where they are those of exact entries: what ranges only drives others by what it leads to.
+        """
         if not self.field:
             return of_exact(matrix)
         pattern = np.array([[bool(entry) for entry in row] for row in matrix])
-        return of_balls(pattern, [[self.ball(entry) for entry in row] for row in matrix])
+        balls = [[self.ball(entry) for entry in row] for row in matrix]
+        try:
+            return of_balls(pattern, balls)
+        except Refused:
+            _, block = connected_components(pattern, connection="strong")
+            numbers = [[entry.as_expr() for entry in row] for row in matrix]
+            if any(e.free_symbols and block[i] == block[j] for i, row in enumerate(numbers) for j, e in enumerate(row)):
+                raise
+            exact = tuple(tuple(Fraction(0 if e.free_symbols else str(e)) for e in row) for row in numbers)
+            return of_exact(exact, balls)
 
 
 def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:

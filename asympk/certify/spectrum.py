@@ -16,29 +16,48 @@ _INFLATIONS = 12
 Spectrum = tuple[tuple, tuple]
 
 
-def of_exact(rows: tuple) -> Spectrum:
+def of_exact(rows: tuple, balls: list | None = None) -> Spectrum:
     """Return the roots (decay, turn, multiplicity) of a matrix of Fractions in balls, upper ones of complex pairs, and
-    the coefficients of ``t^k/k! e^{l t}``, k below the multiplicity."""
+    the coefficients of ``t^k/k! e^{l t}``, k below the multiplicity.
+
+    ``balls`` are the entries of a matrix of the same characteristic polynomial, where it is another one.
+    """
     found = resolvent(rows)
+    adjugate = _adjugate(found, balls)
     roots, residues = [], []
     for root, many in flint().fmpz_poly(list(found.polynomial)).complex_roots():
         if root.imag < 0:
             continue
         scale = flint().acb(found.denominator)
         roots.append((root.real / found.denominator, root.imag / found.denominator, many))
-        residues.append(tuple(_residue(found, root, many, scale)))
+        residues.append(tuple(_residue(found.polynomial, adjugate, root, many, scale)))
     return tuple(roots), tuple(residues)
 
 
-def _residue(found, root, many, scale):
-    """Yield the matrices of ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
+def _adjugate(found, balls):
+    """Return the matrices before the powers of z in the adjugate of z - M, times the denominator to some power.
+
+    With N_k before z^k and c_k before it in the polynomial of n roots, N_{n-1} = 1 and N_{k-1} = M N_k + c_k.
+    """
     acb, acb_mat = flint().acb, flint().acb_mat
-    p = _taylor([acb(c) for c in found.polynomial], root, 2 * many)[many:]
+    if balls is None:
+        return [acb_mat([[acb(int(c)) for c in row] for row in matrix]) for matrix in found.adjugate]
+    matrix = acb_mat([[acb(entry) for entry in row] for row in balls]) * acb(found.denominator)
+    unit = acb_mat([[int(i == j) for j in range(len(balls))] for i in range(len(balls))])
+    adjugate = [unit]
+    for coefficient in found.polynomial[-2:0:-1]:
+        adjugate.insert(0, matrix * adjugate[0] + unit * acb(coefficient))
+    return adjugate
+
+
+def _residue(polynomial, adjugate, root, many, scale):
+    """Yield the matrices of ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
+    acb = flint().acb
+    p = _taylor([acb(c) for c in polynomial], root, 2 * many)[many:]
     series = [1 / p[0]]
     for j in range(1, many):
         series.append(-sum((p[i] * series[j - i] for i in range(1, j + 1)), acb(0)) / p[0])
-    matrices = [acb_mat([[acb(int(c)) for c in row] for row in matrix]) for matrix in found.adjugate]
-    adjugate = _taylor(matrices, root, many)
+    adjugate = _taylor(adjugate, root, many)
     for k in range(many):
         total = adjugate[0] * series[many - 1 - k]
         for i in range(1, many - k):

@@ -213,7 +213,13 @@ def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof():
 
 @pytest.mark.parametrize(
     ("force", "load", "waves"),
-    [(-sp.sqrt(k) * x, 1, 0), (-k * x, sp.pi / 3, 0), (-x, 1, sp.cos(2 * t + 1)), (-x, 1, sp.cos(sp.pi * t) / 2)],
+    [
+        (-sp.sqrt(k) * x, 1, 0),
+        (-k * x, sp.pi / 3, 0),
+        (-x, 1, sp.cos(2 * t + 1)),
+        (-x, 1, sp.cos(sp.pi * t) / 2),
+        (-x, 1, sp.cos(t + 1) / 2),  # in resonance
+    ],
 )
 def test_what_is_not_rational_in_a_coefficient_ranges_over_its_ball(force, load, waves):
     friction = ap.Friction(v, F, load=load, kinetic=sp.Rational(1, 4))
@@ -231,6 +237,16 @@ def test_a_function_without_an_enclosure_is_refused():
     system = ap.System.with_frictions({x: v, v: F - sp.gamma(k) * x}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=system, values={"k": "1/3"}, start={"x": 3, "v": 0}, until=1)
     assert certify(scene).obstacle == "irrational"
+
+
+def test_a_box_of_frictions_in_resonance_is_proven():
+    friction = ap.Friction(v, F, load=1, kinetic=k)
+    system = ap.System.with_frictions({x: v, v: sp.cos(t) - x + F}, {}, [friction], time=t)
+    scene = ap.Scene(system=system, values={"k": "0.3"}, start={"x": 2, "v": 0}, until=7)
+    proof = certify(scene, {"k": ("0.2999", "0.3001")})
+    assert proven(proof)
+    for near in ("0.2999", "0.30005"):
+        assert inside(proof, ap.solve(ap.Scene(system=system, values={"k": near}, start={"x": 2, "v": 0}, until=7)))
 
 
 def block_under(force, start, until=12, *, kinetic=k, belt=0, load=1):
