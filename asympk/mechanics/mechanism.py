@@ -228,7 +228,9 @@ class Mechanism(ShownAsFormulas):
 
         ``compliance`` is a Symbol c, with ``damping`` a time, or ``eps**2`` with ``damping`` a multiple of eps, 0
         included. States are the coordinates, the reaction x, its rate y, the sliding velocity z, and the rates of the
-        last coordinates that complete these to a basis. Raises ``InputError`` for other scalings, ``NotDerivable``.
+        last coordinates that complete these to a basis. With a damping time h a contact that has opened pushes again
+        from h |g'| above, R = max(0, x + h y): flights need ``eps**2``. Raises ``InputError`` for other scalings,
+        ``NotDerivable``.
         """
         if compliance is None or damping is None:
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
