@@ -3,7 +3,7 @@
 from importlib import import_module
 
 from asympk import systems
-from asympk.errors import UnknownName
+from asympk.errors import InputError, UnknownName
 from asympk.scene import Scene
 from asympk.scenes.scenefile import read_scene, scene_names
 from asympk.storage.tomlfile import nearest, read_table
@@ -45,7 +45,7 @@ def _of_catalogue(name: str) -> tuple[Scene, ...]:
 
 
 def _of_mechanism(file: str) -> tuple[Scene, ...]:
-    """Return a mechanism's example with an elastic contact, and with a rigid one."""
+    """Return a mechanism's example with an elastic contact, and with a rigid one, as far as they have its start."""
     from asympk.mechanics.described import read_mechanism
 
     found = read_mechanism(file)
@@ -53,4 +53,12 @@ def _of_mechanism(file: str) -> tuple[Scene, ...]:
     values = {str(c): COMPLIANCE, str(h): DAMPING, **found.values}
     models = {"elastic contact": found.mechanism.elastic(compliance=c, damping=h), "rigid": found.mechanism.rigid()}
     mechanism, state = found.mechanism, found.state
-    return tuple(example_scene(mechanism, model, values, state, UNTIL, name) for name, model in models.items())
+    scenes, refused = [], []
+    for name, model in models.items():
+        try:
+            scenes.append(example_scene(mechanism, model, values, state, UNTIL, name))
+        except InputError as error:  # a body above a contact whose damper pushes already has a rigid one alone
+            refused.append(error)
+    if not scenes:
+        raise refused[-1]
+    return tuple(scenes)

@@ -26,7 +26,7 @@ def example_scene(
     mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any], until: Any, name: str
 ) -> Scene:
     """Return a ``Scene`` of an elastic or rigid ``system`` that starts where the mechanism's ``state`` says."""
-    own = {str(s) for s in mechanism.plain.parameters}
+    own = {str(s) for s in (*mechanism.plain.parameters, system.small)}
     start = mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
     needed = {s.name for s in system.parameters}
     numbers = {key: value for key, value in values.items() if key in needed}

@@ -40,7 +40,7 @@ g = 10
 f = 2
 [state]
 X = 0
-Y = 0.8
+Y = 0.7833269
 theta = 0.9
 "X'" = -2
 "Y'" = 0
@@ -96,6 +96,12 @@ def test_files_of_ones_own_are_explored_too(tmp_path, text, quantities):
     scene = chosen_scenes(str(file))[0]
     assert knobs_of(scene)["quantities"][: len(quantities)] == quantities
     assert motion(turned(scene, {}, {}, "1/2"))["t"][-1] == 0.5
+
+
+def test_a_body_above_its_contact_has_the_rigid_one_alone(tmp_path):
+    file = tmp_path / "own.toml"
+    file.write_text(MECHANISM.replace("0.7833269", "0.8"))
+    assert [scene.name for scene in chosen_scenes(str(file))] == ["rigid"]
 
 
 def test_a_motion_that_stops_shows_what_was_followed_and_says_why(tmp_path):
