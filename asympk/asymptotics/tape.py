@@ -4,6 +4,7 @@ A ``Node`` adds, multiplies and divides like any coefficient, but writes down wh
 compiles the lines that the outputs need. Whole numbers and fractions stay in the text, exactly.
 """
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from typing import Any
@@ -19,12 +20,12 @@ def _operators(sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
 
 
 class Node:
-    """A number that is not known yet: the name of a line on a tape."""
+    """A number that is not known yet: the name of a line on a tape, with the sign that it is taken with."""
 
-    __slots__ = ("name", "tape")
+    __slots__ = ("name", "sign", "tape")
 
-    def __init__(self, tape: "Tape", name: str):
-        self.tape, self.name = tape, name
+    def __init__(self, tape: "Tape", name: str, sign: int = 1):
+        self.tape, self.name, self.sign = tape, name, sign
 
     __add__, __radd__ = _operators("+")
     __sub__, __rsub__ = _operators("-")
@@ -32,7 +33,7 @@ class Node:
     __truediv__, __rtruediv__ = _operators("/")
 
     def __neg__(self) -> "Node":
-        return self.tape.write("-", 0, self)
+        return Node(self.tape, self.name, -self.sign)
 
 
 class Tape:
@@ -50,12 +51,22 @@ class Tape:
         """Return ``a operation b``: a node, or less where a constant makes it trivial."""
         if not all(isinstance(c, Node | int | Fraction) for c in (a, b)):
             return NotImplemented
+        a, b = _whole(a), _whole(b)
         trivial = _trivial(operation, a, b)
         if trivial is not None:
             return trivial
         if isinstance(a, Fraction) or isinstance(b, Fraction):
             return self._fraction(operation, a, b)
-        return self._line(f"{_text(a)} {operation} {_text(b)}")
+        return self._signed(operation, *_unsigned(a), *_unsigned(b))
+
+    def _signed(self, operation, a, p, b, q):
+        """Write an operation on p a and q b: signs are those of results, which costs no line, and rounds alike."""
+        if operation in "*/":
+            return self._line(f"{a} {operation} {b}", p * q)
+        q = q if operation == "+" else -q
+        if p == q:
+            return self._line(f"{a} + {b}", p)
+        return self._line(f"{a} - {b}" if p > 0 else f"{b} - {a}")
 
     def _fraction(self, operation, a, b):
         # p/q in the text would be rounded to a float, whatever the numbers are
@@ -66,16 +77,18 @@ class Tape:
             return self.write("/", self.write("*", a, q), self.write("*", b, p))
         return self.write("/", self.write(operation, self.write("*", a, q), self.write("*", b, p)), p * q)
 
-    def log(self, a: Any) -> Node:
+    def log(self, a: Any) -> Any:
         """Return the logarithm of a node."""
         return self.call("log", a)
 
-    def call(self, name: str, a: Any) -> Node:
-        """Return the function called ``name``, an input, of a node."""
+    def call(self, name: str, a: Any) -> Any:
+        """Return the function called ``name``, an input, of a node; of a number its value where that is rational."""
+        if not isinstance(a, Node) and (exact := getattr(sp, name)(sp.Rational(a))).is_Rational:
+            return Fraction(int(exact.p), int(exact.q))
         return self._line(f"{name}({_text(a)})")
 
-    def _line(self, text):
-        return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"))
+    def _line(self, text, sign=1):
+        return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"), sign)
 
     def function(self, result: tuple, known: Mapping[str, Any] | Iterable[tuple[str, Any]]=()) -> Callable[..., tuple]:
         """Compile ``f(*inputs)``, which returns ``result``, nested tuples of nodes and words, in numbers.
@@ -102,10 +115,12 @@ class Tape:
         text = _nest(result, wanted, space)
         for line, name in reversed(self.lines.items()):
             if name in wanted:
-                wanted.update(line.replace("(", " ").replace(")", " ").split())
+                wanted.update(re.findall(r"\w+", line))
                 body.append(f"    {name} = {line_as.format(line)}")
         head = f"def compiled({', '.join(self.inputs)}):"
-        exec("\n".join([head, *reversed(body), f"    return {text}"]), space)
+        source = "\n".join([head, *reversed(body), f"    return {text}"])
+        exec(source, space)
+        space["compiled"].text = source  # which a step of integration may write out
         return space["compiled"]
 
 
@@ -114,7 +129,7 @@ def _nest(value, names, space):
     if isinstance(value, str):
         return repr(value)
     if not isinstance(value, tuple):
-        names.add(_text(value))
+        names.add(value.name if isinstance(value, Node) else "")
         return _text(value)
     kind = type(value).__name__ if hasattr(value, "_fields") else ""
     space |= {kind: type(value)} if kind else {}
@@ -123,22 +138,32 @@ def _nest(value, names, space):
 
 def _text(a):
     if isinstance(a, Node):
-        return a.name
+        return a.name if a.sign > 0 else f"(-{a.name})"
     return str(a) if isinstance(a, int) and a >= 0 else f"({a})"
+
+
+def _unsigned(a):
+    """Return the text of a node or a whole number without its sign, and its sign."""
+    return (a.name, a.sign) if isinstance(a, Node) else (str(abs(a)), -1 if a < 0 else 1)
+
+
+def _whole(a):
+    """Return a fraction that is a whole number as that."""
+    return a.numerator if isinstance(a, Fraction) and a.denominator == 1 else a
 
 
 def _trivial(operation, a, b):
     """Return the value of an operation that needs no line, or None."""
-    if operation == "*" and any(c == 0 and not isinstance(c, Node) for c in (a, b)):
+    if operation == "*" and 0 in (a, b):
         return 0
-    if operation == "/" and not isinstance(a, Node) and a == 0:
+    if operation == "/" and a == 0:
         return 0
-    if operation in "+-" and not isinstance(b, Node) and b == 0:
+    if operation in "+-" and b == 0:
         return a
-    if operation == "+" and not isinstance(a, Node) and a == 0:
-        return b
-    if operation in "*/" and not isinstance(b, Node) and b == 1:
-        return a
-    if operation == "*" and not isinstance(a, Node) and a == 1:
-        return b
+    if operation in "+-" and a == 0:
+        return b if operation == "+" else -b
+    if operation in "*/" and b in (1, -1):
+        return a if b == 1 else -a
+    if operation == "*" and a in (1, -1):
+        return b if a == 1 else -b
     return None
