@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853
 
+from asympk.asymptotics.inlined import LONGEST, inlined
 from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
@@ -45,8 +46,8 @@ class ExplicitStep:
         """Return the state at a time ``t`` within the step, to the accuracy of a step."""
         if t in (self.t, self.after):
             return self.state if t == self.t else self.end
-        take, ones = _compiled(len(self.state), len(self.flows)), (1.0,) * len(self.state)
-        return take(self.flows, self.parameters, t - self.t, self.state, self.stages[0], 1.0, ones, 0.0)[0]
+        take, ones = _step_of(self.flows, self.parameters, len(self.state)), (1.0,) * len(self.state)
+        return take(t - self.t, self.state, self.stages[0], 1.0, ones, 0.0)[0]
 
     def __call__(self, t: Any) -> np.ndarray:
         """Return the states at the array ``t`` of times within the step: (states,) + t.shape."""
@@ -112,7 +113,7 @@ def steps(
     The first step is at most ``longest``, and every one ``within``. Where steps become too small, or infinite, they
     end early. ``slopes`` returns the Jacobian matrix at a state; with it, those kept short by stability go implicit.
     """
-    take, first = _compiled(len(state), len(flows), late > 0), rates(flows, parameters, state)
+    take, first = _step_of(flows, parameters, len(state), late > 0), rates(flows, parameters, state)
     span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
     flow, grow, count, marked = partial(rates, flows, parameters), GROW, 0, t
     while t < until:
@@ -124,7 +125,7 @@ def steps(
         span = min(span, until - t, within)
         if span == math.inf or (span <= 16 * math.ulp(t) and until - t > span):
             return
-        error, new, stages = _tried(take, flows, parameters, span, state, first, rtol, atol, late)
+        error, new, stages = _tried(take, span, state, first, rtol, atol, late)
         factor = max(SHRINK, SAFETY * error**EXPONENT) if error > 0 else GROW
         if error < 1:
             after = until if span == until - t else t + span
@@ -142,10 +143,10 @@ def _is_kept_short(span: float, slopes: Slopes, state: tuple) -> bool:
     return False
 
 
-def _tried(take, flows, parameters, span, state, first, rtol, atol, late):
+def _tried(take, span, state, first, rtol, atol, late):
     """Return the error of a step in units of what is allowed, its end, and its stages."""
     try:
-        new, stages, high, low = take(flows, parameters, span, state, first, rtol, atol, late)
+        new, stages, high, low = take(span, state, first, rtol, atol, late)
         error = span * high / math.sqrt((high + 0.01 * low) * len(state)) if high or low else 0.0
     except (ArithmeticError, ValueError):
         return math.inf, state, ()
@@ -168,21 +169,61 @@ def _first_span(flows, parameters, state, first, longest, rtol, atol):
     return min(100 * span, longest, (LONG / largest) ** -EXPONENT if largest > 1e-15 else max(1e-6, span * 1e-3))
 
 
-@lru_cache(maxsize=64)
-def _compiled(size: int, groups: int, timeless: bool = False) -> Callable:
-    """Compile one step for ``size`` states in ``groups`` equal shares.
+def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bool = False) -> Callable[..., tuple]:
+    """Return ``take(h, w, k0, rtol, atol, late)``, one step of ``flows`` with ``size`` states in all.
 
     It returns the end, the stages, and the squares' sums of the error estimates of order 5 and 3 over what is allowed.
     ``timeless`` ones leave out what an error in time of ``late`` explains: the part along the flow, up to that much.
     """
-    every = range(size)
-    lines = [f"def take(flows, p, h, w, k0, rtol, atol, late):\n    {_names('f', range(groups))} = flows",
-             f"    {_names('w', every)} = w", f"    {_names('k0_', every)} = k0"]  # fmt: skip
+    functions = tuple(flow.func if isinstance(flow, partial) else flow for flow in flows)
+    given = (*(flow.args if isinstance(flow, partial) else () for flow in flows), parameters)
+    shape = size, tuple(map(len, given)), timeless
+    written_out = _compiled(functions, *shape)
+
+    def take(*step: Any) -> tuple:
+        try:
+            return written_out(given, *step)
+        except OverflowError:  # a flow that is called may go on in wider numbers
+            return _compiled(functions, *shape, longest=0)(given, *step)
+
+    return take
+
+
+@lru_cache(maxsize=128)
+def _compiled(
+    functions: tuple[Callable, ...], size: int, given: tuple[int, ...], timeless: bool, longest: int = LONGEST
+) -> Callable[..., tuple]:
+    """Compile a step of ``functions`` with equal shares of ``size`` states, and as many arguments as are ``given``.
+
+    These are before the states, function by function, and last the parameters behind the states of all.
+    """
+    every, space = range(size), dict[str, Any]()
+    lines = [f"    {_names('w', every)} = w", f"    {_names('k0_', every)} = k0"]
+    *before, parameters = [[f"g{g}_{i}" for i in range(count)] for g, count in enumerate(given)]
+    lines += [f"    {''.join(f'{name}, ' for name in names)} = given[{g}]"
+              for g, names in enumerate([*before, parameters]) if names]  # fmt: skip
+    shares = _shares(size, len(functions))
+    flows = [inlined(function, f"f{g}_", first, [f"v{i}" for i in share], parameters, longest)
+             for g, (function, first, share) in enumerate(zip(functions, before, shares, strict=True))]  # fmt: skip
+    for flow in flows:
+        space |= flow.names
+        lines += [f"    {line}" for line in flow.once]
     for stage, row in enumerate([*DOP853.A[1:STAGES], DOP853.B], 1):
         lines += [f"    v{i} = w{i} + h*({_sum(row, i)})" for i in every]
-        for g, share in enumerate(_shares(size, groups)):
-            lines.append(f"    {_names(f'k{stage}_', share)} = f{g}({''.join(f'v{i}, ' for i in share)}*p)")
+        for flow, share in zip(flows, shares, strict=True):
+            lines += [f"    {line}" for line in flow.lines]
+            lines.append(f"    {_names(f'k{stage}_', share)} = {flow.rates}")
+    lines += _error_lines(size, timeless)
     stages = ", ".join(f"({_names(f'k{stage}_', every)})" for stage in range(STAGES + 1))
+    text = ["def take(given, h, w, k0, rtol, atol, late):", *lines,
+            f"    return ({_names('v', every)}), ({stages}), high, low"]  # fmt: skip
+    exec("\n".join(text), space)
+    return space["take"]
+
+
+def _error_lines(size: int, timeless: bool) -> list[str]:
+    """Return the lines that compute the error estimates of a step."""
+    every, lines = range(size), list[str]()
     for i in every:
         lines += [f"    a, b = abs(w{i}), abs(v{i})", f"    s{i} = atol[{i}] + rtol*(a if a > b else b)"]
     if timeless:
@@ -193,10 +234,7 @@ def _compiled(size: int, groups: int, timeless: bool = False) -> Callable:
         lines.append(f"    {name} = {_dot('e', 'e', every)}")
         if timeless:
             lines.append(f"    {name} = max({name} - part*({_dot('e', 'u', every)})**2, 0.0)")  # what is nan stays so
-    lines.append(f"    return ({_names('v', every)}), ({stages}), high, low")
-    space: dict = {}
-    exec("\n".join(lines), space)
-    return space["take"]
+    return lines
 
 
 def _shares(size, groups):

@@ -329,6 +329,7 @@ def without_overflow(
     space: dict[str, Any] = {"math": math, "_again_": again}
     lines = [head, "    try:", *(f"    {line}" for line in body), "    except OverflowError:"]
     exec("\n".join([*lines, f"        return _again_({arguments})"]), space)
+    space[name].text = source  # which a step of integration may write out
     return space[name]
 
 
