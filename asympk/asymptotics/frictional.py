@@ -23,7 +23,7 @@ from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
 RTOL = 1e-9
-FINER, COARSEST = 1e-3, 1e-8  # how much finer than mu^(n + 1) layers are followed
+FINER, COARSEST = 1e-2, 1e-8  # how much finer than mu^(n + 1) layers are followed
 FALLING, TAKEN = 0.1, 0.22  # ratio of terms of slow motion that spares a third run, and what it is taken for then
 SLIGHT = 0.01  # of the states, terms that do not change how these grow
 SEVERAL = 5  # steps of a layer as wrong as they may be
@@ -64,20 +64,22 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
 
     ``path.info["omitted"]`` is what the next order changes at ``until``.
     """
-    mu = matched.small_number(scene)
+    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
-    paths = matched.matched_paths(scene, method, order, rtol)
-    path, next_ = next(paths), next(paths)
-    final, beyond = np.array(path.state), np.array(next_.state)
+    layer = partial(matched.through_layer, automaton, until=until, mu=mu, rtol=rtol)
+    landed = layer(matched.begun(automaton, scene.start), order=order + 1)
+    matched.require_landed(method, landed)
+    path = matched.onward(automaton, landed, until, mu, order, rtol, partial(layer, order=order))
+    end_to = partial(matched.end_to, automaton, landed, path, until, mu, rtol=rtol)
+    final, beyond = np.array(path.state), end_to(orders=(order, order + 1))
     omitted, scale = beyond - final, max(1.0, np.abs(final).max())
     falls = np.abs(omitted).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
-    last = beyond + TAKEN * omitted if falls else np.array(next(paths).state)
-    error = predicted_error((final, beyond, last), rtol=rtol) + _of_layer(path, float(scene.until), mu, rtol, scale)
+    last = beyond + TAKEN * omitted if falls else end_to(orders=(order, order + 2))
+    error = predicted_error((final, beyond, last), rtol=rtol) + _of_layer(path, until, mu, rtol, scale)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
-    dense = StretchedDense(path, float(scene.until))
-    return Path(scene, method, path.state, path.events, path.modes, dense, error,
+    return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, until), error,
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 

@@ -124,13 +124,13 @@ def _followed(formulas, order, x, y, values, fine, coarse):
 def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tuple | None:
     """Return the root b of g(x, b, 0) that Newton's method finds from ``guess``, or None."""
     b, size, scale = tuple(map(float, guess)), math.inf, 1.0
-    for _ in range(50):
+    for k in range(50):
         step = newton(formulas, x, b, values)
         if step is None:
             return None
         b = tuple(v - s for v, s in zip(b, step, strict=True))
         size, scale = max(map(abs, step)), max(1, *map(abs, b))
-        if size <= 4e-16 * scale:
+        if size <= 4e-16 * scale or (k and formulas.field.affine):  # then the first step is exact, but for rounding
             return b
     return b if size <= 1e-13 * scale else None
 

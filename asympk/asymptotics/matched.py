@@ -10,7 +10,7 @@ O(mu^(n + 1)), and the run to the order n + 1 tells how much; where terms fall s
 
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -38,9 +38,10 @@ from asympk.symbolic.system import Mode, System
 STEPS = 3000
 FAR = 1e12
 FAR_OFF = 0.5  # a Newton step to the manifold, relative to the state, beyond which a layer is not nearly over
-IN_FAST = 0.1  # a fast state changes the slow ones through mu alone, but decides when a layer ends
-LATE = 0.1  # of the tolerance, for the error in time of one step of a layer
+IN_FAST = 0.01  # a fast state changes the slow ones through mu alone, but decides when a layer ends
+LATE = 0.01  # of the tolerance, for the error in time of one step of a layer
 STRETCHES = 3000
+SIDE_BY_SIDE = 1e-6  # the tolerance of motions of which only the difference matters
 
 
 class Stretch(NamedTuple):
@@ -232,10 +233,10 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     """Return the time at which the fast motion is over, once it is near an attracting manifold to ``order``."""
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
-    if len(y) == 1 and abscissa(slow.formulas, x, y, slow.values) >= 0:
-        return math.inf
     scale, step = max(1.0, *map(abs, y)), newton(slow.formulas, x, y, slow.values)
     if step is None or max(map(abs, step)) > FAR_OFF * scale:
+        return math.inf
+    if len(y) == 1 and abscissa(slow.formulas, x, y, slow.values) >= 0:
         return math.inf
     branch = root(slow.formulas, x, y, slow.values)
     if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
@@ -260,9 +261,6 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     known = max(order, 1)  # the rate of a fast state, which tells what follows an edge, is not known to order 0
     slow, mode = slow_of(path.mode, known), path.mode
     mode.require_smooth(path.t, until)
-    point = slow.point(path.t, path.state)
-    branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
-
     def at_edge(at):
         whole = (*at[: slow.slow], *slow.formulas.height[known](*at, mu, *slow.values))
         return tuple(whole[k] for k in slow.places)
@@ -270,9 +268,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     def guards(span, at):
         return mode.guard_values(path.t + span, at_edge(at))
 
-    follow, left = reduced.follow_reduced_flow, until - path.t
-    within = left / LOOKS if mode.timed else math.inf
-    found = follow(slow.formulas, (order,), [branch], slow.slow, mu, slow.values, left, rtol, guards, path.t, within)
+    found = _reduced(slow, path, (order,), until, mu, rtol, guards)
     places = list(slow.places)
     points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
@@ -285,6 +281,19 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
     return path.met(automaton, found.guard, t, state, stretch)
+
+
+def _reduced(
+    slow: Slow, path: MatchedPath, orders: tuple[int, ...], until: float, mu: float, rtol: float,
+    guards: Callable | None = None,
+) -> reduced.Reduced:  # fmt: skip
+    """Return the reduced flow of a path's mode to ``orders``, from where the path is."""
+    point, left = slow.point(path.t, path.state), until - path.t
+    branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
+    return reduced.follow_reduced_flow(
+        slow.formulas, orders, [branch] * len(orders), slow.slow, mu, slow.values, left, rtol, guards, path.t,
+        left / LOOKS if path.mode.timed else math.inf,
+    )  # fmt: skip
 
 
 def begun(automaton: Automaton, start: tuple) -> MatchedPath:
@@ -304,17 +313,22 @@ def onward(
     return path
 
 
-def matched_paths(scene: Any, method: str, order: int, rtol: float) -> Iterator[MatchedPath]:
-    """Yield the path of a scene to ``order`` and to the two beyond: the first layer once, then all that follows it.
+def end_to(
+    automaton: Automaton, landed: MatchedPath, path: MatchedPath, until: float, mu: float, orders: tuple[int, int],
+    rtol: float,
+) -> np.ndarray:  # fmt: skip
+    """Return the states at ``until`` to the second of two ``orders``; ``path`` is that to the first from ``landed`` on.
 
-    ``"slow"`` raises ``NoManifold`` where the first layer meets an event.
+    Where it has met no event since, slow motions to both orders side by side tell by how much they differ. What their
+    steps are wrong by is nearly the same in both, so that these may be long.
     """
-    automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), small_number(scene)
-    landed = through_layer(automaton, begun(automaton, scene.start), until, mu, order + 1, rtol)
-    require_landed(method, landed)
-    for known in range(order, order + 3):
-        layer = partial(through_layer, automaton, until=until, mu=mu, order=known, rtol=rtol)
-        yield onward(automaton, landed, until, mu, known, rtol, layer)
+    if len(path.stretches) != len(landed.stretches) + 1:
+        layer = partial(through_layer, automaton, until=until, mu=mu, order=orders[1], rtol=rtol)
+        return np.array(onward(automaton, landed, until, mu, orders[1], rtol, layer).state)
+    slow = slow_of(landed.mode, orders[1])
+    found = _reduced(slow, landed, orders, until, mu, max(rtol, SIDE_BY_SIDE))
+    first, second = found.states(found.end)[:, list(slow.places)]
+    return np.array(path.state) + second - first
 
 
 def decay(scene: Any, path: MatchedPath, order: int) -> float:

@@ -25,20 +25,20 @@ def watched(
 
     ``guards`` takes the time and the first ``size`` states.
     """
+    if guards is None:
+        yield from ((step, None) for step in steps)
+        return
     after = None
     for step in steps:
-        if guards is None:
-            yield step, None
-            continue
-        before, after = after or _end(step, guards, size, 0), _end(step, guards, size, 1)
+        before = after or _end(guards, step.t, step.state[:size], step.stages[0], NUDGE * step.span)
+        after = _end(guards, step.after, step.end[:size], step.stages[-1], -NUDGE * step.span)
         yield step, _first_lost(step, guards, size, before, after)
 
 
-def _end(step: Step, guards: Guards, size: int, end: int) -> tuple[Sequence[float], list[float]]:
-    """Return the values of the guards at one end of a step, and their slopes there."""
-    t, state, rates = (step.after, step.end, step.stages[-1]) if end else (step.t, step.state, step.stages[0])
-    values, nudge = guards(t, state[:size]), NUDGE * step.span * (-1 if end else 1)
-    moved = guards(t + nudge, tuple(w + nudge * r for w, r in zip(state[:size], rates[:size], strict=True)))
+def _end(guards: Guards, t: float, state: tuple, rates: tuple, nudge: float) -> tuple[Sequence[float], list[float]]:
+    """Return the values of the guards at one end of a step, and their slopes there, told ``nudge`` within it."""
+    values = guards(t, state)
+    moved = guards(t + nudge, tuple([w + nudge * r for w, r in zip(state, rates, strict=False)]))
     return values, [(b - a) / nudge for a, b in zip(values, moved, strict=True)]
 
 
