@@ -5,6 +5,7 @@ numbers are the same to the last bit.
 """
 
 import ast
+import builtins
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -40,7 +41,7 @@ def inlined(
     (definition,) = ast.parse(text).body
     *assigned, returned = definition.body
     given = dict(zip((a.arg for a in definition.args.args), arguments, strict=True))
-    written = _Text(prefix, given, {*before, *parameters}, function.__globals__)
+    written = _Text(prefix, given, {*before, *parameters}, vars(builtins) | function.__globals__)
     for line in assigned:
         written.assign(line)
     rates = written.stage(returned.value)

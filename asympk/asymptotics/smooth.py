@@ -13,6 +13,7 @@ exactly, and tells so.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -48,16 +49,18 @@ class LayeredMotion:
 
     def layer(self, t: Any) -> np.ndarray:
         """Return what the layer adds at ``t``, for every order."""
-        mu, count = self.reduced.mu, self.landing.order + 1
-        terms = self.landing.corrections(np.asarray(t, dtype=float) / mu)
-        sums = np.cumsum(terms * mu ** np.arange(count).reshape(-1, *[1] * (terms.ndim - 1)), axis=0)
-        return sums[list(self.reduced.orders)][:, self.kept]
+        terms = self.landing.corrections(np.asarray(t, dtype=float) / self.reduced.mu)
+        return (self._sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
 
     def misses(self) -> np.ndarray:
         """Return what the composite of every order misses of the start, in the fast states: (orders, fast states)."""
-        rest, orders = self.landing.rest, self.reduced.orders
-        slowly = (rest.T * self.reduced.mu ** np.arange(len(rest))).cumsum(axis=1).T
-        return self.reduced.states(0.0)[:, self.reduced.slow :] - slowly[orders[0] :]
+        return self.reduced.states(0.0)[:, self.reduced.slow :] - self._sums @ self.landing.rest
+
+    @cached_property
+    def _sums(self) -> np.ndarray:
+        """Return the factors that the terms of a layer have in its sum to every order."""
+        powers = np.arange(self.landing.order + 1)
+        return self.reduced.mu**powers * (powers <= np.array(self.reduced.orders)[:, None])
 
 
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
@@ -76,8 +79,8 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
-    error = expected_error(motion, layered, until)
-    if error >= 1 > expected_error(motion, True, until):
+    error = _expected(motion, layered, slow, layer)
+    if error >= 1 > _expected(motion, True, slow, layer):
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method='jump', or a later until")  # fmt: skip
     if not error < 1:
@@ -117,13 +120,16 @@ def layered_motion(
 
 def expected_error(motion: LayeredMotion, layered: bool, until: float, units: Any = 1.0) -> float:
     """Return the error to expect of a motion, with its layer or without, at ``until``; its states are in ``units``."""
-    units = np.broadcast_to(units, len(motion.kept))
-    slow, layer = motion.states(until) * units, motion.layer(until) * units
+    return _expected(motion, layered, motion.states(until) * units, motion.layer(until) * units, units)
+
+
+def _expected(motion, layered, slow, layer, units=1.0):
     # a layer that fades no faster than the slow motion moves cancels its terms, but not what they leave out
     first, second = _terms(slow)
     told, misses = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses()
-    left, missed = (0.0 if layered else layer[0]), misses * units[len(units) - misses.shape[1] :]
-    return max(predicted_error(terms, left, motion.rtol * units.max(), missed) for terms in told)
+    misses = misses * np.broadcast_to(units, len(motion.kept))[len(motion.kept) - misses.shape[1] :]
+    left, rounding = (0.0 if layered else layer[0]), motion.rtol * np.max(units)
+    return max(predicted_error(terms, left, rounding, misses) for terms in told)
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
