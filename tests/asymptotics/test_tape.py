@@ -1,0 +1,60 @@
+"""A tape replays a derivation on floats, mpmath numbers and symbols; signs and what is trivial cost no line."""
+
+import itertools
+import math
+from fractions import Fraction
+
+import mpmath
+import sympy as sp
+
+from asympk.asymptotics.tape import Tape
+
+THIRD = Fraction(1, 3)
+
+
+def a_formula(u, v):
+    return (-u - v) * (u - v) / -(v - 3) - (2 - u) * THIRD + -v / (1 - -u) - -(THIRD - v) * -1
+
+
+def test_a_tape_replays_its_formula_on_exact_numbers_whatever_the_signs():
+    tape = Tape("u", "v")
+    replayed = tape.function((a_formula(tape.node("u"), tape.node("v")),))
+    u, v = sp.Rational(5, 7), sp.Rational(-11, 3)
+    assert replayed(u, v) == (a_formula(*map(sp.Rational, (u, v))),)
+    with mpmath.workdps(40):
+        (found,), right = replayed(*(mpmath.mpf(w.p) / w.q for w in (u, v))), a_formula(u, v)
+        assert abs(found - mpmath.mpf(right.p) / right.q) < mpmath.mpf(10) ** -38
+
+
+def test_every_sum_difference_product_and_quotient_of_signed_nodes_is_right():
+    numbers = {"u": 7, "v": -3}
+    for (p, q), operation in itertools.product(itertools.product((1, -1), repeat=2), "+-*/"):
+        tape = Tape("u", "v")
+        a, b = (tape.node(name) if sign > 0 else -tape.node(name) for name, sign in (("u", p), ("v", q)))
+        (found,) = tape.function((tape.write(operation, a, b),))(**numbers)
+        assert found == eval(f"({p} * 7) {operation} ({q} * -3)"), (p, q, operation)
+
+
+def test_signs_and_trivial_operations_write_no_line():
+    tape = Tape("u")
+    u = tape.node("u")
+    assert (u * 0, 0 * u, 0 / u) == (0, 0, 0)
+    for same in (u * 1, 1 * u, u / 1, u + 0, 0 + u, u - 0, -1 * -u, -u / -1, 0 - -u):
+        assert (same.name, same.sign) == ("u", 1)
+    assert not tape.lines
+    assert {(u * 2).name, (-u * 2).name, (u * -2).name} == {"t0"}
+    assert len(tape.lines) == 1
+
+
+def test_functions_of_numbers_are_exact_where_rational_and_stay_where_not():
+    tape = Tape("log", "exp", "u")
+    assert tape.call("exp", 0) == 1
+    assert tape.log(1) == 0
+    (found,) = tape.function((tape.log(2) * tape.node("u"),))(math.log, math.exp, 3.0)
+    assert found == math.log(2) * 3.0
+
+
+def test_fractions_are_not_rounded_before_the_numbers_are():
+    tape = Tape("u")
+    (found,) = tape.function((tape.node("u") * THIRD + THIRD,))(sp.Integer(1))
+    assert found == sp.Rational(2, 3)
