@@ -59,7 +59,7 @@ def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
     try:
         path = follow_smooth(scene, method, order=order)
     except OutOfRange:
-        if (small := _powers(np.abs(np.array(scene.start, dtype=float)))) == units:
+        if (small := _powers([abs(float(w)) for w in scene.start])) == units:
             raise
         path, units = follow_smooth(_in(small, scene), method, order=order), small
     sizes = _sizes(path, units)
@@ -90,18 +90,17 @@ def _reach(path: Any, sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, 
 
 def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:
     """Return the power of ten next to every state's largest size at the start and in slow motion, at most 1."""
-    numbers = np.array(units, dtype=float)
-    sizes = np.abs([[*map(float, path.scene.start)], path.final]).max(axis=0)
-    if sizes.min() < SMALL:
+    sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
+    if min(sizes) < SMALL:
         times = float(path.scene.until) / 2.0 ** np.arange(LOOKS)
-        sizes = np.maximum(sizes, np.abs(path.at.motion.states(times)[0]).max(axis=1))
-    return _powers(sizes * numbers)
+        sizes = np.maximum(sizes, np.abs(path.at.motion.states(times)[0]).max(axis=1)).tolist()
+    return _powers([size * float(unit) for size, unit in zip(sizes, units, strict=True)])
 
 
-def _powers(sizes: np.ndarray) -> tuple[sp.Rational, ...]:
+def _powers(sizes: list[float]) -> tuple[sp.Rational, ...]:
     """Return the power of ten next to every size, 1 for those above 1/30; that of the largest for a rounding."""
-    sizes = np.where(sizes > NOISE * sizes.max(), sizes, sizes.max() or 1.0)
-    powers = (round(math.log10(size)) for size in sizes.tolist())
+    largest = max(sizes)
+    powers = (round(math.log10(size if size > NOISE * largest else largest or 1.0)) for size in sizes)
     return tuple(sp.Integer(10) ** (power if power < -1 else 0) for power in powers)
 
 

@@ -242,7 +242,7 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
     left = slow.distance(order, x, y, branch, mu) / scale
-    return t + mu * math.log(max(1.0, left / rtol)) / rate if left < NEAR else math.inf
+    return t + mu * math.log(max(1.0, left / off_by(rtol, mu))) / rate if left < NEAR else math.inf
 
 
 @lru_cache(maxsize=256)
