@@ -118,8 +118,8 @@ def stick_regions(system: System) -> StickRegions:
 
     Where the drive is linear in the load s the regions are unions of intervals of s, with ends in the parameters and
     the other states; elsewhere they are conditions on the states. Raises ``NotDerivable`` unless the system has one
-    friction, of a contact that is not rigid, ``InputError`` where static friction is below the kinetic one for all
-    parameters allowed.
+    friction, of a contact that is not rigid, whose velocity vanishes for one value of a state, ``InputError`` where
+    static friction is below the kinetic one for all parameters allowed.
     """
     cone, moving = friction_cone(system), {*system.states, system.time}
     reduced = _in_load(cone, moving)
@@ -177,10 +177,24 @@ def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:
 
 
 def _at_rest(system):
-    """Return {state: its value on v = 0} for one state of the velocity."""
+    """Return {state: its value on v = 0} for one state, of those in which the velocity is linear if there are any."""
     velocity = system.friction.velocity
-    state = next(s for s in reversed(system.states) if velocity.has(s))
-    return {state: sp.solve(velocity, state)[0]}
+    states = [s for s in reversed(system.states) if velocity.has(s)]
+    state = next((s for s in states if not velocity.diff(s).has(s)), states[0])
+    zeros = _real_zeros(velocity, state)
+    if len(zeros) != 1:
+        where = f"vanishes for several values of {state}" if zeros else "vanishes nowhere"
+        raise NotDerivable(f"the sliding velocity {velocity!s:.60} {where}: regions are those of one plane of rest")
+    return {state: zeros[0]}
+
+
+def _real_zeros(velocity, state):
+    try:
+        found = sp.solve(velocity, state)
+    except NotImplementedError:
+        raise NotDerivable(f"the sliding velocity {velocity!s:.60} cannot be solved for {state}: regions are those of "
+                           "a plane of rest in symbols") from None  # fmt: skip
+    return [zero for zero in found if zero.is_real is not False]
 
 
 def _require_order(friction, assumptions):
