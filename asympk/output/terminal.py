@@ -26,12 +26,13 @@ NEXT = (
 
 
 def path_as_json(path: Path, digits: int | None = None) -> str:
-    """Return a path as JSON: final, events, modes, model; with ``digits`` numbers are strings of that many digits."""
+    """Return a path as JSON: names of the states, final, events, modes, model; with ``digits`` numbers are strings."""
     events = [
         {"kind": event.kind, "t": _plain(event.t, digits), "state": [_plain(v, digits) for v in event.state]}
         for event in path.events
     ]
     entries = {
+        "names": list(path.names),
         "final": [_plain(value, digits) for value in path.final],
         "events": events,
         "modes": list(path.modes),

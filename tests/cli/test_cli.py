@@ -36,7 +36,8 @@ def test_solve_prints_json_with_the_fixed_keys(capsys):
     _, out, _ = run(capsys, *GOOD, "--json")
     told = json.loads(out)
     assert told["modes"] == ["slip_opposite", "stick", "slip_same"]
-    assert {"final", "events", "modes", "model"} <= set(told)
+    assert {"names", "final", "events", "modes", "model"} <= set(told)
+    assert told["names"] == ["x", "y", "z"]
     assert set(told["events"][0]) == {"kind", "t", "state"}
     assert told["final"][2] == pytest.approx(1, abs=1e-5)
 
