@@ -26,9 +26,11 @@ command line has the same parts: asympk --help.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # as that of typing, whose loading would take longer than that of all else here
 if TYPE_CHECKING:  # what a type checker and an editor see; at run time a name is loaded when it is asked for
+    from typing import Any
+
     from asympk import errors as errors
     from asympk import systems as systems
     from asympk.asymptotics.jump import jump_map as jump_map
@@ -93,7 +95,7 @@ _HOME = {
 __all__ = ["AsympkError", *_HOME]
 
 
-def _load(name: str) -> Any:
+def _load(name: str) -> "Any":
     if name == "AsympkError":
         from asympk.errors import AsympkError
 

@@ -120,6 +120,16 @@ def test_whoever_stops_reading_is_not_told_of_it():
     assert told.stdout.startswith("backward")
 
 
+def test_an_interruption_while_the_command_line_is_loaded_is_one_line(capsys, monkeypatch):
+    class Interrupted:
+        @property
+        def main(self):
+            raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "asympk.cli.main", Interrupted())
+    assert run(capsys, "scenes") == (130, "", "asympk: interrupted\n")
+
+
 def _full(*_, **__):
     raise OSError(errno.ENOSPC, "No space left on device")
 
