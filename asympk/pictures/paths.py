@@ -1,6 +1,7 @@
 """The picture of a path: every state against time, modes as shades, events as marks."""
 
 from functools import reduce
+from math import floor, log10
 from pathlib import Path as File
 from typing import Any
 
@@ -20,9 +21,9 @@ MANY = 40  # events from which on they are lines without marks on the curves
 def plot(path: Path, file: str | File | None = None) -> Any:
     """Return the matplotlib ``Figure`` of a path, written to ``file`` too where there is one.
 
-    Time is logarithmic from the first event on where that is early, and a state from where it is nearly always, where
-    it is larger for a short while. Raises ``InputError`` for a file of another kind than .pdf, .svg or .png,
-    ``MissingPackage`` where matplotlib is not installed.
+    Time is logarithmic from the power of ten before the first event on where that is early, and a state from where it
+    is nearly always, where it is larger for a short while. Raises ``InputError`` for a file of another kind than .pdf,
+    .svg or .png, ``MissingPackage`` where matplotlib is not installed.
     """
     return sheets(file).kept(figure(path), file)
 
@@ -113,7 +114,7 @@ def _time_axis(axis: Any, path: Path) -> None:
     until = float(path.end)
     first = float(path.events[0].t) if path.events else until
     if 0 < first < until / 50:
-        axis.set_xscale("symlog", linthresh=first)
+        axis.set_xscale("symlog", linthresh=10.0 ** floor(log10(first)))  # 0 and a tick of no less are apart
     axis.set_xlim(0, until or 1)
 
 

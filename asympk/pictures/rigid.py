@@ -34,7 +34,7 @@ def motion_plot(described: Described) -> "Figure":
     with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
         shown = draw_motions(axes.flat[0], described)
         place = "outside lower center" if rows == 1 else "outside upper center"
-        figure.legend(handles=motion_handles(shown), loc=place, ncols=len(shown))
+        figure.legend(handles=motion_handles(shown), loc=place, ncols=len(shown), columnspacing=1)
         if described.undamped is not None:
             reactions.draw_reactions(axes.flat[1:], described)
     return figure

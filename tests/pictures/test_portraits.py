@@ -9,12 +9,16 @@ from legibility import flaws
 
 from asympk.methods import solve
 from asympk.output import gallery
+from asympk.output.arrow import arrow_drawing, parts_in_order
 from asympk.pictures import maps, portraits
 from asympk.pictures.figures import save
+from asympk.pictures.rigid import motion_plot
 from asympk.scene import Scene
+from asympk.scenes.scenefile import scene_file, scene_names
 from asympk.storage.rows import read_rows
 from asympk.studies.convergence import EXPANSIONS
 from asympk.studies.least import LADDER
+from asympk.systems.catalogue import described_mechanism
 
 ROWS = Path(__file__).parents[2] / "paper" / "generated" / "rows"
 PICTURES = {
@@ -49,6 +53,22 @@ def twice(name):
 @pytest.mark.parametrize("name", PICTURES)
 def test_every_text_is_on_the_sheet_and_lies_on_no_other(name, figures):
     assert flaws(figures[name]) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["arm", "crank_slider"])
+def test_a_map_of_none_one_and_two_rigid_motions_is_legible(name):
+    assert flaws(motion_plot(described_mechanism(name))) == []
+
+
+@pytest.mark.slow
+def test_the_arrow_of_imports_is_legible():
+    assert flaws(arrow_drawing(list(parts_in_order(ROWS.parents[2])))) == []
+
+
+@pytest.mark.parametrize("name", scene_names())
+def test_the_path_of_every_scene_that_ships_is_legible(name):
+    assert flaws(solve(scene_file(name).scene).plot()) == []
 
 
 @pytest.mark.slow
