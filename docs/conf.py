@@ -55,13 +55,14 @@ def setup(app):
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     app.connect("doctree-resolved", _formulas)
     app.connect("autodoc-process-docstring", _plain)
-    app.connect("source-read", _without_archives)
+    app.connect("source-read", _without_archives_and_images)
     return {"parallel_read_safe": True}
 
 
-def _without_archives(app, docname, source):
-    """Leave out the archive that sphinx-gallery offers beside each script: its bytes depend on the time."""
-    source[0] = re.sub(r"\n +\.\. container:: sphx-glr-download sphx-glr-download-zip\n\n.*\n", "\n", source[0])
+def _without_archives_and_images(app, docname, source):
+    """Leave out of sphinx-gallery's pages archives, whose bytes depend on the time, and images, which show nothing."""
+    text = re.sub(r"\n +\.\. container:: sphx-glr-download sphx-glr-download-zip\n\n.*\n", "\n", source[0])
+    source[0] = re.sub(r"\n +\.\. image:: .*_thumb\.png\n +:alt:\n", "\n", text)
 
 
 def _formulas(app, doctree, docname):

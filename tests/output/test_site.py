@@ -155,7 +155,7 @@ def test_a_rate_keeps_its_prime_and_can_be_copied(built):
 @pytest.mark.slow
 def test_every_picture_says_in_words_what_it_shows(pages):
     for file, page in pages.items():
-        assert None not in page.alts, file.name
+        assert all(page.alts), file.name
         assert not [alt for alt in page.alts if alt.endswith((".svg", ".png"))], file.name
         if file.parent.name == "article":
             assert min(map(len, page.alts)) > 30
