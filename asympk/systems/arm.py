@@ -1,7 +1,7 @@
 r"""A two-link arm that pushes on a rough surface: a robot's hand, or a finger that wipes.
 
-Two slender links of the length 1 and the mass m, shoulder at the height b over the surface, angles a and b of the
-links from the vertical, moments S and E in shoulder and elbow. Source: an example of ours; for arms that jam, P. E.
+Two slender links of the length 1 and the mass m, shoulder at the height b_0 over the surface, angles a and b of
+the links from the vertical, moments S and E in shoulder and elbow. Source: an example of ours; for arms that jam, P. E.
 Dupont, S. P. Yamajako, Jamming and wedging in constrained rigid-body dynamics, IEEE Conference on Robotics and
 Automation (1994).
 """
