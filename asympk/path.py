@@ -115,7 +115,8 @@ class Path(ShownAsTable):
         return through("Path._repr_html_", self)
 
     def _card(self) -> Card:
-        title = f"Path of {self.scene.name or 'a scene'} by {self.model!r}: {len(self.events)} events"
+        count = f"{len(self.events)} event{'s' * (len(self.events) != 1)}"
+        title = f"Path of {self.scene.name or 'a scene'} by {self.model!r}: {count}"
         begins = [("start", 0), *((event.kind, event.t) for event in self.events)]
         rows = [(f"t = {float(t):.8g}", f"{kind} -> {mode}")
                 for (kind, t), mode in zip(begins, self.modes, strict=True)]  # fmt: skip

@@ -34,6 +34,7 @@ def _spread(panel: Any, state: str, quantiles: dict[float, float]) -> None:
                        solid_capstyle="butt")  # fmt: skip
         panel.plot([quantiles[0.5]], [0], "o", color=style.BLACK, markersize=3)
     panel.set(yticks=[], ylabel=state)
+    panel.locator_params(axis="x", nbins=5)  # more would not do where numbers are long
 
 
 def _bars(panel: Any, words: list[tuple[str, int]]) -> None:

@@ -166,7 +166,8 @@ def summary_as_text(summary: Mapping[str, Any]) -> str:
     if len(summary["itineraries"]) > 12:
         lines.append(f"{'':>14}  and {len(summary['itineraries']) - 12} itineraries more")
     if summary["collisions"]:
-        lines.append("collisions: " + ", ".join(f"{k}: {n:,}" for k, n in summary["collisions"].items()))
+        counts = ", ".join(f"{k} in {n:,}" for k, n in summary["collisions"].items())
+        lines.append(f"collisions (zeros of a velocity): {counts}")
     width = max(map(len, ("quantiles", *summary["quantiles"])))
     lines.append("quantiles".ljust(width + 1) + "".join(f"{p:>14g}" for p in summary["probabilities"]))
     lines += [f"{axis:>{width}} " + "".join(f"{q:>14.6g}" for q in row) for axis, row in summary["quantiles"].items()]

@@ -37,7 +37,8 @@ def _numbers(what: str, given: Any, symbols: tuple[sp.Symbol, ...], kind: str) -
         raise InputError(f"{what} = {short(given)}: it must map each {kind}, {_names(symbols)}, to a number")
     placed = by_symbol(given, symbols, "this system", kind)
     if missing := sorted({s.name for s in symbols if s not in placed}):
-        raise InputError(f"{what}: the {kind} {', '.join(missing)} is missing; give numbers for {_names(symbols)}")
+        words = f"the {kind} {missing[0]} is" if len(missing) == 1 else f"the {kind}s {', '.join(missing)} are"
+        raise InputError(f"{what}: {words} missing; give numbers for {_names(symbols)}")
     found = {s: _number(what, s.name, placed[s]) for s in symbols}
     for symbol, value in found.items():
         _require_kind(what, symbol, value)

@@ -491,6 +491,17 @@ def test_the_picture_of_a_summary_names_every_state_and_is_legible(plain, tmp_pa
     assert ".pdf, .svg, .png" in capsys.readouterr().err
 
 
+def test_quantiles_of_many_digits_have_ticks_that_can_be_told_apart():
+    pytest.importorskip("matplotlib")
+    from legibility import flaws
+
+    from asympk.pictures.spread import plot
+
+    ends = (0.895462, 0.895462, 0.895462, 0.895462, 0.895462, 0.895462, 0.895853)
+    told = {"quantiles": {"Y": ends}, "probabilities": (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1), "itineraries": {}}
+    assert flaws(plot(told)) == []
+
+
 def test_a_sweep_in_which_nothing_is_followed_is_summed_up_and_drawn(tmp_path):
     pytest.importorskip("matplotlib")
     from asympk.pictures.spread import plot
