@@ -15,7 +15,7 @@ def arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--pieces", type=whole_number, default=64, help="cut the box into at most so many pieces (64)")
     parser.add_argument("--digits", type=whole_number, default=15, help="digits of the final state (15)")
     parser.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--json", action="store_true", help="print the certificate as JSON")
 
 
 def run(options: Namespace) -> int:
@@ -23,9 +23,10 @@ def run(options: Namespace) -> int:
     from asympk.errors import InputError
     from asympk.numbers import whole as require_whole
 
-    if options.claims and (options.box or options.scene is not None or scene_numbers(options)):
-        raise InputError("certify takes either a scene, with a --box or without, or --claims")
+    if options.claims and (options.box or options.json or options.scene is not None or scene_numbers(options)):
+        raise InputError("certify takes either a scene, with a --box or without, as --json or not, or --claims")
     require_whole("--digits", options.digits, 1, 300)
+    require_whole("--pieces", options.pieces, 1, 100_000)
     return _prove_claims() if options.claims else _prove_scene(options)
 
 

@@ -12,7 +12,7 @@ def arguments(parser: ArgumentParser) -> None:
     add_scene(parser)
     parser.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1, |x|, |z| (1e-3)")
     parser.add_argument("--seconds", help="try no further rung, and measure no error, after so long (no limit)")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--json", action="store_true", help="print the ladder as JSON")
 
 
 def run(options: Namespace) -> None:

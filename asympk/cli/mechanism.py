@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from asympk.cli.options import meter
+from asympk.cli.options import meter, place
 
 HELP = "tell a mechanism's paradox, and the jump through it"
 
@@ -12,7 +12,7 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
-    parser.add_argument("--plot", metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
+    parser.add_argument("--plot", type=place, metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
 
 
 def run(options: Namespace) -> None:
@@ -20,6 +20,7 @@ def run(options: Namespace) -> None:
     from asympk.output.mechanisms import catalogue_as_text, changes, load_mechanism, mechanism_as_text
 
     if options.name is None:
+        _require_alone(options)
         print(catalogue_as_text())
         return
     described = load_mechanism(options.name).changed(changes(options.set))
@@ -29,6 +30,13 @@ def run(options: Namespace) -> None:
     with meter("looking for the paradox"):
         lines = mechanism_as_text(described)
     print(lines)
+
+
+def _require_alone(options: Namespace) -> None:
+    from asympk.errors import InputError
+
+    if options.set or options.plot:
+        raise InputError("--set and --plot are for one mechanism; name it, or give a TOML file")
 
 
 def _plot(described: Any, file: str) -> None:

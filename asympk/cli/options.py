@@ -13,7 +13,8 @@ _REQUIRED = ("sigma", "mu", "start", "until")
 
 def add_root(parser: ArgumentParser) -> None:
     """Add the option that names the checkout."""
-    parser.add_argument("--root", default=".", metavar="DIR", help="the checkout with derivations/ and paper/ (here)")
+    parser.add_argument("--root", type=place, default=".", metavar="DIR",
+                        help="the checkout with derivations/ and paper/ (here)")  # fmt: skip
 
 
 def add_scene(parser: ArgumentParser) -> None:
@@ -49,15 +50,20 @@ def given_scene(options: Namespace) -> "SceneFile":
 
 
 def require_other_file(written: str | None, read: str | None) -> None:
-    """Raise ``InputError`` where a file to be written has no name, or is the one that is read."""
+    """Raise ``InputError`` where a file to be written is the one that is read."""
     from pathlib import Path
 
     from asympk.errors import InputError
 
-    if written == "":
-        raise InputError("the file to write has no name; give one")
     if written and read and Path(read).is_file() and Path(written).exists() and Path(written).samefile(read):
         raise InputError(f"{written}: it is the scene's own file; give another to write")
+
+
+def place(text: str) -> str:
+    """Read the name of a file or of a directory; an empty one, as of a variable that is not set, is none."""
+    if not text:
+        raise ArgumentTypeError("it has no name; give one")
+    return text
 
 
 def whole_number(text: str) -> int:

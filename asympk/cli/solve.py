@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from asympk.cli.options import add_scene, given_scene, meter, require_other_file, whole_number
+from asympk.cli.options import add_scene, given_scene, meter, place, require_other_file, whole_number
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
@@ -15,14 +15,14 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--physical", action="store_true", help="tell the path in the units of the scene's file")
-    parser.add_argument("--csv", metavar="FILE", help="write the path as CSV")
-    parser.add_argument("--plot", metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
+    parser.add_argument("--csv", type=place, metavar="FILE", help="write the path as CSV")
+    parser.add_argument("--plot", type=place, metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     parser.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
     parser.add_argument("--digits", type=whole_number, help="run on that many digits")
     parser.add_argument("--order", type=whole_number, help="order in mu, of the asymptotic models")
     parser.add_argument("--rtol", help="relative tolerance, of the integrators")
     parser.add_argument("--atol", help="absolute tolerance, of the integrators")
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--json", action="store_true", help="print the path as JSON")
 
 
 def run(options: Namespace) -> None:

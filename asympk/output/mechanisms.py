@@ -94,9 +94,10 @@ def _paradox(described):
     name, low, high, tied = described.turn
     given = {key: value for key, value in {**described.numbers, **tied}.items() if key != name}
     found = rod.paradox_set({name: (low, high)}, given)
-    where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals) or "nowhere"
+    where = ", ".join(f"{_short(s.start)} .. {_short(s.end)}" for s in found.intervals)
     told = "" if found.complete else ", as far as samples tell"
-    lines.append(f"over {name:11}{where} in {_short(low)} .. {_short(high)}{told}")
+    words = f"a paradox in {where}, within" if where else "no paradox in"
+    lines.append(f"over {name:11}{words} {_short(low)} .. {_short(high)}{told}")
     return lines + _least(rod, name, tied)
 
 
@@ -157,15 +158,17 @@ def jump_lines(described: Described) -> list[str]:
     least = ROUNDING * max(abs(float(described.numbers[str(rate)])) for rate in rod.plain.velocities)
     after = ", ".join(f"{name} = {_short(rate if abs(rate) > least else 0)}"
                       for name, rate in zip(rod.plain.velocities, rates, strict=True))  # fmt: skip
-    h = rod.plain.spare("h")
+    c, h = rod.plain.spare("c"), rod.plain.spare("h")
     beyond = "from beyond the divide of the two motions, " if rod.motions(described.numbers) else ""
     lines = [
-        f"jump            {beyond}P_N = {_short(normal)}, P_T = {_short(tangential)}: the contact stops in c log(1/c)",
+        f"jump            {beyond}impulses P_N = {_short(normal)}, P_T = {_short(tangential)} stop the contact",
+        f"time            of order {c} log(1/{c}) with the compliance {c} of the contact",
         f"velocities      {after}",
         f"reaction        x gains P_N / {h} = {_short(normal)} / {h} with the damping time {h}",
     ]
     if described.undamped is not None:
-        lines[-1] = "undamped        the contact stops in eps log(1/eps) and rings on; --plot draws its plane (R, R')"
+        lines[1] = "time            of order eps log(1/eps) with the compliance eps^2 of the contact"
+        lines[-1] = "undamped        the contact rings on; --plot draws its plane (R, R')"
     return lines + (_rebounds(described) if rod.contact.unilateral else [])
 
 
