@@ -11,6 +11,9 @@ from sympy.physics.mechanics import dynamicsymbols
 import asympk as ap
 from asympk.certify.certificates import certify
 from asympk.errors import AsympkError, InputError
+from asympk.output.export import export
+from asympk.sweep import run_sweep
+from asympk.sweep.sweepfile import parse_sweep
 
 x, y, z, F, t = sp.symbols("x y z F t", real=True)
 mu, k = sp.symbols("mu k", positive=True)
@@ -25,6 +28,8 @@ GROUND = {"gap": Y - sp.sin(theta) / 2, "slip": X - sp.cos(theta) / 2, "friction
 ROD = ap.Mechanism.from_lagrangian(LAGRANGIAN, (X, Y, theta), contact=ap.Contact(**GROUND))
 AT = {"X": 0, "Y": "0.4", "theta": "1.1", "X'": -1, "Y'": 0, "theta'": 0}
 SMOOTH = ap.System.smooth({x: -x + y}, {y: x - y}, mu)
+(PLANE,) = ap.slow_manifolds(SMOOTH, order=1)
+SWEEP = parse_sweep("sigma = 1\nmu = 1e-3\nstart = [0, [0, 0.2], -1]\nuntil = 1\n")
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "slow_manifolds": (ap.slow_manifolds, {"system": PK}),
@@ -45,13 +50,19 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "elastic": (ROD.elastic, {"compliance": sp.Symbol("c", positive=True), "damping": 1}),
     "Mechanism.start": (ROD.start, {"system": ROD.rigid(), "values": AT}),
     "least_critical_friction": (ROD.least_critical_friction, {"coordinate": "theta", "values": {}}),
+    "reduced_flow": (ap.reduced_flow, {"manifold": PLANE}),
+    "integral_curves": (ap.integral_curves, {"manifold": PLANE}),
+    "rest_state": (ap.rest_state, {"manifold": PLANE}),
+    "export": (export, {"system": SMOOTH, "target": "c", "out": "here", "order": 1, "name": "model"}),
+    "run_sweep": (run_sweep, {"sweep": SWEEP, "out": "here"}),
     "paradox_set": (ROD.paradox_set, {"over": {"theta": [0.1, 1.5]}, "values": {"f": 2}}),
 }
 FIXED = {"lower": {"expr": x**2}, "from_lagrangian": {"contact": ap.Contact(**GROUND)}}
 WRONG = {
     "a word": "no such thing", "a number": -1.5, "nan": float("nan"), "inf": float("inf"), "huge": 10**400,
     "a list": [1, "a", None], "a matrix": np.zeros((2, 3)), "a text of numpy": np.array("a"), "a complex": 1j,
-    "a mapping": {"nothing": None}, "an object": object(), "a scene": SCENE, "a friction": ap.Friction(**FRICTION),
+    "a mapping": {"nothing": None}, "an object": object(),
+    "a matrix of symbols": sp.eye(2), "a scene": SCENE, "a friction": ap.Friction(**FRICTION),
 }  # fmt: skip
 
 

@@ -16,8 +16,8 @@ from asympk.asymptotics.fibre import formulas
 from asympk.asymptotics.tape import Definitions
 from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic
 from asympk.naming import named
-from asympk.numbers import known_order
-from asympk.storage.files import write_text
+from asympk.numbers import known_order, short
+from asympk.storage.files import named_file, write_text
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.expansion import fast_jacobian, is_implicit, one_side
 from asympk.symbolic.long import is_longer
@@ -26,7 +26,7 @@ from asympk.symbolic.manifold import slow_manifold, slow_manifolds
 from asympk.symbolic.reading import spare
 from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
-from asympk.symbolic.system import System
+from asympk.symbolic.system import System, require_system
 
 MOST = 10_000  # operations of one mode's rates: the slow manifolds of longer ones take minutes
 _ODD = (sp.I, sp.LambertW, sp.Piecewise)  # in the roots of cubics, of exponentials and of quartics
@@ -50,13 +50,14 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
     name a module, ``UnknownName`` for another target than ``"c"`` and ``"python"``, ``NotDerivable`` for rates of more
     than ``MOST`` operations.
     """
-    target = named("target", target, _WRITERS)
-    if not (name.isidentifier() and name.isascii()):
-        raise InputError(f"name {name!r} cannot name a module; give letters, digits and underscores")
+    require_system(system, "export")
+    target, folder = named("target", target, _WRITERS), named_file(out)
+    if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
+        raise InputError(f"name {short(name)} cannot name a module; give letters, digits and underscores")
     functions = module_functions(system, order)
     files = _WRITERS[target](name, _heading(system, name), functions)
     try:
-        return tuple(write_text(Path(out) / file, text) for file, text in files.items())
+        return tuple(write_text(folder / file, text) for file, text in files.items())
     except OSError as reason:
         raise InputError(f"{out} cannot be written ({reason.strerror}); give another directory") from None
 

@@ -20,15 +20,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from asympk.errors import InputError, WorkersLost
-from asympk.storage.files import write_bytes, write_text
+from asympk.storage.files import named_file, write_bytes, write_text
 from asympk.sweep import chunks, manifest
 from asympk.sweep.executors import Here
 from asympk.sweep.lock import locked
+from asympk.sweep.sweepfile import Sweep
 
 if TYPE_CHECKING:
     import numpy as np
-
-    from asympk.sweep.sweepfile import Sweep
 
 MANIFEST = "sweep.json"
 _UNFINISHED = re.compile(
@@ -38,7 +37,7 @@ _MOST_LOSSES = 160  # five times all that is under way
 
 
 def run_sweep(
-    sweep: "Sweep",
+    sweep: Sweep,
     out: str | Path,
     executor: Executor | None = None,
     progress: Callable[[int, bool], None] | None = None,
@@ -50,7 +49,9 @@ def run_sweep(
     computed again. Raises ``InputError`` when ``out`` holds another sweep, is damaged or in use, ``WorkersLost``
     when workers keep dying.
     """
-    out, progress = Path(out), progress or (lambda units, fresh: None)
+    if not isinstance(sweep, Sweep):
+        raise InputError(f"run_sweep takes a Sweep, not {type(sweep).__name__}; read one with read_sweep")
+    out, progress = named_file(out), progress or (lambda units, fresh: None)
     with locked(out):
         _sweep_up(out)
         _declare(sweep, out)

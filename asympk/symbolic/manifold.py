@@ -15,7 +15,7 @@ from functools import cached_property
 import sympy as sp
 from sympy.integrals.rationaltools import ratint
 
-from asympk.errors import NotDerivable, NotNormallyHyperbolic, OrderError
+from asympk.errors import InputError, NotDerivable, NotNormallyHyperbolic, OrderError
 from asympk.numbers import known_order
 from asympk.shown import Several
 from asympk.symbolic.critical import (
@@ -176,6 +176,7 @@ def active_slow(mode: Mode) -> tuple[sp.Symbol, ...]:
 
 def reduced_flow(manifold: SlowManifold) -> sp.Dict:
     """Return {x: x'} on the manifold, truncated to its order in mu; on an implicit branch also {y: y'} of its value."""
+    _require_manifold(manifold, "reduced_flow")
     flow = {x: _polynomial(rates, manifold.small) for x, rates in _flow(manifold).items()}
     if is_implicit(manifold.branch):
         flow |= {y: sum(k * flow[x] for x, k in by.items()) for y, by in branch_slopes(manifold).items()}
@@ -200,6 +201,7 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
     dz/dx = z'/x' is expanded in mu and integrated; the constant is called C_ where the system has a C. Raises
     ``NotDerivable`` unless one slow variable x determines the flow, or where SymPy has no integral.
     """
+    _require_manifold(manifold, "integral_curves")
     name, active = manifold.name, active_slow(manifold.dynamics)
     if is_implicit(manifold.branch):
         raise NotDerivable(f"{name} is implicit; curves are known over an explicit branch, give slow_manifold a branch")
@@ -223,6 +225,7 @@ def rest_state(manifold: SlowManifold) -> RestState | None:
 
     Raises ``NotDerivable`` when there are several, or when SymPy cannot solve f = g = 0.
     """
+    _require_manifold(manifold, "rest_state")
     mode, active = manifold.dynamics, active_slow(manifold.dynamics)
     if is_implicit(manifold.branch):
         raise NotDerivable(f"{manifold.name} is implicit; rest states are found on an explicit branch, give one")
@@ -240,6 +243,12 @@ def rest_state(manifold: SlowManifold) -> RestState | None:
     (state,) = found
     drift = {z: sp.cancel(rate.subs(state, simultaneous=True)) for z, rate in mode.slow.items() if z not in active}
     return RestState(sp.Dict(state), sp.Dict(drift), _rate(manifold, active, state))
+
+
+def _require_manifold(manifold, verb):
+    if not isinstance(manifold, CriticalManifold):
+        raise InputError(f"{verb} takes a slow manifold, not {type(manifold).__name__}; take one of "
+                         "ap.slow_manifolds(system)")  # fmt: skip
 
 
 def _lies_on(state, manifold):

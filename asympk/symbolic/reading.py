@@ -76,7 +76,7 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 def expression(name: str, value: Any) -> sp.Basic:
     """Return a SymPy object or a plain number as SymPy has it; raises ``InputError`` for a string or a container."""
     try:
-        if isinstance(value, (str, tuple, list, dict, set, frozenset)):
+        if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
             raise sp.SympifyError(value)
         return sp.sympify(value, strict=True)
     except sp.SympifyError:

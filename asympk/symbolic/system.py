@@ -130,7 +130,8 @@ class System(ShownAsFormulas):
         rows += [(f"{self.small} {s}'", rate) for s, rate in self.fast.items()]
         rows += [(f"|{f.force}| <=", f.static * sp.Abs(f.load)) for f in self.frictions]
         parameters = ", ".join(s.name for s in self.parameters)
-        return Card(f"System of {len(self.states)} states, {kind}; parameters: {parameters or 'none'}", tuple(rows))
+        count = f"{len(self.states)} state{'s' * (len(self.states) > 1)}"
+        return Card(f"System of {count}, {kind}; parameters: {parameters or 'none'}", tuple(rows))
 
     @classmethod
     def smooth(
