@@ -1,6 +1,7 @@
 """From arguments to an exit status: the parser of all commands, and one line on stderr for whatever is wrong."""
 
 import argparse
+import errno
 import os
 import re
 import sys
@@ -68,8 +69,8 @@ def _complain(line: str) -> None:
 
 
 def _one_line(error: object) -> str:
-    if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}; give another place"
+    if isinstance(error, OSError) and (error.filename or error.errno == errno.ENOSPC):
+        return f"{error.filename or 'the output'}: {error.strerror}; give another place"
     return " ".join(str(error).split())
 
 

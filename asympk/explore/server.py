@@ -14,7 +14,7 @@ from secrets import compare_digest, token_urlsafe
 from threading import Thread
 from typing import Any, NoReturn
 
-from asympk.errors import AsympkError
+from asympk.errors import AsympkError, InputError
 from asympk.explore.knobs import knobs_of
 from asympk.explore.questions import QUESTIONS, as_json
 from asympk.explore.worker import Broken, Late, Worker
@@ -62,7 +62,10 @@ class Server(ThreadingHTTPServer):
         self.parts["scenes"] = self._scenes_part
         self.workers = {name: Worker(q, self.scenes, seconds or q.seconds, q.modules)
                         for name, q in QUESTIONS.items()}  # fmt: skip
-        super().__init__((HOST, port), _Handler)
+        try:
+            super().__init__((HOST, port), _Handler)
+        except OSError as reason:
+            raise InputError(f"port {port} cannot be used ({reason.strerror}); give another --port, or none") from None
 
     def show(self, scenes: Callable[[], tuple[Scene, ...]]) -> None:
         """Derive the scenes of the page, while the process of the motion starts; raises what ``scenes`` raises."""

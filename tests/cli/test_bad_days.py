@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from socket import create_server
 
 import pytest
 from commandline import run
@@ -128,6 +129,23 @@ def test_whoever_stops_reading_is_not_told_of_it():
     told = subprocess.run(command, shell=True, capture_output=True, text=True)
     assert told.stderr == ""
     assert told.stdout.startswith("backward")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is full")
+def test_a_full_place_of_the_output_is_one_line():
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "asympk", "scenes"]
+        told = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert told.returncode == 2
+    assert told.stderr == "asympk: the output: No space left on device; give another place\n"
+
+
+def test_a_port_in_use_is_one_line(capsys):
+    with create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        status, out, err = run(capsys, "explore", "--no-browser", "--port", port)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert f"port {port} cannot be used" in err
 
 
 def test_an_interruption_while_the_command_line_is_loaded_is_one_line(capsys, monkeypatch):
