@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import place
+from asympk.cli.options import place_name
 
 HELP = "write a stand-alone module of a system's formulas"
 
@@ -11,7 +11,7 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("scene", nargs="?", help="a TOML file, whose system is written (the Painlevé-Klein rod)")
     parser.add_argument("--target", required=True, help="c or python")
-    parser.add_argument("--out", type=place, required=True, metavar="DIR", help="directory to write into")
+    parser.add_argument("--out", type=place_name, required=True, metavar="DIR", help="directory to write into")
 
 
 def run(options: Namespace) -> None:

@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from asympk.cli.options import meter, place
+from asympk.cli.options import meter, place_name
 
 HELP = "tell a mechanism's paradox, and the jump through it"
 
@@ -12,7 +12,7 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
-    parser.add_argument("--plot", type=place, metavar="FILE", help="draw the map of rigid motions (.pdf, .svg, .png)")
+    parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw its rigid motions (.pdf, .svg, .png)")
 
 
 def run(options: Namespace) -> None:

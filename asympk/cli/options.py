@@ -13,7 +13,7 @@ _REQUIRED = ("sigma", "mu", "start", "until")
 
 def add_root(parser: ArgumentParser) -> None:
     """Add the option that names the checkout."""
-    parser.add_argument("--root", type=place, default=".", metavar="DIR",
+    parser.add_argument("--root", type=place_name, default=".", metavar="DIR",
                         help="the checkout with derivations/ and paper/ (here)")  # fmt: skip
 
 
@@ -59,7 +59,7 @@ def require_other_file(written: str | None, read: str | None) -> None:
         raise InputError(f"{written}: it is the scene's own file; give another to write")
 
 
-def place(text: str) -> str:
+def place_name(text: str) -> str:
     """Read the name of a file or of a directory; an empty one, as of a variable that is not set, is none."""
     if not text:
         raise ArgumentTypeError("it has no name; give one")

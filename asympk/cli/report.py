@@ -2,14 +2,14 @@
 
 from argparse import ArgumentParser, Namespace
 
-from asympk.cli.options import add_root, meter, place
+from asympk.cli.options import add_root, meter, place_name
 
 HELP = "write the site: results, systems, derivations, reference"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("--out", type=place, required=True, metavar="DIR", help="directory to write the site into")
+    parser.add_argument("--out", type=place_name, required=True, metavar="DIR", help="directory to write the site into")
     add_root(parser)
 
 

@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import TYPE_CHECKING, Any
 
-from asympk.cli.options import add_scene, given_scene, meter, place, require_other_file, whole_number
+from asympk.cli.options import add_scene, given_scene, meter, place_name, require_other_file, whole_number
 
 if TYPE_CHECKING:
     from asympk.scene import Scene
@@ -15,8 +15,8 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--physical", action="store_true", help="tell the path in the units of the scene's file")
-    parser.add_argument("--csv", type=place, metavar="FILE", help="write the path as CSV")
-    parser.add_argument("--plot", type=place, metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
+    parser.add_argument("--csv", type=place_name, metavar="FILE", help="write the path as CSV")
+    parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     parser.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
     parser.add_argument("--digits", type=whole_number, help="run on that many digits")
     parser.add_argument("--order", type=whole_number, help="order in mu, of the asymptotic models")

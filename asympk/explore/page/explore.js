@@ -62,7 +62,7 @@ function refresh() {
     if (found.t && !motion) $("logarithmic").checked = found.events[0]?.t < found.t.at(-1) / 50;
     fade(!found.t);
     if (found.t) { motion = found; draw(); }
-    $("model").textContent = found.t ? `followed by ${found.model}, ${found.events.length} events` : "";
+    $("model").textContent = found.t ? `followed by the method ${found.model}, ${found.events.length} event${found.events.length === 1 ? "" : "s"}` : "";
     surround();
   });
 }
@@ -158,7 +158,7 @@ function ruled(svg, x, y, told) {
   }
   svg.append(make("rect", { class: "frame", x: x.from, y: y.to, width: x.to - x.from, height: y.from - y.to }));
   if (told.x) svg.append(make("text", { class: "name", x: x.to, y: y.from + 32, "text-anchor": "end" }, named(told.x)));
-  svg.append(make("text", { class: "name", x: x.from + 6, y: y.to + 15 }, named(told.y)));
+  return make("text", { class: "name", x: x.from + 6, y: y.to + 15 }, named(told.y)); // to be put over the curves
 }
 
 // Those of the places that leave some pixels between them, 0 before all others.
@@ -195,7 +195,7 @@ function drawPhase() {
     };
   }
   const { x, y } = axes;
-  ruled(svg, x, y, { x: across, y: up });
+  const name = ruled(svg, x, y, { x: across, y: up });
   const inside = clipped(svg, "within", x, y);
   for (const curve of curves) inside.append(make("path", { class: `curve ${curve.kind}`, d: line(curve.points, x, y) }));
   inside.append(make("path", { class: "path", d: line(u.map((value, k) => [value, v[k]]), x, y) }));
@@ -203,7 +203,7 @@ function drawPhase() {
   for (const event of motion.events.slice(0, 200)) inside.append(make("circle", { class: "event", r: 3, cx: x.at(event.state[a]), cy: y.at(event.state[b]) }));
   if (motion.stopped) inside.append(cross(x.at(motion.final[a]), y.at(motion.final[b])));
   const start = { cx: x.at(u[0]), cy: y.at(v[0]) };
-  svg.append(make("circle", { class: "ring", r: 6, ...start }), make("circle", { class: "handle", id: "handle", r: 22, ...start }));
+  svg.append(name, make("circle", { class: "ring", r: 6, ...start }), make("circle", { class: "handle", id: "handle", r: 22, ...start }));
   const words = { stable: "slow manifold at μ = 0, attracting", unstable: "repelling", stick: "sticks" };
   $("legend").replaceChildren(...Object.keys(words).filter(kind => curves.some(c => c.kind === kind))
     .map(kind => key(kind, words[kind], [...new Set(curves.filter(c => c.kind === kind && kind !== "stick").map(c => c.name.replace("Pi", "Π")))])));
@@ -231,7 +231,7 @@ function drawSeries() {
       shade.append(make("title", {}, mode.name));
       svg.append(shade);
     }
-    ruled(svg, x, y, { x: k === names.length - 1 ? "t" : "", y: name });
+    const written = ruled(svg, x, y, { x: k === names.length - 1 ? "t" : "", y: name });
     const inside = clipped(svg, `panel${k}`, x, y);
     for (const event of motion.events) {
       const moment = make("line", { class: "moment", x1: x.at(event.t), x2: x.at(event.t), y1: top, y2: top + panel });
@@ -241,6 +241,7 @@ function drawSeries() {
     inside.append(make("path", { class: "path", d: line(motion.t.map((t, j) => [t, motion.states[name][j]]), x, y) }));
     for (const event of motion.events.slice(0, 40)) inside.append(make("circle", { class: "event", r: 2.6, cx: x.at(event.t), cy: y.at(event.state[k]) }));
     if (motion.stopped) inside.append(cross(x.at(end), y.at(motion.final[k])));
+    svg.append(written);
   });
   const shades = new Map(motion.modes.map(mode => [mode.name, mode.shade]));
   $("modes").replaceChildren(...[...shades].map(([name, shade]) => {
