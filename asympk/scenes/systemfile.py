@@ -15,7 +15,7 @@ r"""A system described in TOML: rates, frictions and assumptions as formulas in 
 time, ``assumptions`` a list of relations. A friction may have a ``gap`` and a ``normal``. A ``system`` that is a word
 is one of the catalogue, ``asympk.systems``; one with a ``mechanism``, a word of the catalogue or a table such as
 ``asympk.mechanics.described`` reads, is that mechanism with ``contact = "rigid"``, or ``"elastic"`` with the formulas
-``compliance`` and ``damping``.
+``compliance`` and ``damping``. Its scene starts from its states, or from all coordinates and rates of the mechanism.
 """
 
 from importlib import import_module
@@ -27,6 +27,7 @@ from asympk import systems
 from asympk.errors import InputError
 from asympk.formulas import read_formula, read_relation
 from asympk.mechanics.described import described_by
+from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
 from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, spelled
 from asympk.symbolic.system import Friction, System
@@ -45,6 +46,8 @@ def read_system_scene(entry: dict[str, Any]) -> Scene:
     start = entry["start"]
     start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
     system = system_of(entry["system"], values)
+    if _has_mechanism(entry["system"]) and isinstance(start, dict) and not start.keys() <= {*map(str, system.states)}:
+        start = _in_states(_mechanism(entry["system"], values), system, values, start)
     return Scene(system=system, values=values, start=start, until=spelled(entry["until"]), name=entry.get("name", ""))
 
 
@@ -55,7 +58,7 @@ def system_of(entry: Any, parameters: Any) -> System:
     """
     if isinstance(entry, str):
         return _catalogued(entry)
-    if isinstance(entry, dict) and "mechanism" in entry:
+    if _has_mechanism(entry):
         return _of_mechanism(entry, parameters)
     return read_system(entry, parameters)
 
@@ -106,10 +109,30 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
 
 
+def _has_mechanism(entry: Any) -> bool:
+    return isinstance(entry, dict) and "mechanism" in entry
+
+
+def _mechanism(table: dict, parameters: Any) -> Mechanism:
+    entry = table["mechanism"]
+    return (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism
+
+
+def _in_states(mechanism: Mechanism, system: System, values: dict[str, Any], start: dict[str, Any]) -> dict[str, Any]:
+    """Return a start of an elastic mechanism, told by all its coordinates and rates, as one of its states."""
+    own = {s.name for s in (*mechanism.plain.coordinates, *mechanism.plain.velocities)}
+    if not start.keys() <= own:
+        return start
+    if missing := sorted(own - start.keys()):
+        raise InputError(f"start: no value for {', '.join(missing)}; give all coordinates and rates, or the states "
+                         f"{', '.join(map(str, system.states))}")  # fmt: skip
+    known = {str(p) for p in (*mechanism.plain.parameters, system.small)}
+    return mechanism.start(system, {**{name: value for name, value in values.items() if name in known}, **start})
+
+
 def _of_mechanism(table: dict, parameters: Any) -> System:
     refuse_unknown(table, MECHANISM, "system")
-    entry, contact = table["mechanism"], table.get("contact")
-    mechanism = (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism
+    mechanism, contact = _mechanism(table, parameters), table.get("contact")
     if contact == "rigid":
         return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():

@@ -271,3 +271,23 @@ def test_the_damping_of_a_mechanism_in_a_scene_may_use_the_parameters_of_the_mec
                     f"[values]\nm = 2\nl = 1\ng = 1\nf = 1\nc = 1e-3\nh = 1\n[start]\n{state}")
     scene = ap.read_scene(file)
     assert [str(s) for s in scene.system.parameters] == ["c", "f", "g", "h", "l", "m"]
+
+
+ELASTIC = """\
+until = 1
+system = {mechanism = "painleve_rod", contact = "elastic", compliance = "c", damping = "h"}
+values = {m = 2, l = 1, g = 1, f = 1, c = 1e-3, h = 1}
+start = {X = 0, Y = 0, theta = 0, "X'" = 3, "Y'" = -1, "theta'" = -1}
+"""
+
+
+def test_an_elastic_mechanism_in_a_scene_starts_from_its_coordinates_and_rates(tmp_path):
+    """At theta = 0 and l = 1 the gap is Y, its rate Y' - theta', and the sliding velocity X'."""
+    file = tmp_path / "rod.toml"
+    file.write_text(ELASTIC)
+    scene = ap.read_scene(file)
+    told = {"X": 0, "Y": 0, "theta": 0, "x": 0, "theta'": -1, "y": 0, "z": 3}
+    assert dict(zip(scene.names, scene.start, strict=True)) == told
+    file.write_text(ELASTIC.replace("\"X'\" = 3, ", ""))
+    with pytest.raises(InputError, match="no value for X'; give all coordinates and rates, or the states X, Y"):
+        ap.read_scene(file)
