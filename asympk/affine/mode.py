@@ -205,14 +205,15 @@ class Parts(NamedTuple):
 class ClosedSegment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
-    ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within rounding
-    vanishes there, and is set to zero; one that has no slope vanishes for ever, and is set to one, which nothing meets.
-    Where ``snapped`` is false, all guards stay as they are computed.
+    ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within rounding,
+    or is known to be one of ``zeros``, vanishes there, and is set to zero; one that has no slope vanishes for ever, and
+    is set to one, which nothing meets. Where ``snapped`` is false, all guards stay as they are computed.
     """
 
     def __init__(
         self, flow: AffineFlow, start: Sequence[Number] | np.ndarray,
         sizes: Sequence[Number] | np.ndarray | None = None, snapped: bool = True,
+        zeros: Sequence[int] = (),
     ):  # fmt: skip
         m = self.m = flow.m
         self.flow, self.functions = flow, len(flow.rate)
@@ -222,6 +223,7 @@ class ClosedSegment:
         self.sums, self.guards, self.slopes, self.bends = flow.parts(flow.times(flow.tables, whole))
         first, off = self.guards[self.functions], flow.row_sizes @ self.size
         vanishing, moves = abs(first) <= off * max(m.margin, m.slack), self.slopes.any(axis=0)
+        vanishing[[*zeros]] = True
         self.zero, self.held = (np.flatnonzero(vanishing & snapped & some).tolist() for some in (moves, ~moves))
         first[self.zero] = m.number(0)
         self.guards[self.functions :, self.held] = m.number(1)

@@ -24,6 +24,7 @@ from asympk.errors import OutOfRange, TooLarge, TooManyEvents, Undecided
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN
 from asympk.symbolic.system import System
 
 MOST_DIGITS = 1000
@@ -156,7 +157,9 @@ def _followed(m, case):
     def advance(mode, t, state, segments):
         flow, waves, kept = case.flows.of(m, mode.mode)
         known = [*map(abs, state), *(amplitude(m, *wave, t) for wave in waves)]
-        segment = ClosedSegment(flow, (*state, *(value(m, *wave, t) for wave in waves)), known)
+        start = (*state, *(value(m, *wave, t) for wave in waves))
+        zeros = _vanishing(mode, segments)
+        segment = ClosedSegment(flow, start, known, zeros=[q for q, guard in enumerate(kept) if guard in zeros])
         span, hits = _span(case, m, mode, segment, until - t, len(segments))
         found, hit = bool(hits), hits[0] if hits else None
         end = segment.at_event(span, hit) if found else segment.state(span)
@@ -177,6 +180,17 @@ def _followed(m, case):
         raise TooManyEvents(f"{joined.last.short} at t = {float(joined.last.t):.6g} of until = {float(until):.6g}; "
                             "take a smaller until, or allow more with events=")  # fmt: skip
     return joined
+
+
+def _vanishing(mode, segments):
+    """Return the guards of a mode that are 0 where it begins, whatever rounding makes of them: velocities that turn.
+
+    Some that vanish together no state can be moved to: what moves one at rest on a shaken table is the time.
+    """
+    before = segments[-1].branch if segments else mode.branch
+    turned = {k for k, (was, now) in enumerate(zip(before, mode.branch, strict=True))
+              if OPEN not in (was, now) and was.velocity != now.velocity and k not in mode.mode.jumping}  # fmt: skip
+    return [k for k, (kind, friction) in enumerate(mode.kinds) if kind == "velocity_zero" and friction in turned]
 
 
 def _standing(automaton, exact, start, digits, advance):

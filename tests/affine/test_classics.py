@@ -140,6 +140,20 @@ def test_a_block_on_a_rough_belt_sticks_and_slips_with_the_known_period():
     assert np.array(lands[:3]) - np.array(onsets[:3]) == pytest.approx(slip, rel=1e-12)
 
 
+@pytest.mark.parametrize("digits", [None, 30])
+@pytest.mark.parametrize("mirror", [1, -1])
+def test_a_block_rides_on_a_shaken_table_along_a_rough_wall_that_both_velocities_meet_at_once(digits, mirror):
+    """It rests on the table, which stops at every n pi: the wall's friction turns there, and no state can be moved."""
+    frictions = ap.Friction(v - mirror * sp.sin(t), F, load=1, kinetic=f), ap.Friction(v / 3, G, load=1, kinetic=fs)
+    block = ap.System.with_frictions({x: v, v: F + G}, {}, frictions, time=t)
+    path = followed(block, {f: "1.5", fs: "0.4"}, {"x": 0, "v": 0}, 9, digits=digits)
+    walls = ("slip_same", "slip_opposite") if mirror > 0 else ("slip_opposite", "slip_same")
+    assert path.modes == tuple(f"stick+{walls[k]}" for k in (0, 1, 0))
+    assert [(e.kind, e.friction) for e in path.events] == [("velocity_zero", 1)] * 2
+    assert [float(e.t) for e in path.events] == pytest.approx([np.pi, 2 * np.pi], rel=1e-15)
+    assert [*map(float, path.final)] == pytest.approx([mirror * (1 - np.cos(9)), mirror * np.sin(9)], rel=1e-14)
+
+
 def test_clutches_in_a_row_lock_when_the_torques_say():
     """Rigid disks, constant torques: the relative speeds fall linearly, each clutch locks at its own time."""
     a, b, c = sp.symbols("a b c", real=True)
