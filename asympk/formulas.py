@@ -92,7 +92,7 @@ def _degree(expr: sp.Expr) -> int:
 
 def _plain(text: str) -> str:
     """Spell primes and the word lambda as Python's grammar has names."""
-    text = re.sub(r"(\w)'", r"\1_prime", text)
+    text = re.sub(r"(?<=\w)'+", lambda primes: "_prime" * len(primes[0]), text)
     return re.sub(r"\blambda\b", "lambda_", text)
 
 

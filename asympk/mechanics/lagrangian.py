@@ -22,12 +22,24 @@ def equations_of(
         return (_from_lagrange if isinstance(source, LagrangesMethod) else _from_kane)(source)
     if not isinstance(source, sp.Expr):
         raise InputError(f"lagrangian = {short(source)}: give an expression, a LagrangesMethod or a KanesMethod")
-    coordinates = _functions(coordinates)
+    coordinates, source = _functions(coordinates), source.doit()
+    _require_first_order(source, coordinates)
     given = {_real(q): q for q in coordinates}
     method = LagrangesMethod(source.xreplace({q: real for real, q in given.items()}), [*given])
     method.form_lagranges_equations()
     mass, forcing = (part.xreplace(given) for part in (method.mass_matrix, method.forcing))
     return coordinates, mass, forcing + sp.Matrix(_forces(forces, coordinates)), {}
+
+
+def _require_first_order(lagrangian: Any, coordinates: tuple) -> None:
+    """Raise ``InputError`` for what moves in a Lagrangian and is no coordinate or first rate: SymPy leaves it out."""
+    known = {own for q in coordinates for own in (q, q.diff(q.args[0]))}
+    found = lagrangian.atoms(sp.Derivative, AppliedUndef, sp.Integral, sp.Subs) - known
+    for rest in sorted(found, key=str):
+        if isinstance(rest, sp.Derivative) and rest.expr in known:
+            raise InputError(f"{rest} in the Lagrangian: it is to have first derivatives alone; where one of second "
+                             "order enters linearly, integrate by parts, as X*X'' to -X'**2")  # fmt: skip
+        raise InputError(f"{rest} in the Lagrangian is no coordinate or velocity; list it, or write it out")
 
 
 def _real(coordinate: Any) -> sp.Expr:
@@ -62,6 +74,7 @@ def _forces(forces: Any, coordinates: tuple) -> list:
 def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:
     if method.coneqs:
         raise InputError("the LagrangesMethod has constraints; give independent coordinates and leave the contact out")
+    _require_first_order(sp.Matrix([method._L]), tuple(method.q))
     method.form_lagranges_equations()
     return tuple(method.q), method.mass_matrix, method.forcing, {}
 

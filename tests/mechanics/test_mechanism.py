@@ -13,6 +13,8 @@ from asympk.errors import InputError, UnknownName
 from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.tidy import cofactors, expanded_determinant
 
+FREE = (X.diff(T) ** 2 + Y.diff(T) ** 2) / 2
+
 
 def _same(left, right):
     return all(sp.simplify(a - b) == 0 for a, b in zip(left, right, strict=True))
@@ -182,12 +184,25 @@ def test_what_is_no_mechanism_is_refused_in_one_line(changes, match):
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces="PQ"), "forces = 'PQ': give"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact=c, forces={THETA: 1}), "no coordinate"),
         (lambda c: ap.Mechanism.from_lagrangian(X.diff(T) ** 2, (X, Y), contact="ground"), "must be an ap.Contact"),
+        (lambda c: ap.Mechanism.from_lagrangian(FREE + X.diff(T, 2) ** 2, (X, Y), contact=c), "integrate by parts"),
+        (lambda c: ap.Mechanism.from_lagrangian(FREE + X * X.diff(T, 2), (X, Y), contact=c), "first derivatives alone"),
+        (lambda c: ap.Mechanism.from_lagrangian(FREE + Y * X.diff(T, 3), (X, Y), contact=c), "first derivatives alone"),
+        (lambda c: ap.Mechanism.from_lagrangian(LagrangesMethod(FREE + X.diff(T, 2) ** 2, (X, Y)), contact=c), "parts"),
+        (lambda c: ap.Mechanism.from_lagrangian(FREE + X.subs(T, T - 1), (X, Y), contact=c), r"X\(t - 1\) in the Lag"),
+        (lambda c: ap.Mechanism.from_lagrangian(FREE + THETA.diff(T), (X, Y), contact=c), "no coordinate or velocity"),
     ],
 )
 def test_what_is_no_lagrangian_is_refused_in_one_line(make, match):
     with pytest.raises(InputError, match=match) as caught:
         make(ap.Contact(gap=Y, slip=X, friction=f))
     assert "\n" not in str(caught.value)
+
+
+def test_a_rate_that_is_not_written_out_has_its_inertia():
+    contact = ap.Contact(gap=Y, slip=X, friction=f)
+    masses = (ap.Mechanism.from_lagrangian(FREE + rate**2, (X, Y), contact=contact).mass
+              for rate in (sp.Derivative(sp.sin(X), T), sp.sin(X).diff(T)))  # fmt: skip
+    assert _same(*masses)
 
 
 @pytest.mark.parametrize(

@@ -167,6 +167,8 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("f = 2", "f = [2]"), "values: f = [2]: it must be a number"),
         (("f = 2", "F = 2"), "m, l, g, F; a parameter needs a number under [values]"),
         (("X'^2", "Xx'^2"), "the name Xx' is unknown; did you mean X'?"),
+        (("theta'^2/6", "theta'^2/6 + X''^2"), "the name X'' is unknown; did you mean X'?"),
+        (("theta'^2/6", "theta'^2/6 + X*X''"), "the name X'' is unknown; did you mean X'?"),
         (("Y - l*sin(theta)", "Y - speed"), "the name speed is unknown; it has X, Y, theta, t, X', Y', theta', m"),
     ],
 )
