@@ -35,12 +35,7 @@ def carrier_context(digits: int) -> Any:
 
 def carried(value: Any, digits: int) -> Any:
     """Return a number, an exact fraction or an mpf of any context, as a carrier of ``digits`` digits."""
-    ctx = carrier_context(digits)
-    if hasattr(value, "_mpf_"):
-        return +ctx.make_mpf(value._mpf_)
-    if hasattr(value, "numerator") and not isinstance(value, int):
-        return ctx.mpf(int(value.numerator)) / int(value.denominator)
-    return ctx.mpf(value)
+    return multiprecision.in_context(carrier_context(digits), value)
 
 
 class FixedPoint(NamedTuple):

@@ -4,7 +4,6 @@ mpmath keeps pi, log 2 and their like at the most digits asked for so far, and a
 extends them gets a wrong number. They are therefore extended at once, under a lock, beyond what is usual here.
 """
 
-from fractions import Fraction
 from threading import Lock
 from typing import TYPE_CHECKING
 
@@ -43,9 +42,9 @@ def extend(bits: int) -> None:
 
 
 def in_context(m: "MPContext", value: Number) -> Number:
-    """Return an int, float, Fraction or mpf as a number of the context ``m``, a Fraction to its precision."""
-    if isinstance(value, Fraction):
-        return m.mpf(value.numerator) / value.denominator
+    """Return an int, float, exact fraction or mpf of any context as a number of ``m``, rounded to its precision."""
+    if hasattr(value, "numerator") and not isinstance(value, int):
+        return m.mpf(int(value.numerator)) / int(value.denominator)
     return m.mpf(value)
 
 

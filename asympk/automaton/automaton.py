@@ -9,11 +9,12 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.automaton import contacts, decide
+from asympk.automaton import decide
 from asympk.automaton.modes import is_nested, mode_of, phases_of
 from asympk.automaton.numericmode import NumericMode, State
 from asympk.digits import carrier_context
 from asympk.errors import InputError, NoMotion, NotDerivable, OutOfRange, TwoMotions, Undecided
+from asympk.multiprecision import in_context
 from asympk.numbers import sign_of
 from asympk.symbolic.branches import OPEN, Branch, rate_along
 from asympk.symbolic.sides import Sides, inside, is_switched, measured, system_on_sides
@@ -78,7 +79,7 @@ def _first(automaton: Automaton, start: State, until: Any) -> Branch:
     context = carrier_context(decide.DIGITS)
     slack = context.mpf(10) ** -decide.EXACT
     still = automaton.mode((OPEN,) * len(automaton.system.frictions), decide.DIGITS)
-    begun = still.after_start(contacts.converted(context, until))
+    begun = still.after_start(in_context(context, until))
     return _follow_on(automaton, None, (), begun, _exact(start, context), slack)
 
 
@@ -273,4 +274,4 @@ def _numeric(automaton: Automaton, branch: Branch, digits: int | None, sides: Si
 
 
 def _exact(values: State, context: Any) -> State:
-    return tuple(contacts.converted(context, v) for v in values)
+    return tuple(in_context(context, v) for v in values)

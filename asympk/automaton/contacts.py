@@ -105,13 +105,6 @@ class Unclear(Exception):
 DOUBLES = Numbers("math", math, float, 2.0**-20, 2.0**-36)
 
 
-def converted(ctx: Any, value: Any) -> Any:
-    """Return a number, exact fractions and numbers of other contexts too, rounded to a context."""
-    if hasattr(value, "numerator") and not isinstance(value, int):
-        return ctx.mpf(int(value.numerator)) / int(value.denominator)
-    return ctx.mpf(value)
-
-
 def is_open(values: Sequence) -> bool:
     """Tell whether the spread of the others leaves the sign of the first value open."""
     first, *others = values

@@ -32,7 +32,6 @@ from asympk.automaton.contacts import (
     clear_sign,
     contact_formulas,
     contact_point,
-    converted,
     gap_row,
     row_at,
     solved_forces,
@@ -41,6 +40,7 @@ from asympk.automaton.modes import GuardedMode, mode_of
 from asympk.automaton.rest import has_forces, stands_still
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
+from asympk.multiprecision import in_context
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Guard, Phase
 from asympk.symbolic.penetration import with_finite_powers
@@ -123,7 +123,7 @@ def digits_of(state: tuple) -> int | None:
 
 def _numbers(digits: int) -> Numbers:
     ctx = carrier_context(digits)
-    return Numbers("mpmath", ctx, partial(converted, ctx), -1.0)
+    return Numbers("mpmath", ctx, partial(in_context, ctx), -1.0)
 
 
 def _follow_on(

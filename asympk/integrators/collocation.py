@@ -16,7 +16,6 @@ from math import ceil, inf, log2, log10
 from time import monotonic
 from typing import Any
 
-from asympk.automaton import contacts
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.decide import is_of_numbers
 from asympk.automaton.loop import Run, Segment, follow
@@ -27,6 +26,7 @@ from asympk.integrators.growth import LOST, grown, growth
 from asympk.integrators.integrate import AT_REST
 from asympk.integrators.singular import followed
 from asympk.integrators.watch import Look, first_lost, lost_with
+from asympk.multiprecision import in_context
 from asympk.numbers import whole
 from asympk.path import Event, Path, within
 from asympk.scene import Scene
@@ -111,7 +111,7 @@ def _with_steps(segment: Segment) -> Segment:
 def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:
     """Return the finer one of two runs, and their difference; ``inf`` where their modes differ."""
     automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
-    start, until = tuple(contacts.converted(ctx, v) for v in scene.start), contacts.converted(ctx, scene.until)
+    start, until = tuple(in_context(ctx, v) for v in scene.start), in_context(ctx, scene.until)
     first = automaton.first(scene.start, scene.until)
     stages = max(STAGES, ceil(PER_DIGIT * digits))
     rough, fine = (_follow(automaton, first, start, until, stages + more, digits + extra, events, deadline)
@@ -375,7 +375,7 @@ class CollocationDense:
     def _state(self, t: Any) -> tuple:
         steps = [step for segment in self.joined.segments for step in segment.samples]
         until = self.joined.last.t
-        t = contacts.converted(until.context, t)
+        t = in_context(until.context, t)
         if not within(t, t, until):
             raise OutOfRange(f"t = {float(t):g} is outside the run; ask within [0, {float(until):g}]")
         if not steps:
