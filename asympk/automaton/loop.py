@@ -8,7 +8,8 @@ import sympy as sp
 
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
 from asympk.automaton.contacts import nudges
-from asympk.automaton.decide import BY_HAND, finite
+from asympk.automaton.decide import finite
+from asympk.automaton.junction import BY_HAND
 from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided

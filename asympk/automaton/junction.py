@@ -1,0 +1,193 @@
+r"""A junction: where one mode ends and the next begins, and the phases that each friction might go on in.
+
+A quantity counts as vanishing when an event says so, or when the rounding of the state could have changed its sign; a
+snapped quantity is never tested again.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from asympk.automaton.contacts import ContactPoint, Numbers, Place, Solved, contact_point, solved_forces
+from asympk.automaton.modes import mode_of
+from asympk.errors import InputError, NoMotion
+from asympk.symbolic import branches
+from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.system import System
+
+if TYPE_CHECKING:
+    from asympk.automaton.automaton import Automaton
+
+ROUNDING = 2.0**-46  # relative, of a start that was computed in doubles
+BY_HAND = 2.0**-20  # relative, of a start on a contact whose numbers were written with six digits
+
+
+@dataclass(frozen=True)
+class Junction:
+    """Where one mode ends and another is to follow, or where a run begins.
+
+    ``lost`` are the guards that the mode ``before`` lost, by kind and friction. The first of the ``places`` is the
+    state itself, the others are what rounding might have made of it; ``points`` are the contacts there. ``touching``
+    are the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
+    """
+
+    system: System
+    before: Branch | None
+    lost: set[tuple[str, int]]
+    places: tuple[Place, ...]
+    points: list[ContactPoint]
+    touching: dict[int, bool]
+
+    @property
+    def at(self) -> Place:
+        """The place of the state itself."""
+        return self.places[0]
+
+    @property
+    def numbers(self) -> Numbers:
+        """The numbers that all is decided on."""
+        return self.at.numbers
+
+    @cached_property
+    def phases(self) -> list[list[Phase]]:
+        """The phases that every friction might go on in."""
+        return [_phases(self, k) for k in range(len(self.system.frictions))]
+
+    @cached_property
+    def resting(self) -> set[int]:
+        """The frictions that might rest: their velocities vanish."""
+        return {k for k, choice in enumerate(self.phases) if any(phase.mode == "stick" for phase in choice)}
+
+    @cached_property
+    def tried(self) -> list[Branch]:
+        """The combinations of phases."""
+        return [*product(*self.phases)]
+
+    def solved(self, branch: Branch) -> Solved | None:
+        """Return the forces of a branch at the state itself, or None where they are not determined."""
+        return solved_forces(self.system, branch, self.points[0], self.numbers)
+
+    @property
+    def in_words(self) -> str:
+        """The time and the state."""
+        return _in_words(self.system, self.at)
+
+
+def junction_at(
+    automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
+) -> Junction:
+    """Return the ``Junction`` where a mode, or none, has lost its guards ``hits``."""
+    system = automaton.system
+    own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
+    at = Place(numbers, numbers.convert(t), own, p)
+    places = tuple(_settled(automaton, before, hits, place) for place in at.with_nudged(slack))
+    points = [contact_point(system, place) for place in places]
+    guards = mode_of(system, before).guards if before else ()
+    lost = {(guards[k].kind, guards[k].friction) for k in hits}
+    lost |= set() if before else _resting_rigid(system, at)
+    return Junction(system, before, lost, places, points, _touching(system, before, lost, at))
+
+
+def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place) -> Place:
+    """Return a place moved to where all vanishes that does in the mode before, in its own numbers.
+
+    Rounded as a number of other ones, what only rounding leaves there would count as given. So would what cancels in a
+    guard of the time alone: doubles take it for zero some roundings beside the time where it is.
+    """
+    if not before:
+        return place
+    digits = getattr(place.numbers.functions, "dps", None)
+    mode = automaton.mode(before, digits)
+    t = place.t
+    for guard in hits if digits else ():
+        t = mode.time_of_fall(guard, t, place.state)
+    return place._replace(t=t, state=mode.settled(t, place.state))
+
+
+def _phases(here: Junction, k: int) -> list[Phase]:
+    friction = here.system.frictions[k]
+    if friction.constraint is not None and friction.gap is not None:
+        gap = 0 if k in here.touching else 1
+    else:
+        gap = _gap_sign(here, k)
+    found = [] if gap > 0 else _closed(here, k)
+    return found + ([OPEN] if friction.gap is not None and gap >= 0 else [])
+
+
+def _gap_sign(here: Junction, k: int) -> int:
+    if here.system.frictions[k].gap is None:
+        return -1
+    if {("lift_off", k), ("touch_down", k)} & here.lost:
+        return 0
+    return here.numbers.decided_sign([point.contacts[k].gap for point in here.points])
+
+
+def _touching(system: System, before: Branch | None, lost: set, at: Place) -> dict[int, bool]:
+    """Return the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
+
+    Raises ``NoMotion`` where one is hit, by a step of its ground too: a rigid contact has no law of impact. The gap and
+    its rate are 0 where the rounding of doubles, or at a start that of six digits, may have made them differ from it.
+    """
+    found, rounding = {}, BY_HAND if before is None else ROUNDING
+    for k, friction in enumerate(system.frictions):
+        if friction.constraint is None or friction.gap is None:
+            continue
+        if before is not None and before[k] != OPEN:
+            found[k] = ("lift_off", k) in lost
+            continue
+        expressions = (friction.gap, branches.rate_along(system, friction.gap))
+        gap, rate = _signs(system, expressions, at, rounding, before is not None)
+        if gap < 0 and ("touch_down", k) not in lost:
+            raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
+        if ("touch_down", k) in lost or gap == 0:
+            if min(gap, rate) < 0:
+                raise NoMotion(f"the contact is hit {_in_words(system, at)}: the rigid model has no law of "
+                               "impact, the model needs compliance there", at.t, at.state)  # fmt: skip
+            if rate == 0:
+                found[k] = False
+    return found
+
+
+def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
+    """Return the rigid contacts whose sliding velocity is 0 or may be the rounding of a start, as velocities lost.
+
+    It is a sum of several states as a rule, which doubles can not make vanish, and no state that is given as 0.
+    """
+    rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
+    signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, ROUNDING, False)
+    return {("velocity_zero", k) for k, sign in zip(rigid, signs, strict=True) if sign == 0}
+
+
+def _signs(system: System, expressions: tuple, at: Place, rounding: float, timed: bool) -> list[int]:
+    """Return the signs of expressions, 0 where ``rounding`` of states (``timed``: of the time too) leaves them open."""
+    places = at.with_nudged(rounding)
+    places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
+    rows = [place.values(system, expressions) for place in places]
+    return [at.numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]
+
+
+def _closed(here: Junction, k: int) -> list[Phase]:
+    friction, was = here.system.frictions[k], here.before[k] if here.before else None
+    contacts = [point.contacts[k] for point in here.points]
+    resting = (was is not None and was.mode == "stick") or ("velocity_zero", k) in here.lost
+    velocity = 0 if resting else here.numbers.decided_sign([c.velocity for c in contacts])
+    if branches.lifts(friction):
+        loads: tuple[int, ...] = (1,)
+    elif friction.constraint is not None or ("force_zero", k) in here.lost:
+        loads = (1, -1)
+    else:
+        load = here.numbers.decided_sign([c.load for c in contacts])
+        loads = (load,) if load else (1, -1) if _loads_move(here.system)[k] else (1,)
+    return [Phase(load, v) for load in loads for v in ((velocity,) if velocity else (0, 1, -1))]
+
+
+@lru_cache(maxsize=64)
+def _loads_move(system: System) -> tuple[bool, ...]:
+    """Tell of every friction whether its load depends on more than parameters."""
+    return tuple(not friction.load.free_symbols <= {*system.parameters} for friction in system.frictions)
+
+
+def _in_words(system: System, at: Place) -> str:
+    values = ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, at.state, strict=True))
+    return f"at t = {float(at.t):.6g}, {values}"
