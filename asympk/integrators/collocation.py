@@ -11,7 +11,7 @@ Two runs of different order must agree to the digits asked for (Hairer and Wanne
 from bisect import bisect_left
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from math import ceil, inf, log2, log10
 from time import monotonic
 from typing import Any
@@ -20,7 +20,7 @@ from asympk.automaton.automaton import Automaton
 from asympk.automaton.decide import is_of_numbers
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.automaton.numericmode import NumericMode
-from asympk.digits import FixedPoint, carried, carrier_context, dot, fixed_point
+from asympk.digits import GUARD_BITS, FixedPoint, carried, carrier_context, dot, fixed_point
 from asympk.errors import OutOfRange, TooManyEvents, Unfinished
 from asympk.integrators.growth import LOST, grown, growth
 from asympk.integrators.integrate import AT_REST
@@ -65,12 +65,12 @@ class Scheme:
 
 @dataclass(frozen=True)
 class CollocationStep:
-    """One step: its start, its length and its stage derivatives, in fixed point state by state."""
+    """One step: its start, its length and the Legendre coefficients of its derivatives, state by state."""
 
     t: Any
     state: tuple
     h: Any
-    slopes: list[FixedPoint]
+    rates: list[FixedPoint]
 
 
 def run(
@@ -173,11 +173,10 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         slopes = None
         with suppress(OverflowError):  # an iterate beyond the range of doubles has left where the step converges
             slopes = _step(scheme, t, state, h)
-        rough = slopes is None or _tail(slopes, scheme.tableau, h) > scheme.tolerance * max(1, *map(abs, state))
-        step = CollocationStep(t, state, h, slopes or [])
-        if rough or not _is_resolved(scheme, step):
+        if slopes is None or not _is_resolved(scheme, t, state, slopes, h):
             h *= SHRINK
             continue
+        step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
         if met := _lost(scheme, step, before):
             at, k = met
             end = _without_rounding(_at(scheme.tableau, step, at), state, scheme.tolerance * SLACK)
@@ -192,14 +191,16 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
 
 
-def _is_resolved(scheme: Scheme, step: CollocationStep) -> bool:
-    """Tell whether a step is so short that its stages tell how guards vary that do so more than the state."""
-    mode, tableau, h = scheme.mode, scheme.tableau, step.h
+def _is_resolved(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h: Any) -> bool:
+    """Tell whether a step is so short that its stages tell how the state varies, and guards that do so more."""
+    mode, tableau = scheme.mode, scheme.tableau
+    if _tail(slopes, tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
+        return False
     if not mode.timed:
         return True
-    stages = (_moved(step.state, row, step.slopes, h) for row in tableau.a)
-    rates = [mode.guard_rates(step.t + h * c, state) for c, state in zip(tableau.nodes, stages, strict=True)]
-    sizes = map(abs, mode.guard_values(step.t, step.state))
+    stages = (_moved(state, row, slopes, h) for row in tableau.a)
+    rates = [mode.guard_rates(t + h * c, stage) for c, stage in zip(tableau.nodes, stages, strict=True)]
+    sizes = map(abs, mode.guard_values(t, state))
     return _tail(_by_state(h.context, rates), tableau, h) <= RESOLVED * max(1, *sizes)
 
 
@@ -350,12 +351,12 @@ def _moved(state: tuple, weights: FixedPoint, slopes: list[FixedPoint], h: Any) 
 
 def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
     """Return the state at the time ``at`` after the start of a step, from its collocation polynomial."""
-    return _moved(step.state, tableau.weights(at / step.h), step.slopes, step.h)
+    return _moved(step.state, tableau.integrals(at / step.h), step.rates, step.h)
 
 
 def _tail(slopes: list[FixedPoint], tableau: "_Tableau", h: Any) -> Any:
     """Return what the last two Legendre coefficients of the derivatives amount to over the step."""
-    return h * max(abs(dot(h.context, row, column)) for row in tableau.last for column in slopes)
+    return h * max(abs(dot(h.context, row, column)) for row in tableau.legendre[-2:] for column in slopes)
 
 
 @dataclass(frozen=True)
@@ -381,43 +382,53 @@ class CollocationDense:
         if not steps:
             return _rounded(self.joined.last.state, self.digits)
         step = steps[max(0, bisect_left([s.t for s in steps], t) - 1)]
-        tableau = _tableau(len(step.slopes[0].multiples), self.digits + SPARE)
+        tableau = _tableau(len(step.rates[0].multiples), self.digits + SPARE)
         return _rounded(_at(tableau, step, t - step.t), self.digits)
 
 
 class _Tableau:
-    """Radau IIA with s stages: its nodes, its matrix a, and the rows that give the last Legendre coefficients."""
+    """Radau IIA with s stages: its nodes, its matrix a, and the rows of Legendre coefficients, from stages."""
 
     def __init__(self, stages: int, digits: int):
         import numpy as np
 
-        self.ctx = carrier_context(digits)
-        self._fixed_point = partial(fixed_point, self.ctx)
-        places = _radau_places(self.ctx, stages)
+        self.ctx = ctx = carrier_context(digits)
+        places = _radau_places(ctx, stages)
         self.nodes = [(u + 1) / 2 for u in places]
-        coefficients = [_lagrange(_legendre(u, stages), u) for u in places]
-        self.inverse = [self._fixed_point(of) for of in coefficients]
-        rows = [self._integrals(t) for t in self.nodes]
-        self.a, self.floats = [*map(self._fixed_point, rows)], np.array([[float(v) for v in row] for row in rows])
-        self.last = [self._fixed_point([of[k] for of in coefficients]) for k in (stages - 2, stages - 1)]
+        columns = [_lagrange(_legendre(u, stages), u) for u in places]
+        self.legendre = [fixed_point(ctx, row) for row in zip(*columns, strict=True)]
+        inverse = [fixed_point(ctx, column) for column in columns]
+        rows = [[dot(ctx, integrals, column) for column in inverse] for integrals in map(self.integrals, self.nodes)]
+        self.a, self.floats = [fixed_point(ctx, row) for row in rows], np.array(rows, dtype=float)
 
-    def weights(self, t: Any) -> FixedPoint:
-        """Return the integrals from 0 to t of the Lagrange polynomials of the nodes."""
-        return self._fixed_point(self._integrals(t))
+    def coefficients(self, slopes: list[FixedPoint]) -> list[FixedPoint]:
+        """Return the Legendre coefficients of the polynomials through stage derivatives."""
+        return [fixed_point(self.ctx, [dot(self.ctx, row, column) for row in self.legendre]) for column in slopes]
 
-    def _integrals(self, t: Any) -> list:
-        values = _legendre(2 * t - 1, len(self.nodes) + 1)
-        primitive = self._fixed_point([t, *((after - before) / (2 * (2 * k + 1)) for k, (before, after) in
-                                            enumerate(zip(values, values[2:], strict=False), start=1))])  # fmt: skip
-        return [dot(self.ctx, primitive, of) for of in self.inverse]
+    def integrals(self, t: Any) -> FixedPoint:
+        """Return the integrals from 0 to t of the Legendre polynomials."""
+        values, exponent = _legendre_multiples(2 * t - 1, len(self.nodes) + 1)
+        first = (values[0] + values[1]) // 2
+        return FixedPoint((first, *((after - before) // (2 * (2 * k + 1)) for k, (before, after) in
+                                    enumerate(zip(values, values[2:], strict=False), start=1))), exponent)  # fmt: skip
 
 
 def _legendre(u: Any, count: int) -> list:
     """Return the Legendre polynomials P_0 .. P_(count - 1) at u."""
-    values = [u - u + 1, u]
+    values, exponent = _legendre_multiples(u, count)
+    return [u.context.ldexp(value, exponent) for value in values]
+
+
+def _legendre_multiples(u: Any, count: int) -> FixedPoint:
+    """Return them in fixed point, in which their recurrence is far faster; they are 1 at most."""
+    from mpmath.libmp import to_fixed
+
+    bits = u.context.prec + GUARD_BITS
+    u = to_fixed(u._mpf_, bits)
+    values = [1 << bits, u]
     for k in range(1, count - 1):
-        values.append(((2 * k + 1) * u * values[k] - k * values[k - 1]) / (k + 1))
-    return values
+        values.append(((2 * k + 1) * (u * values[k] >> bits) - k * values[k - 1]) // (k + 1))
+    return FixedPoint(tuple(values), -bits)
 
 
 def _lagrange(values: list, u: Any) -> list:
