@@ -29,4 +29,31 @@ def _solver(mode, t, state, until, settings):
     solver = make(lambda t, w: field(t, *w.tolist(), *p), t, start, until, rtol=settings.rtol, atol=atol,
                   max_step=settings.longest, **jac)  # fmt: skip
     solver.made = 1
+    if hasattr(solver, "solve_lu"):
+        solver.lu, solver.solve_lu = _factored, _solution
     return solver
+
+
+def _factored(matrix):
+    """Return the LU factors of a matrix, by LAPACK itself: SciPy's checks take longer than a few states do."""
+    from scipy.linalg import lapack
+
+    _require_finite(matrix)
+    routine = lapack.zgetrf if matrix.dtype.kind == "c" else lapack.dgetrf
+    return routine(matrix, overwrite_a=True)[:2]
+
+
+def _solution(factors, right):
+    """Return the solution of linear equations with such factors."""
+    from scipy.linalg import lapack
+
+    _require_finite(right)
+    routine = lapack.zgetrs if right.dtype.kind == "c" else lapack.dgetrs
+    return routine(*factors, right, overwrite_b=True)[0]
+
+
+def _require_finite(numbers):
+    import numpy as np
+
+    if not np.isfinite(numbers).all():
+        raise ValueError("left the range of floats")
