@@ -80,7 +80,9 @@ def _followed(solver, mode, t, state, settings):
             divisor = mode.vanishing(divisors, t, state)
             near = [*near[-PATIENCE:], t] if divisor is not None else []
             if len(near) > PATIENCE and t - near[0] <= STANDSTILL * t:
-                short = f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
+                short = _divided(divisor)
+        elif poles and solver.status == "failed" and (divisor := mode.vanishing(divisors, t, state)) is not None:
+            short = _divided(divisor)
         if settings.keep:
             passed.append((t, state))
         while len(samples) < len(times) and times[len(samples)] <= t and not short:
@@ -89,6 +91,10 @@ def _followed(solver, mode, t, state, settings):
         short = f"stalled (the last {steps // 2} steps gained {t - halfway:.1g})"
     work = Work(int(solver.nfev), steps, int(solver.njev))
     return Segment(t, state, hit, work, short, tuple(samples), together, tuple(passed))
+
+
+def _divided(divisor):
+    return f"stalled: rates are divided by {divisor!s:.120}, and that is 0"
 
 
 class Watch:
