@@ -107,7 +107,7 @@ def _estimated(case):
     try:
         with np.errstate(all="ignore"):
             joined = _followed(Doubles, case)
-        return joined, estimate([s.work for s in joined.segments], len(case.scene.start))
+            return joined, estimate([s.work for s in joined.segments], len(case.scene.start))
     except TooLarge:
         raise
     except (Undecided, OutOfRange, OverflowError, ZeroDivisionError):

@@ -437,3 +437,12 @@ def test_a_mass_in_two_brakes_rests_up_to_the_sum_of_their_static_bounds_however
     ends = np.where(abs(places) <= 3, places, 3 * np.sign(places) - places)
     many = ap.solve_many(system=brake, values={}, start={"x": places, "v": 0}, until=4)
     assert many.final[0] == pytest.approx(ends, abs=1e-12)
+
+
+def test_a_load_that_dies_away_within_a_layer_is_followed_without_a_word():
+    """y decays by exp(-(1 + f) t / mu) to 1e-565, and the rounding of the clock is told by no double then."""
+    y, v, f = sp.symbols("y v f", real=True)
+    mu = sp.Symbol("mu", positive=True)
+    layer = ap.System.with_friction({}, {y: F - y}, {v: 1 - y + F}, F, load=y, kinetic=f, small=mu)
+    path = ap.solve(ap.Scene(system=layer, values={f: "0.3", mu: "1e-3"}, start={"y": "0.3", "v": "0.3"}, until=2))
+    assert path.final == pytest.approx([0, 2.2997], abs=1e-15)
