@@ -21,6 +21,7 @@ from asympk.asymptotics.series import Series
 from asympk.asymptotics.taylor import Taylor, as_taylor, evaluated
 from asympk.errors import NotDerivable, UnknownName
 from asympk.numbers import known_order
+from asympk.symbolic.expansion import fast_jacobian, is_zero
 from asympk.symbolic.placing import place
 from asympk.symbolic.system import System
 
@@ -72,7 +73,7 @@ def base_point(system: System, order: int = 1) -> BasePoint:
 
     In closed form to order 3 with one fast state and to order 1 with several, where g is affine in them and f a
     polynomial; numbers to order 3 for any.
-    Raises ``OrderError``, and ``NotDerivable`` for a system that has no fast states.
+    Raises ``OrderError``, and ``NotDerivable`` for a system that has no fast states, or whose layers do not settle.
 
     >>> x, y, mu = sp.symbols("x y mu")
     >>> print(base_point(System.smooth(slow={x: -x + y}, fast={y: x - 2*y}, small=mu))[x])
@@ -83,12 +84,23 @@ def base_point(system: System, order: int = 1) -> BasePoint:
         raise NotDerivable("a base point is that of one smooth mode with fast states and without an explicit time")
     if not _is_closed(system.modes[0], order):
         return BasePoint(system, order, None)
+    _require_settling(system.modes[0], system.small)
     found = _Corrections(system.modes[0], system.small, order).base()
     slow = tuple(system.slow)
     states = {
         x: Series({(k, 0): c[i] for k, c in enumerate(found)}, (order + 1, 0), system.small) for i, x in enumerate(slow)
     }
     return BasePoint(system, order, states)
+
+
+def _require_settling(mode, small):
+    """Raise ``NotDerivable`` where no layer settles: an eigenvalue of g_y is 0, or their sum is not negative."""
+    slopes = fast_jacobian(mode, small)
+    if is_zero(slopes.det()):
+        raise NotDerivable("g_y is singular everywhere: no layer settles on a slow manifold; give every fast state a "
+                           "rate that depends on it")  # fmt: skip
+    if slopes.trace().is_nonnegative:
+        raise NotDerivable(f"g_y has the trace {slopes.trace()}: the slow manifold repels, and no layer settles on it")
 
 
 def _is_closed(mode, order):

@@ -83,6 +83,9 @@ def linear(system: System) -> Linear:
     ):
         raise NotDerivable(f"the time {system.time} is in the system: a jump is derived without; {IN_NUMBERS}")
     z = system.friction.velocity
+    if z not in system.slow:
+        raise NotDerivable(f"the sliding velocity {z!s:.60} is no slow state of its own: a jump is derived for one; "
+                           f"{IN_NUMBERS}")  # fmt: skip
     slow = [v for v in system.modes[0].slow if v != z]
     fast = list(system.modes[0].fast)
     if len(slow) != 1 or len(fast) != 1:

@@ -260,7 +260,7 @@ def _late_first(atom):
 def _coprime(polynomials):
     """Return pairwise coprime square-free polynomials such that each of ``polynomials`` is a product of them."""
     bases = []
-    queue = [factor for p in polynomials for factor, _ in p.primitive()[1].sqf_list()[1]]
+    queue = [factor for p in polynomials if not p.is_ground for factor, _ in p.primitive()[1].sqf_list()[1]]
     while queue:
         new = queue.pop()
         for i, old in enumerate(bases):

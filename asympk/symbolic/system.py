@@ -348,9 +348,12 @@ def _check(system: System) -> None:
 
 
 def _require_one_symbol_each(system: System) -> None:
-    """Refuse a parameter that has the name of a state, a force or the time, and other assumptions."""
+    """Refuse a force that two frictions share, and a parameter of the name of a state, a force or the time."""
     special = [*system.states, system.time, *(s for f in system.frictions for s in (f.force, f.normal))]
     names = {s.name for s in special if s is not None}
+    forces = [s.name for f in system.frictions for s in (f.force, f.normal) if s is not None]
+    if shared := next((name for name in forces if forces.count(name) > 1), None):
+        raise InputError(f"{shared} is the force or reaction of two frictions; give each a Symbol of its own")
     for parameter in system.parameters:
         if parameter.name in names:
             raise InputError(

@@ -306,6 +306,9 @@ def test_systems_without_a_jump_are_refused():
     )
     with pytest.raises(NotDerivable, match="not affine"):
         jump_map(cubic)
+    block = System.with_frictions({x: z}, {z: sigma0 - x}, [ap.Friction(z, sigma0, 1, 1)], small=mu)
+    with pytest.raises(NotDerivable, match="the sliding velocity z is no slow state"):
+        jump_map(block)
 
 
 def test_a_system_whose_rates_contain_the_time_has_no_jump_map_in_symbols():

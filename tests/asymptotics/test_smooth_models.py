@@ -280,6 +280,15 @@ def test_the_base_point_of_two_fast_states_is_closed_to_order_one_and_in_numbers
         ap.jump_map(system, order=2)[x]
 
 
+@pytest.mark.parametrize(
+    ("fast", "match"),
+    [({y: x}, "singular everywhere"), ({y: x - y, w: y - x}, "singular everywhere"), ({y: x + y}, "manifold repels")],
+)
+def test_a_layer_that_never_settles_has_no_base_point(fast, match):
+    with pytest.raises(NotDerivable, match=match):
+        ap.jump_map(ap.System.smooth(slow={x: 1 + y}, fast=fast, small=mu))
+
+
 def test_a_nonlinear_layer_has_its_first_correction_as_an_integral_over_the_fast_state():
     from scipy.integrate import quad
     from scipy.optimize import brentq

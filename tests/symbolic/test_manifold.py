@@ -610,3 +610,8 @@ def test_roots_of_a_cubic_are_found_beside_a_fast_state_that_the_others_give():
     found = [{y: sp.re(h.subs(s, 2).evalf()) for y, h in m.branch.items()} for m in ap.critical_manifolds(neuron)]
     assert sorted(branch[q] for branch in found) == pytest.approx([-(1 + 5**0.5) / 2, -1, (5**0.5 - 1) / 2])
     assert all(branch[r] == pytest.approx(1 - 5 * branch[q] ** 2) for branch in found)
+
+
+def test_fast_states_alone_have_their_rest_points_for_manifolds():
+    one, two = ap.slow_manifolds(ap.System.smooth({}, {u: (1 + mu) ** 2 - u**2}, mu), order=2)
+    assert [*map(sp.expand, (one.expr, two.expr))] == [-1 - mu, 1 + mu]

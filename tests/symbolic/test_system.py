@@ -66,6 +66,7 @@ def test_a_system_and_its_modes_are_values():
         (lambda: System.smooth(slow={mu: y}, fast={y: -y}, small=mu), "small parameter"),
         (lambda: System.smooth(slow={x: y}, fast={y: -y}, small=None), "small is missing: fast states .y. need"),
         (lambda: System.smooth(slow={x + y: y}, fast={y: -y}, small=mu), "not a Symbol"),
+        (lambda: System.with_frictions({z: F}, {}, 2 * [Friction(z, F, 1, 1)]), "F is the force or reaction of two"),
         (lambda: _oscillator().mode("slide"), "mode 'slide' is unknown; this system has slip_same"),
     ],
 )
