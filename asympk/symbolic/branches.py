@@ -205,8 +205,10 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
         raise InputError(
             f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its velocity"
         )
-    solve = matrix.lower_triangular_solve if matrix.is_lower else matrix.LUsolve
-    return dict(zip(unknowns, map(_tidy, solve(right)), strict=True))
+    if matrix.is_lower:
+        return dict(zip(unknowns, map(_tidy, matrix.lower_triangular_solve(right)), strict=True))
+    solved = _by_elimination(system, branch, matrix, right, unknowns)
+    return {unknown: _tidy(value) for unknown, value in solved.items()}
 
 
 def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
@@ -228,9 +230,10 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
 def _by_elimination(
     system: "System", branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Solve with coefficients that are too long to expand: by elimination among symbols that stand for them.
+    """Solve by minors of symbols that stand for the coefficients, which may be too long to expand.
 
-    The short laws of slip and of what is open are put in first, and leave fewer equations.
+    The short laws of slip and of what is open are put in first, and leave fewer equations. Nothing is divided by but
+    the determinant: a pivot may vanish at parameters at which the forces are determined.
     """
     rows = sp.Matrix.hstack(matrix, right).as_mutable()
     short_laws = _put_in(rows)

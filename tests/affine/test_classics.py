@@ -154,6 +154,22 @@ def test_a_block_rides_on_a_shaken_table_along_a_rough_wall_that_both_velocities
     assert [*map(float, path.final)] == pytest.approx([mirror * (1 - np.cos(9)), mirror * np.sin(9)], rel=1e-14)
 
 
+@pytest.mark.parametrize("friction", ["0.3", "1.5"])
+def test_a_box_on_two_rigid_feet_that_a_wave_drives_moves_as_a_block_on_one(friction):
+    """At f = 3/2 a foot alone would have no determined reaction, 3 - 2 f = 0; both together have theirs."""
+    y, w, a, o, M = sp.symbols("y w a o M", real=True)
+    rates = {x: v, v: F + G + sp.cos(t) / 2, y: w, w: N + M - 1, a: o, o: 2 * (F + G + M - N)}
+    feet = [
+        ap.Friction(v + o, force, n, f, gap=y + side * a, normal=n, constraint=sp.expand(rates[w] + side * rates[o]))
+        for force, n, side in ((F, N, -1), (G, M, 1))
+    ]
+    box = ap.System.with_frictions(rates, {}, feet, time=t)
+    block = ap.System.with_frictions({x: v, v: F + sp.cos(t) / 2}, {}, [ap.Friction(v, F, 1, f)], time=t)
+    path = followed(box, {f: friction}, dict.fromkeys(map(str, rates), 0), 6)
+    expected = followed(block, {f: friction}, {"x": 0, "v": 0}, 6)
+    assert path.final == pytest.approx([*expected.final, 0, 0, 0, 0], abs=1e-14)
+
+
 def test_clutches_in_a_row_lock_when_the_torques_say():
     """Rigid disks, constant torques: the relative speeds fall linearly, each clutch locks at its own time."""
     a, b, c = sp.symbols("a b c", real=True)
