@@ -99,10 +99,11 @@ def _follow(
             _require_apart(ends, state, automaton)
         ended, since = mode, segment.t if segment.hit is None else None
         mode, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
+        state = mode.settled(t, state)
         if event is None or _switches(ended, hits):
             _require_progress(segments, ended)
         if event is not None:
-            marks.append(event)
+            marks.append(event._replace(state=state))
             names.append(mode.name)
         if short := _beyond_limits(len(marks), len(ends) - len(marks), events):
             segments[-1] = segments[-1]._replace(short=short, state=state)

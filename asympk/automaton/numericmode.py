@@ -275,7 +275,9 @@ class NumericMode:
 
     def settled(self, t: Any, state: State) -> State:
         """Return ``state`` moved to where all vanishes that does in this mode: a path may be begun anew from there."""
-        return self._projected(self.kept, t, state) if self.kept else state
+        if self.kept:
+            return self._projected(self.kept, t, state)
+        return tuple(w if free else w - w for w, free in zip(state, self.movable, strict=True))
 
     @cached_property
     def movable(self) -> tuple[bool, ...]:

@@ -154,6 +154,17 @@ def test_a_block_rides_on_a_shaken_table_along_a_rough_wall_that_both_velocities
     assert [*map(float, path.final)] == pytest.approx([mirror * (1 - np.cos(9)), mirror * np.sin(9)], rel=1e-14)
 
 
+@pytest.mark.parametrize("digits", [None, 20, 30])
+def test_a_block_that_a_shaken_table_leaves_at_rest_on_a_wall_has_no_velocity_at_all(digits):
+    """Table and wall stop at pi/2; from then on the wall's two frictions, 6/5 in all, hold 3/5 and a push below 1/2."""
+    frictions = [ap.Friction(v, F, 1, f), ap.Friction(v, G, 1, fs), ap.Friction(v - sp.cos(t), N, 1, zeta)]
+    block = ap.System.with_frictions({x: v, v: F + G + N - v / 10 + sp.sin(t) / 2}, {}, frictions, time=t)
+    path = followed(block, {f: "0.7", fs: "0.5", zeta: "0.6"}, {"x": 0, "v": 1}, 8, digits=digits)
+    assert [float(e.t) for e in path.events[1::3]] == pytest.approx([np.pi / 2, 5 * np.pi / 2], rel=1e-15)
+    assert path.final == (path.events[1].state[0], 0)
+    assert len(path.events) == 5
+
+
 @pytest.mark.parametrize("friction", ["0.3", "1.5"])
 def test_a_box_on_two_rigid_feet_that_a_wave_drives_moves_as_a_block_on_one(friction):
     """At f = 3/2 a foot alone would have no determined reaction, 3 - 2 f = 0; both together have theirs."""
