@@ -24,11 +24,24 @@ def equations_of(
         raise InputError(f"lagrangian = {short(source)}: give an expression, a LagrangesMethod or a KanesMethod")
     coordinates, source = _functions(coordinates), source.doit()
     _require_first_order(source, coordinates)
-    given = {_real(q): q for q in coordinates}
-    method = LagrangesMethod(source.xreplace({q: real for real, q in given.items()}), [*given])
-    method.form_lagranges_equations()
-    mass, forcing = (part.xreplace(given) for part in (method.mass_matrix, method.forcing))
+    mass, forcing = _by_lagrange(source, coordinates)
     return coordinates, mass, forcing + sp.Matrix(_forces(forces, coordinates)), {}
+
+
+def _by_lagrange(energy: sp.Expr, coordinates: tuple) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return M and Q of a Lagrangian, differentiated by symbols: SymPy takes three times as long by functions."""
+    time = coordinates[0].args[0]
+    places, rates = ([sp.Symbol(f"{kind}#{k}", real=True) for k in range(len(coordinates))] for kind in ("q", "v"))
+    moving = [*map(_real, coordinates)]
+    plain = dict(zip([*coordinates, *(q.diff(time) for q in coordinates)], [*places, *rates], strict=True))
+    back = {name: q for q, name in plain.items()} | dict(zip(moving, coordinates, strict=True))
+    back |= {f.diff(time): q.diff(time) for f, q in zip(moving, coordinates, strict=True)}
+    energy = energy.xreplace(plain)
+    momenta = [energy.diff(v) for v in rates]
+    mass = sp.Matrix([[p.diff(v) for v in rates] for p in momenta])
+    path = dict(zip(places, moving, strict=True))  # with constant rates: the terms of q'' are those of the mass matrix
+    forcing = sp.Matrix([energy.diff(x) - p.xreplace(path).diff(time) for x, p in zip(places, momenta, strict=True)])
+    return mass.xreplace(back), forcing.xreplace(back)
 
 
 def _require_first_order(lagrangian: Any, coordinates: tuple) -> None:
