@@ -157,7 +157,14 @@ def _c_source(lowered):
     return "\n".join([f"{head}({', '.join(parameters) or 'void'})", "{", *lines, *results, "}", ""])
 
 
-class _C(C99CodePrinter):
+class _Quick:
+    """Leaves out a walk through every expression for real parts, which are not lowered."""
+
+    def _handle_UnevaluatedExpr(self, expr):
+        return expr
+
+
+class _C(_Quick, C99CodePrinter):
     """C99 without integers, so that no division is one of integers, and with every constant rounded once."""
 
     def _print_Integer(self, expr):
@@ -200,11 +207,11 @@ class _Remainders:
         return f"(({self._print(expr.args[0])}) % 1)"
 
 
-class _Mpmath(_Remainders, MpmathPrinter):
+class _Mpmath(_Quick, _Remainders, MpmathPrinter):
     """mpmath's numbers."""
 
 
-class _Math(_Remainders, PythonCodePrinter):
+class _Math(_Quick, _Remainders, PythonCodePrinter):
     """Python's floats: a power that is not real raises ``ValueError``, where ``**`` would return a complex number."""
 
     def _print_Pow(self, expr, rational=False):
@@ -213,7 +220,7 @@ class _Math(_Remainders, PythonCodePrinter):
         return f"{self._module_format('math.pow')}({self._print(expr.base)}, {self._print(expr.exp)})"
 
 
-class _NumPy(NumPyPrinter):
+class _NumPy(_Quick, NumPyPrinter):
     """NumPy alone: SymPy's own largest and least of several need ``functools``."""
 
     def _print_Max(self, expr):
