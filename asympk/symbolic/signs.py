@@ -103,14 +103,20 @@ def _is_known(difference, facts, strict=False):
         moved = difference
         for _ in bounds:  # a bound may name another symbol that has one
             moved = moved.subs(bounds)
-        moved = sp.factor(moved)
+        moved = _factored(moved)
         if moved.is_positive if strict else moved.is_nonnegative:
             return True
     return False
 
 
+@lru_cache(maxsize=1024)
+def _factored(expr):
+    return sp.factor(expr)
+
+
+@lru_cache(maxsize=256)
 def _bounds(relations):
-    """Yield choices of one bound for each symbol, as ``{symbol: bound +- something positive, or not negative}``."""
+    """Return choices of one bound for each symbol, as ``{symbol: bound +- something positive, or not negative}``."""
     found = {}
     for r in relations:
         if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt):
@@ -119,8 +125,7 @@ def _bounds(relations):
                 found.setdefault(r.gts, []).append(r.lts + beyond)
             if r.lts.is_Symbol:
                 found.setdefault(r.lts, []).append(r.gts - beyond)
-    for choice in product(*found.values()):
-        yield dict(zip(found, choice, strict=True))
+    return [dict(zip(found, choice, strict=True)) for choice in product(*found.values())]
 
 
 def _above(expr):
