@@ -1,5 +1,6 @@
 """How the tests are shared among workers: a file to a worker, which computes once what its tests share."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -18,6 +19,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the longest files first; the others stay in order."""
     place = {name: k for k, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(Path(item.path).stem, len(LONGEST)))
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage less often, and not in what is imported: expressions are many and hardly ever in circles."""
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 @pytest.hookimpl(optionalhook=True)

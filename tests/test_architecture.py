@@ -8,6 +8,7 @@ from pathlib import Path
 from statistics import median
 
 import pytest
+from parsed import parsed
 
 import asympk
 from asympk.output.arrow import arrow_drawing, between_parts, imported_modules, modules, part_of, parts_in_order
@@ -40,7 +41,7 @@ def test_the_drawing_has_an_arc_for_every_import_and_all_lead_upwards():
 
 
 def test_no_function_has_more_than_forty_lines_and_half_of_them_have_at_most_six():
-    trees = [ast.parse(file.read_text()) for file in MODULES.values()]
+    trees = [parsed(file.read_text()) for file in MODULES.values()]
     functions = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
     lengths = {node.end_lineno - node.lineno + 1: node.name for node in functions}
     assert max(lengths) <= 40, lengths[max(lengths)]
@@ -49,7 +50,7 @@ def test_no_function_has_more_than_forty_lines_and_half_of_them_have_at_most_six
 
 def test_derivations_import_the_package_and_never_the_reverse():
     for path in PACKAGE.rglob("*.py"):
-        assert "derivations" not in [name for node in ast.walk(ast.parse(path.read_text()))
+        assert "derivations" not in [name for node in ast.walk(parsed(path.read_text()))
                                      if isinstance(node, ast.ImportFrom) for name in [node.module]]  # fmt: skip
 
 

@@ -4,6 +4,8 @@ import ast
 import re
 from pathlib import Path
 
+from parsed import parsed
+
 import asympk
 
 ROOT = Path(asympk.__file__).parent
@@ -27,7 +29,7 @@ SHARED = {  # what several modules define, for all of them the same
 
 def names_in(source):
     """Return the names of the public classes, functions and methods of a module."""
-    nodes = (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ClassDef | ast.FunctionDef))
+    nodes = (node for node in ast.walk(parsed(source)) if isinstance(node, ast.ClassDef | ast.FunctionDef))
     return {node.name for node in nodes if not node.name.startswith("_")}
 
 
@@ -52,7 +54,7 @@ def defined(sources):
     """Return {name: modules} of the public classes and functions at the top of modules."""
     found = {}
     for module, source in sources.items():
-        nodes = (node for node in ast.parse(source).body if isinstance(node, ast.ClassDef | ast.FunctionDef))
+        nodes = (node for node in parsed(source).body if isinstance(node, ast.ClassDef | ast.FunctionDef))
         for name in {node.name for node in nodes if not node.name.startswith("_")}:
             found.setdefault(name, set()).add(module)
     return found

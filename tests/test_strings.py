@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 import sympy as sp
+from parsed import parsed
 
 import asympk as ap
 from asympk.asymptotics.jump import OFFSET
@@ -173,7 +174,7 @@ def test_what_a_string_spells_is_taken_exactly_wherever_a_number_is(text):
 def test_no_module_hands_text_to_sympy_or_to_the_interpreter():
     package = Path(ap.__file__).parent
     for path in package.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(parsed(path.read_text())):
             if not isinstance(node, ast.Call):
                 continue
             name = getattr(node.func, "attr", getattr(node.func, "id", ""))

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from parsed import parsed
 
 import asympk as ap
 
@@ -65,7 +66,7 @@ def public(body, method=False):
 
 def without_types(source):
     """Return the public functions and methods of a module that lack an annotation."""
-    found = ((function.name, bare(function, method)) for function, method in public(ast.parse(source).body))
+    found = ((function.name, bare(function, method)) for function, method in public(parsed(source).body))
     return {name: missing for name, missing in found if missing}
 
 
