@@ -158,10 +158,18 @@ def _c_source(lowered):
 
 
 class _Quick:
-    """Leaves out a walk through every expression for real parts, which are not lowered."""
+    """Puts terms in order once for all functions, and leaves out a walk for real parts, which are not lowered."""
+
+    def _as_ordered_terms(self, expr, order=None):
+        return _ordered_terms(expr)
 
     def _handle_UnevaluatedExpr(self, expr):
         return expr
+
+
+@lru_cache(maxsize=4096)
+def _ordered_terms(expr):
+    return tuple(expr.as_ordered_terms())
 
 
 class _C(_Quick, C99CodePrinter):
