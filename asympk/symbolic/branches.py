@@ -160,6 +160,11 @@ def determined(system: "System", branch: Branch) -> bool:
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
     """Return the slow and the fast field of the mode, ``small`` still before the fast rates."""
+    return _fields(system, awake(branch))
+
+
+@lru_cache(maxsize=256)
+def _fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
     if not branch:
         return system.slow, system.fast
     if stands(branch):

@@ -8,6 +8,7 @@ from sympy.solvers.inequalities import reduce_rational_inequalities
 _ANYTHING = sp.Dummy(real=True)  # in the place of a symbol whose own assumptions would hide a part of the line
 
 
+@lru_cache(maxsize=1024)
 def reduce_under(condition: sp.Basic, assumptions: sp.Basic) -> sp.Basic:
     """Simplify a conjunction of conditions, solving those rational in one parameter within its assumed range.
 
@@ -44,6 +45,7 @@ def with_implied_bounds(assumptions: sp.Basic) -> sp.Basic:
     return sp.And(assumptions, *found)
 
 
+@lru_cache(maxsize=256)
 def assumed_range(parameter: sp.Symbol, assumptions: sp.Basic) -> sp.Set:
     """Return the set of reals that the assumptions, those that name only ``parameter``, leave to it."""
     alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter}]
