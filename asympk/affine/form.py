@@ -89,12 +89,15 @@ def affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...],
     states, time = mode.system.states, mode.system.time
     if is_switched(expr, states):
         return None
-    derived = (expr.diff(s) if expr.has(s) else sp.S.Zero for s in states)
-    slopes = tuple(sp.cancel(slope) if slope.free_symbols & {*states} else slope for slope in derived)
-    if any(slope.free_symbols & {*states, time} for slope in slopes):
-        return None
+    slopes = []
+    for s in states:
+        slope = expr.diff(s) if expr.has(s) else sp.S.Zero
+        slope = sp.cancel(slope) if slope.free_symbols & {*states} else slope
+        if slope.free_symbols & {*states, time}:
+            return None
+        slopes.append(slope)
     forced = waves_of(replaced(expr, dict.fromkeys(states, sp.S.Zero)), time)
-    return None if forced is None else (slopes, forced)
+    return None if forced is None else (tuple(slopes), forced)
 
 
 @lru_cache(maxsize=512)
