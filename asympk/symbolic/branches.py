@@ -50,6 +50,7 @@ class Phase(NamedTuple):
 
 
 OPEN = Phase(0, 0)
+NEVER_IDLE = ("unbounded", "several")  # kinds of guards of sliding rigid contacts
 LONG = 300  # operations of a rational expression
 Branch = tuple[Phase, ...]
 
@@ -299,8 +300,14 @@ def fixed_guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
 
 
 def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
+    found = _every_guard(system, awake(branch))
+    return [g for g in found if g.kind in NEVER_IDLE or g.kind not in branch[g.friction].idle]
+
+
+@lru_cache(maxsize=256)
+def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
     if stands(branch):
-        return []
+        return ()
     solved, found = forces(system, branch), []
     for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         v, load = friction.velocity, friction.load
@@ -316,8 +323,8 @@ def _placed_guards(system: "System", branch: Branch) -> list[Guard]:
         else:
             bound = friction.static * phase.load * load
             found += [Guard("slip_onset", k, bound + friction.force), Guard("slip_onset", k, bound - friction.force)]
-    found = [g for g in found if g.kind not in branch[g.friction].idle] + _unambiguous(system, branch)
-    return [_divided(g._replace(value=_put(system, branch, g.value, solved))) for g in found]
+    found += _unambiguous(system, branch)
+    return tuple(_divided(g._replace(value=_put(system, branch, g.value, solved))) for g in found)
 
 
 def _divided(guard: Guard) -> Guard:
