@@ -31,16 +31,12 @@ SMOOTH = ap.System.smooth({x: -x + y}, {y: x - y}, mu)
 (PLANE,) = ap.slow_manifolds(SMOOTH, order=1)
 SWEEP = parse_sweep("sigma = 1\nmu = 1e-3\nstart = [0, [0, 0.2], -1]\nuntil = 1\n")
 
-MANIFOLD = ap.slow_manifolds(SMOOTH, order=1)[0]
 
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "slow_manifolds": (ap.slow_manifolds, {"system": PK}),
     "slow_manifold": (ap.slow_manifold, {"system": SMOOTH, "branch": {y: x}, "order": 1}),
     "critical_manifolds": (ap.critical_manifolds, {"system": PK}),
     "eigenvalues": (ap.eigenvalues, {"system": PK}),
-    "reduced_flow": (ap.reduced_flow, {"manifold": MANIFOLD}),
-    "integral_curves": (ap.integral_curves, {"manifold": MANIFOLD}),
-    "rest_state": (ap.rest_state, {"manifold": MANIFOLD}),
     "stick_regions": (ap.stick_regions, {"system": PK}),
     "jump_map": (ap.jump_map, {"system": PK}),
     "System.smooth": (ap.System.smooth, {"slow": {x: -x}, "fast": {y: x - y}, "small": mu, "time": t}),

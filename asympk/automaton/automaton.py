@@ -231,10 +231,19 @@ def _entered(
             resting.append(found)
     if fitting or resting:
         return next((found for found in resting if found.holds(t, state)), (fitting or resting)[0])
-    edges = (inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1)
+    edges = [inside(phase, sides[1][0])[0] for phase, sides in zip(opened, choices, strict=True) if len(sides) > 1]
+    bounded = all(chosen(choice).mode.is_finite for choice in product(*choices) if all(side for side, _ in choice))
+    raise _lost_on(edges, t, bounded)
+
+
+def _lost_on(edges: list[sp.Expr], t: Any, bounded: bool) -> NotDerivable:
+    """Return the error of a motion that no side of some edges takes over; not ``bounded``, one side has no rates."""
     where = ", ".join(f"{edge} = 0" for edge in edges)
-    raise NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "
-                       "jumps there as a friction, or smooth it by tanh")  # fmt: skip
+    if not bounded:
+        return NotDerivable(f"the motion reaches {where} at t = {float(t):.6g}, beyond which a rate has no value; end "
+                            "its Piecewise with a piece that always holds")  # fmt: skip
+    return NotDerivable(f"the motion stays on {where} from t = {float(t):.6g} on, where the rates jump; write what "
+                        "jumps there as a friction, or smooth it by tanh")  # fmt: skip
 
 
 def _likely_first(choices: list, led_to: Callable[[tuple], list[int]]) -> Iterator[tuple]:

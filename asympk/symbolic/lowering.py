@@ -172,7 +172,15 @@ def _ordered_terms(expr):
     return tuple(expr.as_ordered_terms())
 
 
-class _C(_Quick, C99CodePrinter):
+class _Pieces:
+    """Pieces that need not hold everywhere: nan where none does, where SymPy has None in Python and nothing in C."""
+
+    def _print_Piecewise(self, expr):
+        whole = expr.args[-1].cond == sp.true
+        return super()._print_Piecewise(expr if whole else sp.Piecewise(*expr.args, (sp.nan, True), evaluate=False))
+
+
+class _C(_Quick, _Pieces, C99CodePrinter):
     """C99 without integers, so that no division is one of integers, and with every constant rounded once."""
 
     def _print_Integer(self, expr):
@@ -191,10 +199,6 @@ class _C(_Quick, C99CodePrinter):
         a, b = map(self._print, expr.args)
         rest = f"fmod({a}, {b})"
         return f"({rest}*({b}) < 0.0 ? {rest} + ({b}) : {rest})"
-
-    def _print_Piecewise(self, expr):
-        whole = expr.args[-1].cond == sp.true
-        return super()._print_Piecewise(expr if whole else sp.Piecewise(*expr.args, (sp.nan, True)))
 
     def _print_Pow(self, expr):
         if expr.base.is_Symbol and expr.exp in (2, 3, 4):
@@ -215,11 +219,11 @@ class _Remainders:
         return f"(({self._print(expr.args[0])}) % 1)"
 
 
-class _Mpmath(_Quick, _Remainders, MpmathPrinter):
+class _Mpmath(_Quick, _Pieces, _Remainders, MpmathPrinter):
     """mpmath's numbers."""
 
 
-class _Math(_Quick, _Remainders, PythonCodePrinter):
+class _Math(_Quick, _Pieces, _Remainders, PythonCodePrinter):
     """Python's floats: a power that is not real raises ``ValueError``, where ``**`` would return a complex number."""
 
     def _print_Pow(self, expr, rational=False):
@@ -461,7 +465,8 @@ def _check(expr, args, known, branching):
     if any(isinstance(part, sp.Float) for part in parts):
         raise InputError(f"{expr} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
     if parts & {sp.nan, sp.zoo, sp.oo, -sp.oo}:
-        raise InputError(f"{short(expr)} contains a constant that is not a finite number")
+        beyond = ", as where no piece of a Piecewise holds; end it with one that does" if sp.nan in parts else ""
+        raise InputError(f"{short(expr)} contains a constant that is not a finite number{beyond}")
     if any(isinstance(part, _OPEN) for part in parts):
         raise InputError(f"{short(expr)} is to be worked out first; give {short(expr)}.doit()")
     if sp.I in parts:

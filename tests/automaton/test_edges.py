@@ -346,3 +346,15 @@ def test_crossings_whose_intervals_shrink_too_slowly_to_end_are_refused_after_so
     system = ap.System.smooth({x: v}, {v: -sp.sign(x) - v}, sp.Symbol("mu", positive=True))
     with pytest.raises(TooManyEvents, match=r"limit of 11000 crossings reached at t = 0\.77.*smaller until"):
         ap.solve(ap.Scene(system=system, values={"mu": "1e-2"}, start={x: Fraction(1, 2), v: 0}, until=2))
+
+
+@pytest.mark.parametrize("options", [{}, {"digits": 15}, {"method": "lsoda"}])
+@pytest.mark.parametrize(("at", "said"), [(-1, "no piece of a Piecewise holds; end it with one"),
+                                          (1, r"reaches x = 0 at t = 2\.386.*, beyond which a rate has no value")])
+def test_a_state_where_no_piece_holds_is_refused_by_name(at, said, options):
+    x, v, F = sp.symbols("x v F", real=True)
+    spring = sp.Piecewise((x, x > 0))
+    friction = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(1, 10))
+    system = ap.System.with_frictions({x: v, v: F - spring}, {}, [friction])
+    with pytest.raises(ap.AsympkError, match=said):
+        ap.solve(ap.Scene(system=system, start={x: at, v: 1}, until=3), **options)
