@@ -289,6 +289,7 @@ def _together(modes, w, until, rows, result):
 def _advanced(modes, flock, k):
     """Follow the rows in the branch of number k to the ends of their segments; return notes of their events."""
     mine = np.flatnonzero(flock.alive & (flock.branch == k))
+    begun = flock.t[mine]
     flow, _, kept, kinds = modes.flow(modes.branches[k])
     states, whole = flock.w.shape[1], modes.whole(modes.branches[k], flock.t[mine], flock.w[mine])
     error = np.zeros((len(mine), whole.shape[1] - 1))
@@ -303,6 +304,7 @@ def _advanced(modes, flock, k):
     for hit in np.unique(ends.hit[flock.alive[mine]]):
         struck = mine[flock.alive[mine] & (ends.hit == hit)]
         notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], flock, struck))
+    flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)  # for ever
     return notes
 
 

@@ -205,3 +205,15 @@ def test_a_friction_that_is_affine_on_one_side_alone_is_followed_by_an_integrato
     assert path.final == pytest.approx(ap.solve(scene, method="radau", rtol=1e-11, atol=1e-11).final, abs=1e-8)
     with pytest.raises(InputError, match="affine"):
         ap.solve_many(system=system, values={}, start={"x": 0.0, "v": np.ones(9)}, until=1.0)
+
+
+def test_two_frictions_that_turn_at_one_instant_are_not_begun_again_for_ever():
+    shaken = ap.Friction(velocity=v - sp.cos(t), force=F, load=1, kinetic=sp.Rational(3, 10))
+    still = ap.Friction(velocity=v, force=G, load=1, kinetic=sp.Rational(6, 10))
+    system = ap.System.with_frictions({x: v, v: F + G - x}, {}, [shaken, still], time=t)
+    starts = [(a, b) for a in (0, 1, -1, 0.5, -1.5) for b in (0, 1, -0.5)]
+    first, second = np.transpose(starts)
+    many = ap.solve_many(system=system, values={}, start={x: first, v: second}, until=9)
+    for k in (0, 1, 7):
+        one = ap.solve(ap.Scene(system=system, values={}, start=tuple(starts[k]), until=9))
+        assert many.final[:, k] == pytest.approx(one.final, abs=1e-9)
