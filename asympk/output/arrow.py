@@ -11,7 +11,7 @@ from asympk.pictures import pen, style
 
 PACKAGE = Path(__file__).parent.parent
 STEP, REACH = 0.16, 0.055  # inches from part to part, and of an arc's bulge for each part that it passes
-NAMES = 1.45  # inches that the longest name needs
+MARGIN = 0.05  # inches beside a name
 
 
 def parts_in_order(root: Path) -> dict[str, str]:
@@ -67,15 +67,23 @@ def arrow_drawing(parts: list[str]) -> Any:
     height = STEP * (len(parts) + 1)
     with style.matplotlib().rc_context(style.RC):
         figure, ax = pen.canvas(style.COLUMN, height)
+        names = MARGIN + max(map(_width, parts))
         level = {part: height - STEP * (k + 1) for k, part in enumerate(parts)}
         for part, y in level.items():
-            pen.text(ax, (NAMES, y), part, ha="right")
+            pen.text(ax, (names, y), part, ha="right")
         for part, other in sorted(between_parts(parts)):
             low, high = level[part], level[other]
             bulge = 2 * REACH * (high - low) / STEP
-            ax.add_patch(Arc((NAMES + 0.05, (low + high) / 2), bulge, high - low, theta1=-90, theta2=90, lw=0.4,
+            ax.add_patch(Arc((names + MARGIN, (low + high) / 2), bulge, high - low, theta1=-90, theta2=90, lw=0.4,
                              color=style.BLUE))  # fmt: skip
     return figure
+
+
+def _width(words: str) -> float:
+    """Return the inches that words are wide, in the font of the drawing."""
+    from matplotlib.textpath import TextPath
+
+    return TextPath((0, 0), words).get_extents().x1 / 72
 
 
 def _name(file: Path) -> str:
