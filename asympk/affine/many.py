@@ -304,7 +304,8 @@ def _advanced(modes, flock, k):
     for hit in np.unique(ends.hit[flock.alive[mine]]):
         struck = mine[flock.alive[mine] & (ends.hit == hit)]
         notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], flock, struck))
-    flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)  # for ever
+    # one that begins its mode again at the same time would do so for ever
+    flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)
     return notes
 
 

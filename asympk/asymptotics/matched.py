@@ -1,11 +1,11 @@
 r"""The asymptotic model of any system with friction or edges: layers in their fast time, slow motion to order n.
 
 A layer takes a time O(mu log(1/mu)), in which it is no longer stiff: its modes are followed in the time t/mu, at the
-value of mu that is asked for, until what is left of the fast motion is below the tolerance. Nothing is omitted there:
-all powers of mu and log(1/mu) are included. Where the layer goes matters, and not quite when: an error along the fast
-motion is one in time, which the slow motion after it hardly feels. The slow motion goes on from where the layer ends,
-on the manifold to order n, until a guard of its mode vanishes; there the next layer begins. What is omitted is
-O(mu^(n + 1)), and the run to the order n + 1 tells how much; where terms fall slowly, that to n + 2 as well.
+value of mu that is asked for, until what is left of the fast motion moves the slow states by less than the tolerance.
+Nothing is omitted there: all powers of mu and log(1/mu) are included. Where the layer goes matters, and not quite when:
+an error along the fast motion is one in time, which the slow motion after it hardly feels. The slow motion goes on from
+where the layer ends, on the manifold to order n, until a guard of its mode vanishes; there the next layer begins. What
+is omitted is O(mu^(n + 1)), and the motion to the order n + 1 tells how much; where terms fall slowly, that to n + 2.
 """
 
 import math

@@ -71,7 +71,7 @@ class Junction:
     @property
     def in_words(self) -> str:
         """The time and the state."""
-        return _in_words(self.system, self.at)
+        return _place_in_words(self.system, self.at)
 
 
 def junction_at(
@@ -142,7 +142,7 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
             raise InputError(f"the gap of friction {k} is negative; a rigid contact starts with gap >= 0")
         if ("touch_down", k) in lost or gap == 0:
             if min(gap, rate) < 0:
-                raise NoMotion(f"the contact is hit {_in_words(system, at)}: the rigid model has no law of "
+                raise NoMotion(f"the contact is hit {_place_in_words(system, at)}: the rigid model has no law of "
                                "impact, the model needs compliance there", at.t, at.state)  # fmt: skip
             if rate == 0:
                 found[k] = False
@@ -188,6 +188,6 @@ def _loads_move(system: System) -> tuple[bool, ...]:
     return tuple(not friction.load.free_symbols <= {*system.parameters} for friction in system.frictions)
 
 
-def _in_words(system: System, at: Place) -> str:
+def _place_in_words(system: System, at: Place) -> str:
     values = ", ".join(f"{s} = {float(w):.6g}" for s, w in zip(system.states, at.state, strict=True))
     return f"at t = {float(at.t):.6g}, {values}"

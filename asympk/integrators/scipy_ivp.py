@@ -1,5 +1,7 @@
 """RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one."""
 
+from functools import cache
+
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings
@@ -30,30 +32,31 @@ def _solver(mode, t, state, until, settings):
                   max_step=settings.longest, **jac)  # fmt: skip
     solver.made = 1
     if hasattr(solver, "solve_lu"):
-        solver.lu, solver.solve_lu = _factored, _solution
+        solver.lu, solver.solve_lu = _by_lapack()
     return solver
 
 
-def _factored(matrix):
-    """Return the LU factors of a matrix, by LAPACK itself: SciPy's checks take longer than a few states do."""
-    from scipy.linalg import lapack
+@cache
+def _by_lapack():
+    """Return how matrices are factored, and equations solved, by LAPACK itself.
 
-    _require_finite(matrix)
-    routine = lapack.zgetrf if matrix.dtype.kind == "c" else lapack.dgetrf
-    return routine(matrix, overwrite_a=True)[:2]
-
-
-def _solution(factors, right):
-    """Return the solution of linear equations with such factors."""
-    from scipy.linalg import lapack
-
-    _require_finite(right)
-    routine = lapack.zgetrs if right.dtype.kind == "c" else lapack.dgetrs
-    return routine(*factors, right, overwrite_b=True)[0]
-
-
-def _require_finite(numbers):
+    SciPy's checks take longer than a few states do.
+    """
     import numpy as np
+    from scipy.linalg import lapack
 
-    if not np.isfinite(numbers).all():
-        raise ValueError("left the range of floats")
+    routines = {"d": (lapack.dgetrf, lapack.dgetrs), "D": (lapack.zgetrf, lapack.zgetrs)}
+
+    def require_finite(numbers):
+        if not np.isfinite(numbers).all():
+            raise ValueError("left the range of floats")
+
+    def factored(matrix):
+        require_finite(matrix)
+        return routines[matrix.dtype.char][0](matrix, overwrite_a=True)[:2]
+
+    def solution(factors, right):
+        require_finite(right)
+        return routines[right.dtype.char][1](*factors, right, overwrite_b=True)[0]
+
+    return factored, solution

@@ -31,7 +31,7 @@ from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
 from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, spelled
 from asympk.symbolic.system import Friction, System
-from asympk.systems.catalogue import described_mechanism
+from asympk.systems.catalogue import described_mechanism, start_at
 
 KEYS = ("slow", "fast", "small", "time", "frictions", "assumptions")
 MECHANISM = ("mechanism", "contact", "compliance", "damping")
@@ -45,9 +45,12 @@ def read_system_scene(entry: dict[str, Any]) -> Scene:
     values = {name: spelled(value) for name, value in _table(entry.get("values", {}), "values").items()}
     start = entry["start"]
     start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
-    system = system_of(entry["system"], values)
-    if _has_mechanism(entry["system"]) and isinstance(start, dict) and not start.keys() <= {*map(str, system.states)}:
-        start = _in_states(_mechanism(entry["system"], values), system, values, start)
+    if _has_mechanism(entry["system"]):
+        mechanism = _mechanism(entry["system"], values)
+        system = _with_contact(mechanism, entry["system"], values)
+        start = _in_states(mechanism, system, values, start) if isinstance(start, dict) else start
+    else:
+        system = system_of(entry["system"], values)
     return Scene(system=system, values=values, start=start, until=spelled(entry["until"]), name=entry.get("name", ""))
 
 
@@ -59,7 +62,7 @@ def system_of(entry: Any, parameters: Any) -> System:
     if isinstance(entry, str):
         return _catalogued(entry)
     if _has_mechanism(entry):
-        return _of_mechanism(entry, parameters)
+        return _with_contact(_mechanism(entry, parameters), entry, parameters)
     return read_system(entry, parameters)
 
 
@@ -114,25 +117,24 @@ def _has_mechanism(entry: Any) -> bool:
 
 
 def _mechanism(table: dict, parameters: Any) -> Mechanism:
+    refuse_unknown(table, MECHANISM, "system")
     entry = table["mechanism"]
     return (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism
 
 
 def _in_states(mechanism: Mechanism, system: System, values: dict[str, Any], start: dict[str, Any]) -> dict[str, Any]:
-    """Return a start of an elastic mechanism, told by all its coordinates and rates, as one of its states."""
+    """Return a start of a mechanism, told by the states of its system or by all coordinates and rates, as the first."""
     own = {s.name for s in (*mechanism.plain.coordinates, *mechanism.plain.velocities)}
-    if not start.keys() <= own:
+    if start.keys() <= {*map(str, system.states)} or not start.keys() <= own:
         return start
     if missing := sorted(own - start.keys()):
         raise InputError(f"start: no value for {', '.join(missing)}; give all coordinates and rates, or the states "
                          f"{', '.join(map(str, system.states))}")  # fmt: skip
-    known = {str(p) for p in (*mechanism.plain.parameters, system.small)}
-    return mechanism.start(system, {**{name: value for name, value in values.items() if name in known}, **start})
+    return start_at(mechanism, system, values, start)
 
 
-def _of_mechanism(table: dict, parameters: Any) -> System:
-    refuse_unknown(table, MECHANISM, "system")
-    mechanism, contact = _mechanism(table, parameters), table.get("contact")
+def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
+    contact = table.get("contact")
     if contact == "rigid":
         return mechanism.rigid()
     if contact != "elastic" or not {"compliance", "damping"} <= table.keys():

@@ -206,15 +206,18 @@ def _forces(system: "System", branch: Branch) -> dict[sp.Symbol, sp.Expr]:
     if not unknowns:
         return {}
     if heavy(sp.Tuple(*matrix)):
-        return _by_elimination(system, branch, matrix, right, unknowns)
+        return _by_elimination(branch, matrix, right, unknowns)
     if sp.cancel(matrix.det()) == 0:
-        raise InputError(
-            f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its velocity"
-        )
+        raise _undetermined(branch)
     if matrix.is_lower:
         return dict(zip(unknowns, map(_tidy, matrix.lower_triangular_solve(right)), strict=True))
-    solved = _by_elimination(system, branch, matrix, right, unknowns)
+    solved = _by_elimination(branch, matrix, right, unknowns)
     return {unknown: _tidy(value) for unknown, value in solved.items()}
+
+
+def _undetermined(branch: Branch) -> InputError:
+    return InputError(f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its "
+                      "velocity")  # fmt: skip
 
 
 def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
@@ -234,7 +237,7 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
 
 
 def _by_elimination(
-    system: "System", branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
+    branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr]:
     """Solve by minors of symbols that stand for the coefficients, which may be too long to expand.
 
@@ -247,9 +250,7 @@ def _by_elimination(
     columns = [j for j in range(len(unknowns)) if j not in short_laws]
     names, meaning = _entries_named(rows[others, columns])
     if (determinant := names.det(method="berkowitz")) == 0:
-        raise InputError(
-            f"mode {mode_name(branch)}: the forces are not determined; each must enter the rate of its velocity"
-        )
+        raise _undetermined(branch)
     solved = names.adjugate() * rows[others, -1] / determinant
     found = dict(zip(columns, (replaced(value, meaning) for value in solved), strict=True))
     for j, i in short_laws.items():

@@ -26,11 +26,18 @@ def example_scene(
     mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any], until: Any, name: str
 ) -> Scene:
     """Return a ``Scene`` of an elastic or rigid ``system`` that starts where the mechanism's ``state`` says."""
-    own = {str(s) for s in (*mechanism.plain.parameters, system.small)}
-    start = mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
+    start = start_at(mechanism, system, values, state)
     needed = {s.name for s in system.parameters}
     numbers = {key: value for key, value in values.items() if key in needed}
     return Scene(system=system, values=numbers, start=start, until=until, name=name)
+
+
+def start_at(
+    mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any]
+) -> dict[str, Any]:  # fmt: skip
+    """Return the start of an elastic or rigid ``system`` at a ``state``; ``values`` may have those of other symbols."""
+    own = {str(s) for s in (*mechanism.plain.parameters, system.small)}
+    return mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
 
 
 def described_mechanism(name: str) -> Described:
