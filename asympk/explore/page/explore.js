@@ -147,7 +147,7 @@ function clipped(svg, id, x, y) {
 }
 
 function ruled(svg, x, y, told) {
-  const across = apart(x.ticks(5), x, 34), upward = apart(y.ticks(4), y, 13);
+  const across = apart(x.ticks(5), x, 34), upward = upwards(y);
   for (const v of across) {
     svg.append(make("line", { class: "grid", x1: x.at(v), x2: x.at(v), y1: y.from, y2: y.to }));
     if (told.x) svg.append(make("text", { x: x.at(v), y: y.from + 16, "text-anchor": "middle" }, label(v, across)));
@@ -160,6 +160,11 @@ function ruled(svg, x, y, told) {
   if (told.x) svg.append(make("text", { class: "name", x: x.to, y: y.from + 32, "text-anchor": "end" }, named(told.x)));
   return make("text", { class: "name", x: x.from + 6, y: y.to + 15 }, named(told.y)); // to be put over the curves
 }
+
+const upwards = y => apart(y.ticks(4), y, 13);
+
+// The pixels that the labels of upward axes need on their left.
+const room = axes => Math.max(52, ...axes.flatMap(y => upwards(y).map((v, _, all) => 12 + 7 * label(v, all).length)));
 
 // Those of the places that leave some pixels between them, 0 before all others.
 function apart(values, axis, pixels) {
@@ -189,10 +194,8 @@ function drawPhase() {
   const height = Math.min(460, 0.9 * wide(svg), 0.42 * Math.max(window.innerHeight, 700)), width = sized(svg, height);
   const u = motion.states[across], v = motion.states[up];
   if (!dragging || !axes) {
-    axes = {
-      x: axis(...around(u, motion.stretch[across]), motion.stretch[across], 52, width - 10),
-      y: axis(...around(v, motion.stretch[up]), motion.stretch[up], height - 38, 8),
-    };
+    const y = axis(...around(v, motion.stretch[up]), motion.stretch[up], height - 38, 8);
+    axes = { x: axis(...around(u, motion.stretch[across]), motion.stretch[across], room([y]), width - 10), y };
   }
   const { x, y } = axes;
   const name = ruled(svg, x, y, { x: across, y: up });
@@ -222,10 +225,11 @@ function drawSeries() {
   const svg = $("series"), names = scene.quantities, panel = names.length > 4 ? 92 : 118, gap = 8;
   const width = sized(svg, names.length * (panel + gap) + 38);
   const end = motion.t.at(-1) || 1, first = motion.events[0]?.t;
-  const x = axis(0, end, $("logarithmic").checked ? first || end / 1000 : null, 52, width - 10);
+  const tops = names.map((_, k) => k * (panel + gap) + 2);
+  const upward = names.map((name, k) => axis(...around(motion.states[name], motion.stretch[name]), motion.stretch[name], tops[k] + panel, tops[k]));
+  const x = axis(0, end, $("logarithmic").checked ? first || end / 1000 : null, room(upward), width - 10);
   names.forEach((name, k) => {
-    const top = k * (panel + gap) + 2, stretch = motion.stretch[name];
-    const y = axis(...around(motion.states[name], stretch), stretch, top + panel, top);
+    const top = tops[k], y = upward[k];
     for (const mode of motion.modes) {
       const shade = make("rect", { fill: mode.shade, x: x.at(mode.from), y: top, width: Math.max(0, x.at(mode.to) - x.at(mode.from)), height: panel });
       shade.append(make("title", {}, mode.name));
