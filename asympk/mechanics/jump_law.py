@@ -149,10 +149,8 @@ def _ratio(ratio: Any) -> sp.Expr:
 def _law(
     kinetics: Kinetics, own: Callable[[Any], Any], gap_rate: sp.Expr, condition: sp.Basic, damping: sp.Expr | None
 ) -> JumpLaw:
-    G, D, gamma = kinetics.delassus, kinetics.determinant, kinetics.slip
-    normal = (G[1, 1] * gap_rate + G[0, 1] * gamma) / D
-    tangential = -(G[0, 1] * gap_rate + G[0, 0] * gamma) / D
-    gains = kinetics.response[:, :2] * sp.Matrix([normal, tangential])
+    *gains, normal, tangential = kinetics.impact * sp.Matrix([gap_rate, -kinetics.slip])
+    normal, tangential = -normal, -tangential
     velocities = {own(u): own(u + gain) for u, gain in zip(kinetics.velocities, gains, strict=True)}
     reaction = sp.S.Zero if damping is None else normal / damping
     return JumpLaw((own(normal), own(tangential)), sp.Dict(velocities), own(reaction), own(condition),

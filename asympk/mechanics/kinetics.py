@@ -83,8 +83,20 @@ class Kinetics:
         """
         if self.long:
             return self.delassus[0, 0] * self.delassus[1, 1] - self.delassus[0, 1] ** 2
-        border = sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
-        return tidy(tidy(expanded_determinant(border)) / self._inertia)
+        return tidy(tidy(expanded_determinant(self._border)) / self._inertia)
+
+    @cached_property
+    def impact(self) -> sp.ImmutableMatrix:
+        """(dq', -P_N, -P_T) of an impact in which g', or gamma, gains 1: an (n + 2) x 2 matrix, without fractions of G.
+
+        Its columns solve M dq' = W' P with W dq' = (1, 0), or (0, 1).
+        """
+        adjugate, determinant = cofactors(self._border)
+        return adjugate[:, -2:].applyfunc(lambda part: tidy(part / determinant)).as_immutable()
+
+    @cached_property
+    def _border(self) -> sp.Matrix:
+        return sp.Matrix(sp.BlockMatrix([[self.mass, self.directions.T], [self.directions, sp.zeros(2)]]))
 
     @cached_property
     def _adjugate(self) -> sp.Matrix:

@@ -9,6 +9,7 @@ from functools import cache, lru_cache, reduce
 
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
+from sympy.simplify.fu import TR10i
 
 from asympk.symbolic.long import generic_place, is_longer
 
@@ -27,7 +28,7 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     plain = sp.cancel(sp.together(expr))
     if not plain.has(sp.sin, sp.cos):
         return shortest(expr, sp.factor(plain))
-    return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
+    return shortest(expr, plain, TR10i(sp.factor(plain)), *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
 
 
 def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:

@@ -8,6 +8,7 @@ from pathlib import Path
 import sympy as sp
 
 from asympk.errors import InputError
+from asympk.shown import latex_of
 from asympk.storage.files import write_text
 
 
@@ -39,16 +40,13 @@ def derive(root: Path, progress: Callable[[str], None] | None = None) -> list[Pa
 
 
 def _as_latex(results):
-    lines = [
-        rf"\[ \text{{{_words(name)}}}\colon\quad {sp.latex(_symbolic(value))} \]" for name, value in results.items()
-    ]
+    lines = (rf"\[ \text{{{_words(name)}}}\colon\quad {latex_of(_symbolic(v))} \]" for name, v in results.items())
     return "\n".join([*lines, ""])
 
 
 def _as_json(results):
-    forms = {
-        name: {"text": str(_symbolic(value)), "latex": sp.latex(_symbolic(value))} for name, value in results.items()
-    }
+    symbols = {name: _symbolic(value) for name, value in results.items()}
+    forms = {name: {"text": str(value), "latex": latex_of(value)} for name, value in symbols.items()}
     return json.dumps(forms, indent=1, ensure_ascii=False) + "\n"
 
 

@@ -87,13 +87,9 @@ def _formulas(name):
 
 
 def impulses(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
-    """Return P_N / gamma and P_T / gamma, -G^-1 (0, 1), in short form."""
-    W = sp.Matrix(kinetics.directions)
-    if W.is_square:
-        found = -W.inv().T * kinetics.mass * W.inv()[:, 1]
-    else:
-        found = sp.Matrix([kinetics.delassus[0, 1], -kinetics.delassus[0, 0]]) / kinetics.determinant
-    return shortened(found[0], kinetics), shortened(found[1], kinetics)
+    """Return P_N / gamma and P_T / gamma in short form."""
+    normal, tangential = kinetics.impact[-2:, 1]
+    return shortened(normal, kinetics), shortened(tangential, kinetics)
 
 
 def shortened(expr: sp.Expr, kinetics: Kinetics) -> sp.Expr:

@@ -204,7 +204,7 @@ def test_the_condition_of_the_jump_law_is_that_of_the_paradox_in_symbols():
         law, G = rod.jump_law(), rod.delassus
         assert law.condition == rod.paradox
         normal, tangential = law.impulses
-        assert sp.cancel(tangential * G[0, 1] + normal * G[0, 0]) == 0
+        assert sp.simplify(tangential * G[0, 1] + normal * G[0, 0]) == 0
 
 
 def test_the_undamped_rod_of_the_claims_is_that_of_butenin_in_its_own_scales():

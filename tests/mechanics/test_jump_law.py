@@ -1,5 +1,7 @@
 """The jump through the paradox: its law against the elastic contact, followed from Newton's law in numbers."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -221,6 +223,16 @@ def test_rebound_is_continuous_where_stick_is_critically_damped():
 def test_a_law_that_is_none_is_refused(make, match):
     with pytest.raises(InputError, match=match):
         make()
+
+
+@pytest.mark.parametrize("name", ap.systems.MECHANISMS)
+def test_an_impact_balances_momentum_and_is_written_without_the_fractions_of_the_delassus_matrix(name):
+    kinetics = import_module(f"asympk.systems.{name}").mechanism().plain
+    W, n = kinetics.directions, len(kinetics.velocities)
+    gains, impulses = kinetics.impact[:n, :], -kinetics.impact[n:, :]
+    assert (kinetics.mass * gains - W.T * impulses).applyfunc(sp.simplify) == sp.zeros(n, 2)
+    assert (W * gains).applyfunc(sp.simplify) == sp.eye(2)
+    assert max(part.count_ops() for part in kinetics.impact) < 50
 
 
 @pytest.mark.slow
