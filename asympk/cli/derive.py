@@ -1,15 +1,12 @@
 """``asympk derive``: run the derivations."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from asympk.cli.options import add_root, meter
 
 HELP = "run the derivations; write LaTeX, JSON and srepr"
 
-
-def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
-    add_root(parser)
+arguments = add_root
 
 
 def run(options: Namespace) -> None:

@@ -1,13 +1,10 @@
 """``asympk`` without a command: regenerate derivations, claims and tables."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from asympk.cli.options import add_root, meter
 
-
-def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
-    add_root(parser)
+arguments = add_root
 
 
 def run(options: Namespace) -> int:

@@ -1,15 +1,12 @@
 """``asympk tables``: the paper's tables."""
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from asympk.cli.options import add_root, meter
 
 HELP = "write the LaTeX tables and their CSV twins"
 
-
-def arguments(parser: ArgumentParser) -> None:
-    """Add the options of the command."""
-    add_root(parser)
+arguments = add_root
 
 
 def run(options: Namespace) -> None:
