@@ -11,6 +11,7 @@ from asympk.ledger.runs import MUS, M, precise, precise_path, ratios
 from asympk.ledger.trend import tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, numeric_left_out, symbolic, symbolic_left_out
 from asympk.mechanics.mechanism import Contact, Mechanism
+from asympk.methods import solve
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.systems import painleve_klein as pk
 from asympk.systems.painleve_klein import rod
@@ -76,7 +77,7 @@ def hypothesis_of_a_stop() -> Iterator[Check]:
     found = ratios(lambda mu: 5 * precise_path(start, mu).final[2], lambda mu: 1)
     yield numeric("z of the damped rod at t = 1, from z = -1, over that of this motion", *tends_to_one(found))
     yield symbolic_left_out("for x1' > 0 two motions remain", counts[1] == 2, counts[1])
-    held = [undamped.undamped_path_in_doubles(_BELOW, small, 1).events[-1] for small in _COARSE]
+    held = [solve(undamped.undamped_scene(_BELOW, small, 1)).events[-1] for small in _COARSE]
     waits = all(event.t > 0.8 and abs(event.state[2]) < 0.1 for event in held)
     yield numeric_left_out("without damping it still sticks and slips near t = 1, epsilon = 1/10 and 1/20", waits)
     gained = [precise_path(start, mu).events[-1].x for mu in MUS]

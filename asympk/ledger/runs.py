@@ -21,8 +21,13 @@ MUS = tuple(Fraction(1, 10**n) for n in (3, 5, 7, 9))
 def precise_path(
     start: Sequence[Number | str], mu: Number, until: Number = 1, sigma: Number = 1, sigma0: Number | None = None
 ) -> Path:
-    """Solve one scene to 40 digits, in numbers of ``M``; those given are exact (integers, fractions or strings)."""
-    path = solve(Scene(sigma=sigma, mu=mu, start=start, until=until, sigma0=sigma0), digits=DIGITS)
+    """Follow the rod to 40 digits; the numbers given are exact (integers, fractions or strings)."""
+    return followed_precisely(Scene(sigma=sigma, mu=mu, start=start, until=until, sigma0=sigma0))
+
+
+def followed_precisely(scene: Scene) -> Path:
+    """Follow a scene to 40 digits, in numbers of ``M``."""
+    path = solve(scene, digits=DIGITS)
     events = tuple(event._replace(t=M.mpf(event.t), state=_numbers(event.state)) for event in path.events)
     return replace(path, final=_numbers(path.final), events=events, at=lambda t: _numbers(path(t)))
 

@@ -7,14 +7,12 @@ scales of its own, as Fufaev's need damping, so that epsilon, the period of the 
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 
 import sympy as sp
 
-from asympk.ledger.runs import DIGITS, M
-from asympk.methods import solve
+from asympk.ledger.runs import M, followed_precisely
 from asympk.numbers import Number
 from asympk.path import Path
 from asympk.scene import Scene
@@ -52,17 +50,11 @@ def fast_eigenvalues(mode: str) -> set[sp.Expr]:
 
 def precise_undamped_path(start: Sequence[Number], small: Number, until: Number) -> Path:
     """Follow (s, w, v) at sigma = 1 to 40 digits; ``small`` and ``until`` are exact numbers."""
-    path = solve(_scene(start, small, until), digits=DIGITS)
-    events = tuple(event._replace(t=M.mpf(event.t), state=tuple(map(M.mpf, event.state))) for event in path.events)
-    return replace(path, final=tuple(map(M.mpf, path.final)), events=events)
+    return followed_precisely(undamped_scene(start, small, until))
 
 
-def undamped_path_in_doubles(start: Sequence[Number], small: Number, until: Number) -> Path:
-    """Follow (s, w, v) at sigma = 1 in double precision."""
-    return solve(_scene(start, small, until))
-
-
-def _scene(start, small, until):
+def undamped_scene(start: Sequence[Number], small: Number, until: Number) -> Scene:
+    """Return the ``Scene`` of (s, w, v) at sigma = 1."""
     begin = dict(zip("swv", start, strict=True))
     return Scene(system=undamped_system(), values={"epsilon": small, "sigma": 1}, start=begin, until=until)
 
