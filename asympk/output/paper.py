@@ -11,7 +11,7 @@ from pathlib import Path
 from asympk.errors import InputError, UnknownName
 from asympk.output import artefacts, macros
 from asympk.output.artefacts import ARTEFACTS, README, Artefact, pictures
-from asympk.output.regenerate import project, write_tables
+from asympk.output.regenerate import project, silent, write_tables
 from asympk.output.tabular import write_table
 from asympk.pictures.figures import save
 from asympk.storage.files import write_text
@@ -23,12 +23,12 @@ DOCUMENTS = ("main", "supplement")
 MOST_RUNS = 6
 
 
-def build(root: Path, progress: Callable[[str], None] | None = None) -> list[str]:
+def build(root: Path, tell: Callable[[str], None] = silent) -> list[str]:
     """Write all that the paper is made of, and the PDF where latexmk is installed; return a line for each outcome.
 
     Rows that exist are kept. Raises ``InputError`` with the first complaint of TeX when the paper does not compile.
     """
-    root, tell = project(root), progress or (lambda message: None)
+    root = project(root)
     generated = root / "paper" / "generated"
     made = [*write_paper_rows(generated / "rows", tell), *write_figures(generated, tell), *write_tables(root)]
     tell("writing numbers")

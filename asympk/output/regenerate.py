@@ -23,39 +23,36 @@ def project(root: str | Path) -> Path:
     return root
 
 
-def derive(root: Path, progress: Callable[[str], None] | None = None) -> list[Path]:
+def silent(words: str) -> None:
+    """Tell nothing of what a job is at."""
+
+
+def derive(root: Path, tell: Callable[[str], None] = silent) -> list[Path]:
     """Run every derivation and write its results as LaTeX, JSON and srepr; return the files written."""
     root = project(root)
     out = root / "paper" / "generated" / "derivations"
     written = []
     for script in sorted((root / "derivations").glob("*.py")):
-        if progress:
-            progress(f"deriving {script.stem}")
-        results = runpy.run_path(str(script))["RESULTS"]
+        tell(f"deriving {script.stem}")
+        results = {name: _symbolic(value) for name, value in runpy.run_path(str(script))["RESULTS"].items()}
         forms = {".tex": _as_latex, ".json": _as_json, ".srepr": _as_srepr}
         written += [write_text(out / f"{script.stem}{suffix}", form(results)) for suffix, form in forms.items()]
-    if progress:
-        progress("")
+    tell("")
     return written
 
 
 def _as_latex(results):
-    lines = (rf"\[ \text{{{_words(name)}}}\colon\quad {latex_of(_symbolic(v))} \]" for name, v in results.items())
-    return "\n".join([*lines, ""])
+    return "".join(rf"\[ \text{{{name.replace('_', ' ')}}}\colon\quad {latex_of(value)} \]" "\n"
+                   for name, value in results.items())  # fmt: skip
 
 
 def _as_json(results):
-    symbols = {name: _symbolic(value) for name, value in results.items()}
-    forms = {name: {"text": str(value), "latex": latex_of(value)} for name, value in symbols.items()}
+    forms = {name: {"text": str(value), "latex": latex_of(value)} for name, value in results.items()}
     return json.dumps(forms, indent=1, ensure_ascii=False) + "\n"
 
 
 def _as_srepr(results):
-    return "".join(f"{name} = {sp.srepr(_symbolic(value))}\n" for name, value in results.items())
-
-
-def _words(name):
-    return name.replace("_", " ")
+    return "".join(f"{name} = {sp.srepr(value)}\n" for name, value in results.items())
 
 
 def _symbolic(value):
@@ -76,17 +73,16 @@ def write_tables(root: Path) -> list[Path]:
     return [file for make in tables(generated / "rows") for file in write_table(make(), generated / "tables")]
 
 
-def everything(root: Path, progress: Callable[[str], None] | None = None) -> int:
+def everything(root: Path, tell: Callable[[str], None] = silent) -> int:
     """Regenerate derivations, claims and tables, print a summary, and return 1 when a claim is not settled."""
     from asympk.ledger import claims
     from asympk.output.terminal import claims_as_json, exit_status, summary
 
     root = project(root)
-    written = derive(root, progress)
-    found = claims(progress and (lambda identifier: progress(f"checking {identifier}")))
+    written = derive(root, tell)
+    found = claims(lambda identifier: tell(f"checking {identifier}"))
     written.append(write_text(root / "paper" / "generated" / "claims.json", claims_as_json(found)))
     written += write_tables(root)
-    if progress:
-        progress("")
+    tell("")
     print(summary(found, len(written)))
     return exit_status(found)

@@ -20,7 +20,7 @@ from asympk.errors import InputError, MissingPackage
 from asympk.output.arrow import arrow_drawing, parts_in_order
 from asympk.output.article import draw_pictures, write_article
 from asympk.output.publish import publish
-from asympk.output.regenerate import project
+from asympk.output.regenerate import project, silent
 from asympk.output.systempages import write_index, write_page
 from asympk.pictures.figures import save
 from asympk.pictures.sketches import SKETCHES
@@ -33,14 +33,14 @@ _MARKS = re.compile(r"([|*\\]|(?<=\w)_(?=\W))")
 _COMMENT = re.compile(r"^# (?!%%).*", re.MULTILINE)
 
 
-def build_site(root: str | Path, out: str | Path, progress: Callable[[str], None] | None = None) -> Path:
+def build_site(root: str | Path, out: str | Path, tell: Callable[[str], None] = silent) -> Path:
     """Write the site of the checkout ``root`` into the directory ``out``; return its first page.
 
     Pages that an earlier report wrote there and that are gone are removed; other files are left alone. Raises
     ``MissingPackage`` without the extra ``site``, and ``InputError`` where there is no checkout, where ``out`` is a
     file, or where Sphinx complains: of a page, or of a link that leads nowhere.
     """
-    checkout, tell = Path(project(root)), progress or (lambda message: None)
+    checkout = project(root)
     if missing := [name for name in NEEDED if not find_spec(name)]:
         raise MissingPackage(f"the site needs {missing[0]}: pip install 'asympk[site]'")
     if Path(out).exists() and not Path(out).is_dir():
