@@ -43,18 +43,23 @@ def random_scene(random):
 def test_what_is_proven_is_what_forty_digits_find():
     random = np.random.default_rng(2)
     for _ in range(5):
-        scene = random_scene(random)
-        proof, path = certify(scene), ap.solve(scene, digits=40)
-        assert proven(proof)
-        assert proof.modes == path.modes
-        assert [e.kind for e in proof.events] == [e.kind for e in path.events]
-        with mpmath.workdps(60):
-            assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
-            assert all(holds(a.t, b.t) for a, b in zip(proof.events, path.events, strict=True))
+        proven_as_followed(random_scene(random))
 
 
 def proven(proof):
     return proof.proven or pytest.fail(proof.reason)
+
+
+def proven_as_followed(scene):
+    """Return the proof of what a scene does, once forty digits have found the same within its balls."""
+    proof, path = certify(scene), ap.solve(scene, digits=40)
+    assert proven(proof)
+    assert proof.modes == path.modes
+    assert [e.kind for e in proof.events] == [e.kind for e in path.events]
+    with mpmath.workdps(60):
+        assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
+        assert all(holds(a.t, b.t) for a, b in zip(proof.events, path.events, strict=True))
+    return proof
 
 
 def test_the_coulomb_oscillator_is_proven_down_to_its_rest():
@@ -75,13 +80,12 @@ def test_a_box_of_starts_contains_what_its_points_do():
     for a, b in ((2.2995, 0.1015), (2.301, 0.1)):
         path = ap.solve(ap.Scene(system=COULOMB, values={"k": "0.35"}, start={"x": a, "v": b}, until=12))
         assert path.modes == proof.modes
-        pairs = zip(proof.final, path.final, strict=True)
-        assert all(abs(float(ball.mid()) - end) <= float(ball.rad()) + 1e-15 for ball, end in pairs)
+        assert inside(proof, path, 1e-15)
 
 
-def inside(proof, path):
+def inside(proof, path, rounding=1e-14):
     pairs = zip(proof.final, path.final, strict=True)
-    return all(abs(float(ball.mid()) - end) <= float(ball.rad()) + 1e-14 for ball, end in pairs)
+    return all(abs(float(ball.mid()) - end) <= float(ball.rad()) + rounding for ball, end in pairs)
 
 
 def test_a_box_of_parameters_contains_what_its_points_do():
@@ -195,13 +199,7 @@ def test_a_rigid_contact_that_is_hit_has_no_proof(start):
 @pytest.mark.parametrize("system", [BLOCK.rigid(), BLOCK.elastic(compliance=mu, damping=1)], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("velocity", [0, 1, -1])
 def test_a_block_that_slides_on_ground_that_only_pushes_is_proven_down_to_its_rest(system, velocity):
-    scene = block(system, 3, **{"x'": velocity})
-    proof, path = certify(scene), ap.solve(scene, digits=40)
-    assert proven(proof)
-    assert proof.modes == path.modes
-    assert proof.modes[-1] == "stick"
-    with mpmath.workdps(60):
-        assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
+    assert proven_as_followed(block(system, 3, **{"x'": velocity})).modes[-1] == "stick"
 
 
 def test_a_reaction_that_is_infinite_at_the_critical_friction_has_no_proof():
@@ -225,12 +223,7 @@ def test_what_is_not_rational_in_a_coefficient_ranges_over_its_ball(force, load,
     friction = ap.Friction(v, F, load=load, kinetic=sp.Rational(1, 4))
     system = ap.System.with_frictions({x: v, v: force + waves + F}, {}, [friction], time=t)
     values = {"k": "0.7"} if k in system.parameters else {}
-    scene = ap.Scene(system=system, values=values, start={"x": 3, "v": 0}, until=6)
-    proof, path = certify(scene), ap.solve(scene, digits=40)
-    assert proven(proof)
-    assert len(proof.events) == len(path.events) > 0
-    with mpmath.workdps(60):
-        assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
+    assert proven_as_followed(ap.Scene(system=system, values=values, start={"x": 3, "v": 0}, until=6)).events
 
 
 def test_a_function_without_an_enclosure_is_refused():
@@ -271,14 +264,7 @@ SWITCHED = {
 
 @pytest.mark.parametrize("name", SWITCHED)
 def test_what_the_state_or_the_time_switches_is_proven_side_by_side(name):
-    scene = SWITCHED[name]
-    proof, path = certify(scene), ap.solve(scene, digits=40)
-    assert proven(proof)
-    assert proof.modes == path.modes
-    assert [e.kind for e in proof.events] == [e.kind for e in path.events]
-    with mpmath.workdps(60):
-        assert all(holds(a, b) for a, b in zip(proof.final, path.final, strict=True))
-        assert all(holds(a.t, b.t) for a, b in zip(proof.events, path.events, strict=True))
+    proven_as_followed(SWITCHED[name])
 
 
 def test_a_box_of_starts_beside_a_stop_contains_what_its_points_do():

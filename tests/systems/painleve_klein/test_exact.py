@@ -54,25 +54,26 @@ def distance(path, true):
     return float(max(abs(path.final[i] - true.final[i]) for i in (0, 2)) / largest)
 
 
-@theorem
-@given(sigmas, mus, starts, horizons, statics)
-def test_doubles_agree_with_forty_digits(sigma, mu, start, until, more):
-    scene = scene_of(sigma, mu, start, until, more)
-    path, true = solved(scene), solved(scene, digits=40)
+def in_doubles_and(digits, scene, solve=ap.solve):
+    """Return the path in doubles and that of many digits, once they have been found to be one."""
+    path, true = solve(scene), solve(scene, digits=digits)
     assert path.modes == true.modes
     assert [event.kind for event in path.events] == [event.kind for event in true.events]
     assert distance(path, true) <= BOUND
+    return path, true
+
+
+@theorem
+@given(sigmas, mus, starts, horizons, statics)
+def test_doubles_agree_with_forty_digits(sigma, mu, start, until, more):
+    in_doubles_and(40, scene_of(sigma, mu, start, until, more), solved)
 
 
 @theorem
 @given(sigmas, mus, st.tuples(sizes, sizes, sizes), st.floats(-6, 6).map(lambda p: 10.0**p), statics)
 def test_doubles_agree_with_forty_digits_over_the_whole_domain(sigma, mu, start, until, more):
     assume(mu > 1e-280)  # below, y may leave the range of doubles
-    scene = scene_of(sigma, mu, start, until, more)
-    path = solved(scene)
-    true = ap.solve(scene, digits=40)
-    assert path.modes == true.modes
-    assert distance(path, true) <= BOUND
+    in_doubles_and(40, scene_of(sigma, mu, start, until, more), solved)
 
 
 @theorem
@@ -85,10 +86,7 @@ def test_doubles_agree_with_forty_digits_over_the_whole_domain(sigma, mu, start,
 )
 def test_the_escape_from_the_unstable_line_is_right_for_the_double_that_is_given(sigma, mu, x, z, deviation):
     slow = ap.Scene.near("Pi2", x=x, offset=0, z=z, sigma=sigma, mu=mu, until=5).start[1]
-    scene = ap.Scene(sigma, mu, (x, slow + deviation, z), 5)
-    path, true = ap.solve(scene), ap.solve(scene, digits=40)
-    assert path.modes == true.modes
-    assert distance(path, true) <= BOUND
+    in_doubles_and(40, ap.Scene(sigma, mu, (x, slow + deviation, z), 5))
 
 
 @settings(theorem, max_examples=12)
@@ -298,10 +296,8 @@ def test_a_start_that_happens_to_be_on_the_unstable_line_is_known_to_be():
 )
 def test_a_start_on_a_boundary_goes_where_the_derivatives_point(start, sigma, sigma0, modes):
     scene = ap.Scene(sigma, "1/1024", start, "0.05", sigma0=sigma0)
-    path, true = ap.solve(scene), ap.solve(scene, digits=30)
-    assert true.modes[: len(modes)] == modes
-    assert path.modes == true.modes
-    assert distance(path, true) <= BOUND
+    path, _ = in_doubles_and(30, scene)
+    assert path.modes[: len(modes)] == modes
 
 
 def test_an_edge_that_doubles_miss_by_an_ulp_is_told_by_exact_arithmetic():
@@ -420,9 +416,7 @@ def test_a_stop_in_the_third_stretch_is_that_of_an_integrator(sigma, mu, start, 
 )
 def test_a_start_where_several_derivatives_vanish_is_followed_alike_in_all_numbers(sigma, mu, start, until):
     scene = ap.Scene(sigma, mu, start, until)
-    path, true = ap.solve(scene), ap.solve(scene, digits=40)
-    assert path.modes == true.modes
-    assert distance(path, true) <= BOUND
+    _, true = in_doubles_and(40, scene)
     assert ap.solve_many(sigma, mu, *start, until).n_events == len(true.events)
 
 
@@ -435,10 +429,7 @@ def test_starts_on_the_edges_and_levels_go_as_more_digits_tell():
         s = float(random.choice([1 / (sigma + 3), 1 / (sigma + 4), 0, 1, *([-1 / (sigma + 1)] if sigma != -1 else [])]))
         rates = 0, s / mu, s / mu * (1 + 2.0**-52), -1 / mu, random.normal(), ((sigma + 4) * s - 1) / mu
         y = float(random.choice(rates))
-        scene = ap.Scene(sigma, mu, (s - y, y, random.choice([0, 0, 0.5, -0.5, 1e-8])), 3.0)
-        path, true = ap.solve(scene), ap.solve(scene, digits=40)
-        assert path.modes == true.modes
-        assert distance(path, true) <= BOUND
+        in_doubles_and(40, ap.Scene(sigma, mu, (s - y, y, random.choice([0, 0, 0.5, -0.5, 1e-8])), 3.0))
 
 
 def test_no_time_is_no_motion():
@@ -542,9 +533,7 @@ def test_progress_with_digits_is_told_after_every_event_and_may_end_the_run():
 def test_a_start_at_rest_on_the_unstable_plane_is_followed_in_doubles():
     beside = {"x": 0.5, "offset": 0, "z": 1, "sigma": 1, "mu": 1e-3, "until": 9}
     for scene in (ap.Scene(1, 1e-3, (-1, 0, 1), 2), ap.Scene.near("Pi2", **beside)):
-        path, true = ap.solve(scene), ap.solve(scene, digits=30)
-        assert path.modes == true.modes
-        assert distance(path, true) <= BOUND
+        path, _ = in_doubles_and(30, scene)
         assert path.error > 2.0**-53  # no more digits were asked for
 
 
@@ -562,8 +551,7 @@ def test_where_rounding_may_show_the_result_is_that_of_more_digits_rounded():
     refined = 0
     for _ in range(60):
         scene = ap.Scene(1, 3, tuple(random.uniform(-2, 2, 3)), 5)
-        path, true = ap.solve(scene), ap.solve(scene, digits=40)
-        assert path.modes == true.modes
+        path, true = in_doubles_and(40, scene)
         if path.error == 2.0**-53:
             refined += 1
             assert path.final == tuple(map(float, true.final))
