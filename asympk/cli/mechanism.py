@@ -43,7 +43,6 @@ def _plot(described: Any, file: str) -> None:
     from asympk.pictures import sheets
     from asympk.pictures.rigid import motion_plot
 
-    sheet = sheets(file)
-    with meter("drawing"), sheet.in_style():
-        sheet.kept(motion_plot(described), file)
+    with meter("drawing"):
+        sheets(file).kept(motion_plot(described), file)
     print(f"wrote {file}")

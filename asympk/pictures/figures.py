@@ -9,7 +9,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from asympk.pictures import style
+from asympk.pictures import sheets, style
 from asympk.pictures.portraits import plate
 from asympk.storage.rows import Row
 
@@ -41,14 +41,8 @@ GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; how near m
 
 def save(figure: "Figure", path: str | Path) -> Path:
     """Write ``figure`` to ``path``; the bytes depend on the figure alone, not on the day or the machine."""
-    matplotlib = style.matplotlib()
-
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unsaid = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
-    with matplotlib.rc_context(style.RC):
-        figure.savefig(path, metadata=unsaid[path.suffix], dpi=300)
-    return path
+    sheets(path).kept(figure, path, dpi=300)
+    return Path(path)
 
 
 @contextmanager

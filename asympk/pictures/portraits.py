@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from asympk.numbers import Number
 from asympk.path import Path
-from asympk.pictures import style
+from asympk.pictures import sheets, style
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import rational
 
@@ -31,13 +31,13 @@ INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 
 
 @contextmanager
-def plate(height: float, rows: int = 1, columns: int = 1, **options: Any) -> "Iterator[tuple[Figure, np.ndarray]]":
-    """Yield (figure, axes) of a column's width and ``height`` inches, in the common style."""
-    matplotlib = style.matplotlib()
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(style.RC):
-        figure = Figure(figsize=(style.COLUMN, height), layout="constrained")
+def plate(
+    height: float, rows: int = 1, columns: int = 1, width: float = style.COLUMN, **options: Any
+) -> "Iterator[tuple[Figure, np.ndarray]]":
+    """Yield (figure, axes) of ``height`` inches and by default a column's width, in the common style."""
+    sheet = sheets()
+    with sheet.in_style():
+        figure = sheet.blank_sheet(width, height)
         yield figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 

@@ -14,6 +14,7 @@ from asympk.errors import InputError
 from asympk.pictures import style
 from asympk.storage.files import named_file, write_bytes
 
+DPI = 200  # of a .png file
 UNDATED = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {"Software": None}}
 
 
@@ -39,10 +40,10 @@ def blank_sheet(width: float, height: float) -> Sheet:
     return Sheet(figsize=(width, height), layout="constrained")
 
 
-def kept(figure: Sheet, file: str | Path | None) -> Sheet:
+def kept(figure: Figure, file: str | Path | None, dpi: int = DPI) -> Figure:
     """Return a figure, written to ``file`` where there is one; raises ``InputError`` as ``suffix_of`` does."""
     if file is not None:
-        write_bytes(file, bytes_of(figure, suffix_of(file)))
+        write_bytes(file, bytes_of(figure, suffix_of(file), dpi))
     return figure
 
 
@@ -54,8 +55,9 @@ def suffix_of(file: str | Path) -> str:
     return suffix
 
 
-def bytes_of(figure: Sheet, suffix: str) -> bytes:
+def bytes_of(figure: Figure, suffix: str, dpi: int = DPI) -> bytes:
     """Return a figure as PDF, SVG or PNG; the same figure is the same bytes every time."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format=suffix[1:], metadata=UNDATED[suffix], dpi=200)
+    with in_style():
+        figure.savefig(buffer, format=suffix[1:], metadata=UNDATED[suffix], dpi=dpi)
     return buffer.getvalue()
