@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import groupby
 
-from asympk.output.gallery import MECHANISM_NAMES
 from asympk.output.tabular import Cell, Table, words
-from asympk.pictures import figures, style
+from asympk.pictures import anymechanism, figures, style
 from asympk.storage.rows import Row
 from asympk.studies.convergence import by_quantity, monotone_from
 from asympk.studies.damping import BORDER
@@ -113,7 +112,7 @@ def mechanisms_table(rows: Sequence[Row]) -> Table:
     for formulas in dict.fromkeys(tuple(row[k] for k in key) for row in rows):
         same = [row for row in rows if tuple(row[k] for k in key) == formulas]
         row = same[0]
-        names = ", ".join(MECHANISM_NAMES[r["mechanism"]] for r in same)
+        names = ", ".join(anymechanism.NAMES[r["mechanism"]] for r in same)
         body.append((names, *(f"${part}$" for part in formulas), f"{row['critical']:.4g}", f"{row['friction']:.4g}"))
     header = ("mechanism", "critical friction", r"$P_N/\gamma_0$", r"$P_T/\gamma_0$", "critical", "$f$")
     return Table("mechanisms", ">{\\raggedright}p{1.0in}lllrr", header, tuple(body))

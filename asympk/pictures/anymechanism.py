@@ -8,24 +8,24 @@ from asympk.pictures import sketches, style
 from asympk.pictures.portraits import plate
 from asympk.pictures.rigid import draw_motions, motion_handles
 
-LOOKS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
 WIDE = 7.04  # inches, the page
+NAMES = {
+    "painleve_klein": "Painlevé and Klein", "unequal_masses": "unequal masses", "held_rod": "mass on a spring",
+    "butenin": "Butenin", "painleve_rod": "slender rod on the ground", "bead_rod": "bead on a rod",
+    "brake_shoe": "brake shoe", "crank_slider": "crank and slider", "arm": "two-link arm",
+}  # fmt: skip
 
 
 def draw_mechanisms(mechanisms: dict[str, Any]) -> Any:
-    """Draw mechanisms of the catalogue by their names in ``TITLES``, each over its map of rigid motions."""
-    from matplotlib.figure import Figure
-
-    matplotlib = style.matplotlib()
-    with matplotlib.rc_context(style.RC):
-        figure = Figure(figsize=(WIDE, 3.9), layout="constrained")
-        axes = figure.subplots(2, len(mechanisms), height_ratios=(sketches.HEIGHT, 1.7))
+    """Draw mechanisms of the catalogue by their names, each over its map of rigid motions."""
+    ratios = (sketches.HEIGHT, 1.7)
+    with plate(3.9, 2, len(mechanisms), width=WIDE, height_ratios=ratios) as (figure, axes):
         shown: set[int] = set()
         for column, (name, described) in enumerate(mechanisms.items()):
             sketch, below = axes[:, column]
             sketch.set(xlim=(0.04, sketches.WIDTH - 0.05), ylim=(0, sketches.HEIGHT), aspect="equal")
             sketch.set_axis_off()
-            sketch.set_title(f"({'abcd'[column]}) {TITLES[name]}", pad=2)
+            sketch.set_title(f"({'abcd'[column]}) {NAMES[name]}", pad=2)
             sketches.SKETCHES[name].draw(sketch)
             shown |= draw_motions(below, described)
             below.set_ylabel("friction" if column == 0 else "")
@@ -33,25 +33,18 @@ def draw_mechanisms(mechanisms: dict[str, Any]) -> Any:
     return figure
 
 
-TITLES = {
-    "painleve_klein": "Painlev\u00e9 and Klein",
-    "painleve_rod": "slender rod on the ground",
-    "crank_slider": "crank and slider",
-    "arm": "two-link arm",
-}
-
-
-def draw_errors(rows: list[dict], names: dict[str, str]) -> Any:
+def draw_errors(rows: list[dict]) -> Any:
     """Draw error / (c log(1/c)) of the jump law over 1 / log(1/c), in units of its limit, with straight lines."""
     with plate(1.9) as (figure, axes):
         ax = axes.flat[0]
-        for (name, group), (ink, mark) in zip(groupby(rows, key=lambda row: row["mechanism"]), LOOKS, strict=True):
+        by_mechanism = groupby(rows, key=lambda row: row["mechanism"])
+        for (name, group), (ink, mark) in zip(by_mechanism, style.MARKS, strict=True):
             several = list(group)
             limit, slope = _line_through(several[-2:])
             at = [_over_log(row) for row in several]
             ax.plot((0, at[0]), (1, 1 + slope * at[0] / limit), color=ink, lw=0.5)
             ax.plot(at, [row["ratio"] / limit for row in several], mark, color=ink, mfc="white", ms=3.4)
-            ax.annotate(names[name], (at[0], several[0]["ratio"] / limit), (5, 0), textcoords="offset points",
+            ax.annotate(NAMES[name], (at[0], several[0]["ratio"] / limit), (5, 0), textcoords="offset points",
                         va="center", color=ink)  # fmt: skip
         ax.axhline(1, color="0.5", lw=0.4)
         ax.set(xlim=(0, 0.23), xlabel=r"$1/\log(1/c)$", ylabel=r"$\mathrm{error}/(A\,c\,\log(1/c))$")
@@ -79,7 +72,7 @@ def draw_rebound(rows: list[dict]) -> Any:
     with plate(2.1) as (figure, axes):
         ax = axes.flat[0]
         cases = groupby(rows, key=lambda row: (row["theta"], row["friction"]))
-        for ((theta, friction), group), (ink, mark) in zip(cases, LOOKS, strict=True):
+        for ((theta, friction), group), (ink, mark) in zip(cases, style.MARKS, strict=True):
             several = list(group)
             ratio = [row["ratio"] for row in several]
             ax.plot(ratio, [row["law"] for row in several], color=ink)

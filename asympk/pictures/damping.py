@@ -13,7 +13,6 @@ from asympk.studies.damping import leading_law, stick_law, undamped_factor
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MARKS = (("o", style.BLUE), ("s", style.RED), ("^", style.GREEN))
 SLIPS = {"slip_opposite": style.RED, "slip_same": style.BLUE, "stick": "0.6"}
 
 
@@ -33,7 +32,7 @@ def draw_damping(rows: Sequence[Row], path: Path) -> "Figure":
 
 
 def _times(ax, rows):
-    for epsilon, (mark, ink), here in _by_epsilon(rows):
+    for epsilon, (ink, mark), here in _by_epsilon(rows):
         unit = leading_law(epsilon, 1)
         ratios = [row["zeta"] for row in here]
         ax.plot(ratios, [row["jam"] / unit for row in here], mark, color=ink, ms=2.2, mfc="white", mew=0.5,
@@ -47,7 +46,7 @@ def _times(ax, rows):
 
 
 def _sticks(ax, rows):
-    for epsilon, (mark, ink), here in _by_epsilon(rows):
+    for epsilon, (ink, mark), here in _by_epsilon(rows):
         ax.plot([row["zeta"] for row in here], [row["sticks"] for row in here], mark, color=ink, ms=2.2, mfc="white",
                 mew=0.5)
         below = [row["zeta"] for row in here if row["zeta"] < 1]
@@ -61,7 +60,7 @@ def _sticks(ax, rows):
 def _by_epsilon(rows):
     """Yield (epsilon, looks, rows) from the largest epsilon down."""
     epsilons = sorted({row["epsilon"] for row in rows}, reverse=True)
-    for epsilon, looks in zip(epsilons, MARKS, strict=True):
+    for epsilon, looks in zip(epsilons, style.MARKS, strict=True):
         yield epsilon, looks, [row for row in rows if row["epsilon"] == epsilon]
 
 

@@ -131,9 +131,6 @@ def _fill(ax, cell, parameter, fixed, limits, **looks):
         ax.fill_between(at, *ends, **looks)
 
 
-ORDERS = ((style.BLUE, "o"), (style.RED, "s"), (style.GREEN, "^"))
-
-
 def convergence(rows: Sequence[Row]) -> "Figure":
     """Draw the largest |error / first omitted term - 1| of all quantities against mu, from convergence rows.
 
@@ -147,7 +144,7 @@ def convergence(rows: Sequence[Row]) -> "Figure":
         largest[key] = max(abs(row["excess"]), largest.get(key, 0))
     with plate(2.3) as (figure, axes):
         ax = axes.flat[0]
-        for order, (ink, mark) in zip(sorted({key[0] for key in largest}), ORDERS, strict=True):
+        for order, (ink, mark) in zip(sorted({key[0] for key in largest}), style.MARKS, strict=True):
             lines: dict[tuple, dict] = {}
             for (n, expansion, sigma, mu), size in largest.items():
                 if n == order:

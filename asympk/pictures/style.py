@@ -39,6 +39,7 @@ RC = {
 }
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7")
+MARKS = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))  # of three sorts of rows
 
 # method -> (name in print, colour, marker, line); explicit methods dash, implicit ones are solid, crude ones dot
 METHODS = {
