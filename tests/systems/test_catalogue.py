@@ -24,6 +24,19 @@ over = {{theta = [0.05, 1.5]}}
 """
 
 
+@pytest.fixture
+def screen(tmp_path, capsys):
+    """Return a function of the text of a file: what the command line tells of its mechanism, or complains."""
+
+    def told(text, *options, status=0):
+        file = tmp_path / "rod.toml"
+        file.write_text(text)
+        assert main(["mechanism", str(file), *options]) == status
+        return capsys.readouterr()[status > 0]
+
+    return told
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
@@ -34,11 +47,8 @@ def test_every_mechanism_of_the_catalogue_is_told_in_one_screen(name, capsys):
         assert part in told
 
 
-def test_powers_of_ten_in_a_file_are_told_with_a_small_e_like_all_others(tmp_path, capsys):
-    file = tmp_path / "rod.toml"
-    file.write_text(ROD.replace("m = 1,", "m = 1e2,").replace("0.05,", "1e-7,"))
-    assert main(["mechanism", str(file)]) == 0
-    told = capsys.readouterr().out
+def test_powers_of_ten_in_a_file_are_told_with_a_small_e_like_all_others(screen):
+    told = screen(ROD.replace("m = 1,", "m = 1e2,").replace("0.05,", "1e-7,"))
     assert "m = 1e+2, " in told
     assert ", within 1e-7 .. 1.5\n" in told
 
@@ -115,21 +125,16 @@ def test_a_mechanism_in_a_file_is_the_one_of_the_catalogue(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("friction", "told"), [("f", ""), ("f + max(0, theta - 1)", ", as far as samples tell")])
-def test_where_a_paradox_is_looked_for_at_samples_the_screen_says_so(friction, told, tmp_path, capsys):
-    file = tmp_path / "rod.toml"
-    file.write_text(ROD.replace('friction = "f"', f'friction = "{friction}"'))
-    assert main(["mechanism", str(file)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_where_a_paradox_is_looked_for_at_samples_the_screen_says_so(friction, told, screen):
+    lines = screen(ROD.replace('friction = "f"', f'friction = "{friction}"')).splitlines()
     assert [line for line in lines if line.startswith("over theta      a paradox in ") and
             line.endswith(f", within 0.05 .. 1.5{told}")]
     assert "time            of order c log(1/c) with the compliance c of the contact" in lines
 
 
-def test_friction_that_may_fall_before_the_stop_has_no_jump_on_the_screen(tmp_path, capsys):
-    file = tmp_path / "rod.toml"
-    file.write_text(ROD.replace('friction = "f"', 'friction = "f*(1 + abs(X\' + l*sin(theta)*theta\'))"'))
-    assert main(["mechanism", str(file)]) == 0
-    (jump,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("jump "))
+def test_friction_that_may_fall_before_the_stop_has_no_jump_on_the_screen(screen):
+    told = screen(ROD.replace('friction = "f"', 'friction = "f*(1 + abs(X\' + l*sin(theta)*theta\'))"'))
+    (jump,) = (line for line in told.splitlines() if line.startswith("jump "))
     assert "it may slide on" in jump
 
 
@@ -172,11 +177,8 @@ def test_a_mass_matrix_in_a_file_does_for_a_lagrangian(tmp_path):
         (("Y - l*sin(theta)", "Y - speed"), "the name speed is unknown; it has X, Y, theta, t, X', Y', theta', m"),
     ],
 )
-def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match, tmp_path, capsys):
-    file = tmp_path / "rod.toml"
-    file.write_text(ROD.replace(*change))
-    assert main(["mechanism", str(file)]) == 2
-    told = capsys.readouterr().err
+def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match, screen):
+    told = screen(ROD.replace(*change), status=2)
     assert match in told
     assert len(told.splitlines()) == 1
 
@@ -208,11 +210,8 @@ def test_numbers_off_the_contact_are_said_to_be(setting, said, capsys):
     assert f"off the contact: {said}; what follows holds with g = g' = 0 alone" in capsys.readouterr().out
 
 
-def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(tmp_path, capsys):
-    file = tmp_path / "rod.toml"
-    file.write_text(ROD.replace("Y = 0.8912, ", ""))
-    assert main(["mechanism", str(file)]) == 0
-    assert "off the contact" not in capsys.readouterr().out
+def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
+    assert "off the contact" not in screen(ROD.replace("Y = 0.8912, ", ""))
 
 
 @pytest.mark.parametrize(("rates", "verdict", "motions"), [
@@ -244,22 +243,16 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     assert "scene.toml: it is a scene, followed by asympk solve" in capsys.readouterr().err
 
 
-def test_a_mechanism_that_depends_on_time_is_told_at_the_time_0_or_another(tmp_path, capsys):
-    file = tmp_path / "plate.toml"
+def test_a_mechanism_that_depends_on_time_is_told_at_the_time_0_or_another(screen):
     lines = ("""coordinates = ["X", "Y"]""", """lagrangian = "(X'^2 + Y'^2)/2 - g*Y\"""", """gap = "Y - A*cos(w*t)\"""",
              """slip = "X\"""", """friction = "1/3\"""", "unilateral = true", "[values]", "g = 9", "A = 0.25", "w = 2",
              "[state]", "X = 0", "Y = 0.25", """"X'" = 1""", """"Y'" = 0""")  # fmt: skip
-    file.write_text("\n".join(lines))
     for setting, reaction in (((), "8"), (("--set", "t=1.5707963267948966", "--set", "Y=-1/4"), "10")):
-        assert main(["mechanism", str(file), *setting]) == 0
-        assert f"slip with R = {reaction}\n" in capsys.readouterr().out  # g - A w^2 cos(w t)
+        assert f"slip with R = {reaction}\n" in screen("\n".join(lines), *setting)  # g - A w^2 cos(w t)
 
 
-def test_where_slip_and_gap_do_not_couple_there_is_no_critical_friction(tmp_path, capsys):
-    file = tmp_path / "rod.toml"
-    file.write_text(ROD.replace("theta = 1.1", "theta = 0"))
-    assert main(["mechanism", str(file)]) == 0
-    assert "= none: no paradox here" in capsys.readouterr().out
+def test_where_slip_and_gap_do_not_couple_there_is_no_critical_friction(screen):
+    assert "= none: no paradox here" in screen(ROD.replace("theta = 1.1", "theta = 0"))
 
 
 @pytest.mark.parametrize(
@@ -282,13 +275,10 @@ def test_over_friction_a_static_one_of_its_own_is_at_least_as_large(name):
     assert (placed[static] == [own, 2 * own]).all()
 
 
-def test_a_contact_that_never_couples_slip_and_gap_has_no_critical_friction(tmp_path, capsys):
-    file = tmp_path / "block.toml"
-    file.write_text('coordinates = ["x", "y"]\nlagrangian = "x\'^2 + y\'^2"\ngap = "y"\nslip = "x"\nfriction = 1\n'
-                    'state = {x = 0, y = 0, "x\'" = 1, "y\'" = 0}\n')  # fmt: skip
-    assert main(["mechanism", str(file)]) == 0
-    told = capsys.readouterr().out
-    assert told.startswith(f"{file}\nat x = 0, ")
+def test_a_contact_that_never_couples_slip_and_gap_has_no_critical_friction(tmp_path, screen):
+    told = screen('coordinates = ["x", "y"]\nlagrangian = "x\'^2 + y\'^2"\ngap = "y"\nslip = "x"\nfriction = 1\n'
+                  'state = {x = 0, y = 0, "x\'" = 1, "y\'" = 0}\n')  # fmt: skip
+    assert told.startswith(f"{tmp_path}/rod.toml\nat x = 0, ")
     assert "critical        friction none: no paradox here" in told
 
 
@@ -304,27 +294,20 @@ state = {a = 0, b = 0, "a'" = -1, "b'" = -1}
 """
 
 
-def test_at_exactly_the_critical_friction_the_screen_promises_neither_motion_nor_jump(tmp_path, capsys):
+def test_at_exactly_the_critical_friction_the_screen_promises_neither_motion_nor_jump(screen):
     """Two unit masses on parallel guides: G_NN = 2, G_NT = -1, and slip back has R = 1 / (2 - f)."""
-    file = tmp_path / "masses.toml"
-    file.write_text(MASSES)
-    told = {}
-    for friction in ("1.999", "2", "2.001"):
-        assert main(["mechanism", str(file), "--set", f"f={friction}"]) == 0
-        told[friction] = capsys.readouterr().out
+    told = {friction: screen(MASSES, "--set", f"f={friction}") for friction in ("1.999", "2", "2.001")}
     assert "= 2: exactly critical here\nrigid motions   none" in told["2"]
     assert "jump            not told at exactly the critical friction" in told["2"]
     assert "= 2: no paradox here\nrigid motions   slip with R = 1000" in told["1.999"]
     assert "= 2: a paradox here\nrigid motions   none" in told["2.001"]
 
 
-def test_a_map_over_the_friction_itself_is_refused(tmp_path, capsys):
-    file = tmp_path / "rod.toml"
-    file.write_text(ROD.replace("theta = [0.05, 1.5]", "f = [0.05, 1.5]"))
-    assert main(["mechanism", str(file), "--plot", str(tmp_path / "map.svg")]) == 2
-    assert "friction that is one parameter, another one" in capsys.readouterr().err
-    assert main(["mechanism", str(file)]) == 0
-    assert "--plot" not in capsys.readouterr().out
+def test_a_map_over_the_friction_itself_is_refused(tmp_path, screen):
+    text = ROD.replace("theta = [0.05, 1.5]", "f = [0.05, 1.5]")
+    told = screen(text, "--plot", str(tmp_path / "map.svg"), status=2)
+    assert "friction that is one parameter, another one" in told
+    assert "--plot" not in screen(text)
 
 
 def test_the_map_of_motions_is_the_same_file_each_time(tmp_path):
