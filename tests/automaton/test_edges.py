@@ -12,7 +12,11 @@ from asympk.errors import Accumulation, NotDerivable, TooManyEvents
 x, v, t = sp.symbols("x v t", real=True)
 F = sp.Symbol("F", real=True)
 ROUGH, ICE, PUSH = sp.Rational(1, 5), sp.Rational(1, 20), sp.Rational(1, 10)
-WAYS = [{}, {"digits": 15}, {"method": "radau"}, {"method": "dop853"}]
+
+
+@pytest.fixture(params=[{}, {"digits": 15}, {"method": "radau"}, {"method": "dop853"}])
+def how(request):
+    return request.param
 
 
 def block(push, kinetic):
@@ -24,7 +28,6 @@ def ends(path, modes, end):
     return path.modes == modes and [float(w) for w in path.final] == pytest.approx(end, abs=1e-9)
 
 
-@pytest.mark.parametrize("how", WAYS)
 @pytest.mark.parametrize(
     ("ahead", "behind", "modes", "end"),
     [(ICE, ROUGH, ("stick",), (0, 0)), (ROUGH, ICE, ("slip_same",), ("9/40", "3/20"))],
@@ -36,13 +39,11 @@ def test_a_block_pushed_on_an_edge_that_moves_on_is_on_what_is_behind_the_edge(a
     assert ends(path, modes, [float(Fraction(w)) for w in end])
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_block_in_the_corner_of_a_potential_rests(how):
     path = ap.solve(ap.Scene(system=block(-sp.sign(x) / 4, PUSH), start={x: 0, v: 0}, until=3), **how)
     assert ends(path, ("stick",), [0, 0])
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_what_comes_to_rest_on_an_edge_stays_there(how):
     system = block(0, sp.Piecewise((sp.Rational(1, 2), x < 1), (ICE, True)))
     path = ap.solve(ap.Scene(system=system, start={x: 0, v: 1}, until=3), **how)
@@ -89,7 +90,6 @@ def _at_an_edge(number, push, below, above):
     return {s: u, u: pushed + force}, contact, {s: 1, u: 0}
 
 
-@pytest.mark.parametrize("how", WAYS)
 @pytest.mark.parametrize(
     ("first", "second", "mode", "end"),
     [(((-1, 1), "1/4", 2), ((1, 1), "1/2", 1), "stick+stick", (1, 0, 1, 0)),
@@ -103,7 +103,6 @@ def test_two_blocks_on_edges_of_their_own_go_on_each_as_it_does_alone(first, sec
     assert ends(path, (mode,), [float(Fraction(w)) for w in end])
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_force_towards_an_edge_that_moves_on_pushes_a_block_after_it_from_the_start(how):
     """It is pushed by 1/10 - 1/20 behind the edge at t/10, and held by the springs -x - 2 Max(x, 0)."""
     system = block(-x - sp.sign(x - t / 10) / 10 - 2 * sp.Max(x, 0), ICE)
@@ -112,7 +111,6 @@ def test_a_force_towards_an_edge_that_moves_on_pushes_a_block_after_it_from_the_
     assert [float(w) for w in path.final] == pytest.approx([1 / 30, 0], abs=1e-5)
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_block_rests_on_an_edge_where_one_side_pushes_it_back_and_the_other_holds_it(how):
     for edge in (x < 1, x <= 1):
         system = block(-PUSH, sp.Piecewise((ROUGH, edge), (ICE, True)))
@@ -123,7 +121,6 @@ def test_a_block_rests_on_an_edge_where_one_side_pushes_it_back_and_the_other_ho
 STRIP = sp.Piecewise((2, sp.Abs(x - 1) < sp.Rational(1, 2)), (sp.Rational(1, 4), True))
 
 
-@pytest.mark.parametrize("how", WAYS)
 @pytest.mark.parametrize("side", [1, -1])
 @pytest.mark.parametrize(("push", "speed", "end"), [(1, 0, ("3/2", "3/2")), (-1, 0, (0, 0)), (1, 1, (2, "1/2"))])
 def test_an_edge_of_a_strip_by_its_distance_is_as_any_other_on_either_side(push, speed, end, side, how):
@@ -141,7 +138,6 @@ def test_a_block_that_both_sides_of_an_edge_push_back_is_refused_by_name():
         ap.solve(ap.Scene(system=system, start={x: 1, v: 0}, until=3))
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_velocity_divided_by_its_size_turns_back_through_zero(how):
     """At the rate -3 until t = 1/3, at -1 from then on; beside -u/|u| alone it stays there, which is a friction."""
     pushed, alone = (ap.System.smooth({x: v, v: -v / abs(v) - push}, {}, None) for push in (2, 0))
@@ -151,13 +147,11 @@ def test_a_velocity_divided_by_its_size_turns_back_through_zero(how):
             ap.solve(ap.Scene(system=alone, start={x: 1, v: speed}, until=3), **how)
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_what_rests_where_a_whole_part_jumps_stays_there(how):
     path = ap.solve(ap.Scene(system=block(-sp.floor(x) / 100, PUSH), start={x: 2, v: 0}, until=3), **how)
     assert ends(path, ("stick",), [2, 0])
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_what_rests_on_a_belt_slips_as_soon_as_the_belt_carries_it_to_a_place_that_does_not_hold_it(how):
     """The spring pulls by 1/10 at x = 1: from there x = 1/2 + cos(w s)/2 + sin(w s)/w, w^2 = 1/10, s = t - 1."""
     contact = ap.Friction(velocity=v - 1, force=F, load=1, kinetic=sp.Piecewise((ROUGH, x < 1), (ICE, True)))
@@ -170,7 +164,6 @@ def test_what_rests_on_a_belt_slips_as_soon_as_the_belt_carries_it_to_a_place_th
     assert path.modes == ("stick", "slip_opposite")
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_velocity_that_begins_with_its_second_derivative_is_told_from_its_rounding(how):
     """A block at rest slips back where the push cos(t) - x falls to -1/5; what Max(0, v) brakes is no part of it."""
     braked, free = (block(sp.cos(t) - x - brake, ROUGH) for brake in (sp.Max(0, v), 0))
@@ -180,7 +173,6 @@ def test_a_velocity_that_begins_with_its_second_derivative_is_told_from_its_roun
     assert [float(a) for a in path.final] == pytest.approx(truth.final, abs=1e-5)
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_the_side_of_an_edge_agrees_with_the_way_in_which_a_contact_slips(how):
     """The block x rests on an edge with its friction used up, and follows y, which begins to move at once."""
     y, w, G = sp.symbols("y w G", real=True)
@@ -257,7 +249,6 @@ def test_a_push_that_is_the_friction_itself_until_it_rises_moves_a_block_as_soon
     assert ends(path, ("stick", "slip_same"), (speed * (2 - math.pi / 6), speed))
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_tank_is_empty_once_its_water_has_run_out(how):
     """By Torricelli's law x = (1 - t/2)^2 until t = 2; a second tank, half as wide, is empty some time after that."""
     y = sp.Symbol("y", real=True)
@@ -268,7 +259,6 @@ def test_a_tank_is_empty_once_its_water_has_run_out(how):
     assert [float(w) for w in path.final] == pytest.approx([0, 0], abs=1e-12)
 
 
-@pytest.mark.parametrize("how", WAYS)
 @pytest.mark.parametrize(
     ("belt", "modes", "end"),
     [
@@ -289,7 +279,6 @@ def test_a_block_slips_where_its_belt_is_all_at_once_another(belt, modes, end, h
     assert [float(w) for w in path.final] == pytest.approx(end, abs=1e-8)
 
 
-@pytest.mark.parametrize("how", WAYS)
 @pytest.mark.parametrize(("belt", "end"), [
     (sp.Max(0, sp.sin(t)), (3 - math.cos(7), math.sin(7))),
     (sp.Piecewise((t, t < 1), (2 - t, t < 2), (0, True)), (1, 0)),
@@ -312,7 +301,6 @@ def test_a_belt_that_turns_in_a_saw_of_the_time_lets_its_block_slide_on():
     assert path.modes == ("slip_opposite", "slip_same", "slip_opposite", "slip_same")
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_belt_takes_a_block_along_while_there_is_a_load_on_it(how):
     """Under the load max(0, sin(t)) v = 3 (1 - cos(t))/10 up to 3/5, and as much more in the next wave until v = 1."""
     friction = ap.Friction(velocity=v - 1, force=F, load=sp.Max(0, sp.sin(t)), kinetic=sp.Rational(3, 10))
@@ -323,7 +311,6 @@ def test_a_belt_takes_a_block_along_while_there_is_a_load_on_it(how):
     assert float(path.final[1]) == 1
 
 
-@pytest.mark.parametrize("how", WAYS)
 def test_a_block_whose_friction_differs_by_its_direction_comes_to_rest(how):
     """The push 1/5 is less than the friction 3/10 forward, and more than the friction 1/10 that there is backward."""
     scaly = sp.Piecewise((PUSH, v < 0), (3 * PUSH, True))

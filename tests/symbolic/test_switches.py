@@ -12,12 +12,16 @@ PULSE = sp.Piecewise((1, (t > 5) & (t < sp.Rational(26, 5))), (0, True))
 METHODS = [{}, {"method": "radau"}, {"method": "lsoda"}, {"digits": 12}]
 
 
+@pytest.fixture(params=METHODS)
+def method(request):
+    return request.param
+
+
 def _block(push):
     rubbing = ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(3, 10))
     return ap.System.with_frictions({x: v, v: push + F}, {}, [rubbing], time=t)
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_a_block_at_rest_is_moved_by_a_pulse_however_short_it_is_beside_the_rest(method):
     path = ap.solve(ap.Scene(system=_block(PULSE), start=[0, 0], until=10), **method)
     assert path.modes == ("stick", "slip_same", "stick")
@@ -25,7 +29,6 @@ def test_a_block_at_rest_is_moved_by_a_pulse_however_short_it_is_beside_the_rest
     assert float(path.final[0]) == pytest.approx(7 / 150, abs=1e-5)  # 0.7 (0.2)^2 / 2 and (0.14)^2 / 0.6
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_an_oscillator_at_rest_swings_after_a_pulse_and_is_read_where_it_begins(method):
     system = ap.System.smooth(slow={x: v, v: PULSE - x}, fast={}, small=None, time=t)
     path = ap.solve(ap.Scene(system=system, start=[0, 0], until=10), **method)
@@ -35,14 +38,12 @@ def test_an_oscillator_at_rest_swings_after_a_pulse_and_is_read_where_it_begins(
     )
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_a_ramp_that_ends_before_the_steps_look_again_moves_a_block(method):
     path = ap.solve(ap.Scene(system=_block(sp.Max(0, 1 - abs(t - 5))), start=[0, 0], until=10), **method)
     assert float(path.events[0].t) == pytest.approx(4.3, abs=1e-6)
     assert float(path.final[0]) == pytest.approx(0.81554166667, abs=1e-4)
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_an_oscillator_under_a_saw_tooth_is_that_of_its_steps(method):
     system = ap.System.smooth(slow={x: v, v: sp.Mod(t, sp.Rational(1, 2)) - x}, fast={}, small=None, time=t)
     path = ap.solve(ap.Scene(system=system, start=[0, 0], until="9/4"), **method)
@@ -50,7 +51,6 @@ def test_an_oscillator_under_a_saw_tooth_is_that_of_its_steps(method):
     assert float(path.final[0]) == pytest.approx(9 / 4 - math.sin(9 / 4) + steps, abs=1e-5)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("push", "place"), [
     (2 * sp.Heaviside(t), 7.65),
     (2 * sp.Heaviside(t - 1), 3.4),
@@ -66,7 +66,6 @@ def test_a_block_at_rest_feels_a_push_that_jumps_at_once(push, place, method):
     assert float(path.final[0]) == pytest.approx(place, abs=1e-5)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("while_it_lasts", [
     sp.sin(t) > sp.Rational(1, 2),
     sp.sin(t) - sp.sqrt(3) * sp.cos(t) + sp.sqrt(3) * sp.cos(t) > sp.Rational(1, 2),
@@ -93,7 +92,6 @@ def test_a_sine_that_turns_ever_faster_switches_at_the_roots_of_whole_numbers(me
     assert float(path.final[0]) == pytest.approx(ways, abs=1e-8)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("wave", "way"), [(sp.tan, 4 - math.pi), (sp.cot, 4 - math.pi), (sp.sec, math.pi - 4)])
 def test_the_sign_of_a_tangent_jumps_at_its_poles_and_is_no_pole(wave, way, method):
     system = ap.System.smooth({x: sp.sign(wave(t))}, {}, None, time=t)
@@ -101,7 +99,6 @@ def test_the_sign_of_a_tangent_jumps_at_its_poles_and_is_no_pole(wave, way, meth
     assert float(path.final[0]) == pytest.approx(way, abs=1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("steps", "ways"),
     [
@@ -125,7 +122,6 @@ def test_a_square_wave_is_followed_in_closed_form():
     assert float(path.final[0]) == pytest.approx(-0.35 * back**2 - (0.7 * back) ** 2 / 2.6 + 0.35 * (1 - turned) ** 2)
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_a_block_at_rest_is_pushed_once_another_passes_a_place(method):
     contacts = [ap.Friction(velocity=v, force=F, load=1, kinetic=sp.Rational(3, 10))]
     y = sp.Symbol("y", real=True)
@@ -161,7 +157,6 @@ def test_what_depends_on_a_state_or_on_no_time_is_no_switch():
     assert switches([sp.Max(x, t), abs(a - 1), sp.sign(t**2 - 1)], t, [a]) == []
 
 
-@pytest.mark.parametrize("method", METHODS)
 def test_a_run_that_ends_on_a_switch_sees_what_comes_just_before_it(method):
     """A push t^16 falls back to 0 at t = 1, and friction has held it up to 3/10."""
     path = ap.solve(ap.Scene(system=_block(sp.Piecewise((t**16, t < 1), (0, True))), start=[0, 0], until=1), **method)
@@ -188,7 +183,6 @@ def test_what_is_at_rest_is_moved_by_a_smooth_pulse_between_two_steps_of_the_res
     assert [float(w) for w in end] == pytest.approx([gained * math.sin(1), gained * math.cos(1)], rel=1e-4)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("push", [
     sp.floor(sp.sqrt(x)), sp.floor(sp.log(t)), sp.Max(1 / t, 1), 1 / sp.sqrt(t) + sp.sqrt(t), 1 / t + sp.sqrt(t),
 ])  # fmt: skip
@@ -197,7 +191,6 @@ def test_what_has_an_infinite_rate_or_slope_at_the_start_is_refused_by_name(push
         ap.solve(ap.Scene(system=_block(push), start=[0, 0], until=3), **method)
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("push", "place"), [
     (4 / sp.cosh(100 * (t - 5)) ** 2, 0.0086798648), (1 / (1 + sp.exp(-100 * (t - 5))), 17.107324),
 ])  # fmt: skip
