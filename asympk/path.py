@@ -1,12 +1,13 @@
 """Path: what every model returns, whether exact, integrated or asymptotic."""
 
+from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.doors import through
 from asympk.errors import InputError
-from asympk.numbers import numbers
+from asympk.numbers import number, numbers, unread
 from asympk.shown import Card, ShownAsTable, few, number_as_text
 
 if TYPE_CHECKING:
@@ -145,15 +146,42 @@ def times_within(t: Any, until: Any) -> "np.ndarray":
 
 
 class ClosedForm:
-    """The segments of a scene that ``run`` has solved; pickled as the scene, which ``run`` solves again."""
+    """The state of a scene that ``run`` has solved, in the numbers of ``m``, as a function of time.
 
-    __slots__ = ("convert", "digits", "run", "scene", "segments")
+    It is pickled as the scene, which ``run`` solves again. ``state_within`` gives the state at a time after the start
+    of one of the ``segments``.
+    """
 
-    def __init__(self, run: Any, scene: Any, digits: int | None, segments: Any, convert: Any) -> None:
-        self.run, self.scene, self.digits, self.segments, self.convert = run, scene, digits, segments, convert
+    __slots__ = ("convert", "digits", "m", "run", "scene", "segments")
+
+    def __init__(self, run: Any, scene: Any, digits: int | None, segments: Any, convert: Any, m: Any) -> None:
+        self.run, self.scene, self.digits, self.segments = run, scene, digits, segments
+        self.convert, self.m = convert, m
 
     def __reduce__(self) -> tuple:
         return _solved, (self.run, self.scene, self.digits)
+
+    def __call__(self, t: Any) -> Any:
+        """Return an array of shape ``(n,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
+        starts = [segment.start for segment in self.segments]
+        if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):
+            return self._state(t, starts)
+        import numpy as np
+
+        times, size, kind = unread("t", t), len(self.scene.names), float if self.digits is None else object
+        states = np.array([self._state(time, starts) for time in times.ravel()], dtype=kind)
+        return states.reshape(times.size, size).T.reshape(size, *times.shape)
+
+    def _state(self, t: Any, starts: list) -> tuple[Any, ...]:
+        t = number("t", t)
+        require_within(t, t, self.scene.until)
+        t = self.m.number(t)
+        segment = self.segments[bisect_right(starts, t) - 1]
+        return tuple(map(self.convert, self.state_within(segment, t - segment.start)))
+
+    def state_within(self, segment: Any, t: Any) -> Any:
+        """Return the state at a time ``t`` after the start of a segment."""
+        raise NotImplementedError
 
 
 def _solved(run: Any, scene: Any, digits: int | None) -> Any:

@@ -1,13 +1,12 @@
 """Dense output of a run in closed form: the state at any time, on arrays of times at once."""
 
-from bisect import bisect_right
 from typing import Any
 
 import numpy as np
 
 from asympk.affine.functions import Arrays, functions
-from asympk.numbers import Number, number, unread
-from asympk.path import ClosedForm, require_within, times_within
+from asympk.numbers import Number
+from asympk.path import ClosedForm, times_within
 
 
 class AffineDense(ClosedForm):
@@ -15,16 +14,10 @@ class AffineDense(ClosedForm):
 
     __slots__ = ()
 
-    def __call__(self, t: Any) -> np.ndarray | tuple[Number, ...]:
-        """Return an array of shape ``(n,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
-        one = isinstance(t, str) or not hasattr(t, "__len__")
-        if self.digits is not None and one:
-            return self._state(t)
+    def __call__(self, t: Any) -> Any:
         if self.digits is None and self.convert is float:
             return self._states(times_within(t, self.scene.until))
-        times, size, kind = unread("t", t), len(self.scene.names), float if self.digits is None else object
-        states = np.array([self._state(time) for time in times.ravel()], dtype=kind)
-        return states.reshape(times.size, size).T.reshape(size, *times.shape)
+        return super().__call__(t)
 
     def _states(self, times):
         flat, size = times.ravel(), len(self.scene.names)
@@ -38,9 +31,5 @@ class AffineDense(ClosedForm):
             found[:, mine] = (gained @ sums[:n] + sums[n + begun]).T
         return found.reshape(size, *times.shape)
 
-    def _state(self, t):
-        t = number("t", t)
-        require_within(t, t, self.scene.until)
-        t = self.segments[0].segment.m.number(t)
-        timed = self.segments[bisect_right([timed.start for timed in self.segments], t) - 1]
-        return tuple(map(self.convert, timed.segment.state(t - timed.start)[: len(self.scene.names)]))
+    def state_within(self, timed: Any, t: Number) -> np.ndarray:
+        return timed.segment.state(t)[: len(self.scene.names)]

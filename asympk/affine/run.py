@@ -246,7 +246,7 @@ def _distance(coarse, fine):
 def _path(case, digits, joined, convert, error):
     events = tuple(e._replace(t=convert(e.t), state=_converted(e.state, convert)) for e in joined.events)
     segments = [segment.work for segment in joined.segments]
-    dense = AffineDense(run, case.scene, digits, segments, convert)
+    dense = AffineDense(run, case.scene, digits, segments, convert, segments[0].segment.m)
     return Path(case.scene, "exact", _converted(joined.last.state, convert), events, joined.modes, dense, error)
 
 

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from asympk.arithmetic import Doubles, agreed, flow_context, set_digits
 from asympk.errors import InputError, Undecided
-from asympk.numbers import Arithmetic, whole
-from asympk.path import Event, Path
-from asympk.systems.painleve_klein.flow.dense import RodDense
+from asympk.numbers import Arithmetic, Number, whole
+from asympk.path import ClosedForm, Event, Path
 from asympk.systems.painleve_klein.flow.rounding import calm, estimated_error, largest_state
 from asympk.systems.painleve_klein.flow.segments import RodFlow, follow_rod
 from asympk.systems.painleve_klein.flow.starts import beginning
@@ -150,4 +149,15 @@ def _path(scene, digits, rounded, solved, error, convert):
         events.append(Event(segment.kind, after.start, (x, y, z)))
     x, y, _, z, _ = rounded[-1].end
     modes = tuple([segment.mode for segment in rounded])
-    return Path(scene, "exact", (x, y, z), tuple(events), modes, RodDense(run, scene, digits, solved, convert), error)
+    dense = RodDense(run, scene, digits, solved, convert, solved[0].segment.mode.m)
+    return Path(scene, "exact", (x, y, z), tuple(events), modes, dense, error)
+
+
+class RodDense(ClosedForm):
+    """The state (x, y, z) of a solved scene of the rod as a function of time."""
+
+    __slots__ = ()
+
+    def state_within(self, solved: "SolvedSegment", t: Number) -> tuple[Number, ...]:
+        x, y, _, z, _ = solved.segment.state(t)
+        return x, y, z
