@@ -1,8 +1,8 @@
 """The kernel of the Painlevé-Klein rod: what follows its scenes faster than the general engine.
 
-It is held to the general engine by one contract test over random scenes. It offers every method in the first table for
-one scene, as ``run(scene, method, **options) -> Path``, and every method in the second for arrays, as
-``solve_many(*columns, method, **options)``. A method that it does not offer is the general one.
+One test of ``tests/affine/test_affine_scenes.py`` holds it to the general engine over random scenes. It offers every
+method in the first table for one scene, as ``run(scene, method, **options) -> Path``, and every method in the second
+for arrays, as ``solve_many(*columns, method, **options)``. A method that it does not offer is the general one.
 """
 
 from dataclasses import replace
