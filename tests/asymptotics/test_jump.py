@@ -59,6 +59,14 @@ def in_numbers(series, at, mu_text):
     return found(*(Fraction(int(at[v].p), int(at[v].q)) for v in symbols), mu_text)
 
 
+def tends_to_omitted(series, kept, omitted, at, true):
+    """Tell whether what a series misses of ``true(mu)`` tends to its first omitted terms."""
+    missed = [true(mu_text) - in_numbers(series.truncated(kept), at, mu_text) for mu_text in MUS]
+    first = [in_numbers(series.power(omitted), at, mu_text) for mu_text in MUS]
+    closeness = [abs(error / term - 1) for error, term in zip(missed, first, strict=True)]
+    return closeness[-1] < 1e-7 and all(b < a for a, b in pairwise(closeness[-4:]))
+
+
 def landed(path, scene):
     """Return (x, z) at t = 0 of the exact slow motion that the path is on at its end."""
     b = mpmath.mpf(scene.sigma.numerator) / scene.sigma.denominator
@@ -159,16 +167,10 @@ def test_an_arrival_on_the_shallow_side_changes_x_and_z_by_order_mu_alone():
 @pytest.mark.parametrize(("s", "start", "way"), CASES)
 @pytest.mark.parametrize("order", [0, 1])
 def test_error_of_the_jump_map_tends_to_its_first_omitted_terms(s, start, way, order):
-    jump, at = derived(s, start, order + 1), values(s, start)
-    for series, truth in ((jump.x, 0), (jump.z, 1)):
-        closeness = []
-        for mu_text in MUS:
-            path, scene = exact(s, start, mu_text, 1 if way[-1] == "slip_same" else "1/4")
-            assert path.modes == way
-            error = landed(path, scene)[truth] - in_numbers(series.truncated(order), at, mu_text)
-            closeness.append(abs(error / in_numbers(series.power(order + 1), at, mu_text) - 1))
-        assert closeness[-1] < 1e-7
-        assert all(b < a for a, b in pairwise(closeness[-4:]))
+    jump, at, until = derived(s, start, order + 1), values(s, start), 1 if way[-1] == "slip_same" else "1/4"
+    assert all(exact(s, start, mu_text, until)[0].modes == way for mu_text in MUS)
+    for k, series in enumerate((jump.x, jump.z)):
+        assert tends_to_omitted(series, order, order + 1, at, lambda mu, k=k: landed(*exact(s, start, mu, until))[k])
 
 
 @pytest.mark.parametrize("way", [FROM_BELOW, FROM_BELOW_TENSE, FROM_ABOVE])
@@ -177,14 +179,10 @@ def test_errors_of_event_times_and_states_tend_to_their_first_omitted_terms(way)
     jump, at = derived(s, start, 1), values(s, start)
     for i, event in enumerate(jump.events):
         for name, kept, omitted in (("t", 1, 2), ("x", 0, 1), ("y", event.y.size[0], event.y.size[0] + 1)):
-            series, closeness = getattr(event, name), []
-            for mu_text in MUS:
-                true = exact(s, start, mu_text, 1)[0].events[i]
-                assert true.kind == event.kind
-                error = getattr(true, name) - in_numbers(series.truncated(kept), at, mu_text)
-                closeness.append(abs(error / in_numbers(series.power(omitted), at, mu_text) - 1))
-            assert closeness[-1] < 1e-7
-            assert all(b < a for a, b in pairwise(closeness[-4:]))
+            true = {mu_text: exact(s, start, mu_text, 1)[0].events[i] for mu_text in MUS}
+            assert {e.kind for e in true.values()} == {event.kind}
+            found = {mu_text: getattr(e, name) for mu_text, e in true.items()}
+            assert tends_to_omitted(getattr(event, name), kept, omitted, at, found.get)
 
 
 @pytest.mark.slow
@@ -192,13 +190,7 @@ def test_errors_of_event_times_and_states_tend_to_their_first_omitted_terms(way)
 def test_static_friction_enters_at_order_mu_and_as_the_exact_flow_says(start):
     jump, at = derived(1, start, 2, 3), values(1, start, 3)
     assert not any(sigma0 in jump.x.coefficient(p, q).free_symbols for p, q in ((0, 0), (1, 1)))
-    closeness = []
-    for mu_text in MUS:
-        path, scene = exact(1, start, mu_text, 1, 3)
-        error = landed(path, scene)[0] - in_numbers(jump.x.truncated(1), at, mu_text)
-        closeness.append(abs(error / in_numbers(jump.x.power(2), at, mu_text) - 1))
-    assert closeness[-1] < 1e-7
-    assert all(b < a for a, b in pairwise(closeness[-4:]))
+    assert tends_to_omitted(jump.x, 1, 2, at, lambda mu_text: landed(*exact(1, start, mu_text, 1, 3))[0])
 
 
 # other systems
