@@ -109,8 +109,8 @@ class LimitLayers:
             if guard is None:
                 mode, state, event = self._stop(mode, t, state, math.copysign(1, target))
             else:
-                state = self._with(state, target)
-                mode, event = mode_after(self.automaton, mode, t, state, (guard,), fixed=True)
+                met = self._with(state, target)
+                mode, state, event = mode_after(self.automaton, mode, t, met, (guard,), fixed=True)
             if event is not None:
                 events.append(event)
                 modes.append(mode.name)

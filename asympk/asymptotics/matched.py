@@ -73,7 +73,7 @@ class MatchedPath:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
                                 f"{listed(automaton.system.states, state)}")  # fmt: skip
         state = self.mode.snapped(guard, t, state)
-        mode, event = mode_after(automaton, self.mode, t, state, (guard,), fixed=True)
+        mode, state, event = mode_after(automaton, self.mode, t, state, (guard,), fixed=True)
         path = replace(self, t=t, state=state, mode=mode, stretches=(*self.stretches, stretch))
         if event is None:
             return path

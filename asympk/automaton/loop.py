@@ -98,12 +98,11 @@ def _follow(
             ends.append(t)
             _require_apart(ends, state, automaton)
         ended, since = mode, segment.t if segment.hit is None else None
-        mode, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
-        state = mode.settled(t, state)
+        mode, state, event = mode_after(automaton, mode, t, state, hits, digits, slack, since)
         if event is None or _switches(ended, hits):
             _require_progress(segments, ended)
         if event is not None:
-            marks.append(event._replace(state=state))
+            marks.append(event)
             names.append(mode.name)
         if short := _beyond_limits(len(marks), len(ends) - len(marks), events):
             segments[-1] = segments[-1]._replace(short=short, state=state)
@@ -142,9 +141,10 @@ def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int
 def mode_after(
     automaton: Automaton, mode: NumericMode, t: Any, state: tuple, hits: tuple[int, ...], digits: int | None = None,
     slack: Any = ROUNDED, since: Any = None, fixed: bool = False,
-) -> tuple[NumericMode, Event | None]:  # fmt: skip
-    """Return the mode that follows where the guards ``hits`` are lost, and the event, or None where there is none.
+) -> tuple[NumericMode, tuple, Event | None]:  # fmt: skip
+    """Return the mode that follows where the guards ``hits`` are lost, the state at rest there, and the event or None.
 
+    What the mode holds vanishes in the state: velocities that rest, gaps that are closed.
     ``since`` is the time at which a mode ended that the time alone has switched by ``t``; ``fixed`` is that of
     ``mode_on_sides``, which raises what this does, as does ``Automaton.next``.
     """
@@ -167,11 +167,11 @@ def mode_after(
     elif hits:
         branch, event = _passed(automaton, mode, hits, *later, doubt, entered)
     else:
-        return mode, None
+        return mode, mode.settled(t, state), None
     crossed = [*crossed, *automaton.edges_at(*later, doubt)]
     after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
-    changes = awake(branch) != awake(mode.branch)
-    return after, event._replace(t=t, state=state) if changes else None
+    state, changes = after.settled(t, state), awake(branch) != awake(mode.branch)
+    return after, state, event._replace(t=t, state=state) if changes else None
 
 
 def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:

@@ -198,6 +198,19 @@ def test_higher_orders_take_several_frictions_and_a_belt_that_swings():
     assert np.abs(np.array(path.final) - truth.final).max() < path.error < 1e-6
 
 
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_block_that_stops_with_a_shaken_table_rests_exactly_in_models_too(order):
+    """Table and block stop at pi/2, of which the cosine is no 0 in doubles; a wall's two frictions hold the block."""
+    y, v, F1, F2, F3, t = sp.symbols("y v F1 F2 F3 t", real=True)
+    bounds = ((v, F1, "7/10"), (v, F2, "1/2"), (v - sp.cos(t), F3, "3/5"))
+    frictions = [ap.Friction(velocity=u, force=F, load=1, kinetic=sp.Rational(bound)) for u, F, bound in bounds]
+    rate = F1 + F2 + F3 - y / 10 + sp.sin(t) / 2
+    block = ap.System.with_frictions(slow={v: rate}, fast={y: v - y}, small=c, time=t, frictions=frictions)
+    path = ap.solve(ap.Scene(system=block, values={c: "1e-4"}, start={v: 1, y: 1}, until=8), "jump", order=order)
+    assert [event.state[0] for event in path.events[1:]] == [0] * 4
+    assert path.final[0] == 0
+
+
 def test_a_start_on_the_divide_is_refused():
     with pytest.raises(OutOfRange, match="divide"):
         _rod("1/1000", (0, -1, 1))
