@@ -15,7 +15,7 @@ import sympy as sp
 from asympk.automaton.modes import function
 from asympk.numbers import sign_of
 from asympk.symbolic import branches
-from asympk.symbolic.branches import OPEN, Branch, Phase
+from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.system import System
 
 _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two states move alike in both
@@ -189,20 +189,21 @@ def contact_equations(system: System, branch: Branch, point: ContactPoint) -> li
     """Return the rows that vanish in a branch: laws of friction or rates of velocities, then those of reactions."""
     _, unknowns, normals = contact_formulas(system)
     place = {u: j for j, u in enumerate(unknowns)}
-    rows = [_law(system, k, phase, point, place) for k, phase in enumerate(branch)]
+    rows = [_law(system, branch, k, point, place) for k in range(len(branch))]
     for row, k in enumerate(normals, start=len(branch)):
         rows.append(point.rows[row] if branch[k] != OPEN else _unit(place[system.frictions[k].normal], len(unknowns)))
     return rows
 
 
-def _law(system: System, k: int, phase: Phase, point: ContactPoint, place: dict) -> tuple:
+def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dict) -> tuple:
     """Return the row of a friction's law: its constant, then its coefficients."""
-    friction, contact = system.frictions[k], point.contacts[k]
+    friction, phase, contact = system.frictions[k], branch[k], point.contacts[k]
     if phase.mode == "stick":
         return point.rows[k]
     row = [*_unit(place[friction.force], len(place))]
     if phase != OPEN:
-        factor = phase.load * phase.velocity * contact.kinetic
+        resting = branches.rests_in_all_but_name(system, branch, k)
+        factor = phase.load * phase.velocity * (contact.static if resting else contact.kinetic)
         row[0] = factor * contact.load
         if friction.constraint is not None:
             row[1 + place[friction.normal]] += factor * contact.reaction

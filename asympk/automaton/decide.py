@@ -345,11 +345,12 @@ def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
     """Refuse a branch in which a contact slips in name alone and could bear more than that.
 
     It rests because others do, on whose velocities its own depends. Any of them may bear what the rates ask for, and
-    one of the branches has all forces that are not determined at their bounds: those of slip, which are less than what
-    the contact holds where static friction exceeds the kinetic one.
+    one of the branches has all forces that are not determined at their bounds: those of slip where the velocity is no
+    combination of theirs, which are less than what the contact holds where static friction exceeds the kinetic one.
     """
     guards = _all_guards(mode_of(here.system, branch)) if still else ()
-    for k in (guards[j].friction for j in still if guards[j].kind == "velocity_zero"):
+    named = {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}
+    for k in (k for k in named if not branches.rests_in_all_but_name(here.system, branch, k)):
         static, kinetic = here.points[0].contacts[k].static, here.points[0].contacts[k].kinetic
         if static - kinetic > SAME * static:
             raise UnboundedReaction(

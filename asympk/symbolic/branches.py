@@ -223,9 +223,9 @@ def _undetermined(branch: Branch) -> InputError:
 def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Matrix, sp.Matrix]:
     """Return (unknowns, matrix, right side) of the linear equations of a branch."""
     unknowns, equations = [], []
-    for friction, phase in zip(system.frictions, branch, strict=True):
+    for k, (friction, phase) in enumerate(zip(system.frictions, branch, strict=True)):
         unknowns.append(friction.force)
-        equations.append(_friction_law(system, friction, phase))
+        equations.append(_friction_law(system, branch, k))
         if friction.normal is not None:
             unknowns.append(friction.normal)
             equations.append(_reaction_law(friction, phase))
@@ -406,12 +406,37 @@ def check_friction(system: "System", friction: "Friction", number: int) -> None:
         raise InputError(f"{which} contains a float; symbols are exact, give sp.Rational(1, 5) for 0.2")
 
 
-def _friction_law(system: "System", friction: "Friction", phase: Phase) -> sp.Expr:
+def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
+    friction, phase = system.frictions[k], branch[k]
     if phase == OPEN:
         return friction.force
     if phase.velocity:
-        return friction.force + phase.load * phase.velocity * friction.kinetic * friction.load
+        coefficient = friction.static if rests_in_all_but_name(system, branch, k) else friction.kinetic
+        return friction.force + phase.load * phase.velocity * coefficient * friction.load
     return velocity_rate(system, friction)
+
+
+@lru_cache(maxsize=1024)
+def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
+    """Tell whether a contact that slips in a branch can not: its velocity is a combination of those that are 0.
+
+    Then what it bears is not determined. The branch has it bear most, its static friction (Lemma 10). Where that is the
+    kinetic one nothing is asked.
+    """
+    friction, resting = system.frictions[k], [system.frictions[j].velocity for j in sorted(at_rest(branch))]
+    if not (branch[k].velocity and resting) or friction.static == friction.kinetic:
+        return False
+    rows = sp.Matrix([_affine_row(system, velocity) for velocity in (*resting, friction.velocity)])
+    if heavy(sp.Tuple(*rows)):
+        return False
+    ranks = [part.rank(iszerofunc=lambda e: sp.cancel(e) == 0) for part in (rows[:-1, :], rows)]
+    return ranks[0] == ranks[1]
+
+
+def _affine_row(system: "System", velocity: sp.Expr) -> list[sp.Expr]:
+    """Return the slopes of a velocity by all states, and what is left of it without them."""
+    slopes = {s: slope_by(velocity, s) for s in system.states}
+    return [*slopes.values(), sp.expand(velocity - sum(s * slope for s, slope in slopes.items()))]
 
 
 def _reaction_law(friction: "Friction", phase: Phase) -> sp.Expr:

@@ -118,16 +118,36 @@ def pads(static):
     return ap.Scene(system=system, values={}, start=[0, 0], until=41)
 
 
+@pytest.mark.parametrize("static", [1, 2])
 @pytest.mark.parametrize("way", WAYS)
-def test_two_pads_hold_what_both_bounds_add_up_to(way):
-    assert [float(event.t) for event in ap.solve(pads(1), **way).events] == pytest.approx([20])
+def test_two_pads_hold_what_their_static_bounds_add_up_to(way, static):
+    path = ap.solve(pads(static), **way)
+    assert [float(event.t) for event in path.events] == pytest.approx([20 * static])
 
 
-@pytest.mark.parametrize("way", WAYS)
-def test_pads_that_hold_more_than_they_brake_are_refused_and_not_let_go_early(way):
-    # the sum of both static bounds, 4, is not overcome before t = 40; one at its kinetic bound let go at 30
-    with pytest.raises(UnboundedReaction, match="forces of contacts at rest are not determined at t = 0"):
-        ap.solve(pads(2), **way)
+@pytest.mark.parametrize("digits", [None, 20])
+@pytest.mark.parametrize("factor", [1, -2, exactly(1, 2)])
+def test_frictions_whose_velocities_are_multiples_are_one_of_the_sum_of_their_bounds(factor, digits):
+    x, v, one, other = sp.symbols("x v F_1 F_2", real=True)
+    slip, first, second = v - exactly(1, 5), (exactly(1, 2), exactly(4, 5)), (exactly(1, 4), exactly(3, 4))
+    alone = [ap.Friction(slip, one, 1, *(a + abs(factor) * b for a, b in zip(first, second, strict=True)))]
+    both = [ap.Friction(slip, one, 1, *first), ap.Friction(factor * slip, other, 1, *second)]
+    paths = []
+    for frictions, force in ((alone, one), (both, one + factor * other)):
+        system = ap.System.with_frictions({x: v, v: 3 * sp.sin(t) - x / 2 + force}, {}, frictions, time=t)
+        paths.append(ap.solve(ap.Scene(system=system, values={}, start=[0, 0], until=20), digits=digits))
+    assert [*map(float, paths[1].final)] == pytest.approx([*map(float, paths[0].final)], rel=1e-14)
+    assert {float(event.t) for event in paths[0].events} <= {float(event.t) for event in paths[1].events}
+    assert any(event.kind == "slip_onset" for event in paths[0].events)
+
+
+def test_what_a_contact_at_rest_bears_is_refused_where_its_velocity_is_a_multiple_by_the_state():
+    x, v, one, other = sp.symbols("x v F_1 F_2", real=True)
+    turned = v * sp.cos(x)
+    contacts = [ap.Friction(v, one, 1, 1, 2), ap.Friction(turned, other, 1, exactly(1, 2), 1)]
+    system = ap.System.with_frictions({x: v, v: t / 2 + one + other * sp.cos(x)}, {}, contacts, time=t)
+    with pytest.raises(UnboundedReaction, match=r"at t = 0.* friction 1 rests where others do, and what its static"):
+        ap.solve(ap.Scene(system=system, values={}, start=["1/2", 0], until=2))
 
 
 def test_contacts_at_rest_in_a_ring_share_their_forces_as_the_limit_of_steep_smooth_friction_does():
