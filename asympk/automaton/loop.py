@@ -14,7 +14,7 @@ from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
-from asympk.symbolic.branches import Branch, at_rest, awake
+from asympk.symbolic.branches import OPEN, Branch, at_rest, awake
 from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
@@ -250,7 +250,7 @@ def _passed(
 ) -> tuple[Branch, Event]:
     """Return what follows guards that are lost, and the event."""
     after = automaton.next(mode.branch, hits, t, state, slack, sides)
-    kind, friction = _kind(mode, hits[0], after)
+    kind, friction = _kind(mode, hits, after)
     return after, Event(kind, t, state, friction)
 
 
@@ -284,13 +284,20 @@ def _state_in_words(system: Any, state: tuple) -> str:
     return ", ".join(f"{s} = {float(w):.8g}" for s, w in zip(system.states, state, strict=True))
 
 
-def _kind(mode: NumericMode, hit: int, after: Branch) -> tuple[str, int]:
-    """Return the kind and the friction of an event.
+def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str, int]:
+    """Return the kind and the friction of an event: of guards lost together the first whose contact changes its phase.
 
-    A contact sticks on at the edge of its cone where the load vanishes at its tip, or where another begins to slip at
-    the same time, whose event it is.
+    Of velocities that vanish together it is the least, whichever of them the rounding lets vanish first. A contact
+    sticks on at the edge of its cone where the load vanishes at its tip, or where another begins to slip at the same
+    time, whose event it is.
     """
-    kind, friction = mode.kinds[hit]
+    phases = [*zip(awake(mode.branch), awake(after), strict=True)]
+    lost = [mode.kinds[hit] for hit in sorted(hits)]
+    kind, friction = next((own for own in lost if len({*phases[own[1]]}) > 1), lost[0])
+    if kind == "velocity_zero":
+        moving = {k for k, phase in enumerate(mode.branch) if phase.velocity and kind not in phase.idle}
+        stopped = {k for k in moving if OPEN not in phases[k] and phases[k][0].velocity != phases[k][1].velocity}
+        return kind, min(stopped, default=friction)
     if kind != "slip_onset" or after[friction].mode != "stick":
         return kind, friction
     freed = at_rest(mode.branch) - at_rest(after)

@@ -8,6 +8,7 @@ from asympk.automaton.modes import function, namespace
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import InputError
 from asympk.integrators.integrate import Settings, Work, missing
+from asympk.integrators.watch import lost_with
 
 CHUNK = 1000  # steps between two looks at the clock
 FINEST = 2.3e-16
@@ -33,8 +34,9 @@ def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float,
         hit, short = _reason(int(outcome))
         while len(samples) < len(times) and times[len(samples)] <= solver.time and output is not None:
             samples.append(tuple(output(times[len(samples)]).tolist()))
-    state = tuple(solver.state.tolist())
-    return Segment(float(solver.time), state, hit, Work(steps, steps, 0), short, tuple(samples))
+    end, state = float(solver.time), tuple(solver.state.tolist())
+    together = lost_with(mode, hit, end, state)
+    return Segment(end, state, hit, Work(steps, steps, 0), short, tuple(samples), together)
 
 
 def _reason(outcome):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
-from math import isfinite, ulp
+from math import isfinite
 from time import monotonic
 from typing import TYPE_CHECKING, Protocol
 
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 STEP_LIMIT = "step limit reached"
 PATIENCE, STANDSTILL = 500, 0.01  # steps at a zero of a divisor, and the gain in time, beside it, that is none
 IDLE = 100  # steps without any gain in time after which a run is given up
-TOGETHER = 16  # spacings of doubles between the times of events that count as one
 UNBOUNDED = 1e-8  # part of its first inverse at which a reaction counts as infinite: no step reaches the singular point
 
 
@@ -74,7 +73,7 @@ def _followed(solver, mode, t, state, settings):
         if not short and (met := watch.lost(solver, t, state)):
             t, hit = met
             state = tuple(solver.dense_output()(t)[:n].tolist())
-            together = lost_with(mode, hit, t, state, TOGETHER * ulp(t))
+            together = lost_with(mode, hit, t, state)
         if poles and not short:
             poles = mode.require_one_side(poles, t, state)
             divisor = mode.vanishing(divisors, t, state)

@@ -6,12 +6,14 @@ is far off its zero, against how fast it moves at the ends, is left alone: that 
 
 from collections.abc import Callable, Iterable
 from itertools import pairwise
+from math import ulp
 from typing import Any, NamedTuple
 
 from asympk.automaton.numericmode import NumericMode
 
 PARTS = (0.25, 0.5, 0.75)  # of a step: the times at which the rates are looked at in the search
 STEEPER = 16
+TOGETHER = 16  # spacings of doubles between the times of events that count as one
 
 
 class Look(NamedTuple):
@@ -54,9 +56,14 @@ def first_lost(
     return min(found, default=None)
 
 
-def lost_with(mode: NumericMode, hit: int, t: Any, state: tuple, near: Any) -> tuple[int, ...]:
-    """Return the guards that fall through zero within the time ``near`` of the event at which guard ``hit`` is lost."""
-    rates = mode.guard_rates(t, state)
+def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: Any = None) -> tuple[int, ...]:
+    """Return the guards that fall through zero within the time ``near`` of the event at which guard ``hit`` is lost.
+
+    It is by default as much as tells times in doubles apart.
+    """
+    if hit is None:
+        return ()
+    near, rates = TOGETHER * ulp(t) if near is None else near, mode.guard_rates(t, state)
     return tuple(k for k, value in enumerate(mode.guard_values(t, state)) if k != hit and abs(value) < -near * rates[k])
 
 

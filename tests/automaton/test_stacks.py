@@ -2,6 +2,7 @@
 
 import pytest
 import sympy as sp
+from peers import here
 from scipy.integrate import solve_ivp
 
 import asympk as ap
@@ -108,6 +109,19 @@ def test_a_contact_that_rested_before_rests_on_where_another_comes_to_rest(way):
     turn = (sp.pi - sp.atan2(1 / sp.sqrt(2), exactly(5, 4))) / sp.sqrt(2)
     assert float(path.events[0].t) == pytest.approx(float(turn), abs=1e-7)
     assert path.modes[:2] == ("slip_opposite+stick", "slip_same+stick")
+
+
+@pytest.mark.parametrize("method", ["exact", "radau", "lsoda", "dop853", *here("heyoka")])
+def test_of_velocities_that_vanish_together_the_event_is_that_of_the_first_whatever_the_numbers(method):
+    v, w, one, other = sp.symbols("v w F_1 F_2", real=True)
+    digits = [{}, *({"digits": digits} for digits in (20, 40, 150))] if method == "exact" else [{}]
+    for bounds in (("3/7", "5/11"), ("2/13", "9/7"), ("1/3", "1/3"), ("97/53", "12/11")):
+        first, second = map(exactly, bounds)
+        contacts = [ap.Friction(v, one, 1, first), ap.Friction(w, other, 1, second)]
+        system = ap.System.with_frictions({v: one, w: other}, {}, contacts)
+        for stop in (exactly(1, 3), exactly(29, 17), exactly(99, 40)):
+            scene = ap.Scene(system=system, values={}, start={v: first * stop, w: -second * stop}, until=3)
+            assert {tuple(told(ap.solve(scene, method, **way))) for way in digits} == {(("velocity_zero", 0),)}
 
 
 def pads(static):
