@@ -366,13 +366,21 @@ def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
     if len(distinct) == 1:
         return next(iter(distinct.values()))
     if not distinct:
-        names = ", ".join(dict.fromkeys(map(branches.mode_name, here.tried)))
-        error: type[NoMotion] | type[TwoMotions] = NoMotion
-        words = f"no motion goes on {here.in_words}: none of {names} is consistent"
-    else:
-        names = " and ".join(sorted(map(_in_words, distinct.values())))
-        error, words = TwoMotions, f"several motions go on {here.in_words}: {names} are all consistent"
-    raise error(f"{words}; the model needs compliance there", here.at.t, here.at.state)
+        raise NoMotion(f"no motion goes on {here.in_words}: {_why_none(here)}", here.at.t, here.at.state)
+    names = " and ".join(sorted(map(_in_words, distinct.values())))
+    raise TwoMotions(f"several motions go on {here.in_words}: {names} are all consistent; the model needs compliance "
+                     "there", here.at.t, here.at.state)  # fmt: skip
+
+
+def _why_none(here: Junction) -> str:
+    """Return why no motion goes on: what holds less at rest than in slip may neither hold nor slip."""
+    for k in sorted(here.resting):
+        static, kinetic = here.points[0].contacts[k].static, here.points[0].contacts[k].kinetic
+        if kinetic - static > SAME * kinetic:
+            return (f"static friction {float(static):.6g} of friction {k} is below the kinetic one, "
+                    f"{float(kinetic):.6g}; make it at least that")  # fmt: skip
+    names = ", ".join(dict.fromkeys(map(branches.mode_name, here.tried)))
+    return f"none of {names} is consistent; the model needs compliance there"
 
 
 def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:

@@ -417,6 +417,18 @@ def test_what_is_no_scene_is_refused_in_one_line(make, match):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("options", [{}, {"digits": 20}, {"method": "radau"}])
+@pytest.mark.parametrize("kinetic", [1 + t, 1 + x**2 + v])
+def test_static_friction_that_falls_below_the_kinetic_one_on_the_way_is_refused_as_that(kinetic, options):
+    contact = ap.Friction(velocity=v, force=F, load=1, kinetic=kinetic, static=sp.Rational(6, 5))
+    system = ap.System.with_frictions({x: v, v: F - sp.Rational(13, 10)}, {}, [contact], time=t)
+    scene = ap.Scene(system=system, values={}, start={"x": "4/5", "v": 1}, until=5)
+    words = r"at t = 0\.[234].*static friction 1\.2 of friction 0 is below the kinetic one, 1\.\d+; make it"
+    with pytest.raises(NoMotion, match=words) as stop:
+        ap.solve(scene, **options)
+    assert stop.value.state[1] == 0
+
+
 @pytest.mark.parametrize("verb", [ap.least_model, certify])
 @pytest.mark.parametrize(("given", "match"), [("backward", "read it first"), (None, "NoneType"), (block(), "System")])
 def test_other_verbs_refuse_what_is_no_scene_as_solve_does(verb, given, match):
