@@ -22,6 +22,9 @@ def arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--order", type=whole_number, help="order in mu, of the asymptotic models")
     parser.add_argument("--rtol", help="relative tolerance, of the integrators")
     parser.add_argument("--atol", help="absolute tolerance, of the integrators")
+    parser.add_argument("--steps", type=whole_number, help="most steps, of the integrators")
+    parser.add_argument("--seconds", help="most seconds, of the integrators")
+    parser.add_argument("--events", type=whole_number, help="most events, of a system's motion and the integrators")
     parser.add_argument("--json", action="store_true", help="print the path as JSON")
 
 
@@ -30,7 +33,8 @@ def run(options: Namespace) -> None:
     from asympk.methods import solve
     from asympk.output.terminal import path_as_json, path_as_text
 
-    given = {name: getattr(options, name) for name in ("digits", "order", "rtol", "atol")}
+    names = "digits", "order", "rtol", "atol", "steps", "seconds", "events"
+    given = {name: getattr(options, name) for name in names}
     given = {name: value for name, value in given.items() if value is not None}
     for written in (options.csv, options.plot):
         require_other_file(written, options.scene)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from asympk.automaton.loop import Run, Segment, follow
 from asympk.automaton.numericmode import NumericMode
+from asympk.digits import carried
 from asympk.errors import AsympkError, InputError, MissingPackage, OutOfRange, TooLarge, Unfinished
 from asympk.integrators.singular import followed
 from asympk.numbers import number, numbers, whole
@@ -55,6 +56,7 @@ ADVICE = {  # how the status of a run begins that stops short -> what helps
     "": "the motion grows beyond bounds, or keeps to where a rate jumps; end the run before, or take another method",
 }
 LEAST_MU = 1e-300
+LEAST_UNTIL = 1e-140
 STEPS, MOST_STEPS = 100_000, 10**12
 
 
@@ -214,11 +216,14 @@ def report(last: Segment, work: Work, options: Mapping[str, Any]) -> dict[str, A
 
 
 def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
-    """Return the start and the horizon of a scene as floats; raises ``InputError`` where 1/mu is beyond them."""
+    """Return the start and the horizon of a scene as floats; raises ``InputError`` for what steps are lost in."""
     if scene.system is None and float(scene.mu) < LEAST_MU:
         raise InputError(
             f"mu = {float(scene.mu)}: integrators divide by it; give at least {LEAST_MU}, or method='exact'"
         )
+    if 0 < scene.until < LEAST_UNTIL:
+        raise InputError(f"until = {carried(scene.until, 6)}: integrators square their steps; give at least "
+                         f"{LEAST_UNTIL}, another unit of time, or method='exact' with digits=")  # fmt: skip
     try:
         return tuple(float(v) for v in scene.start), float(scene.until)
     except OverflowError:

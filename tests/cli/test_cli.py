@@ -84,6 +84,16 @@ def test_an_option_that_the_method_does_not_have_is_refused_with_those_it_has(ca
     assert err.startswith(f"asympk: method '{method}' has no option '{option[2:].partition('=')[0]}'; it has ")
 
 
+@pytest.mark.parametrize(
+    ("option", "said"), [("--steps=3", "step limit"), ("--seconds=0", "time limit"), ("--events=0", "limit of 0")]
+)
+def test_every_bound_that_a_run_is_told_to_raise_is_an_option_of_the_command_line(capsys, option, said):
+    status, _, err = run(capsys, *GOOD, "--method", "lsoda", option)
+    assert status == 2
+    assert said in err
+    assert f"allow more {option[2:].partition('=')[0]}=" in err
+
+
 def test_tolerances_and_orders_reach_the_method(capsys):
     finals = [
         json.loads(run(capsys, *GOOD, "--json", "--method", method, *option)[1])["final"][0]

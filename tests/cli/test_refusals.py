@@ -6,8 +6,10 @@ import subprocess
 import sys
 import time
 
+import mpmath
 import numpy as np
 import pytest
+import sympy as sp
 
 import asympk as ap
 from asympk.errors import InputError, UnknownName
@@ -45,6 +47,16 @@ def test_a_mu_below_the_doubles_is_refused_by_every_method_in_doubles(method):
         ap.solve(TINY, method)
     with pytest.raises(InputError, match="mu"):
         ap.least_model(TINY)
+
+
+@pytest.mark.parametrize("until", ["1e-300", "1e-400"])
+def test_an_end_too_near_for_the_steps_of_integrators_is_refused_as_that_and_followed_in_digits(until):
+    x = sp.Symbol("x", real=True)
+    bent = ap.Scene(system=ap.System.smooth({x: sp.cos(x)}, {}, None), values={}, start={x: 0}, until=until)
+    for method in ("exact", "lsoda", "radau"):
+        with pytest.raises(InputError, match=rf"until = 1\.0{until[1:]}: integrators square their steps"):
+            ap.solve(bent, method)
+    assert float(ap.solve(bent, digits=20).final[0] / mpmath.mpf(until)) == pytest.approx(1)
 
 
 @pytest.mark.parametrize("method", [[], {}, None, 3, ["exact"]])
