@@ -67,21 +67,23 @@ def growth(
         return float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0))
 
 
-def balances(automaton: Automaton, segments: Sequence[Segment]) -> "np.ndarray":
+def balances(automaton: Automaton, segments: Sequence[Segment]) -> "tuple[np.ndarray, np.ndarray]":
     """Return how large every state is by what its rate is made of, in whatever units: its rounding is a part of that.
 
     The change of the rate by a relative one of time, states and parameters tells it, by its rounding too where all of
-    it cancels. It acts for the time 1 / |J_ii| in which the state forgets, at most that of the run.
+    it cancels. It acts for the time 1 / |J_ii| in which the state forgets, at most that of the run. The matrix tells
+    what each state gains by an error of another, as long as it neither forgets nor swings back.
     """
     import numpy as np
 
-    found = np.zeros(len(segments[-1].state))
+    found, gains = np.zeros(len(segments[-1].state)), np.zeros((len(segments[-1].state),) * 2)
     with np.errstate(all="ignore"):
         for segment in segments:
             try:
                 mode, (times, states) = automaton.mode(segment.branch, sides=segment.sides), _halfway(segment)
-                own = np.einsum("kii->ki", _slopes(mode, times, states))
-                spans = np.minimum(float(segments[-1].t), 1 / np.abs(own))
+                slopes = _slopes(mode, times, states)
+                own, swings = (np.abs(np.einsum("kii->ki", part)) for part in (slopes, slopes @ slopes))
+                spans = np.minimum(float(segments[-1].t), 1 / own)
                 at = [(t, (*w, *mode.p)) for t, w in zip(times.tolist(), states.tolist(), strict=True)]
                 rates = [[mode.field(s, *w) for s, w in (here, *nudges(*here, ROUNDED))] for here in at]
                 now, *nearby = np.array(rates).reshape(-1, 3, len(found)).swapaxes(0, 1)
@@ -90,7 +92,9 @@ def balances(automaton: Automaton, segments: Sequence[Segment]) -> "np.ndarray":
             except (ArithmeticError, ValueError, TypeError):  # as in ``growth``
                 continue
             found = np.maximum(found, np.where(np.isfinite(made), made, 0).max(axis=0, initial=0.0))
-    return found
+            gained = np.abs(slopes) * np.minimum(spans, 1 / np.sqrt(swings))[:, :, None]
+            gains = np.maximum(gains, np.where(np.isfinite(gained), gained, 0).max(axis=0, initial=0.0))
+    return found, gains
 
 
 def _halfway(segment: Segment) -> "tuple[np.ndarray, np.ndarray]":

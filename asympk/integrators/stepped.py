@@ -48,11 +48,15 @@ def run(
 def _scales(automaton: Automaton, joined: Run) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return every state's largest size on a run, at most 1, and its size by what its rate is made of, if larger.
 
-    For one that may be rounding both are the latter, for one without any they are 1. What is next to nothing beside the
-    largest state has the size ``NOISE`` of that: growth of its errors is none of the motion's.
+    For one that may be rounding, or what rounding moves, both are the latter, for one without any they are 1. What is
+    next to nothing beside the largest state has the size ``NOISE`` of that: its errors do not count as grown.
     """
+    import numpy as np
+
     states = [state for segment in joined.segments for _, state in segment.steps] or [joined.last.state]
     own = [max(map(abs, column)) for column in zip(*states, strict=True)]
-    sizes = [max(pair) or 1.0 for pair in zip(own, balances(automaton, joined.segments).tolist(), strict=True)]
+    made, gains = balances(automaton, joined.segments)
+    made = np.maximum(made, gains @ np.where(np.array(own) <= NOISE * made, made, 0))
+    sizes = [max(pair) or 1.0 for pair in zip(own, made.tolist(), strict=True)]
     kept = (size if size > NOISE * made else made for size, made in zip(own, sizes, strict=True))
     return tuple(min(1.0, size) for size in kept), tuple(max(size, NOISE * max(sizes)) for size in sizes)

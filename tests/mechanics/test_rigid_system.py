@@ -511,6 +511,17 @@ def _ladder():
     return ap.System.with_frictions(rates, {}, contacts)
 
 
+def test_a_sled_with_a_pendulum_takes_few_steps_though_its_height_is_rounding_alone():
+    X, Y, theta = dynamicsymbols("X Y theta")
+    places = (X, Y, X + sp.sin(theta), Y - sp.cos(theta))
+    energy = sum(place.diff(dynamicsymbols._t) ** 2 for place in places) / 2 - 10 * (Y + places[3])
+    guide = ap.Contact(gap=Y, slip=X, friction=sp.Rational(1, 10))
+    sled = ap.Mechanism.from_lagrangian(energy, (X, Y, theta), contact=guide)
+    start = {"X": 0, "Y": 0, "theta": 1, "X'": 2, "Y'": 0, "theta'": 0}
+    path = ap.solve(ap.Scene(system=sled.rigid(), values={}, start=start, until=1))
+    assert path.info["work"]["steps"] < 500
+
+
 def test_a_ladder_slides_on_two_contacts_as_its_one_equation_says_until_it_leaves_the_wall():
     """theta'' and both reactions solve three linear equations where both ends slide down."""
     f1, f2, theta, rate = 0.35, 0.09, 0.9, -0.5
