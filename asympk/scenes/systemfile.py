@@ -18,6 +18,7 @@ is one of the catalogue, ``asympk.systems``; one with a ``mechanism``, a word of
 ``compliance`` and ``damping``. Its scene starts from its states, or from all coordinates and rates of the mechanism.
 """
 
+from collections.abc import Iterable
 from importlib import import_module
 from typing import Any
 
@@ -45,25 +46,38 @@ def read_system_scene(entry: dict[str, Any]) -> Scene:
     values = {name: spelled(value) for name, value in _table(entry.get("values", {}), "values").items()}
     start = entry["start"]
     start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
-    if _has_mechanism(entry["system"]):
-        mechanism = _mechanism(entry["system"], values)
-        system = _with_contact(mechanism, entry["system"], values)
-        start = _in_states(mechanism, system, values, start) if isinstance(start, dict) else start
-    else:
-        system = system_of(entry["system"], values)
+    system, mechanism = system_of(entry["system"], values)
+    if isinstance(start, dict) and mechanism and told_by_coordinates(system, mechanism, start):
+        start = start_at(mechanism, system, values, start)
     return Scene(system=system, values=values, start=start, until=spelled(entry["until"]), name=entry.get("name", ""))
 
 
-def system_of(entry: Any, parameters: Any) -> System:
-    """Return the ``System`` of the catalogue that a word names, of a mechanism, or that a table describes.
+def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
+    """Return the ``System`` of the catalogue that a word names, or that a table describes; and its mechanism, if given.
 
     Formulas may use the names of ``parameters``. Raises ``InputError``.
     """
     if isinstance(entry, str):
-        return _catalogued(entry)
-    if _has_mechanism(entry):
-        return _with_contact(_mechanism(entry, parameters), entry, parameters)
-    return read_system(entry, parameters)
+        return _catalogued(entry), None
+    if isinstance(entry, dict) and "mechanism" in entry:
+        mechanism = _mechanism(entry, parameters)
+        return _with_contact(mechanism, entry, parameters), mechanism
+    return read_system(entry, parameters), None
+
+
+def told_by_coordinates(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:
+    """Return the coordinates and rates where these, and not the states, are the names of a ``start``; else ().
+
+    Raises ``InputError`` where some are missing.
+    """
+    own = tuple(s.name for s in (*mechanism.plain.coordinates, *mechanism.plain.velocities))
+    names = {*start}
+    if names <= {*map(str, system.states)} or not names <= {*own}:
+        return ()
+    if missing := sorted({*own} - names):
+        raise InputError(f"start: no value for {', '.join(missing)}; give all coordinates and rates, or the states "
+                         f"{', '.join(map(str, system.states))}")  # fmt: skip
+    return own
 
 
 def read_system(table: Any, parameters: Any) -> System:
@@ -112,25 +126,10 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
 
 
-def _has_mechanism(entry: Any) -> bool:
-    return isinstance(entry, dict) and "mechanism" in entry
-
-
 def _mechanism(table: dict, parameters: Any) -> Mechanism:
     refuse_unknown(table, MECHANISM, "system")
     entry = table["mechanism"]
     return (described_mechanism(entry) if isinstance(entry, str) else described_by(entry, parameters)).mechanism
-
-
-def _in_states(mechanism: Mechanism, system: System, values: dict[str, Any], start: dict[str, Any]) -> dict[str, Any]:
-    """Return a start of a mechanism, told by the states of its system or by all coordinates and rates, as the first."""
-    own = {s.name for s in (*mechanism.plain.coordinates, *mechanism.plain.velocities)}
-    if start.keys() <= {*map(str, system.states)} or not start.keys() <= own:
-        return start
-    if missing := sorted(own - start.keys()):
-        raise InputError(f"start: no value for {', '.join(missing)}; give all coordinates and rates, or the states "
-                         f"{', '.join(map(str, system.states))}")  # fmt: skip
-    return start_at(mechanism, system, values, start)
 
 
 def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:

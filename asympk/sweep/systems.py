@@ -17,18 +17,19 @@ import numpy as np
 
 from asympk.affine.many import solve_many
 from asympk.affine.run import affine
-from asympk.errors import InputError
+from asympk.errors import InputError, OutOfRange
 from asympk.many import PHASES, REFUSALS, outcome_of
 from asympk.methods import solve
 from asympk.numbers import Number, number, short
 from asympk.scene import Scene
-from asympk.scenes.systemfile import system_of
+from asympk.scenes.systemfile import system_of, told_by_coordinates
 from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.rods import RodFamily
 from asympk.symbolic.system import System
 from asympk.symbolic.values import by_symbol
+from asympk.systems.catalogue import start_at
 from asympk.systems.kernels import is_rod
 
 if TYPE_CHECKING:
@@ -42,25 +43,31 @@ _MOST_CORNERS = 128
 
 @dataclass(frozen=True)
 class SystemFamily:
-    """The scenes of a system, told as JSON of its entry in a file and of the names of its parameters."""
+    """The scenes of a system, told as JSON of its entry in a file and of the names of its parameters.
+
+    Those of a mechanism may start from its ``coordinates``, the names of all and of their rates.
+    """
 
     text: str
+    coordinates: tuple[str, ...] = ()
 
     @classmethod
     def described(cls, description: Mapping[str, Any]) -> "SystemFamily":
         """Return the family of a ``description``."""
-        return cls(_written(description["system"], description["parameters"]))
+        text = _written(description["system"], description["parameters"])
+        return cls(text, tuple(description.get("coordinates", ())))
 
     @property
     def description(self) -> dict[str, Any]:
         """The system as the file has it."""
         system, parameters = json.loads(self.text)
-        return {"system": system, "parameters": parameters}
+        told = {"coordinates": [*self.coordinates]} if self.coordinates else {}
+        return {"system": system, "parameters": parameters, **told}
 
     @property
     def system(self) -> System:
         """The ``System``."""
-        return _system(self.text)
+        return _system(self.text)[0]
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -74,8 +81,12 @@ class SystemFamily:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The names of parameters and states, and the horizon."""
-        return (*self.parameters, *self.states, UNTIL)
+        """The names of parameters, of what a start tells, and the horizon."""
+        return (*self.parameters, *self._begins, UNTIL)
+
+    @property
+    def _begins(self):
+        return self.coordinates or self.states
 
     @property
     def alphabet(self) -> Alphabet:
@@ -90,8 +101,12 @@ class SystemFamily:
         if isinstance(start, list):
             start = by_state(start, self.states)
         found: dict[str, Any] = {}
-        for what, entries, symbols, kind in (("values", table.get("values", {}), self.system.parameters, "parameter"),
-                                             ("start", start, self.system.states, "state")):  # fmt: skip
+        told = {"values": (table.get("values", {}), self.system.parameters, "parameter")}
+        if self.coordinates:
+            found |= start
+        else:
+            told["start"] = (start, self.system.states, "state")
+        for what, (entries, symbols, kind) in told.items():
             placed = by_symbol(entries, symbols, "this system", kind)
             if missing := [s.name for s in symbols if s not in placed]:
                 raise InputError(f"{what}: the {kind} {', '.join(missing)} is missing")
@@ -110,9 +125,12 @@ class SystemFamily:
             corners = [*product(*map(sorted, ends))]
         else:
             corners = [tuple(map(min, ends)), tuple(map(max, ends))]
-        start = {name: axes[name].values[0] for name in self.states}
+        start = {name: axes[name].values[0] for name in self._begins}
+        fixed = all(axes[name].kind == "values" and axes[name].points == 1 for name in self._begins)
         for corner in corners:
-            self.system.placed(dict(zip(self.parameters, corner, strict=True)), start)
+            values = dict(zip(self.parameters, corner, strict=True))
+            begun = self._in_states(values, start) if fixed else dict.fromkeys(self.states, 0)
+            self.system.placed(values, begun)
 
     def chunk(self, axes: "Mapping[str, Axis]") -> int:
         """Return how many trajectories make a chunk: fewer where each takes longer."""
@@ -125,11 +143,30 @@ class SystemFamily:
         if is_rod(self.system):
             return RodFamily().follow(columns, size, itineraries)
         columns = {name: np.broadcast_to(values, (size,)) for name, values in columns.items()}
-        values, start = ({name: columns[name] for name in names} for names in (self.parameters, self.states))
+        values, start = ({name: columns[name] for name in names} for names in (self.parameters, self._begins))
+        if self.coordinates:
+            start = self._starts(values, start, size)
         if affine(self.system):
             with suppress(InputError):  # parameters that are refused cost the others nothing
                 return _together(solve_many(system=self.system, values=values, start=start, until=columns[UNTIL]))
         return _one_by_one(self.system, values, start, columns[UNTIL])
+
+    def _in_states(self, values, start):
+        """Return a start by state."""
+        system, mechanism = _system(self.text)
+        return start_at(mechanism, system, values, start) if self.coordinates else start
+
+    def _starts(self, values, start, size):
+        """Return the columns of states, NaN in rows that start where the mechanism refuses it."""
+        found = np.full((len(self.states), size), np.nan)
+        for row in range(size):
+            with suppress(InputError, OutOfRange):
+                found[:, row] = [*self._in_states(_row(values, row), _row(start, row)).values()]
+        return dict(zip(self.states, found, strict=True))
+
+
+def _row(columns, row):
+    return {name: float(column[row]) for name, column in columns.items()}
 
 
 def _together(many):
@@ -144,7 +181,7 @@ def _one_by_one(system, values, start, until):
     first, outcome = np.zeros((frictions, size), dtype=np.uint8), np.zeros(size, dtype=np.uint8)
     events = []
     for row in range(size):
-        here, begin = ({name: float(column[row]) for name, column in part.items()} for part in (values, start))
+        here, begin = (_row(part, row) for part in (values, start))
         try:
             path = solve(Scene(system=system, values=here, start=begin, until=float(until[row])))
         except tuple(REFUSALS) as reason:
@@ -162,8 +199,11 @@ def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
     require_keys(table, ("system",))
     if not isinstance(values := table.get("values", {}), dict):
         raise InputError(f"values = {short(values)}: it must be a table, [values]")
-    family = SystemFamily(_written(table["system"], sorted(values)))
-    for name in (*family.states, *family.parameters):
+    text, start = _written(table["system"], sorted(values)), table.get("start")
+    system, mechanism = _system(text)
+    own = told_by_coordinates(system, mechanism, start) if mechanism and isinstance(start, dict) else ()
+    family = SystemFamily(text, own)
+    for name in (*family.states, *family.fields[:-1]):
         if name == UNTIL or (name in COLUMNS and name in family.states):
             raise InputError(f"{name} is what a sweep calls something else; give the quantity another name")
     if table.get("itineraries", True):

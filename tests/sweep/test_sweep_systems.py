@@ -17,6 +17,7 @@ import asympk as ap
 from asympk.__main__ import main
 from asympk.errors import AsympkError, InputError
 from asympk.many import OUTCOMES, PHASES
+from asympk.scenes.scenefile import read_scene
 from asympk.sweep import chunks, results, run_sweep, summary
 from asympk.sweep.itineraries import Alphabet
 from asympk.sweep.sweepfile import parse_sweep
@@ -328,6 +329,26 @@ def test_an_elastic_mechanism_and_the_catalogue_are_swept_over(tmp_path):
         _agree(sweep, _whole(tmp_path / name), rel=1e-12)
     one, two = _whole(tmp_path / "own"), _whole(tmp_path / "named")
     assert one["theta"] == pytest.approx(two["theta"], rel=1e-9)
+
+
+def test_an_elastic_mechanism_is_swept_over_from_coordinates_and_rates_as_its_scenes_start(tmp_path):
+    text = RIGID.format(mechanism='"painleve_rod"', more='compliance = "c"\ndamping = "h"').replace(
+        'contact = "rigid"', 'contact = "elastic"')  # fmt: skip
+    text = text.replace("f = [0.5, 2]", "f = 2\nc = 1e-3\nh = 0.5").replace("until = 0.5", "until = 0.02")
+    sweep = parse_sweep(text.replace("\"X'\" = -1", "\"X'\" = [-1, -0.5]"))
+    run_sweep(sweep, tmp_path / "sweep")
+    found = _whole(tmp_path / "sweep")
+    for row, speed in enumerate((-1, -0.5)):
+        (tmp_path / "scene.toml").write_text(text.replace("\"X'\" = -1", f"\"X'\" = {speed}"), encoding="utf-8")
+        path = ap.solve(read_scene(tmp_path / "scene.toml"))
+        assert [found[name][row] for name in path.names] == pytest.approx(path.final, rel=1e-12)
+    with pytest.raises(InputError, match="no value for Y', theta; give all coordinates and rates"):
+        parse_sweep(text.replace("\"Y'\" = 0\n", "").replace("theta = 1.1\n", ""))
+    with pytest.raises(InputError, match="the start is above the contact"):
+        parse_sweep(text.replace("Y = 0.8912", "Y = 0.8913"))
+    above = parse_sweep(text.replace("Y = 0.8912073600614353", "Y = [0.8912073600614353, 0.9]"))
+    run_sweep(above, tmp_path / "above")
+    assert [OUTCOMES[k] for k in _whole(tmp_path / "above")["outcome"]] == ["followed", "refused"]
 
 
 RELAY = """
