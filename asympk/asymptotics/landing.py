@@ -24,7 +24,7 @@ NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which o
 OVER = math.log(1e17)
 SETTLED = 1e-7
 STILL = 10  # tolerances from its branch within which a layer stands still
-STEPS = 20000
+STEPS, SEARCHING = 20000, 4000  # of a layer, and until it is near a branch: a fifth of what its decay takes
 IMPLICIT = 10  # explicit steps that take as long as an implicit one
 FAR = 1e6
 ROOT = 1e-12  # the error of a root, relative to the state
@@ -184,7 +184,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances,
                   slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(*x, *w, *values), at))  # fmt: skip
     spent = 0
-    while spent < STEPS:
+    while spent < (STEPS if known else SEARCHING):
         scale = max(1, *map(abs, now))
         if scale > FAR * max(1, *map(abs, (*x, *y))):
             break
@@ -203,7 +203,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     words = "does not settle on an attracting branch"
     if known:
         words = f"takes too many steps to settle on {listed(mode.fast, known)}: the parts of g_y are too far apart"
-    raise OutOfRange(f"the layer from {listed(mode.fast, y)} at {listed(mode.slow, x)} {words}: after at most {STEPS} "
+    raise OutOfRange(f"the layer from {listed(mode.fast, y)} at {listed(mode.slow, x)} {words}: after {len(found)} "
                      f"steps, at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")  # fmt: skip
 
 
