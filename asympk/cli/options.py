@@ -19,7 +19,8 @@ def add_root(parser: ArgumentParser) -> None:
 
 def add_scene(parser: ArgumentParser) -> None:
     """Add a scene, by name, file or numbers."""
-    parser.add_argument("scene", nargs="?", help="a scene that ships (asympk scenes), or a TOML file")
+    parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue (asympk scenes lists "
+                                                 "both), or a TOML file")  # fmt: skip
     parser.add_argument("--sigma", help="friction parameter f tan(alpha) - 2, above -2")
     parser.add_argument("--mu", help="compliance, above 0")
     parser.add_argument("--start", nargs=3, metavar=("X", "Y", "Z"), help="rho, rho', v")
@@ -45,7 +46,7 @@ def given_scene(options: Namespace) -> "SceneFile":
         return SceneFile(changed(found, given), found.about)
     missing = [f"--{name}" for name in _REQUIRED if name not in given]
     if missing:
-        raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that ship")
+        raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that there are")
     return SceneFile(Scene(**{**given, "start": tuple(given["start"])}))
 
 

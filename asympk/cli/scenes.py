@@ -1,8 +1,8 @@
-"""``asympk scenes``: the scenes that ship."""
+"""``asympk scenes``: the scenes that ship, and the systems whose examples are scenes, too."""
 
 from argparse import ArgumentParser, Namespace
 
-HELP = "list the scenes that ship, or print one as TOML"
+HELP = "list the scenes that ship and the catalogue of systems, or print one as TOML"
 
 
 def arguments(parser: ArgumentParser) -> None:
@@ -11,10 +11,13 @@ def arguments(parser: ArgumentParser) -> None:
 
 
 def run(options: Namespace) -> None:
-    """Print a line on each scene that ships, or the file of one."""
+    """Print a line on each scene that ships and on each system of the catalogue, or the file of one."""
+    from asympk import systems
     from asympk.output.terminal import scenes_as_text
-    from asympk.scenes.scenefile import scene_file, scene_names, shipped
+    from asympk.scenes.scenefile import known_name, scene_names, scene_text
 
     if options.name is not None:
-        scene_file(options.name)
-    print(scenes_as_text(scene_names()) if options.name is None else shipped(options.name).rstrip())
+        print(scene_text(known_name(options.name)))
+        return
+    shipped, catalogue = map(scenes_as_text, (scene_names(), systems.__all__))
+    print(shipped, "the catalogue of systems, whose examples are scenes, too:", catalogue, sep="\n\n")

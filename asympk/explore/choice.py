@@ -1,14 +1,11 @@
 """Which scenes a word on the command line names: one that ships, a file, or a member of the catalogue."""
 
-from importlib import import_module
-
 from asympk import systems
-from asympk.errors import InputError, UnknownName
+from asympk.errors import InputError
 from asympk.scene import Scene
-from asympk.scenes.scenefile import read_scene, scene_names
-from asympk.storage.tomlfile import nearest, read_table
-from asympk.systems.catalogue import example_scene
-from asympk.systems.kernels import kernel_scene
+from asympk.scenes.scenefile import is_file, known_name, read_scene, scene_names
+from asympk.storage.tomlfile import read_table
+from asympk.systems.catalogue import example_scene, example_scenes
 
 FIRST = "backward"
 COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # of a mechanism whose file tells of none
@@ -16,32 +13,18 @@ COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # of a mechanism whose file tells
 
 def require_known(word: str | None) -> None:
     """Raise ``UnknownName`` for a word that names no scene, ``InputError`` for a file that cannot be read."""
-    if word is None or word in systems.__all__ or word in scene_names():
-        return
-    if not word.endswith(".toml"):
-        known = (*scene_names(), *systems.__all__)
-        raise UnknownName(f"scene {word!r:.60} is unknown; the nearest is {nearest(word, known)!r}; give a scene that "
-                          "ships, a system of the catalogue, or a .toml file")  # fmt: skip
-    read_table(word)
+    if word is not None:
+        read_table(word) if is_file(word) else known_name(word)
 
 
 def chosen_scenes(word: str | None) -> tuple[Scene, ...]:
     """Return the scenes that ``word`` names; without one all that ship. Raises ``UnknownName``, ``InputError``."""
-    require_known(word)
     if word is None:
         return tuple(read_scene(name) for name in (FIRST, *(name for name in scene_names() if name != FIRST)))
-    if word in systems.__all__ and word not in scene_names():
-        return _of_catalogue(word)
-    if word.endswith(".toml") and "coordinates" in read_table(word):
-        return _of_mechanism(word)
-    return (read_scene(word),)
-
-
-def _of_catalogue(name: str) -> tuple[Scene, ...]:
-    module = import_module(f"asympk.systems.{name}")
-    if not hasattr(module, "scenes"):
-        raise UnknownName(f"system {name!r} has no scenes; write one in a .toml file with system = {name!r}")
-    return tuple(kernel_scene(scene) or scene for scene in module.scenes())
+    if is_file(word):
+        return _of_mechanism(word) if "coordinates" in read_table(word) else (read_scene(word),)
+    name = known_name(word)
+    return example_scenes(name) if name in systems.__all__ else (read_scene(name),)
 
 
 def _of_mechanism(file: str) -> tuple[Scene, ...]:

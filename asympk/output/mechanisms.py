@@ -1,7 +1,6 @@
 """What the command line tells of a mechanism: its contact, its paradox, its rigid motions, the jump through it."""
 
 from collections.abc import Iterable
-from importlib import import_module
 from shlex import quote
 from typing import Any
 
@@ -14,7 +13,7 @@ from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
 from asympk.numbers import number
 from asympk.systems import MECHANISMS
-from asympk.systems.catalogue import described_mechanism
+from asympk.systems.catalogue import about_system, described_mechanism
 
 _DAMPINGS = (0, 1)  # damping ratios for which the rebound is told
 ROUNDING = 1e-13  # of the largest velocity before a jump: what is left below it has cancelled
@@ -43,8 +42,7 @@ def changes(settings: Iterable[str]) -> dict[str, Any]:
 
 def catalogue_as_text() -> str:
     """Return the mechanisms of the catalogue, one a line."""
-    about = {name: str(import_module(f"asympk.systems.{name}").__doc__).partition("\n")[0] for name in MECHANISMS}
-    return "\n".join(f"{name:16}{line}" for name, line in about.items())
+    return "\n".join(f"{name:16}{about_system(name)}" for name in MECHANISMS)
 
 
 def mechanism_as_text(described: Described) -> str:
@@ -187,6 +185,8 @@ def _further(described):
     lines = [f"asympk mechanism {quote(described.name)} --plot motions.svg"] if described.mapped else []
     if friction.is_Symbol:
         lines.append(f"asympk mechanism {quote(described.name)} --set {friction}=1/2")
+    if described.name in MECHANISMS:
+        lines.append(f"asympk least {described.name}")
     return lines
 
 

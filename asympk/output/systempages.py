@@ -18,7 +18,7 @@ from asympk.pictures.sketches import SKETCHES, sketch
 from asympk.shown import latex_of
 from asympk.storage.files import write_text
 from asympk.systems import MECHANISMS
-from asympk.systems.catalogue import described_mechanism
+from asympk.systems.catalogue import about_system, described_mechanism
 
 LONGEST = 900  # characters of LaTeX beyond which a formula is left to the prompt
 SHOWN = {"painleve_klein": 1}  # the scene that is shown where it is not the first
@@ -54,7 +54,7 @@ def write_index(out: Path) -> None:
     parts = [*_heading("Systems", "="), "The catalogue, ``ap.systems``. ``asympk mechanism NAME`` tells of a mechanism "
              "at the prompt.", "", ".. container:: tiles", ""]  # fmt: skip
     for name in SKETCHES:
-        about = (import_module(f"asympk.systems.{name}").__doc__ or "").partition("\n")[0]
+        about = about_system(name)
         tile = [f".. image:: {name}-sketch.svg", f"   :target: {name}.html", f"   :alt: {SKETCHES[name].title}", "",
                 f":doc:`{name}`. {about}", ""]  # fmt: skip
         parts += ["   .. container::", "", *(f"      {line}" for line in tile)]

@@ -60,7 +60,7 @@ def path_as_text(path: Path, digits: int | None = None) -> str:
 
 
 def scenes_as_text(names: Iterable[str]) -> str:
-    """Return a line on each of the scenes that ship."""
+    """Return a line on each of the scenes that ship, or systems of the catalogue."""
     from asympk.scenes.scenefile import about
 
     width = max(map(len, names))

@@ -15,15 +15,21 @@ on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a
 ``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``.
 """
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from asympk.errors import InputError, UnknownName
+from asympk import systems
+from asympk.errors import InputError
+from asympk.naming import named
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, parse_table, read_table, refuse_unknown, require_keys, spelled, word
+from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, spelled, word
+from asympk.systems.catalogue import about_system, example_scenes
 
 COMMON = ("name", "about", "start", "until")
 SYSTEM = ("system", "values")
@@ -41,7 +47,7 @@ class SceneFile:
 
 
 def read_scene(where: str | Path) -> Scene:
-    """Return the ``Scene`` in the TOML file ``where``, or the one of that name that ships with the package.
+    """Return the ``Scene`` in the TOML file ``where``, one that ships, or the example of a system of the catalogue.
 
     Raises ``InputError`` for what is not a scene, ``UnknownName`` for a name that does not exist.
 
@@ -52,16 +58,25 @@ def read_scene(where: str | Path) -> Scene:
 
 
 def scene_file(where: str | Path) -> SceneFile:
-    """Return the ``SceneFile`` of a file or of a scene that ships; raises as ``read_scene`` does."""
+    """Return the ``SceneFile`` of what ``where`` names; raises as ``read_scene`` does."""
     if not isinstance(where, str | Path):
         raise InputError(f"read_scene takes the name of a scene or of a file, not {type(where).__name__}")
-    if str(where) in scene_names():
-        return _scene_of(parse_table(shipped(str(where)).encode(), where), str(where))
-    if not (str(where).endswith(".toml") or Path(where).is_file()):
-        near = nearest(str(where), scene_names())
-        raise UnknownName(f"scene {str(where)!r:.60} is unknown; the nearest is {near!r}, asympk scenes lists all, and "
-                          "a file must end in .toml")  # fmt: skip
-    return _scene_of(read_table(where), str(where))
+    if is_file(where):
+        return _scene_of(read_table(where), str(where))
+    name = known_name(str(where))
+    if name in scene_names():
+        return _scene_of(parse_table(shipped(name).encode(), name), name)
+    return SceneFile(example_scenes(name)[0], about_system(name))
+
+
+def is_file(where: str | Path) -> bool:
+    """Tell whether ``where`` names a file, and no scene that ships."""
+    return str(where) not in scene_names() and (str(where).endswith(".toml") or Path(where).is_file())
+
+
+def known_name(word: str) -> str:
+    """Return the scene that ships, or the system of the catalogue, that ``word`` spells; raises ``UnknownName``."""
+    return named("scene", word, (*scene_names(), *systems.__all__), beyond=", or a file that ends in .toml")
 
 
 def changed(found: SceneFile, changes: Mapping[str, Any]) -> Scene:
@@ -69,9 +84,11 @@ def changed(found: SceneFile, changes: Mapping[str, Any]) -> Scene:
     scene = found.scene
     if not changes:
         return scene
-    if scene.rod or scene.near_to:
-        tied = "its physical quantities" if scene.rod else "a slow line"
-        raise InputError(f"--{next(iter(changes))}: scene {scene.name!r} is tied to {tied}; change a copy of its file")
+    ties = {"is tied to its physical quantities": scene.rod, "is tied to a slow line": scene.near_to,
+            "has parameters of its own": scene.system}  # fmt: skip
+    for tie in (words for words, tied in ties.items() if tied):
+        raise InputError(f"--{next(iter(changes))}: scene {scene.name!r} {tie}; change a copy of its file, which "
+                         "asympk scenes prints if it ships")  # fmt: skip
     static = {"sigma0": None} if scene.sigma0 == scene.sigma else {}
     return replace(scene, **{**static, **changes})
 
@@ -88,8 +105,35 @@ def shipped(name: str) -> str:
 
 
 def about(name: str) -> str:
-    """Return the line on what the scene that ships as ``name`` shows."""
+    """Return the line on what the scene that ships as ``name`` shows, or on a system of the catalogue."""
+    if name in systems.__all__:
+        return about_system(name)
     return word(parse_table(shipped(name).encode(), name), "about", name)
+
+
+def scene_text(name: str) -> str:
+    """Return the file of a scene that ships, or the one that the example of a system of the catalogue would have."""
+    if name not in systems.__all__:
+        return shipped(name).rstrip()
+    scene = import_module(f"asympk.systems.{name}").scenes()[0]
+    told = json.dumps(about(name), ensure_ascii=False)
+    lines = [f"about = {told}", f'system = "{name}"', f"until = {_number(scene.until)}"]
+    values = zip(map(str, scene.system.parameters), scene.values, strict=True)
+    for table, entries in (("values", values), ("start", zip(scene.names, scene.start, strict=True))):
+        lines += ["", f"[{table}]", *(f"{_key(entry)} = {_number(number)}" for entry, number in entries)]
+    return "\n".join(lines)
+
+
+def _key(name):
+    return name if name.isidentifier() else f'"{name}"'
+
+
+def _number(value):
+    """Spell an exact number or a double: as a decimal where that is the number, else as a ratio in quotes."""
+    if isinstance(value, float) or value == int(value):
+        return repr(value if isinstance(value, float) else int(value))
+    decimal = repr(float(value))
+    return decimal if Fraction(decimal) == value else f'"{value}"'
 
 
 def _scene_of(table, where):

@@ -16,6 +16,7 @@ from asympk.mechanics.mechanism import Mechanism
 from asympk.naming import named
 from asympk.scene import Scene
 from asympk.symbolic.system import System
+from asympk.systems.kernels import kernel_scene
 
 Turn = tuple[str, Any, Any, dict[str, Callable[[Any], Any]]]
 c, h, eps = sp.symbols("c h eps", positive=True)  # compliance, damping time, square root of the compliance
@@ -40,12 +41,21 @@ def start_at(
     return mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
 
 
+def about_system(name: str) -> str:
+    """Return the line on a system of the catalogue."""
+    return str(import_module(f"asympk.systems.{name}").__doc__).partition("\n")[0]
+
+
+def example_scenes(name: str) -> tuple[Scene, ...]:
+    """Return the scenes of a system of the catalogue, those of the Painlevé-Klein rod for its kernel."""
+    return tuple(kernel_scene(scene) or scene for scene in import_module(f"asympk.systems.{name}").scenes())
+
+
 def described_mechanism(name: str) -> Described:
     """Return a mechanism of the catalogue by its name as a ``Described``; raises ``UnknownName``."""
     from asympk.systems import MECHANISMS
 
     name = named("mechanism", name, MECHANISMS, beyond=", or a .toml file")
     module = import_module(f"asympk.systems.{name}")
-    about = str(module.__doc__).partition("\n")[0]
     undamped = module.system() if "eps" in module.VALUES else None
-    return Described(name, about, module.mechanism(), module.VALUES, module.STATE, module.TURN, undamped)
+    return Described(name, about_system(name), module.mechanism(), module.VALUES, module.STATE, module.TURN, undamped)

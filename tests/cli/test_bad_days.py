@@ -49,7 +49,7 @@ def place(tmp_path, monkeypatch):
 
 
 BAD_LINES = [
-    ("solve nonsense", "nearest"),
+    ("solve nonsense", "choose one of backward"),
     ("solve typo.toml", "'sgima' is unknown"),
     ("solve binary.toml", "not TOML"),
     ("solve empty.toml", "missing"),
@@ -73,8 +73,9 @@ BAD_LINES = [
     ("solve scene.toml --csv scene.toml", "own file"),
     ("solve backward --physical", "no physical quantities; give its scene or file in m, P, f"),
     ("solve chalk --sigma 1", "tied to"),
+    ("solve arm --sigma 1", "parameters of its own"),
     ("solve backward extra", "unrecognized"),
-    ("scenes nonsense", "nearest"),
+    ("scenes nonsense", "choose one of backward"),
     ("sweep good.toml", "--out"),
     ("sweep absent.toml --out o", "no such file"),
     ("sweep typo.toml --out o", "'sgima' is unknown"),
@@ -84,7 +85,7 @@ BAD_LINES = [
     ("sweep good.toml --out o --workers two", "invalid int"),
     ("sweep good.toml --out o --workers 2 --dask tcp://x", "either"),
     ("certify", "a scene, or --sigma"),
-    ("certify nonsense", "nearest"),
+    ("certify nonsense", "choose one of backward"),
     ("certify backward --box mu 0 1", "above 0"),
     ("certify backward --box mu 1", "expected 3 arguments"),
     ("certify backward --box mu 1e-7 1e-6 --box mu 1e-6 2e-6", "given twice"),

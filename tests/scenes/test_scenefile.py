@@ -5,6 +5,7 @@ import json
 import math
 import sys
 from fractions import Fraction
+from importlib import import_module
 
 import mpmath
 import pytest
@@ -17,6 +18,7 @@ from asympk.errors import InputError, MissingPackage, UnknownName
 from asympk.formulas import read_formula
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
+from asympk.scenes.scenefile import scene_text
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}  # fmt: skip
@@ -176,7 +178,7 @@ def test_what_is_not_a_scene_is_refused_by_name(tmp_path, entries, said):
 
 
 def test_an_unknown_name_is_answered_with_the_nearest():
-    with pytest.raises(UnknownName, match="nearest is 'backward'"):
+    with pytest.raises(UnknownName, match="did you mean 'backward'"):
         ap.read_scene("backwards")
 
 
@@ -199,7 +201,8 @@ def test_solve_tells_physical_units_on_request(capsys):
 
 def test_scenes_are_listed_and_printed_as_files(capsys, tmp_path):
     assert main(["scenes"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == len(scenefile.scene_names())
+    listed = {line.partition(" ")[0] for line in capsys.readouterr().out.splitlines()}
+    assert {*scenefile.scene_names(), *ap.systems.__all__} < listed
     assert main(["scenes", "static"]) == 0
     (tmp_path / "copy.toml").write_text(capsys.readouterr().out)
     assert ap.read_scene(tmp_path / "copy.toml").sigma0 == 2
@@ -291,3 +294,18 @@ def test_an_elastic_mechanism_in_a_scene_starts_from_its_coordinates_and_rates(t
     file.write_text(ELASTIC.replace("\"X'\" = 3, ", ""))
     with pytest.raises(InputError, match="no value for X'; give all coordinates and rates, or the states X, Y"):
         ap.read_scene(file)
+
+
+@pytest.mark.parametrize("name", ap.systems.__all__)
+def test_the_file_that_is_printed_for_a_system_of_the_catalogue_holds_its_example(tmp_path, name):
+    file = tmp_path / f"{name}.toml"
+    file.write_text(scene_text(name), encoding="utf-8")
+    printed, example = ap.read_scene(file), import_module(f"asympk.systems.{name}").scenes()[0]
+    assert (printed.system, printed.values, printed.until) == (example.system, example.values, example.until)
+    assert [*map(float, printed.start)] == [*map(float, example.start)]
+
+
+def test_a_scene_is_known_by_the_name_of_its_system_in_any_case():
+    assert ap.read_scene("Arm") == ap.systems.arm.scenes()[0]
+    with pytest.raises(UnknownName, match="did you mean 'arm'"):
+        ap.read_scene("amr")
