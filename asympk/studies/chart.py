@@ -13,7 +13,7 @@ from asympk.errors import MissingPackage
 from asympk.integrators import collocation
 from asympk.integrators.integrate import absent, run
 from asympk.integrators.stepped import UNBOUNDED
-from asympk.methods import METHODS, solve
+from asympk.methods import solve
 from asympk.path import Event
 from asympk.path import Path as Trajectory
 from asympk.scene import Scene
@@ -63,7 +63,8 @@ def write(
     """
     lacking = absent()
     if lacking and not quick:
-        raise MissingPackage(f"the full chart runs {', '.join(lacking)} too: pip install {_quoted(lacking)}")
+        packages = " ".join(f"'{package}'" for package in lacking.values())
+        raise MissingPackage(f"the full chart runs {', '.join(lacking)} too: pip install {packages}")
     plan = QUICK if quick else FULL
     about, files = provenance(plan=plan, quick=quick, digits=30, seed=None), list[Path]()
 
@@ -88,10 +89,6 @@ def write(
     return files
 
 
-def _quoted(packages):
-    return " ".join(f"'{package}'" for package in packages.values())
-
-
 def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]:
     """Return the rows of every method on every scene and mu of ``plan``."""
     rows: list[Row] = []
@@ -105,11 +102,8 @@ def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]
 
 
 def _models():
-    """Yield (name, options with the method, tolerances) of what has no tolerance."""
-    yield "exact", {"method": "exact"}, (None,)
-    for name, options in MODELS.items():
-        if options["method"] in METHODS:
-            yield name, options, (None,)
+    """Return (name, options with the method, tolerances) of what has no tolerance."""
+    return [(name, options, (None,)) for name, options in {"exact": {"method": "exact"}, **MODELS}.items()]
 
 
 def _integrators(plan):
@@ -164,14 +158,10 @@ def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Cal
             tell(f"nonlinear rod, mu = {scene.mu}: {method}")
             made = workprec(
                 scene, label=method, reference=truth, repeats=plan["repeats"],
-                follow=lambda scene, method, **options: _nonlinear(1, scene, method, **options), **options,
+                follow=lambda scene, method, **options: run(_kept(1, scene), method, **options), **options,
             )(tolerances)  # fmt: skip
             rows += [{"kappa": found["kappa"], **asdict(row)} for row in made]
     return rows
-
-
-def _nonlinear(kappa, scene, method, **options):
-    return run(_kept(kappa, scene), method, **options)
 
 
 def _kept(kappa, scene):
