@@ -4,6 +4,7 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from functools import reduce
 from math import prod
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -114,16 +115,10 @@ def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
     lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {covered(found):.6g} of its volume"]
     lines += [f"{count:>6}  {words}" for words, count in outcomes.most_common()]
     if proven:
-        hull = [_hull(balls) for balls in zip(*(piece.final for piece in proven), strict=True)]
+        hull = [reduce(lambda one, other: one.union(other), balls)
+                for balls in zip(*(piece.final for piece in proven), strict=True)]  # fmt: skip
         lines += ["  final, over the proven pieces", *_balls(proven[0].scene.names, hull, digits)]
     return "\n".join(lines)
-
-
-def _hull(balls):
-    whole = balls[0]
-    for ball in balls[1:]:
-        whole = whole.union(ball)
-    return whole
 
 
 def covered(found: "Sequence[Certificate]") -> float:
@@ -219,26 +214,20 @@ def summary(found: "Sequence[Claim]", files: int) -> str:
     checks = [check for claim in found for check in claim.evidence]
     parts = [
         "Fufaev 1991, the Painlevé-Klein example: rederived from the elastic rod and checked.",
-        f"{len(found)} claims, {len(checks)} checks: "
-        + ", ".join(f"{n} {verdict}" for verdict, n in counts.items())
-        + ".",
+        f"{len(found)} claims, {len(checks)} checks: {', '.join(f'{n} {verdict}' for verdict, n in counts.items())}.",
         "",
     ]
     for verdict in ("corrected", "refined", "not settled"):
         chosen = [claim for claim in found if claim.verdict == verdict]
         if chosen:
             parts.append(f"{verdict.capitalize()}:")
-            parts += [text for claim in chosen for text in _finding(claim)]
+            for claim in chosen:
+                parts += [*_wrapped(claim.id, claim.statement), *_wrapped("", f"-> {claim.finding}")]
             parts.append("")
     parts += ["Beyond the paper, for sigma > 0 and z < 0, with L = log(1/mu):", *_jump_lines(), ""]
     parts += ["Regimes of the plane v = 0 and of the slow plane Pi2:", *_regime_lines(), ""]
     parts += [f"{files} files written under paper/generated. To try next:", *(f"  {command}" for command in NEXT)]
     return "\n".join(parts)
-
-
-def _finding(claim):
-    """The claim, and under it what the paper leaves out or what holds instead."""
-    return [*_wrapped(claim.id, claim.statement), *_wrapped("", f"-> {claim.finding}")]
 
 
 def _wrapped(label, words):
