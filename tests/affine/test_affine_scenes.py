@@ -13,6 +13,7 @@ from asympk.affine.run import flows, run
 from asympk.automaton.automaton import Automaton
 from asympk.automaton.modes import mode_of
 from asympk.errors import AsympkError, InputError
+from asympk.studies.bench import rod_in_general_clothes as rod
 
 flint = pytest.importorskip("flint")
 
@@ -197,19 +198,6 @@ def test_what_sticks_has_the_velocity_zero_exactly_though_its_velocity_moves_the
     many = ap.solve_many(system=system, values={"mu": 1e-4}, start={**start, "v": [0.5] * 5}, until=2)
     assert many.alone == 0
     assert many.final[:, 0] == pytest.approx(ap.solve(scene).final, rel=1e-12)
-
-
-ROD = {name: sp.Symbol(name, real=True) for name in ("p", "q", "w")}
-
-
-def rod():
-    """Return the Painlevé-Klein rod as its equations stand in section 2, under other names."""
-    p, q, w = ROD.values()
-    eps, k, k0 = sp.symbols("eps k k0")
-    return ap.System.with_friction(
-        slow={p: q}, fast={q: 1 - 2 * (p + q) + F}, velocity={w: 1 - (p + q) + F}, force=F, load=p + q,
-        kinetic=k + 2, static=k0 + 2, small=eps,
-    )  # fmt: skip
 
 
 def test_the_rod_under_other_names_does_what_its_kernel_does():
