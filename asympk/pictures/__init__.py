@@ -1,7 +1,17 @@
 """Pictures: rows or computed paths in, a matplotlib ``Figure`` out."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from asympk.pictures import style
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from asympk.pictures.sheet import Sheet
 
 
 def sheets(file: str | Path | None = None) -> ModuleType:
@@ -9,11 +19,20 @@ def sheets(file: str | Path | None = None) -> ModuleType:
 
     Raises as ``style.matplotlib`` and ``sheet.suffix_of`` do.
     """
-    from asympk.pictures import style
-
     style.matplotlib()
     from asympk.pictures import sheet
 
     if file is not None:
         sheet.suffix_of(file)
     return sheet
+
+
+@contextmanager
+def plate(
+    height: float, rows: int = 1, columns: int = 1, width: float = style.COLUMN, **options: Any
+) -> "Iterator[tuple[Sheet, np.ndarray]]":
+    """Yield (figure, axes) of ``height`` inches and by default a column's width, in the common style."""
+    sheet = sheets()
+    with sheet.in_style():
+        figure = sheet.blank_sheet(width, height)
+        yield figure, figure.subplots(rows, columns, squeeze=False, **options)

@@ -4,8 +4,7 @@ from itertools import groupby
 from math import log
 from typing import Any
 
-from asympk.pictures import sketches, style
-from asympk.pictures.portraits import plate
+from asympk.pictures import plate, sketches, style
 from asympk.pictures.rigid import draw_motions, motion_handles
 
 WIDE = 7.04  # inches, the page

@@ -4,7 +4,7 @@ from pathlib import Path as File
 from typing import Any
 
 from asympk.many import Itineraries, Many
-from asympk.pictures import sheets, style
+from asympk.pictures import plate, sheets, style
 
 INKS = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#0072B2", "#D55E00", "0.6")
 HEIGHT, PANEL, LINE = 2.6, 0.95, 0.16  # inches
@@ -12,26 +12,24 @@ HEIGHT, PANEL, LINE = 2.6, 0.95, 0.16  # inches
 
 def plot(many: Many, file: str | File | None = None) -> Any:
     """Return the matplotlib ``Figure`` of many trajectories, written to ``file`` too where there is one."""
-    sheet = sheets(file)
-    with sheet.in_style():
-        drawing = _map(many, sheet) if many.n_events.ndim == 2 and many.n_events.size else _panels(many, sheet)
-    return sheet.kept(drawing, file)
+    draw = _map if many.n_events.ndim == 2 and many.n_events.size else _panels
+    return sheets(file).kept(draw(many), file)
 
 
-def _map(many: Many, sheet: Any) -> Any:
+def _map(many: Many) -> Any:
     """Draw which itinerary begins where; those beyond the seven most frequent share a colour."""
     import numpy as np
     from matplotlib.colors import ListedColormap
 
     found = many.itineraries()
     shown = np.minimum(found.index, len(INKS) - 1)
-    drawing = sheet.blank_sheet(style.COLUMN, HEIGHT + LINE * min(len(found.sequences), len(INKS)))
-    axis = drawing.subplots()
     (rows, down), (columns, across) = many._axes()
-    axis.pcolormesh(across, down, shown, cmap=ListedColormap(INKS), vmin=-0.5, vmax=len(INKS) - 0.5, rasterized=True)
-    axis.set(xlabel=columns, ylabel=rows)
-    axis.grid(visible=False)
-    _legend(drawing, found)
+    with plate(HEIGHT + LINE * min(len(found.sequences), len(INKS))) as (drawing, axes):
+        axis, inks = axes.flat[0], ListedColormap(INKS)
+        axis.pcolormesh(across, down, shown, cmap=inks, vmin=-0.5, vmax=len(INKS) - 0.5, rasterized=True)
+        axis.set(xlabel=columns, ylabel=rows)
+        axis.grid(visible=False)
+        _legend(drawing, found)
     return drawing
 
 
@@ -45,16 +43,15 @@ def _legend(drawing: Any, found: Itineraries) -> None:
     drawing.legend(handles=handles, loc="outside upper left", ncols=1)
 
 
-def _panels(many: Many, sheet: Any) -> Any:
+def _panels(many: Many) -> Any:
     import numpy as np
 
     axes = many._axes()
     name, values = axes[0] if len(axes) == 1 else ("trajectory", np.arange(many.n_events.size))
-    drawing = sheet.blank_sheet(style.COLUMN, 0.4 + PANEL * (len(many.names) + 1))
-    panels = drawing.subplots(len(many.names) + 1, 1, sharex=True)
     rows = [*many.final.reshape(len(many.names), -1), many.n_events.ravel()]
-    for axis, row, label in zip(panels, rows, (*many.names, "events"), strict=True):
-        axis.plot(values, row, ".", color=style.BLUE, markersize=2.4)
-        axis.set_ylabel(label)
-    panels[-1].set_xlabel(name)
+    with plate(0.4 + PANEL * len(rows), len(rows), sharex=True) as (drawing, panels):
+        for axis, row, label in zip(panels.flat, rows, (*many.names, "events"), strict=True):
+            axis.plot(values, row, ".", color=style.BLUE, markersize=2.4)
+            axis.set_ylabel(label)
+        panels[-1, 0].set_xlabel(name)
     return drawing

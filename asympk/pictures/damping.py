@@ -5,8 +5,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from asympk.path import Path
-from asympk.pictures import style
-from asympk.pictures.portraits import plate
+from asympk.pictures import plate, style
 from asympk.storage.rows import Row
 from asympk.studies.damping import leading_law, stick_law, undamped_factor
 

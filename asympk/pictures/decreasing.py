@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from asympk.pictures import style
-from asympk.pictures.portraits import plate
+from asympk.pictures import plate, style
 from asympk.studies.decreasing import is_limit
 
 MARKS = ("o", "s", "^", "D", "v")

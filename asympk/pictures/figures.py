@@ -9,8 +9,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from asympk.pictures import sheets, style
-from asympk.pictures.portraits import plate
+from asympk.pictures import plate, sheets, style
 from asympk.storage.rows import Row
 
 if TYPE_CHECKING:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from asympk.pictures import style
-from asympk.pictures.portraits import HELD, LINEAR, LOADS, SLOW, UNSTABLE, level_formulas, plate
+from asympk.pictures import plate, style
+from asympk.pictures.portraits import HELD, LINEAR, LOADS, SLOW, UNSTABLE, level_formulas
 from asympk.storage.rows import Row
 from asympk.symbolic.lowering import lower
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from asympk.errors import MissingPackage
 from asympk.path import Path
-from asympk.pictures import sheets, style
+from asympk.pictures import plate, sheets, style
 from asympk.pictures.trace import column_names, trace
 from asympk.shown import as_html
 
@@ -41,19 +41,16 @@ def html(path: Path) -> str:
 
 def figure(path: Path) -> Any:
     """Draw a path: a panel for every state, and for what is told beside the states."""
-    sheet = sheets()
     names, data = column_names(path)[1:-1], list(zip(*trace(path), strict=True))
-    with sheet.in_style():
-        drawing = sheet.blank_sheet(style.COLUMN, LEGEND + AXIS + PANEL * len(names))
-        panels = drawing.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-        for axis, values, name in zip(panels, data[1:-1], names, strict=True):
+    with plate(LEGEND + AXIS + PANEL * len(names), len(names), sharex=True) as (drawing, panels):
+        for axis, values, name in zip(panels.flat, data[1:-1], names, strict=True):
             _shade(axis, path)
             axis.plot(data[0], values, color=style.BLUE)
             _mark(axis, path, data[0], values)
             _stretch(axis, data[0], values)
             axis.set_ylabel(_label(path, name))
-        _time_axis(panels[-1], path)
-        panels[-1].set_xlabel(_label(path, "t"))
+        _time_axis(panels[-1, 0], path)
+        panels[-1, 0].set_xlabel(_label(path, "t"))
         _legend(drawing, path)
     return drawing
 

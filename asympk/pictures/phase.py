@@ -12,7 +12,7 @@ from asympk.errors import InputError, UnknownName
 from asympk.methods import solve
 from asympk.numbers import number, short
 from asympk.path import Path
-from asympk.pictures import sheets, style
+from asympk.pictures import plate, sheets, style
 from asympk.pictures.portraits import arrows
 from asympk.pictures.trace import column_names, trace
 from asympk.scene import Scene
@@ -41,9 +41,8 @@ def phase(
     sheet = sheets(file)
     if not isinstance(what, Scene | Path | System):
         raise InputError(f"phase takes a Scene, a Path or a System, not {type(what).__name__}")
-    with sheet.in_style():
-        drawing = sheet.blank_sheet(style.COLUMN, HEIGHT)
-        axis = drawing.subplots()
+    with plate(HEIGHT) as (drawing, axes):
+        axis = axes.flat[0]
         if isinstance(what, System):
             _field(axis, *_placed(what, values), _window(window, WINDOW), _pair(_names(what), x, y))
         else:

@@ -4,16 +4,15 @@ A figure takes paths or rows and the parameters they belong to; the geometry (pl
 comes from the symbolic side through ``lower``.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from asympk.numbers import Number
 from asympk.path import Path
-from asympk.pictures import sheets, style
+from asympk.pictures import plate, style
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import rational
 
@@ -28,17 +27,6 @@ LINEAR = 0.1  # loads below it are drawn to scale, larger ones by their logarith
 LOADS = (-10, -1, -0.1, 0, 0.1, 1, 10)
 _FLOOR = -0.25  # of mu y in the picture of the jump, where its shadow falls
 INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
-
-
-@contextmanager
-def plate(
-    height: float, rows: int = 1, columns: int = 1, width: float = style.COLUMN, **options: Any
-) -> "Iterator[tuple[Figure, np.ndarray]]":
-    """Yield (figure, axes) of ``height`` inches and by default a column's width, in the common style."""
-    sheet = sheets()
-    with sheet.in_style():
-        figure = sheet.blank_sheet(width, height)
-        yield figure, figure.subplots(rows, columns, squeeze=False, **options)
 
 
 def sampled(path: Path, count: int = 120) -> "tuple[np.ndarray, np.ndarray]":

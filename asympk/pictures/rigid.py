@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from asympk.errors import InputError
 from asympk.mechanics.described import Described
 from asympk.mechanics.paradoxset import ROWS, ParadoxSet
-from asympk.pictures import reactions, sheets, style
-from asympk.pictures.portraits import plate
+from asympk.pictures import plate, reactions, sheets, style
 from asympk.symbolic.reading import as_floats
 
 if TYPE_CHECKING:
@@ -72,9 +71,8 @@ def paradox_plot(found: ParadoxSet, file: str | File | None = None) -> "Figure":
     from matplotlib.patches import Patch
 
     sheet = sheets(file)
-    with sheet.in_style():
-        figure = sheet.blank_sheet(style.COLUMN, 2.6 if len(found.over) == 2 else 1.2)
-        ax = figure.subplots()
+    with plate(2.6 if len(found.over) == 2 else 1.2) as (figure, axes):
+        ax = axes.flat[0]
         height = (found.ends[1][1] - found.ends[1][0]) / (ROWS - 1) if len(found.over) == 2 else 1.0
         for interval in found.intervals:
             middle = 0.5 if interval.other is None else interval.other

@@ -3,7 +3,7 @@
 from pathlib import Path as File
 from typing import Any
 
-from asympk.pictures import sheets, style
+from asympk.pictures import plate, sheets, style
 
 ROW, MARGIN, SHOWN = 0.32, 0.9, 8  # inches, inches, itineraries
 _BARS = ((0, 1, 1), (0.05, 0.95, 4), (0.25, 0.75, 12))  # between two probabilities, so many points wide
@@ -17,13 +17,11 @@ def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
     sheet = sheets(file)
     found, words = summary["quantiles"], [*summary["itineraries"].items()][:SHOWN]
     rows = [1.5] * len(found) + ([1 + len(words)] if words else [])
-    with sheet.in_style():
-        drawing = sheet.blank_sheet(style.COLUMN, MARGIN + ROW * sum(rows))
-        panels = drawing.subplots(len(rows), 1, height_ratios=rows, squeeze=False)[:, 0]
-        for panel, (state, quantiles) in zip(panels, found.items(), strict=False):
+    with plate(MARGIN + ROW * sum(rows), len(rows), height_ratios=rows) as (drawing, panels):
+        for panel, (state, quantiles) in zip(panels.flat, found.items(), strict=False):
             _spread(panel, state, dict(zip(summary["probabilities"], quantiles, strict=False)))
         if words:
-            _bars(panels[-1], words)
+            _bars(panels[-1, 0], words)
     return sheet.kept(drawing, file)
 
 
