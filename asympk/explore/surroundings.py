@@ -19,7 +19,7 @@ from asympk.symbolic.critical import critical_manifolds
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.stick import friction_cone
 from asympk.symbolic.system import System
-from asympk.systems import painleve_klein
+from asympk.systems.automata import automaton_of
 
 Curve = dict[str, Any]
 
@@ -40,10 +40,9 @@ class _Plane:
     """The picture's plane: the states by the two quantities it shows, all others at the start."""
 
     def __init__(self, scene: Scene, pair: Sequence[str]):
-        rod = scene.system is None
-        self.system: System = painleve_klein.system() if rod else scene.system
-        given = (scene.mu, scene.sigma, scene.sigma0) if rod else scene.values
-        self.values = [float(v) for v in given]
+        automaton = automaton_of(scene)
+        self.system: System = automaton.system
+        self.values = [float(v) for v in automaton.values]
         self.start = np.array([float(v) for v in scene.start])
         self.weights, sizes = _quantities(scene)
         for name in pair:
