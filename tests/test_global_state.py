@@ -53,8 +53,8 @@ until = 0.5
 
 def _physical(tmp_path):
     (tmp_path / "rod.toml").write_text(PHYSICAL)
-    found = scenefile.scene_file(tmp_path / "rod.toml")
-    return ap.solve(found.scene, digits=30).physical()
+    found = scenefile.read_scene(tmp_path / "rod.toml")
+    return ap.solve(found, digits=30).physical()
 
 
 CALLS = {
@@ -87,9 +87,9 @@ def test_setting_mpmaths_own_precision_is_seen():
 
 
 def test_what_units_and_digits_give_does_not_depend_on_the_precision_of_the_user(tmp_path):
-    expected, told = _physical(tmp_path), scenefile.scene_file(tmp_path / "rod.toml")
+    expected, told = _physical(tmp_path), scenefile.read_scene(tmp_path / "rod.toml")
     with mpmath.workdps(8):
-        assert scenefile.scene_file(tmp_path / "rod.toml") == told
+        assert scenefile.read_scene(tmp_path / "rod.toml") == told
         assert _physical(tmp_path).final == expected.final
 
 
@@ -103,7 +103,7 @@ found, wrong = [], []
 
 def work(k):
     for _ in range(3):
-        scene = scenefile.scene_file(sys.argv[1]).scene
+        scene = scenefile.read_scene(sys.argv[1])
         found.append((scene, ap.solve(scene, digits=25 + 20 * (k % 3)).modes, mpmath.mp.prec))
 
 threads = [threading.Thread(target=work, args=(k,)) for k in range(6)]

@@ -48,7 +48,7 @@ def _prove_scene(options: Namespace) -> int:
     box = {name: ends for name, *ends in options.box or ()}
     if len(box) < len(options.box or ()):
         raise InputError("--box: a name is given twice; give each one range")
-    scene = given_scene(options).scene
+    scene = given_scene(options)
     with meter("proving"):
         found = cover(scene, box, options.pieces) if box else (certify(scene, digits=options.digits),)
     print((certificates_as_json if options.json else certificates_as_text)(found, options.digits + 2))

@@ -17,9 +17,9 @@ def arguments(parser: ArgumentParser) -> None:
 def run(options: Namespace) -> None:
     """Write the module and print its files."""
     from asympk.output.export import export
-    from asympk.scenes.scenefile import scene_file
+    from asympk.scenes.scenefile import read_scene
     from asympk.systems import painleve_klein
 
-    given = scene_file(options.scene).scene.system if options.scene is not None else None
+    given = read_scene(options.scene).system if options.scene is not None else None
     for path in export(given or painleve_klein.system(), options.target, options.out):
         print(path)

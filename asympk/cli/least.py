@@ -20,7 +20,7 @@ def run(options: Namespace) -> None:
     from asympk.output.terminal import ladder_as_json, ladder_as_text
     from asympk.studies.least import least_model
 
-    scene = given_scene(options).scene
+    scene = given_scene(options)
     with meter("climbing the ladder of models"):
         ladder = least_model(scene, options.rtol, options.seconds)
     print(ladder_as_json(ladder) if options.json else ladder_as_text(ladder))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from asympk.output.meter import Meter
-    from asympk.scenes.scenefile import SceneFile
+    from asympk.scene import Scene
 
 _REQUIRED = ("sigma", "mu", "start", "until")
 
@@ -34,20 +34,19 @@ def scene_numbers(options: Namespace) -> dict:
     return {name: value for name, value in given.items() if value is not None}
 
 
-def given_scene(options: Namespace) -> "SceneFile":
-    """Return the ``SceneFile`` that the options name, their own numbers replacing the file's; raises ``InputError``."""
+def given_scene(options: Namespace) -> "Scene":
+    """Return the ``Scene`` that the options name, their own numbers replacing the file's; raises ``InputError``."""
     from asympk.errors import InputError
     from asympk.scene import Scene
-    from asympk.scenes.scenefile import SceneFile, changed, scene_file
+    from asympk.scenes.scenefile import changed, read_scene
 
     given = scene_numbers(options)
     if options.scene is not None:
-        found = scene_file(options.scene)
-        return SceneFile(changed(found, given), found.about)
+        return changed(read_scene(options.scene), given)
     missing = [f"--{name}" for name in _REQUIRED if name not in given]
     if missing:
         raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that there are")
-    return SceneFile(Scene(**{**given, "start": tuple(given["start"])}))
+    return Scene(**{**given, "start": tuple(given["start"])})
 
 
 def require_other_file(written: str | None, read: str | None) -> None:

@@ -38,7 +38,7 @@ def run(options: Namespace) -> None:
     given = {name: value for name, value in given.items() if value is not None}
     for written in (options.csv, options.plot):
         require_other_file(written, options.scene)
-    scene = given_scene(options).scene
+    scene = given_scene(options)
     with meter("following the scene", log=True) as shown:
         path = solve(scene, options.method, **given, **_reaching(scene, options, shown))
     if options.physical:

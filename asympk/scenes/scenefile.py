@@ -17,7 +17,7 @@ on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
 from importlib.resources import files
@@ -38,14 +38,6 @@ PHYSICAL = ("m", "P", "f", "f0", "alpha", "l", "k", "h")
 _NEAR = ("manifold", "x", "offset", "z")
 
 
-@dataclass(frozen=True)
-class SceneFile:
-    """What a file says: the scene, and one line about it."""
-
-    scene: Scene
-    about: str = ""
-
-
 def read_scene(where: str | Path) -> Scene:
     """Return the ``Scene`` in the TOML file ``where``, one that ships, or the example of a system of the catalogue.
 
@@ -54,11 +46,6 @@ def read_scene(where: str | Path) -> Scene:
     >>> read_scene("backward").start
     (0, Fraction(1, 5), -1)
     """
-    return scene_file(where).scene
-
-
-def scene_file(where: str | Path) -> SceneFile:
-    """Return the ``SceneFile`` of what ``where`` names; raises as ``read_scene`` does."""
     if not isinstance(where, str | Path):
         raise InputError(f"read_scene takes the name of a scene or of a file, not {type(where).__name__}")
     if is_file(where):
@@ -66,7 +53,7 @@ def scene_file(where: str | Path) -> SceneFile:
     name = known_name(str(where))
     if name in scene_names():
         return _scene_of(parse_table(shipped(name).encode(), name), name)
-    return SceneFile(example_scenes(name)[0], about_system(name))
+    return example_scenes(name)[0]
 
 
 def is_file(where: str | Path) -> bool:
@@ -79,9 +66,8 @@ def known_name(word: str) -> str:
     return named("scene", word, (*scene_names(), *systems.__all__), beyond=", or a file that ends in .toml")
 
 
-def changed(found: SceneFile, changes: Mapping[str, Any]) -> Scene:
-    """Return the scene of a ``SceneFile`` with some nondimensional fields replaced; raises ``InputError``."""
-    scene = found.scene
+def changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """Return a scene of a file with some nondimensional fields replaced; raises ``InputError``."""
     if not changes:
         return scene
     ties = {"is tied to its physical quantities": scene.rod, "is tied to a slow line": scene.near_to,
@@ -142,10 +128,9 @@ def _scene_of(table, where):
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
     entries = {key: value for key, value in table.items() if key != "about"}
     entries["name"] = word(table, "name", where, Path(where).stem)
-    line = word(table, "about", where)
+    word(table, "about", where)
     try:
-        made = {SYSTEM: _of_system, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)]
-        return SceneFile(made(entries), line)
+        return {SYSTEM: _of_system, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)](entries)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

@@ -15,7 +15,7 @@ from asympk.pictures import maps, portraits
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
 from asympk.scene import Scene
-from asympk.scenes.scenefile import scene_file, scene_names
+from asympk.scenes.scenefile import read_scene, scene_names
 from asympk.storage.rows import read_rows
 from asympk.studies.convergence import EXPANSIONS
 from asympk.studies.least import LADDER
@@ -73,7 +73,7 @@ def test_the_arrow_of_imports_is_legible():
 
 @pytest.mark.parametrize("name", scene_names())
 def test_the_path_of_every_scene_that_ships_is_legible(name):
-    assert flaws(solve(scene_file(name).scene).plot()) == []
+    assert flaws(solve(read_scene(name)).plot()) == []
 
 
 @pytest.mark.slow

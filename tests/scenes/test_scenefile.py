@@ -98,22 +98,22 @@ def test_conversion_keeps_a_hundred_digits(tmp_path):
 
 
 def test_converting_there_and_back_returns_the_start(tmp_path):
-    found = scenefile.scene_file(_file(tmp_path, ROD))
-    given = (*found.scene.rod.units.state(*found.scene.start), found.scene.rod.units.moment(found.scene.until))
+    found = scenefile.read_scene(_file(tmp_path, ROD))
+    given = (*found.rod.units.state(*found.start), found.rod.units.moment(found.until))
     assert [float(v) for v in given] == pytest.approx([1, -3, -0.1, 0.03], rel=1e-15)
 
 
 def test_velocity_comes_back_in_units_of_the_force_acting_for_one_unit_of_time(tmp_path):
-    found = scenefile.scene_file(_file(tmp_path, {**ROD, "start": "[0, 0, 1]"}))
-    path = ap.solve(found.scene)
+    found = scenefile.read_scene(_file(tmp_path, {**ROD, "start": "[0, 0, 1]"}))
+    path = ap.solve(found)
     told = path.physical()
     assert float(told.final[2]) == pytest.approx(path.final[2] * 10 * (0.02 * 0.5) / 2, rel=1e-15)
     assert float(told.scene.until) == pytest.approx(0.03, rel=1e-15)
 
 
 def test_physical_digits_survive_the_way_back(tmp_path):
-    found = scenefile.scene_file(_file(tmp_path, ROD))
-    coarse, fine = (ap.solve(found.scene, digits=d).physical().final[0] for d in (40, 60))
+    found = scenefile.read_scene(_file(tmp_path, ROD))
+    coarse, fine = (ap.solve(found, digits=d).physical().final[0] for d in (40, 60))
     assert 0 <= abs(coarse - fine) < abs(fine) * mpmath.mpf(10) ** -38
 
 
