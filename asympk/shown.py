@@ -48,7 +48,7 @@ class ShownAsFormulas(Shown):
         return as_latex(self._card())
 
     def _repr_latex_(self) -> str:
-        return rf"$\displaystyle {as_latex(self._card())}$"
+        return rf"$\displaystyle {latex_of(self)}$"
 
 
 NOUN = TypeVar("NOUN", bound=ShownAsFormulas)

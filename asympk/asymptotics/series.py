@@ -133,11 +133,6 @@ class Series(ShownAsFormulas):
             shown.append(rf"O\left({_powers(mu, *self.remainder) or 1}\right)")
         return " + ".join(shown).replace("+ -", "-") or "0"
 
-    def _repr_latex_(self):
-        import sympy as sp
-
-        return rf"$\displaystyle {sp.latex(self)}$"
-
     @property
     def _tail(self):
         return f"O({_monomial(*self.remainder)})"

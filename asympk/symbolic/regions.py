@@ -174,9 +174,6 @@ class Region(ShownAsFormulas):
     def _latex(self, printer: Any, **options: Any) -> str:
         return self.latex()
 
-    def _repr_latex_(self) -> str:
-        return rf"$\displaystyle {self.latex()}$"
-
 
 def _spans_in_words(spans: tuple[Span, ...]) -> str:
     return " u ".join(span.in_words for span in spans) or "nowhere"
