@@ -65,11 +65,9 @@ def symbolic_number(value: Number) -> sp.Float:
     return sp.Float(as_mpf(value), M.dps)
 
 
-def modes(
-    start: Sequence[Number | str], sigma: Number = 1, mus: Iterable[Fraction] = MUS, until: Number = 1
-) -> list[tuple[str, ...]]:
+def modes(start: Sequence[Number | str], sigma: Number = 1, until: Number = 1) -> list[tuple[str, ...]]:
     """Return the mode sequences met for decreasing mu, each once, in order of appearance."""
-    return list(dict.fromkeys(precise_path(start, mu, until, sigma).modes for mu in mus))
+    return list(dict.fromkeys(precise_path(start, mu, until, sigma).modes for mu in MUS))
 
 
 def listing(sequences: Iterable[tuple[str, ...]]) -> str:

@@ -270,9 +270,9 @@ def of_damping(rows: Sequence[Row]) -> dict[str, str]:
     }
 
 
-def of_work(rows: Sequence[Row], scene: str = "ii", accuracy: float = 1e-5) -> dict[str, str]:
+def of_work(rows: Sequence[Row]) -> dict[str, str]:
     """Return what accuracy costs on one scene at either end of the chart, and what became of some methods' runs."""
-    here = [row for row in rows if row["scene"] == scene]
+    here, accuracy = [row for row in rows if row["scene"] == gallery.SHOWN], gallery.ACCURACY
     mus = sorted({row["mu"] for row in here})
     careful = (*chart.EXPLICIT, *chart.IMPLICIT)
     costs = {method: cheapest([r for r in here if r["method"] == method], accuracy) for method in careful}
@@ -326,11 +326,11 @@ def of_plane(rows: Sequence[Row]) -> dict[str, str]:
     }  # fmt: skip
 
 
-def of_nonlinear(rows: Sequence[Row], kappa: float = 1) -> dict[str, str]:
+def of_nonlinear(rows: Sequence[Row]) -> dict[str, str]:
     """Return what the small-angle models miss of the rod with its geometry kept, at the least mu, and at most kappa."""
-    least, large = min(row["mu"] for row in rows if row["kappa"] == kappa), max(row["kappa"] for row in rows)
+    least, large = min(row["mu"] for row in rows if row["kappa"] == 1), max(row["kappa"] for row in rows)
     found = {"nonlinearMu": power(least), "nonlinearLarge": f"{large:g}", "nonlinearTolerance": power(ALONGSIDE)}
-    for name, method, value in (("Exact", "exact", kappa), ("Zero", "jump 0", kappa), ("One", "jump 1", kappa),
+    for name, method, value in (("Exact", "exact", 1), ("Zero", "jump 0", 1), ("One", "jump 1", 1),
                                 ("LargeZero", "jump 0", large), ("LargeOne", "jump 1", large)):
         (row,) = (r for r in rows if (r["kappa"], r["mu"], r["method"]) == (value, least, method))
         found[f"nonlinear{name}"] = power(row["final_error"])

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from itertools import groupby
 
+from asympk.output.gallery import ACCURACY
 from asympk.output.tabular import Cell, Table, words
 from asympk.pictures import anymechanism, figures, style
 from asympk.storage.rows import Row
@@ -15,22 +16,22 @@ from asympk.studies.divide import MUS, OFFSETS
 SHOWN = (1e-4, 1e-8, 1e-12)
 
 
-def method_table(rows: Sequence[Row], accuracy: float = 1e-5) -> Table:
-    """Count what became of every method's runs; the least cost of an error below ``accuracy``, over scenes and mu."""
+def method_table(rows: Sequence[Row]) -> Table:
+    """Count what became of every method's runs; the least cost of an error below ``ACCURACY``, over scenes and mu."""
     body = []
     for method in (*style.METHODS, *style.MODELS):
         mine = [row for row in rows if row["method"] == method]
         counts = [sum(figures.outcome(row["status"]) == key for row in mine) for key in figures.OUTCOMES]
         places = {(row["scene"], row["mu"]) for row in mine}
         costs = [cost for scene in {s for s, _ in places}
-                 for cost in figures.cheapest([r for r in mine if r["scene"] == scene], accuracy).values() if cost]
+                 for cost in figures.cheapest([r for r in mine if r["scene"] == scene], ACCURACY).values() if cost]
         span = f"{_two_digits(min(costs))} to {_two_digits(max(costs))}" if costs else "--"
         if mine:
             name = style.curve(method)["label"]
             dressed = Cell(name.replace("z/ε", r"$z/\varepsilon$").replace("(z)", "($z$)"), name)
             body.append((dressed, *map(str, counts), f"{len(costs)} of {len(places)}", span))
     header = ("method", "right", "modes missed", "wrong end", "stalled", "budget spent", "refused",
-              f"error below ${style.power_of_ten(accuracy)}$", "CPU time / exact flow")
+              f"error below ${style.power_of_ten(ACCURACY)}$", "CPU time / exact flow")
     return Table("methods", "lrrrrrrrl", header, tuple(body))
 
 

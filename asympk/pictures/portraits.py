@@ -29,23 +29,22 @@ _FLOOR = -0.25  # of mu y in the picture of the jump, where its shadow falls
 INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 
 
-def sampled(path: Path, count: int = 120) -> "tuple[np.ndarray, np.ndarray]":
+def sampled(path: Path) -> "tuple[np.ndarray, np.ndarray]":
     """Return (t, states) along a path, dense where it jumps: logarithmic from both ends of every mode."""
     import numpy as np
 
     edges = [0.0, *(float(event.t) for event in path.events), float(path.scene.until)]
-    steps = np.concatenate(([0], np.geomspace(1e-7, 0.5, count)))
+    steps = np.concatenate(([0], np.geomspace(1e-7, 0.5, 120)))
     times = [a + (b - a) * u for a, b in pairwise(edges) for u in (steps, 1 - steps[::-1])]
     t = np.unique(np.concatenate(times))
     return t, np.array([path(float(moment)) for moment in t], dtype=float).T
 
 
 @cache
-def levels(sigma: Number, sigma0: Number | None = None) -> dict[str, float]:
-    """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 by name, at mu = 0; those at infinity are left out."""
-    values = {"sigma": rational("sigma", sigma), "sigma0": rational("sigma0", sigma if sigma0 is None else sigma0)}
-    found = {name: expr.subs({symbol: values[symbol.name] for symbol in expr.free_symbols})
-             for name, expr in level_formulas().items()}
+def levels(sigma: Number) -> dict[str, float]:
+    """Return the loads of Pi1, Pi2, Gamma1 and Gamma2 at mu = 0 and sigma0 = sigma; those at infinity are left out."""
+    value = rational("sigma", sigma)
+    found = {name: expr.subs(dict.fromkeys(expr.free_symbols, value)) for name, expr in level_formulas().items()}
     return {name: float(value) for name, value in found.items() if value.is_finite}
 
 

@@ -148,9 +148,9 @@ def jam_law(epsilon: float, damping: float, sigma: Any = SIGMA) -> float:
     return damping * (first - log(-low * size) / slow.real)
 
 
-def leading_law(epsilon: float, zeta: float, sigma: Any = SIGMA) -> float:
+def leading_law(epsilon: float, zeta: float) -> float:
     """Return T to leading order in log(1/epsilon) for a fixed damping ratio and z0 = -1."""
-    first = 1 / (sigma * zeta + sqrt(sigma**2 * zeta**2 + sigma))
+    first = 1 / (SIGMA * zeta + sqrt(SIGMA**2 * zeta**2 + SIGMA))
     slow = zeta if zeta < 1 else zeta - sqrt(zeta**2 - 1)
     return epsilon * log(1 / epsilon) * (first + 1 / slow)
 
@@ -167,9 +167,9 @@ def stick_law(epsilon: float, zeta: float) -> float:
     return sqrt(1 - zeta**2) * log(1 / epsilon) / (pi * zeta)
 
 
-def undamped_time(epsilon: float, amplitude: float, sigma: Any = SIGMA) -> float:
+def undamped_time(epsilon: float, amplitude: float) -> float:
     """Return how long the undamped rod rings from ``amplitude``: pi epsilon A^4 / (2 C)."""
-    return pi * epsilon * amplitude**4 / (2 * float(loss_per_period(sigma)))
+    return pi * epsilon * amplitude**4 / (2 * float(loss_per_period(SIGMA)))
 
 
 def undamped_factor(sigma: Any = SIGMA) -> float:
