@@ -31,8 +31,6 @@ from asympk.symbolic.regimes import thresholds
 from asympk.systems import painleve_klein as pk
 
 EXAMPLE_MU = "1e-6"
-SCENES = ((0, 0, 1), (0, "1/5", -1), (-1, -1, 1))
-MUS = tuple(f"1e-{k}" for k in range(1, 9))
 _LOAD, _FIRST, _SECOND = sp.Symbol("s", real=True), sp.Symbol("Lambda_1"), sp.Symbol("Lambda_2")
 
 
@@ -149,13 +147,13 @@ def example_macros() -> dict[str, str]:
 def accuracy_macros() -> dict[str, str]:
     """Return a power of ten above the errors of the exact flow in doubles, over three scenes and eight values of mu."""
     worst = 0.0
-    for start in SCENES:
-        for mu in MUS:
+    for start in chart.SCENES.values():
+        for mu in chart.MUS:
             scene = Scene(1, mu, start, 5)
             truth, found = solve(scene, digits=30).final, solve(scene).final
             scale = max(1, *(abs(v) for v in truth))
             worst = max(worst, *(float(abs(a - b) / scale) for a, b in zip(found, truth, strict=True)))
-    runs = str(len(SCENES) * len(MUS))
+    runs = str(len(chart.SCENES) * len(chart.MUS))
     return {"doublesError": power(10.0 ** ceil(log10(worst))), "doublesRuns": runs, "doublesLeastMu": power(1e-8)}
 
 
