@@ -9,6 +9,9 @@ from asympk.errors import Undecided
 from asympk.numbers import Arithmetic, Number
 
 SPARE_DIGITS = 30  # beyond those asked for, of the first run
+MOST_DIGITS = 1000  # that may be asked of a closed form
+LARGEST_DOUBLE = 308  # a power of ten
+UNIT = 2.0**-53  # by which rounding makes a double wrong at most, relative to it
 
 
 class Doubles:

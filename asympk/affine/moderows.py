@@ -13,7 +13,7 @@ import numpy as np
 from asympk.affine.functions import MOST_EXPONENT, Arrays, functions, initial, tremors
 from asympk.affine.mesh import FunctionTable, Mesh, function_table
 from asympk.affine.mode import AffineFlow
-from asympk.arithmetic import Doubles
+from asympk.arithmetic import UNIT, Doubles
 
 _MARGIN = Doubles.margin
 _ULPS = 64
@@ -23,7 +23,6 @@ _PARTS = 8
 _PIECE = 24
 _STEPS = 40
 _CLOSE = 1e-9
-UNIT = 2.0**-53
 
 
 class Rows(NamedTuple):

@@ -15,12 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from asympk.affine.functions import functions, initial, tremors
-from asympk.arithmetic import Doubles
+from asympk.arithmetic import UNIT, Doubles
 
 if TYPE_CHECKING:
     from asympk.affine.run import TimedSegment
-
-UNIT = 2.0**-53
 
 
 def estimate(segments: "Sequence[TimedSegment]", states: int) -> float:

@@ -15,7 +15,7 @@ from asympk.affine.forcing import amplitude, value
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
-from asympk.arithmetic import SPARE_DIGITS, Doubles, agreed, flow_context, set_digits
+from asympk.arithmetic import LARGEST_DOUBLE, MOST_DIGITS, SPARE_DIGITS, UNIT, Doubles, agreed, flow_context, set_digits
 from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
@@ -27,14 +27,11 @@ from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN
 from asympk.symbolic.system import System
 
-MOST_DIGITS = 1000
 MOST_SPARE = 300
 DIGITS_OF_DOUBLES = 17
-LARGEST_DOUBLE = 308
 SHOWN_OF_ERRORS = 3
 TRUSTED = 5e-14
 TOLD = 1e-8  # an estimated error up to which the order of events in doubles stands
-ROUNDED = 2.0**-53
 
 
 class TimedSegment(NamedTuple):
@@ -99,7 +96,7 @@ def _in_doubles(case):
         return _path(case, None, joined, float, error)
     known = joined if error <= TOLD else None
     joined, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
-    return _path(case, None, joined, double, ROUNDED)
+    return _path(case, None, joined, double, UNIT)
 
 
 def _estimated(case):

@@ -10,7 +10,7 @@ from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from asympk.arithmetic import Doubles, agreed, flow_context, set_digits
+from asympk.arithmetic import LARGEST_DOUBLE, MOST_DIGITS, UNIT, Doubles, agreed, flow_context, set_digits
 from asympk.errors import InputError, Undecided
 from asympk.numbers import Arithmetic, Number, whole
 from asympk.path import ClosedForm, Event, Path
@@ -22,12 +22,9 @@ if TYPE_CHECKING:
     from asympk.scene import Scene
     from asympk.systems.painleve_klein.flow.segments import SolvedSegment
 
-MOST_DIGITS = 1000
 MOST_SPARE = 1200
 DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
 SHOWN_OF_ERRORS = 3
-LARGEST_DOUBLE = 308
-ROUNDED = 2.0**-53
 TRUSTED = 2e-15
 SAFETY = 4  # of an account to the first order
 REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
@@ -91,7 +88,7 @@ def followed_in_doubles(case: RodNumbers) -> "tuple[list[SolvedSegment], list[So
 def _to_doubles(solved):
     from asympk.digits import double
 
-    return _rounded(solved, double), solved, ROUNDED, double
+    return _rounded(solved, double), solved, UNIT, double
 
 
 @lru_cache(maxsize=64)

@@ -9,13 +9,13 @@ error is weighed by what becomes of it: bounds carried forward would grow withou
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from asympk.arithmetic import UNIT
 from asympk.numbers import Number
 from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
 
 if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.segments import RodMode, SolvedSegment
 
-UNIT = 2.0**-53
 CALM_SEGMENTS = 6
 
 
