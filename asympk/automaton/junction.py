@@ -9,9 +9,18 @@ from functools import cached_property, lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
-from asympk.automaton.contacts import ContactPoint, Numbers, Place, Solved, contact_point, solved_forces
+from asympk.automaton.contacts import (
+    ContactPoint,
+    Numbers,
+    Place,
+    Solved,
+    contact_point,
+    gap_row,
+    is_open,
+    solved_forces,
+)
 from asympk.automaton.modes import mode_of
-from asympk.errors import InputError, NoMotion
+from asympk.errors import InputError, NoMotion, UnboundedReaction
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN, Branch, Phase
 from asympk.symbolic.system import System
@@ -86,7 +95,24 @@ def junction_at(
     guards = mode_of(system, before).guards if before else ()
     lost = {(guards[k].kind, guards[k].friction) for k in hits}
     lost |= set() if before else _resting_rigid(system, at)
-    return Junction(system, before, lost, places, points, _touching(system, before, lost, at))
+    touching = _touching(system, before, lost, at)
+    _require_directions(system, touching, points, at)
+    return Junction(system, before, lost, places, points, touching)
+
+
+def _require_directions(system: System, touching: dict[int, bool], points: list[ContactPoint], at: Place) -> None:
+    """Raise ``UnboundedReaction`` where a rigid contact has no direction: no force moves its gap, as where that bends.
+
+    Its reaction is any, or none that the gap could tell.
+    """
+    for k, friction in enumerate(system.frictions):
+        if friction.constraint is None or (friction.gap is not None and k not in touching):
+            continue
+        _, *columns = zip(*(gap_row(system, k, point) for point in points), strict=True)
+        if all(map(is_open, columns)):
+            raise UnboundedReaction(f"the gap of friction {k} has no slope {_place_in_words(system, at)}, so that no "
+                                    "reaction of its contact is determined; write it as a distance, which grows evenly",
+                                    at.t, at.state)  # fmt: skip
 
 
 def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place) -> Place:

@@ -39,6 +39,10 @@ def _by_lagrange(energy: sp.Expr, coordinates: tuple) -> tuple[sp.Matrix, sp.Mat
     energy = energy.xreplace(plain)
     momenta = [energy.diff(v) for v in rates]
     mass = sp.Matrix([[p.diff(v) for v in rates] for p in momenta])
+    if mass.has(*rates):
+        bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, rates).has(*rates)), energy)
+        raise InputError(f"{short(bent.xreplace(back))} in the Lagrangian is not quadratic in the rates, and the mass "
+                         "matrix would depend on them; friction and the like are forces=")  # fmt: skip
     path = dict(zip(places, moving, strict=True))  # with constant rates: the terms of q'' are those of the mass matrix
     forcing = sp.Matrix([energy.diff(x) - p.xreplace(path).diff(time) for x, p in zip(places, momenta, strict=True)])
     return mass.xreplace(back), forcing.xreplace(back)

@@ -107,6 +107,9 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     *terms, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
     if (least := min(terms[0].min(initial=0), terms[2].min(initial=0))) < 0:
         raise InputError(f"the mass matrix is not positive at these values: it gives G_NN or G_TT = {least:g}")
+    if not np.all(terms[0]):
+        raise InputError("the gap has no slope at these values, G_NN = 0: no reaction of its contact is determined; "
+                         "write it as a distance, which grows evenly")  # fmt: skip
     if (least := terms[_KINETIC].min(initial=0)) < 0:
         raise InputError(f"friction times its load is {least:g} at these values; it must not be negative")
     if np.any(terms[_STATIC] < terms[_KINETIC]):

@@ -380,24 +380,26 @@ def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
 
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
     """Return the rate of an expression in the states along the field, forces as symbols."""
-    rate = sum(slope_by(expr, s) * r for s, r in system.rates.items() if expr.has(s))
-    rate += slope_by(expr, system.time) if system.time else 0
-    return _expanded(rate)
+    terms = [slope_by(expr, s) * r for s, r in system.rates.items() if expr.has(s)]
+    return _expanded(sp.Add(*terms, slope_by(expr, system.time) if system.time else 0))
 
 
 def check_friction(system: "System", friction: "Friction", number: int) -> None:
-    """Refuse a friction that is not one: its velocity without states, its force nowhere or not linear."""
+    """Refuse a friction that is not one: its velocity without states or bent, its force nowhere or not linear."""
     which = f"friction {number}" if len(system.frictions) > 1 else "the friction"
     v, states = friction.velocity, system.states
     if not v.free_symbols & {*states}:
         raise InputError(f"{which}: the velocity {short(v)} must depend on the states {', '.join(map(str, states))}")
     if friction.force in (*states, system.small, system.time):
         raise InputError(f"{which}: the force {friction.force} is also a state, the small parameter or the time")
-    entering = [r for r in system.rates.values() if r.has(friction.force)]
-    if not entering:
+    moved = {s: rate for s, rate in system.rates.items() if rate.has(friction.force)}
+    if not moved:
         raise InputError(f"{which}: the force {friction.force} enters no rate; write it where it acts")
-    if any(r.diff(friction.force, 2) != 0 for r in entering):
+    if any(r.diff(friction.force, 2) != 0 for r in moved.values()):
         raise InputError(f"{which}: the force {friction.force} must enter the rates linearly")
+    if any(sp.expand(slope).free_symbols & moved.keys() for s in moved if (slope := slope_by(v, s)).has(*moved)):
+        raise InputError(f"{which}: the velocity {short(v)} must be linear in what {friction.force} moves, "
+                         f"{', '.join(map(str, moved))}; give one that passes through 0")  # fmt: skip
     if friction.load == 0:
         raise InputError(f"{which}: the load is 0; without a load there is no friction")
     if any(

@@ -410,6 +410,8 @@ def test_automata_of_one_system_and_one_choice_of_numbers_are_equal():
     (lambda: ap.System.with_frictions({v: 1}, {}, [ap.Friction(velocity=v, force=F, load=1, kinetic=1)]), "no rate"),
     (lambda: ap.System.with_frictions({v: F}, {}, [ap.Friction(velocity=c, force=F, load=1, kinetic=1)]), "depend on"),
     (lambda: ap.System.with_frictions({v: F}, {}, [F]), "sequence of ap.Friction"),
+    (lambda: ap.System.with_frictions({v: F}, {}, [ap.Friction(v**3, F, 1, 1)]), r"v\*\*3 must be linear in what F"),
+    (lambda: ap.System.with_frictions({v: F, u: F}, {}, [ap.Friction(sp.sqrt(v**2 + u**2), F, 1, 1)]), "be linear in"),
 ])  # fmt: skip
 def test_what_is_no_scene_is_refused_in_one_line(make, match):
     with pytest.raises(InputError, match=match) as caught:

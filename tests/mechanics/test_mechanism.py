@@ -190,6 +190,8 @@ def test_what_is_no_mechanism_is_refused_in_one_line(changes, match):
         (lambda c: ap.Mechanism.from_lagrangian(LagrangesMethod(FREE + X.diff(T, 2) ** 2, (X, Y)), contact=c), "parts"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + X.subs(T, T - 1), (X, Y), contact=c), r"X\(t - 1\) in the Lag"),
         (lambda c: ap.Mechanism.from_lagrangian(FREE + THETA.diff(T), (X, Y), contact=c), "no coordinate or velocity"),
+        (lambda c: ap.Mechanism.from_lagrangian(FREE + sp.Abs(X.diff(T)), (X, Y), contact=c),
+         r"^Abs\(Derivative\(X\(t\), t\)\) in the Lagrangian is not quadratic in the rates"),
     ],
 )
 def test_what_is_no_lagrangian_is_refused_in_one_line(make, match):

@@ -15,7 +15,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
-from asympk.errors import InputError, NoMotion, TwoMotions, UnboundedReaction
+from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction
 from asympk.integrators.integrate import FAMILIES
 from asympk.integrators.singular import approach
 from asympk.systems import crank_slider
@@ -774,3 +774,18 @@ def test_a_nut_that_holds_itself_on_the_thread_of_a_screw_rests_to_the_last_digi
     path = ap.solve(ap.Scene(system=screw, values={a: "0.1", g: "9.81", J: 1, f: 3}, start=start, until=2), **how)
     assert path.modes == ("stick",)
     assert path.final == (0, 0, 0, 0)
+
+
+@pytest.mark.parametrize("unilateral", [True, False])
+@pytest.mark.parametrize("gap", [lambda y: y**2, lambda y: y**3, lambda y: sp.cos(y) - 1, sp.Abs])
+def test_a_gap_that_does_not_slope_where_it_is_closed_is_refused_by_name(gap, unilateral):
+    y = dynamicsymbols("Y")
+    contact = ap.Contact(gap=gap(y), slip=X, friction=sp.Rational(1, 2), unilateral=unilateral)
+    block = ap.Mechanism.from_lagrangian((X.diff(T) ** 2 + y.diff(T) ** 2) / 2 - y, (X, y), contact=contact)
+    start = {"X": 0, "Y": 0, "X'": 1, "Y'": 0}
+    with pytest.raises(InputError, match="the gap has no slope at these values"):
+        block.motions(start)
+    jumps = gap is sp.Abs and not unilateral
+    error, words = (NotDerivable, "jumps where Y = 0") if jumps else (UnboundedReaction, r"no slope at t = 0, .*Y = 0")
+    with pytest.raises(error, match=words):
+        ap.solve(ap.Scene(system=block.rigid(), values={}, start=start, until=1))
