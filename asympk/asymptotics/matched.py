@@ -261,12 +261,15 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     known = max(order, 1)  # the rate of a fast state, which tells what follows an edge, is not known to order 0
     slow, mode = slow_of(path.mode, known), path.mode
     mode.require_smooth(path.t, until)
-    def at_edge(at):
-        whole = (*at[: slow.slow], *slow.formulas.height[known](*at, mu, *slow.values))
+    orders = [order if kind == "slip_onset" else known for kind, _ in mode.kinds]  # where slip to an order begins
+
+    def on_manifold(at, order):
+        whole = (*at[: slow.slow], *slow.formulas.height[order](*at, mu, *slow.values))
         return tuple(whole[k] for k in slow.places)
 
     def guards(span, at):
-        return mode.guard_values(path.t + span, at_edge(at))
+        values = {m: mode.guard_values(path.t + span, on_manifold(at, m)) for m in {*orders}}
+        return [values[m][k] for k, m in enumerate(orders)]
 
     found = _reduced(slow, path, (order,), until, mu, rtol, guards)
     places = list(slow.places)
@@ -276,7 +279,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
-    state = at_edge(points[1])
+    state = on_manifold(points[1], known)
     if not max(map(abs, state)) < FAR:
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")

@@ -431,6 +431,17 @@ def test_the_limit_passes_an_edge_where_fast_and_slow_part_of_the_load_cancel():
     assert distance(path.final, truth.final) < 1e-5
 
 
+def test_slip_begins_in_the_limit_where_stick_ends_in_the_limit():
+    # q = t is what the stick bears, (1 + 3 q / 4) / 2 what it can; to order 1 that is less
+    x, y, q, v, mu = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "mu"))
+    contact = ap.Friction(velocity=v, force=F, load=x + y, kinetic=sp.Rational(1, 2))
+    block = ap.System.with_frictions({x: y, q: v + 1, v: -q + F}, {y: 1 + q / 2 - (x + y) + F / 4}, [contact], small=mu)
+    start = {"x": 1, "y": 0, "q": 0, "v": 0}
+    path = ap.solve(ap.Scene(system=block, values={"mu": "1/100"}, start=start, until="0.801"), "jump", order=0)
+    assert path.modes == ("stick", "slip_opposite")
+    assert path.events[0].t == pytest.approx(0.8, abs=1e-12)
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
