@@ -127,7 +127,7 @@ class LimitLayers:
         slope = self.mu * mode.jac(t, state)[self.fast][self.fast]
         force = self.mu * mode.rhs(t, state)[self.fast]
         if slope == 0:
-            raise OutOfRange(f"dg/dy vanishes in mode {mode.name} at t = {t:.6g}: no layer settles or grows there")
+            raise NoLaw(f"dg/dy vanishes in mode {mode.name} at t = {t:.6g}: no layer settles or grows there")
         rest = y - force / slope
         if slope > 0 and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
             raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "

@@ -442,6 +442,17 @@ def test_slip_begins_in_the_limit_where_stick_ends_in_the_limit():
     assert path.events[0].t == pytest.approx(0.8, abs=1e-12)
 
 
+@pytest.mark.parametrize("until", ["1.01", 2])
+def test_the_limit_lifts_off_where_a_growing_pull_opens_the_contact(until):
+    x, y, q, v, N, mu = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v", "N", "mu"))
+    contact = ap.Friction(velocity=v, force=F, load=x + y, kinetic=sp.Rational(1, 2), gap=-x - y, normal=N)
+    block = ap.System.with_frictions({x: y, q: 1, v: F}, {y: 1 - q - N}, [contact], small=mu)
+    scene = ap.Scene(system=block, values={"mu": "1e-3"}, start={"x": 1, "y": 0, "q": 0, "v": 1}, until=until)
+    path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+    assert path.modes == truth.modes == ("slip_same", "open")
+    assert distance(path.final, truth.final) < path.error < 1e-3
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
