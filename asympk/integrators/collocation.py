@@ -35,7 +35,8 @@ from asympk.systems.automata import automaton_of
 STEPS = 5000
 MOST_DIGITS = 200
 RESOLVED = 1e-3  # of guards, beside 1, that the last polynomials may make of one
-GROW, SHRINK = 1.6, 0.4
+GROW, SHRINK = 4, 0.4  # a step by the one before, at most, and one that is tried again
+SWEPT = 1e-4  # of the tolerance, to which sweeps go on
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
 FEWER, LESS = 50, 1e-3  # of both where a divisor vanishes
 NEARLY = 1 - 2.0**-20  # of what is left: a step that long takes all of it
@@ -161,7 +162,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     rate = max(abs(v) for row in mode.jac(t, state) for v in row)
     h = min(until - t, 1 / (until.context.one + rate))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
-    tries, poles = list[Any](), mode.pole_values(t, state)
+    tries, poles, grow = list[Any](), mode.pole_values(t, state), GROW
     while len(steps) < STEPS:
         h = min(h, scheme.longest)
         last = h >= (until - t) * NEARLY
@@ -173,8 +174,9 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         slopes = None
         with suppress(OverflowError):  # an iterate beyond the range of doubles has left where the step converges
             slopes = _step(scheme, t, state, h)
-        if slopes is None or not _is_resolved(scheme, t, state, slopes, h):
-            h *= SHRINK
+        left_out = _left_out(scheme, t, state, slopes, h) if slopes else inf
+        if left_out > 1:
+            h, grow = h * SHRINK, 1
             continue
         step = CollocationStep(t, state, h, scheme.tableau.coefficients(slopes))
         if met := _lost(scheme, step, before):
@@ -187,21 +189,24 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         if last:
             return Segment(until, state, None, samples=tuple(steps))
         before = mode.guard_values(t, state)
-        h *= GROW
+        h *= min(grow, left_out ** (-1 / len(scheme.tableau.nodes))) if left_out > SWEPT else grow
+        grow = GROW
     raise OutOfRange(f"the reference needs more than {STEPS} steps; take a larger mu or a smaller until")
 
 
-def _is_resolved(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h: Any) -> bool:
-    """Tell whether a step is so short that its stages tell how the state varies, and guards that do so more."""
+def _left_out(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h: Any) -> float:
+    """Return what the last polynomials of a step amount to, in units of what is allowed: above 1 it is not resolved.
+
+    Where the time switches modes, guards must be resolved as well, which vary more.
+    """
     mode, tableau = scheme.mode, scheme.tableau
-    if _tail(slopes, tableau, h) > scheme.tolerance * max(1, *map(abs, state)):
-        return False
-    if not mode.timed:
-        return True
+    found = _tail(slopes, tableau, h) / (scheme.tolerance * max(1, *map(abs, state)))
+    if found > 1 or not mode.timed:
+        return float(found)
     stages = (_moved(state, row, slopes, h) for row in tableau.a)
     rates = [mode.guard_rates(t + h * c, stage) for c, stage in zip(tableau.nodes, stages, strict=True)]
     sizes = map(abs, mode.guard_values(t, state))
-    return _tail(_by_state(h.context, rates), tableau, h) <= RESOLVED * max(1, *sizes)
+    return float(max(found, _tail(_by_state(h.context, rates), tableau, h) / (RESOLVED * max(1, *sizes))))
 
 
 def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:
@@ -272,7 +277,7 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
     a, mode = scheme.tableau.a, scheme.mode
     times = [t + h * c for c in scheme.tableau.nodes]
     slopes = _in_doubles(scheme, times, state, h) or [mode.rhs(t, state)] * len(a)
-    enough, sizes = scheme.tolerance * 1e-4 * max(1, *map(abs, state)), [h.context.mpf(5e29)]
+    enough, sizes = scheme.tolerance * SWEPT * max(1, *map(abs, state)), [h.context.mpf(5e29)]
     for _ in range(60):
         columns = _by_state(h.context, slopes)
         stages = [_moved(state, row, columns, h) for row in a]
