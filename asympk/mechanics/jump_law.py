@@ -149,7 +149,10 @@ def _ratio(ratio: Any) -> sp.Expr:
 def _law(
     kinetics: Kinetics, own: Callable[[Any], Any], gap_rate: sp.Expr, condition: sp.Basic, damping: sp.Expr | None
 ) -> JumpLaw:
-    *gains, normal, tangential = kinetics.impact * sp.Matrix([gap_rate, -kinetics.slip])
+    gained = -kinetics.slip * kinetics.slip_impact
+    if gap_rate != 0:
+        gained += gap_rate * kinetics.gap_impact
+    *gains, normal, tangential = list(gained)
     normal, tangential = -normal, -tangential
     velocities = {own(u): own(u + gain) for u, gain in zip(kinetics.velocities, gains, strict=True)}
     reaction = sp.S.Zero if damping is None else normal / damping

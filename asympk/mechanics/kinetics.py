@@ -12,7 +12,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from asympk.mechanics.tidy import LONG, cofactors, expanded_determinant, tidy
+from asympk.mechanics.tidy import LONG, cofactors, contracted, expanded_determinant, tidy
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import is_longer
 from asympk.symbolic.reading import spare
@@ -86,13 +86,18 @@ class Kinetics:
         return tidy(tidy(expanded_determinant(self._border)) / self._inertia)
 
     @cached_property
-    def impact(self) -> sp.ImmutableMatrix:
-        """(dq', -P_N, -P_T) of an impact in which g', or gamma, gains 1: an (n + 2) x 2 matrix, without fractions of G.
+    def gap_impact(self) -> sp.ImmutableMatrix:
+        """(dq', -P_N, -P_T) of an impact in which g' gains 1 and gamma nothing: M dq' = W' P, W dq' = (1, 0)."""
+        return self._impact(-2)
 
-        Its columns solve M dq' = W' P with W dq' = (1, 0), or (0, 1).
-        """
+    @cached_property
+    def slip_impact(self) -> sp.ImmutableMatrix:
+        """(dq', -P_N, -P_T) of an impact in which gamma gains 1 and g' nothing: M dq' = W' P, W dq' = (0, 1)."""
+        return self._impact(-1)
+
+    def _impact(self, column: int) -> sp.ImmutableMatrix:
         adjugate, determinant = cofactors(self._border)
-        return adjugate[:, -2:].applyfunc(lambda part: tidy(part / determinant)).as_immutable()
+        return adjugate[:, column].applyfunc(lambda part: contracted(part / determinant)).as_immutable()
 
     @cached_property
     def _border(self) -> sp.Matrix:

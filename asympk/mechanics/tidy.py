@@ -28,7 +28,17 @@ def tidy(expr: sp.Expr) -> sp.Expr:
     plain = sp.cancel(sp.together(expr))
     if not plain.has(sp.sin, sp.cos):
         return shortest(expr, sp.factor(plain))
-    return shortest(expr, plain, TR10i(sp.factor(plain)), *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
+    return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
+
+
+def contracted(expr: sp.Expr) -> sp.Expr:
+    """Return ``tidy(expr)``, or, where shorter, its factors with sines and cosines of sums of angles.
+
+    It is for formulas that are read: to tidy what is made of it takes longer.
+    """
+    if is_longer(expr, LONG):
+        return expr
+    return shortest(tidy(expr), TR10i(sp.factor(sp.together(expr))))
 
 
 def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:

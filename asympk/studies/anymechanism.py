@@ -88,7 +88,7 @@ def _formulas(name):
 
 def impulses(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
     """Return P_N / gamma and P_T / gamma in short form."""
-    normal, tangential = kinetics.impact[-2:, 1]
+    normal, tangential = kinetics.slip_impact[-2:]
     return shortened(normal, kinetics), shortened(tangential, kinetics)
 
 
