@@ -23,14 +23,13 @@ from asympk.certify.enclosure import Budget, LevelGuard, RodBalls, first_event, 
 from asympk.errors import InputError
 from asympk.numbers import number, short, sign_of, whole
 from asympk.path import Event
-from asympk.scene import Scene, require_scene
+from asympk.scene import MANIFOLDS, Scene, require_scene
 from asympk.shown import Card, ShownAsTable
 from asympk.storage.tomlfile import nearest
 
 COORDINATES = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 MOST_EVENTS = 200
 MOST_DIGITS, MOST_PIECES = 300, 100_000
-MODE_OF = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
 _BITS = (96, 192, 384, 768, 1536, 3072)
 _FINEST_IN_BOX = 2.0**-16
 WORK = 200_000  # pieces of time, some ten seconds
@@ -338,7 +337,7 @@ def _exact_beginning(case):
 
 def _beside_line(case):
     manifold, offset = case.near
-    name = MODE_OF[manifold]
+    name, _ = MANIFOLDS[manifold]
     b = case.sigma + 4 if name == "slip_same" else -case.sigma
     deviation, rho = ball(offset), (1 + (1 - 4 * case.mu / b).sqrt()) / 2
     y = -(case.x - 1 / b) / rho + deviation

@@ -12,6 +12,7 @@ import sympy as sp
 
 from asympk.certify.balls import ball_of, certain_sign, hull, precision
 from asympk.errors import NotDerivable
+from asympk.scene import MANIFOLDS
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.stability import LAMBDA, eigenvalues
 from asympk.symbolic.stick import drive_of_load, stick_regions
@@ -48,7 +49,7 @@ def inequalities() -> tuple[Inequality, ...]:
     pk = system()
     spectrum = {e.mode: sp.Poly(e.polynomial, LAMBDA).all_coeffs() for e in eigenvalues(pk)}
     load = {m.name: sp.cancel(sp.sympify(_load(pk, m), strict=True)) for m in slow_manifolds(pk, order=1)}
-    rate = {name: sp.cancel(_velocity_rate(pk, mode).subs(_s(pk), load[name])) for name, mode in _HOME.items()}
+    rate = {name: sp.cancel(_velocity_rate(pk, mode).subs(_s(pk), load[name])) for name, (mode, _) in MANIFOLDS.items()}
     inertia, damping, stiffness = spectrum["slip_opposite"]
     leading, low, high = _cone(pk)
     return (
@@ -69,9 +70,6 @@ def inequalities() -> tuple[Inequality, ...]:
         Inequality("C16", "for sigma0 < -1 it sticks between two positive edges", (-leading, high, low - high),
                    {sigma0: (-2 + _TINY, -1 - _TINY)}),
     )  # fmt: skip
-
-
-_HOME = {"Pi1": "slip_same", "Pi2": "slip_opposite"}
 
 
 def _s(pk):
