@@ -72,12 +72,6 @@ class Ratio:
     def __rtruediv__(self, other: "Ratio | Number") -> "Ratio":
         return self.inverse() * other
 
-    def __pow__(self, k: int) -> "Ratio":
-        result, base = self._like(1), self if k >= 0 else self.inverse()
-        for _ in range(abs(k)):
-            result = result * base
-        return result
-
     def inverse(self) -> "Ratio":
         """Return the reciprocal: the numerator's irreducible factors become units."""
         constant, factors = self.numerator.factor_list()
