@@ -249,11 +249,6 @@ class ClosedSegment:
     def _sum(self, weights, gained, begun):
         return np.array(gained) @ weights[: self.functions] + weights[self.functions + begun]
 
-    def rates(self, t: Number) -> np.ndarray:
-        """Return ``w'(t)``."""
-        found, _, _ = functions(self.m, self.flow.blocks, t)
-        return np.array(found) @ self.flow.rate @ self.sums[: self.functions]
-
     def first_event(self, until: Number) -> tuple[Number, tuple[int, ...]] | None:
         """Return (time, guards) of the first root of any guard in (0, until], or None; raises ``Undecided``."""
         return first_root(Guards(self), until, self.flow.mode.mesh)

@@ -131,9 +131,9 @@ def test_the_first_root_of_several_guards_is_found_on_random_systems():
         if found:
             (guard,) = found[1]
             *c, d = mode.guards[guard]
-            value = sum(mpmath.mpf(float(a)) * b for a, b in zip(c, truth(mode, start, until), strict=True)) + float(d)
-            rate = float(np.array(c, dtype=float) @ segment.rates(until))
-            assert abs(value / rate) < 1e-14 * until + 1e-15
+            at, matrix = np.array(truth(mode, start, until)), np.array(mode.matrix, dtype=float)
+            value, rate = at @ np.array(c, dtype=float) + float(d), matrix @ at + np.array(mode.vector, dtype=float)
+            assert abs(value / (rate @ np.array(c, dtype=float))) < 1e-14 * until + 1e-15
 
 
 def height(level, start=(0, 0)):
