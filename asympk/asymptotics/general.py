@@ -20,7 +20,10 @@ import sympy as sp
 from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.smooth import expected_error, follow_smooth, leaves_its_sides
 from asympk.errors import AsympkError, NotDerivable, OrderError, OutOfRange
+from asympk.numbers import short
 from asympk.path import Path
+from asympk.symbolic.long import atoms
+from asympk.symbolic.reading import rational
 
 HIGHEST_ORDER = 4
 SMALL = 1e-4  # of its unit, a state's size from which on it is followed in units of this
@@ -150,5 +153,15 @@ def _refused(scene: Any) -> Iterator[None]:
         raise
     except (ArithmeticError, ValueError) as reason:
         at = ", ".join(f"{name} = {float(v):.6g}" for name, v in zip(scene.names, scene.start, strict=True))
-        raise OutOfRange(f"the layer or the slow motion from {at} has no finite value ({reason}); "
-                         "use method='exact'") from None  # fmt: skip
+        raise OutOfRange(f"the layer or the slow motion from {at} has no finite value "
+                         f"({_without_series(scene) or reason}); use method='exact'") from None  # fmt: skip
+
+
+def _without_series(scene: Any) -> str:
+    """Return which power has no Taylor series, of which models are made, as its base is 0 at the start; or ""."""
+    system = scene.system
+    given = zip((*system.states, *system.parameters), (*scene.start, *scene.values), strict=True)
+    place = {s: rational(s.name, value) for s, value in given}
+    powers = sorted(atoms(sp.Tuple(*system.rates.values()), sp.Pow), key=str)
+    found = (p for p in powers if not p.exp.xreplace(place).is_integer and p.base.xreplace(place) == 0)
+    return next((f"{short(p)} has no Taylor series where {short(p.base)} = 0" for p in found), "")

@@ -1,11 +1,17 @@
 """RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one."""
 
-from functools import cache
+import math
+from collections.abc import Callable
+from functools import cache, partial
+from typing import TYPE_CHECKING
 
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 from asympk.integrators.integrate import Settings
 from asympk.integrators.stepwise import field_and_start, follow_steps
+
+if TYPE_CHECKING:
+    import numpy as np
 
 CLASSES = {"rk45": "RK45", "dop853": "DOP853", "radau": "Radau", "bdf": "BDF", "lsoda": "LSODA"}
 EXPLICIT = ("rk45", "dop853")
@@ -23,40 +29,90 @@ def _solver(mode, t, state, until, settings):
     field, start, jacobian = field_and_start(mode, t, state)
     p, n, jac = mode.p, len(start), {}
     if jacobian and settings.method not in EXPLICIT:
-        jac = {"jac": lambda t, w: np.reshape(jacobian(t, *w.tolist(), *p), (n, n))}
+        jac = {"jac": lambda t, w: np.array(jacobian(t, *w.tolist(), *p), dtype=float).reshape(n, n)}
     atol = settings.atol
     if isinstance(atol, tuple):  # guards in time are states as well, of an unknown size
         atol = (*atol, *[min(atol)] * (n - len(atol)))
-    make = getattr(integrate, CLASSES[settings.method])
-    solver = make(lambda t, w: field(t, *w.tolist(), *p), t, start, until, rtol=settings.rtol, atol=atol,
-                  max_step=settings.longest, **jac)  # fmt: skip
+    rates = Rates(field, p, n, settings.method)
+    solver = getattr(integrate, CLASSES[settings.method])(
+        rates, t, start, until, rtol=settings.rtol, atol=atol, max_step=settings.longest, **jac
+    )
+    if settings.method == "lsoda":
+        integrator = solver._lsoda_solver._integrator
+        integrator.runner = partial(_told, integrator.runner, integrator.messages)
+    solver.step = partial(_stepped, solver, solver.step, rates)
     solver.made = 1
     if hasattr(solver, "solve_lu"):
         solver.lu, solver.solve_lu = _by_lapack()
     return solver
 
 
+class Rates:
+    """The rates of a mode as a function of (t, state): no numbers where a try of a step leaves their formulas.
+
+    Such a try is made shorter. There is none at the start, and LSODA would not see it: these are told by an error.
+    """
+
+    def __init__(self, field: Callable[..., tuple], p: tuple, size: int, method: str):
+        self.field, self.p, self.nowhere = field, p, (math.nan,) * size
+        self.told, self.begun, self.left = method == "lsoda", False, False
+
+    def __call__(self, t: float, state: "np.ndarray") -> tuple:
+        """Return the rates, nan where they are no finite real numbers."""
+        try:
+            found = self.field(t, *state.tolist(), *self.p)
+        except (ArithmeticError, ValueError):
+            if self.told or not self.begun:
+                raise
+            self.left = True
+            return self.nowhere
+        self.begun = True
+        return found
+
+
+def _stepped(solver, step, rates):
+    """Make one step; raises ``ValueError`` where it fails, or ends, where rates have no values."""
+    rates.left = False
+    try:
+        reason = step()
+    except GaveUp as why:
+        solver.status, reason = "failed", str(why)
+    if rates.left and (solver.status == "failed" or math.isnan(rates(solver.t, solver.y)[0])):
+        raise ValueError(reason)
+    return reason
+
+
+class GaveUp(Exception):
+    """LSODA gives up, for a reason that SciPy prints as a warning, to whoever is there."""
+
+
+def _told(runner, messages, *arguments):
+    """Run LSODA; raises ``GaveUp`` where it does."""
+    *found, state = runner(*arguments)
+    if state < 0:
+        raise GaveUp(messages.get(state, f"istate = {state}").partition(" (")[0])
+    return *found, state
+
+
 @cache
 def _by_lapack():
     """Return how matrices are factored, and equations solved, by LAPACK itself.
 
-    SciPy's checks take longer than a few states do.
+    SciPy's checks take longer than a few states do. An error that is no number is infinite: its step is made shorter.
     """
     import numpy as np
     from scipy.linalg import lapack
 
     routines = {"d": (lapack.dgetrf, lapack.dgetrs), "D": (lapack.zgetrf, lapack.zgetrs)}
 
-    def require_finite(numbers):
-        if not np.isfinite(numbers).all():
-            raise ValueError("left the range of floats")
-
     def factored(matrix):
-        require_finite(matrix)
+        if not np.isfinite(matrix).all():
+            raise ValueError("left the range of floats")
         return routines[matrix.dtype.char][0](matrix, overwrite_a=True)[:2]
 
     def solution(factors, right):
-        require_finite(right)
+        if not np.isfinite(right).all():
+            return np.full_like(right, np.inf)
         return routines[right.dtype.char][1](*factors, right, overwrite_b=True)[0]
 
     return factored, solution

@@ -408,6 +408,38 @@ def test_a_run_that_stops_short_says_what_helps(rate, start, options, advice):
         ap.solve(ap.Scene(system=system, start=[start], until=2), "radau", **options)
 
 
+@pytest.mark.parametrize("method", ["rk45", "dop853", "radau", "bdf", "lsoda"])
+def test_a_try_of_a_step_beyond_where_rates_have_values_is_made_shorter(method):
+    """y'/100 = x - y^(3/2) begins at y = 0, below which no rate is real."""
+    x, y = sp.symbols("x y", real=True)
+    scene = ap.Scene(system=ap.System.smooth({x: -x, y: 100 * (x - y ** sp.Rational(3, 2))}, {}, None),
+                     values={}, start={x: 1, y: 0}, until=1)  # fmt: skip
+    assert ap.solve(scene, method).final == pytest.approx([*map(float, ap.solve(scene, digits=15).final)], rel=1e-5)
+
+
+@pytest.mark.parametrize("method", ["rk45", "dop853", "radau"])
+def test_a_motion_that_ends_where_rates_have_values_is_followed_to_its_end(method):
+    """x' = -2 sqrt(x) from 1: x = (1 - t)^2."""
+    x = sp.Symbol("x", real=True)
+    scene = ap.Scene(system=ap.System.smooth({x: -2 * sp.sqrt(x)}, {}, None), start=[1], until=2)
+    with pytest.raises(Unfinished, match=r"left the range of floats at t = 1(\.00\d+)?;") as short:
+        ap.solve(scene, method)
+    assert short.value.path.final[0] == pytest.approx(0, abs=1e-6)
+
+
+def test_an_integrator_that_gives_up_says_why_and_warns_nobody():
+    x = sp.Symbol("x", real=True)
+    wall = sp.exp(600 * sp.tanh(10**8 * (x - sp.Rational(1, 2))))
+    with pytest.raises(Unfinished, match=r"stalled \(repeated convergence failures\) at t = 0.5;"):
+        ap.solve(ap.Scene(system=ap.System.smooth({x: 1 - wall}, {}, None), start=[0], until=3), "lsoda")
+
+
+def test_slopes_that_are_whole_numbers_of_any_size_are_numbers():
+    x = sp.Symbol("x", real=True)
+    steep = ap.Scene(system=ap.System.smooth({x: 10**20 - 10**20 * x}, {}, None), start=[0], until=1)
+    assert [ap.solve(steep, method).final for method in STIFF[:3]] == [pytest.approx((1,))] * 3
+
+
 def _mirrored(force):
     """Two equal blocks on the ground, and between them a spring, which pulls as hard at both."""
     x, y, v, w, F, G = sp.symbols("x y v w F G", real=True)
