@@ -47,7 +47,7 @@ def read_system_scene(entry: dict[str, Any]) -> Scene:
     start = entry["start"]
     start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
     system, mechanism = system_of(entry["system"], values)
-    if isinstance(start, dict) and mechanism and told_by_coordinates(system, mechanism, start):
+    if isinstance(start, dict) and mechanism and coordinates_of_start(system, mechanism, start):
         start = start_at(mechanism, system, values, start)
     return Scene(system=system, values=values, start=start, until=spelled(entry["until"]), name=entry.get("name", ""))
 
@@ -65,7 +65,7 @@ def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
     return read_system(entry, parameters), None
 
 
-def told_by_coordinates(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:
+def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:
     """Return the coordinates and rates where these, and not the states, are the names of a ``start``; else ().
 
     Raises ``InputError`` where some are missing.

@@ -22,7 +22,7 @@ from asympk.many import PHASES, REFUSALS, outcome_of
 from asympk.methods import solve
 from asympk.numbers import Number, number, short
 from asympk.scene import Scene
-from asympk.scenes.systemfile import system_of, told_by_coordinates
+from asympk.scenes.systemfile import coordinates_of_start, system_of
 from asympk.storage.tomlfile import require_keys
 from asympk.sweep.family import Followed, by_state, require_time
 from asympk.sweep.itineraries import Alphabet
@@ -201,7 +201,7 @@ def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
         raise InputError(f"values = {short(values)}: it must be a table, [values]")
     text, start = _written(table["system"], sorted(values)), table.get("start")
     system, mechanism = _system(text)
-    own = told_by_coordinates(system, mechanism, start) if mechanism and isinstance(start, dict) else ()
+    own = coordinates_of_start(system, mechanism, start) if mechanism and isinstance(start, dict) else ()
     family = SystemFamily(text, own)
     for name in (*family.states, *family.fields[:-1]):
         if name == UNTIL or (name in COLUMNS and name in family.states):
