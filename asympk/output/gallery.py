@@ -3,9 +3,9 @@
 A picture is None where the rows do not suffice for it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from asympk.methods import solve
 from asympk.pictures import anymechanism, figures, portraits
@@ -30,14 +30,10 @@ SHOWN = "ii"  # the scene whose costs have a figure of their own, for the README
 FEW = ("exact", "kvaerno5", "lsoda", "rk45")  # the methods that the paper compares in its text
 FAILING = "iii"  # the scene on which the most runs fail
 ACCURACY = 1e-5  # of which the costs are drawn
-NOTE = (
-    "All integrators: one smooth piece at a time, directed events, snapped states, atol = rtol. Radau, BDF, LSODA "
-    "(scipy) and CVODE (SUNDIALS, BDF) have the analytic Jacobian; heyoka (Taylor, tol = rtol) and Kvaerno5 (diffrax, "
-    "default root finder and controller, 64 bit) are compiled, and compiling is not counted; the others call Python, "
-    "as the exact flow does. At most {steps} steps (heyoka {compiled} times as many) and {seconds:g} s."
-    " sign: LSODA. tanh: Radau, ε = rtol. Moreau-Jean: implicit Euler, fixed steps of {longest:g} to {shortest:g}, "
-    "the present mode where a step has several solutions."
-)
+IN_WORDS = {  # what is compiled
+    "heyoka": "heyoka (Taylor, tol = rtol)",
+    "kvaerno5": "Kvaerno5 (diffrax, default root finder and controller, 64 bit)",
+}
 
 
 def mechanisms_picture() -> "Figure":
@@ -77,10 +73,30 @@ def work_precision_picture(rows: Sequence[Row], scene: str) -> "Figure | None":
 def cost_picture(rows: StoredRows, only: str | None = None) -> "Figure | None":
     """Draw what ``ACCURACY`` costs over mu on all scenes, or on one; a note tells the options of all methods."""
     scenes = [scene for scene in dict.fromkeys(row["scene"] for row in rows) if only in (None, scene)]
-    plan = rows.provenance["plan"]
-    steps = plan["step_sizes"]
-    note = NOTE.format(**plan, compiled=COMPILED, longest=max(steps), shortest=min(steps))
+    note = options_note({row["method"] for row in rows}, rows.provenance["plan"])
     return figures.cost_against_mu(rows, scenes, ACCURACY, note) if scenes else None
+
+
+def options_note(methods: Collection[str], plan: Mapping[str, Any]) -> str:
+    """Return what options those of ``methods`` have that are integrators; peers that are not there are not named."""
+    analytic = ["Radau", "BDF", "LSODA (scipy)", *["CVODE (SUNDIALS, BDF)"] * ("cvode" in methods)]
+    compiled = [words for method, words in IN_WORDS.items() if method in methods]
+    verb = "are" if compiled[1:] else "is"
+    once = f"{_listed(compiled)} {verb} compiled, and compiling is not counted; the others" if compiled else "all"
+    more = f" (heyoka {COMPILED} times as many)" * ("heyoka" in methods)
+    steps = plan["step_sizes"]
+    return (
+        "All integrators: one smooth piece at a time, directed events, snapped states, atol = rtol. "
+        f"{_listed(analytic)} have the analytic Jacobian; {once} call Python, as the exact flow does. "
+        f"At most {plan['steps']} steps{more} and {plan['seconds']:g} s. sign: LSODA. tanh: Radau, ε = rtol. "
+        f"Moreau-Jean: implicit Euler, fixed steps of {max(steps):g} to {min(steps):g}, the present mode where a step "
+        "has several solutions."
+    )
+
+
+def _listed(words: list[str]) -> str:
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def few_costs_picture(rows: Sequence[Row]) -> "Figure | None":

@@ -30,8 +30,9 @@ def method_table(rows: Sequence[Row]) -> Table:
             name = style.curve(method)["label"]
             dressed = Cell(name.replace("z/ε", r"$z/\varepsilon$").replace("(z)", "($z$)"), name)
             body.append((dressed, *map(str, counts), f"{len(costs)} of {len(places)}", span))
+    bound = _power(ACCURACY)
     header = ("method", "right", "modes missed", "wrong end", "stalled", "budget spent", "refused",
-              f"error below ${style.power_of_ten(ACCURACY)}$", "CPU time / exact flow")
+              Cell(f"error below {bound.latex}", f"error below {bound.text}"), "CPU time / exact flow")
     return Table("methods", "lrrrrrrrl", header, tuple(body))
 
 

@@ -242,8 +242,7 @@ def _jump_lines():
     jump = jump_map(system(), order=1, start={sigma: 1})
     lines = [f"  the layer lasts ({jump.t_leave.coefficient(1, 1)}) mu L + O(mu), and mid-way y is of order 1/mu"]
     for name, expansion in (("x", jump.x), ("z", jump.z)):
-        limit = expansion.coefficient(0) or ""
-        lines.append(f"  {name} -> {limit}{_signed(expansion.coefficient(1, 1))} mu L + O(mu)")
+        lines.append(f"  {name} -> {expansion.coefficient(0)}{_signed(expansion.coefficient(1, 1))} mu L + O(mu)")
     return lines
 
 

@@ -94,7 +94,9 @@ def test_an_unsettled_claim_makes_the_exit_status_one(claims):
     lost = verdicts.Claim("C99", "3", "a slow plane in z < 0", verdicts.UNSETTLED, _checks(("as written", False)))
     assert exit_status(claims.values()) == 0
     assert exit_status([*claims.values(), lost]) == 1
-    assert "Not settled:\n  C99" in summary([lost], 0)
+    told = summary([lost], 0)
+    assert "Not settled:\n  C99" in told
+    assert "\n  z -> 0 - (sigma + 1)/(sigma*(sigma + 4)) mu L + O(mu)\n" in told
 
 
 def test_a_trend_needs_ever_smaller_deviations_from_one():

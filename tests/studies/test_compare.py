@@ -9,9 +9,9 @@ import pytest
 
 import asympk as ap
 from asympk.errors import InputError, Unfinished, UnknownName
-from asympk.output import artefacts, paper, rowtables
+from asympk.output import artefacts, gallery, paper, rowtables
 from asympk.path import Path
-from asympk.pictures import figures
+from asympk.pictures import figures, style
 from asympk.storage import rows
 from asympk.studies import chart, compare
 from asympk.studies.compare import WorkRow, errors_of, path_distance, quiet_times, status_of, timed, workprec
@@ -200,6 +200,25 @@ def test_figures_are_saved_to_the_same_bytes_and_leave_rows_alone(few, tmp_path)
     assert (tmp_path / "one.pdf").read_bytes() == (tmp_path / "two.pdf").read_bytes()
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
     assert json.dumps([work, plane]) == before
+
+
+def test_the_note_of_a_chart_names_the_integrators_that_are_there_and_no_others():
+    full, lacking = ({*style.METHODS} - {*names} for names in ((), ("heyoka", "cvode", "kvaerno5")))
+    told = gallery.options_note(full, chart.FULL)
+    assert "LSODA (scipy) and CVODE (SUNDIALS, BDF) have the analytic Jacobian; heyoka (Taylor, tol = rtol) and" in told
+    assert "are compiled, and compiling is not counted; the others call Python" in told
+    assert "At most 100000 steps (heyoka 100 times as many) and 120 s." in told
+    told = gallery.options_note(lacking, chart.QUICK)
+    assert "Radau, BDF and LSODA (scipy) have the analytic Jacobian; all call Python, as the exact flow does." in told
+    assert not any(name in told for name in ("heyoka", "CVODE", "Kvaerno5"))
+    assert "Kvaerno5 (diffrax, default root finder and controller, 64 bit) is compiled" in gallery.options_note(
+        lacking | {"kvaerno5"}, chart.QUICK)
+
+
+def test_the_headers_of_kept_tables_have_no_latex_as_csv():
+    tables = [*(File(__file__).parents[2] / "paper" / "generated" / "tables").glob("*.csv")]
+    assert tables
+    assert [path.name for path in tables if {*path.read_text().partition("\n")[0]} & {*"\\{}$^"}] == []
 
 
 @pytest.mark.slow
