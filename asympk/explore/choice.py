@@ -22,7 +22,8 @@ def chosen_scenes(word: str | None) -> tuple[Scene, ...]:
     if word is None:
         return tuple(read_scene(name) for name in (FIRST, *(name for name in scene_names() if name != FIRST)))
     if is_file(word):
-        return _of_mechanism(word) if "coordinates" in read_table(word) else (read_scene(word),)
+        keys = read_table(word).keys()
+        return _of_mechanism(word) if "coordinates" in keys and "until" not in keys else (read_scene(word),)
     name = known_name(word)
     return example_scenes(name) if name in systems.__all__ else (read_scene(name),)
 

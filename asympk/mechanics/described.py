@@ -11,6 +11,9 @@
     [state]         # coordinates and rates of the example
     [over]          # theta = [0.05, 1.5]: what the paradox is told over
 
+With ``until`` the file is a scene, too, which starts from ``[state]`` on a rigid or an elastic contact: ``contact``,
+``compliance`` and ``damping`` stand beside it as they do under ``[system]`` of ``asympk.scenes.systemfile``.
+
 Instead of ``lagrangian`` there may be ``mass``, rows of formulas; the forces are then all of Q.
 """
 
@@ -29,8 +32,9 @@ from asympk.numbers import number
 from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, spelled
 from asympk.symbolic.system import System
 
-KEYS = ("about", "coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral",
-        "forces", "values", "state", "over")  # fmt: skip
+KEYS = ("coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral", "forces")
+EXAMPLE = ("about", "values", "state", "over")
+CONTACT = ("contact", "compliance", "damping")  # of the scene that the file is, too, with ``until``
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
@@ -39,6 +43,7 @@ class Described:
     """A mechanism with the numbers of an example; ``turn`` is (name, low, high, what is tied to it) or None.
 
     ``undamped`` is its elastic ``System`` without damping where the phase plane (R, R') is to be drawn, else None.
+    ``followed`` tells whether the name is that of a scene, too.
     """
 
     name: str
@@ -48,6 +53,7 @@ class Described:
     state: dict[str, Any]
     turn: tuple | None
     undamped: System | None = None
+    followed: bool = False
 
     @property
     def numbers(self) -> dict[str, Any]:
@@ -101,9 +107,10 @@ class Described:
 def read_mechanism(path: Any) -> Described:
     """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` for what is none, in one line."""
     table = read_table(path)
-    if "until" in table:
-        raise InputError(f"{path}: it is a scene, followed by asympk solve; a mechanism has coordinates and no until")
-    return _mechanism_of(table, path)
+    if "until" in table and "coordinates" not in table:
+        raise InputError(f"{path}: it is a scene, followed by asympk solve; a mechanism has coordinates")
+    refuse_unknown(table, (*KEYS, *EXAMPLE, *CONTACT, "until"), path)
+    return replace(_mechanism_of(table, path), followed="until" in table)
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -113,11 +120,23 @@ def described_by(table: Any, parameters: Any) -> Described:
     """
     if not isinstance(table, dict) or "values" in table:
         raise InputError("mechanism: it must be a word of the catalogue, or a table whose values stand beside it")
+    refuse_unknown(table, KEYS, "mechanism")
     return _mechanism_of({**table, "values": dict.fromkeys(parameters)}, "mechanism")
 
 
+def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
+    """Return the table of the scene that the file of a mechanism is, too; raises ``InputError`` where it is none."""
+    refuse_unknown(table, (*KEYS, *EXAMPLE, *CONTACT, "until"), where)
+    if "until" not in table:
+        raise InputError(f"{where}: it is a mechanism, told by asympk mechanism; with until, and compliance and "
+                         "damping of its contact, or contact = \"rigid\", it is a scene, too")  # fmt: skip
+    mechanism, contact = ({key: table[key] for key in keys if key in table} for keys in (KEYS, CONTACT))
+    system = {"mechanism": mechanism, "contact": "elastic", **contact}
+    found = {"system": system, "values": table.get("values", {}), "start": table.get("state", {})}
+    return {**found, "until": table["until"], "about": table.get("about", "")}
+
+
 def _mechanism_of(table, path):
-    refuse_unknown(table, KEYS, path)
     names = table.get("coordinates")
     if not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):
         raise InputError(f"{path}: coordinates must be a list of plain names, such as ['X', 'theta']")

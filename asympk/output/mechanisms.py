@@ -185,8 +185,8 @@ def _further(described):
     lines = [f"asympk mechanism {quote(described.name)} --plot motions.svg"] if described.mapped else []
     if friction.is_Symbol:
         lines.append(f"asympk mechanism {quote(described.name)} --set {friction}=1/2")
-    if described.name in MECHANISMS:
-        lines.append(f"asympk least {described.name}")
+    if described.followed:
+        lines.append(f"asympk least {quote(described.name)}")
     return lines
 
 

@@ -12,7 +12,8 @@ r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or ph
 
 A decimal in the file is the number it spells: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, ``about`` one line
 on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a slow line (``Scene.near``). A table
-``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``.
+``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``. The file of a mechanism that has an
+``until`` is a scene, too: see ``asympk.mechanics.described``.
 """
 
 import json
@@ -26,6 +27,7 @@ from typing import Any
 
 from asympk import systems
 from asympk.errors import InputError
+from asympk.mechanics.described import scene_table
 from asympk.naming import named
 from asympk.scene import Scene
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, spelled, word
@@ -124,7 +126,7 @@ def _number(value):
 
 def _scene_of(table, where):
     if "coordinates" in table:
-        raise InputError(f"{where}: it is a mechanism, told by asympk mechanism; a scene has it as [system.mechanism]")
+        table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
     entries = {key: value for key, value in table.items() if key != "about"}
     entries["name"] = word(table, "name", where, Path(where).stem)

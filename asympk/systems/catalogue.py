@@ -6,6 +6,7 @@ functions of it, the coordinates that the closed contact ties to it.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -57,5 +58,5 @@ def described_mechanism(name: str) -> Described:
 
     name = named("mechanism", name, MECHANISMS, beyond=", or a .toml file")
     module = import_module(f"asympk.systems.{name}")
-    undamped = module.system() if "eps" in module.VALUES else None
-    return Described(name, about_system(name), module.mechanism(), module.VALUES, module.STATE, module.TURN, undamped)
+    found = Described(name, about_system(name), module.mechanism(), module.VALUES, module.STATE, module.TURN)
+    return replace(found, followed=True, undamped=module.system() if "eps" in module.VALUES else None)

@@ -243,6 +243,21 @@ def test_a_mechanism_and_a_scene_are_not_taken_for_each_other(tmp_path, monkeypa
     assert "scene.toml: it is a scene, followed by asympk solve" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("contact", "values", "modes"), [
+    ('compliance = "c"\ndamping = "1/2"', "f = 2, c = 1e-6", ("slip_opposite", "stick")),
+    ('contact = "rigid"', "f = 1", ("slip_opposite",)),
+])  # fmt: skip
+def test_the_file_of_a_mechanism_with_an_end_is_a_scene_that_starts_from_its_state(
+    tmp_path, capsys, contact, values, modes
+):
+    file = tmp_path / "rod.toml"
+    closed = ROD.replace("Y = 0.8912", "Y = 0.8912074").replace("0.0907, \"theta'\" = 0.2", "0, \"theta'\" = 0")
+    file.write_text(f'until = "1e-4"\n{contact}\n{closed.replace("f = 2", values)}')
+    assert main(["mechanism", str(file)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"asympk least {file}"
+    assert ap.solve(ap.read_scene(file)).modes == modes
+
+
 def test_a_mechanism_that_depends_on_time_is_told_at_the_time_0_or_another(screen):
     lines = ("""coordinates = ["X", "Y"]""", """lagrangian = "(X'^2 + Y'^2)/2 - g*Y\"""", """gap = "Y - A*cos(w*t)\"""",
              """slip = "X\"""", """friction = "1/3\"""", "unilateral = true", "[values]", "g = 9", "A = 0.25", "w = 2",
