@@ -138,7 +138,7 @@ def _bracketed(function, low, high):
     ends = function(low), function(high)
     if ends[0] * ends[1] >= 0:
         return low if abs(ends[0]) <= abs(ends[1]) else high
-    return brentq(function, low, high, xtol=4e-16, rtol=9e-16, maxiter=10_000)  # roots may be multiple
+    return brentq(function, low, high, xtol=1e-300, rtol=9e-16, maxiter=10_000)  # roots may be multiple
 
 
 def field_and_start(

@@ -43,13 +43,13 @@ def first_lost(
 
     ``values(t)`` and ``rates(t)`` are the guards on the polynomial of the step, ``root(function, low, high)`` is where
     a function changes its sign. A guard that starts at zero, or below it by the error of a step, is lost only where it
-    falls again: it may grow from there by its rounding. One that comes as near to zero as ``touch`` and turns counts as
-    lost where it turns.
+    falls again: it may grow from there by its rounding, and so may the polynomial of a step as short as that of the
+    time. One that comes as near to zero as ``touch`` and turns counts as lost where it turns.
     """
     found: list[tuple[Any, int]] = []
     looks: list[Look] = []
     for k in suspects(before, after):
-        times = (before.t + (after.t - before.t) * part for part in parts)
+        times = (t for part in parts if before.t < (t := before.t + (after.t - before.t) * part) < after.t)
         looks = looks or [before, *(Look(t, values(t), rates(t)) for t in times), after]
         if (t := _falls(looks, k, values, rates, root, _crosses(before, after, k), touch)) is not None:
             found.append((t, k))

@@ -36,6 +36,13 @@ def test_a_guard_that_falls_through_a_multiple_root_is_lost_there():
     assert (t, guard) == (pytest.approx(math.pi, rel=1e-12), 0)
 
 
+def test_a_guard_that_grows_from_zero_is_not_lost_within_a_step_of_the_rounding_of_its_time():
+    # steps too short for the time to move have come before: the polynomial begins at another value
+    begin, end = 1.0, math.nextafter(1, 2)
+    looks = Look(begin, [1e-4], [1e20]), Look(end, [1e4], [1e20])
+    assert first_lost(*looks, lambda t: [-3.5 + 1e20 * (t - begin)], lambda t: [1e20], _bracketed) is None
+
+
 def test_a_guard_far_off_its_zero_that_trembles_with_the_steps_is_not_searched_for():
     asked = []
     assert lost(lambda t: 1 + 1e-6 * t * t, lambda t: 2e-6 * t, -1, 1, asked) is None
