@@ -27,6 +27,7 @@ from asympk.errors import InputError
 from asympk.formulas import read_formula
 from asympk.mechanics.elastic import completing, velocities
 from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
 from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, spelled
@@ -172,16 +173,8 @@ def _mechanism(table, path, formula, q, u, t):
     if "mass" in table:
         rows = [[formula("mass", spelled(entry)) for entry in row] for row in _rows(table["mass"], path)]
         return Mechanism(q, u, rows, applied, contact, t)
-    mass, centrifugal = _equations(formula("lagrangian", table["lagrangian"]), q, u, t)
+    mass, centrifugal = lagranges_equations(formula("lagrangian", table["lagrangian"]), q, u, t)
     return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t)
-
-
-def _equations(lagrangian, q, u, t):
-    """Return M and Q of Lagrange's equations, M u' = dL/dq - (d/dt dL/du without u')."""
-    momenta = [sp.diff(lagrangian, v) for v in u]
-    mass = sp.Matrix([[sp.diff(p, v) for v in u] for p in momenta])
-    turning = [sum(sp.diff(p, s) * v for s, v in zip(q, u, strict=True)) + sp.diff(p, t) for p in momenta]
-    return mass, [sp.diff(lagrangian, s) - part for s, part in zip(q, turning, strict=True)]
 
 
 def _rows(mass, path):

@@ -1,5 +1,7 @@
 """Mass matrix and forces from a Lagrangian, a ``LagrangesMethod`` or a ``KanesMethod`` of sympy.physics.mechanics."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import sympy as sp
@@ -8,6 +10,8 @@ from sympy.core.function import AppliedUndef
 from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.reading import entries_of, expression
+
+OWN: Mapping = MappingProxyType({})  # of symbols that stand for themselves
 
 
 def equations_of(
@@ -31,21 +35,29 @@ def equations_of(
 def _by_lagrange(energy: sp.Expr, coordinates: tuple) -> tuple[sp.Matrix, sp.Matrix]:
     """Return M and Q of a Lagrangian, differentiated by symbols: SymPy takes three times as long by functions."""
     time = coordinates[0].args[0]
-    places, rates = ([sp.Symbol(f"{kind}#{k}", real=True) for k in range(len(coordinates))] for kind in ("q", "v"))
-    moving = [*map(_real, coordinates)]
+    places, rates = (tuple(sp.Symbol(f"{kind}#{k}", real=True) for k in range(len(coordinates))) for kind in "qu")
     plain = dict(zip([*coordinates, *(q.diff(time) for q in coordinates)], [*places, *rates], strict=True))
-    back = {name: q for q, name in plain.items()} | dict(zip(moving, coordinates, strict=True))
-    back |= {f.diff(time): q.diff(time) for f, q in zip(moving, coordinates, strict=True)}
-    energy = energy.xreplace(plain)
-    momenta = [energy.diff(v) for v in rates]
-    mass = sp.Matrix([[p.diff(v) for v in rates] for p in momenta])
-    if mass.has(*rates):
-        bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, rates).has(*rates)), energy)
-        raise InputError(f"{short(bent.xreplace(back))} in the Lagrangian is not quadratic in the rates, and the mass "
-                         "matrix would depend on them; friction and the like are forces=")  # fmt: skip
-    path = dict(zip(places, moving, strict=True))  # with constant rates: the terms of q'' are those of the mass matrix
-    forcing = sp.Matrix([energy.diff(x) - p.xreplace(path).diff(time) for x, p in zip(places, momenta, strict=True)])
+    back = {name: q for q, name in plain.items()}
+    mass, forcing = lagranges_equations(energy.xreplace(plain), places, rates, time, back)
     return mass.xreplace(back), forcing.xreplace(back)
+
+
+def lagranges_equations(
+    energy: sp.Expr, q: tuple[sp.Symbol, ...], u: tuple[sp.Symbol, ...], t: sp.Symbol, own: Mapping = OWN
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """Return M and Q of Lagrange's equations in plain symbols, M u' = dL/dq - (d/dt dL/du without u').
+
+    Raises ``InputError`` for what is not quadratic in the rates, told with what symbols stand for in ``own``.
+    """
+    momenta = [energy.diff(v) for v in u]
+    mass = sp.Matrix([[p.diff(v) for v in u] for p in momenta])
+    if mass.has(*u):
+        bent = next((term for term in sp.Add.make_args(energy) if sp.hessian(term, u).has(*u)), energy)
+        raise InputError(f"{short(bent.xreplace(own))} in the Lagrangian is not quadratic in the rates, and the mass "
+                         "matrix would depend on them; friction and the like are forces=")  # fmt: skip
+    turning = [sp.Add(p.diff(t), *(p.diff(x) * v for x, v in zip(q, u, strict=True))) for p in momenta]
+    forces = (sp.expand_mul(energy.diff(x) - part) for x, part in zip(q, turning, strict=True))  # most terms cancel
+    return mass, sp.Matrix([*map(sp.factor_terms, forces)])
 
 
 def _require_first_order(lagrangian: Any, coordinates: tuple) -> None:
@@ -57,11 +69,6 @@ def _require_first_order(lagrangian: Any, coordinates: tuple) -> None:
             raise InputError(f"{rest} in the Lagrangian: it is to have first derivatives alone; where one of second "
                              "order enters linearly, integrate by parts, as X*X'' to -X'**2")  # fmt: skip
         raise InputError(f"{rest} in the Lagrangian is no coordinate or velocity; list it, or write it out")
-
-
-def _real(coordinate: Any) -> sp.Expr:
-    """Return a coordinate as a real function of time: the slope of |q| is that of a complex number otherwise."""
-    return sp.Function(coordinate.func.__name__, real=True)(*coordinate.args)
 
 
 def _functions(coordinates: Any) -> tuple:
