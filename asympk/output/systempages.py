@@ -10,7 +10,7 @@ from typing import Any
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import jump_law
 from asympk.mechanics.paradox import condition, critical_friction
-from asympk.mechanics.tidy import tidy
+from asympk.mechanics.tidy import contracted
 from asympk.output.mechanisms import contact_lines, jump_lines, motion_lines
 from asympk.pictures.figures import save
 from asympk.pictures.rigid import motion_plot
@@ -94,17 +94,18 @@ def _contact(described: Described) -> list[str]:
     side = "only pushes" if rod.contact.unilateral else "holds both ways"
     words = f"The contact {side}. In the plain symbols, where a prime marks a rate:"
     return [*_heading("What is written down", "-"), words, "",
-            *displayed_formula("Mass matrix", plain.mass.applyfunc(tidy), "mechanism().mass"),
-            *displayed_formula("Forces", plain.forces.T, "mechanism().forces"),
+            *displayed_formula("Mass matrix", plain.mass.applyfunc(contracted), "mechanism().mass"),
+            *displayed_formula("Forces", plain.forces.T.applyfunc(contracted), "mechanism().forces"),
             *displayed_formula("Gap", plain.gap, "mechanism().contact.gap"),
             *displayed_formula("Sliding velocity", plain.slip, "mechanism().sliding_velocity")]  # fmt: skip
 
 
 def _paradox(described: Described) -> list[str]:
     plain = described.mechanism.plain
+    critical = contracted(critical_friction(plain))
     parts = [*_heading("Where the paradox is", "-"),
              *displayed_formula("Delassus matrix", plain.delassus, "mechanism().delassus"),
-             *displayed_formula("Critical friction", critical_friction(plain), "mechanism().critical_friction"),
+             *displayed_formula("Critical friction", critical, "mechanism().critical_friction"),
              *displayed_formula("There is a paradox where", condition(plain), "mechanism().paradox")]  # fmt: skip
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     lines = "\n".join(f"   {line}" for line in (*contact_lines(described), *motion_lines(described)))
