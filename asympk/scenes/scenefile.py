@@ -73,7 +73,7 @@ def changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     if not changes:
         return scene
     ties = {"is tied to its physical quantities": scene.rod, "is tied to a slow line": scene.near_to,
-            "has parameters of its own": scene.system}  # fmt: skip
+            "has parameters of its own": scene.system and changes.keys() & {*NONDIMENSIONAL}}  # fmt: skip
     for tie in (words for words, tied in ties.items() if tied):
         raise InputError(f"--{next(iter(changes))}: scene {scene.name!r} {tie}; change a copy of its file, which "
                          "asympk scenes prints if it ships")  # fmt: skip

@@ -18,7 +18,7 @@ from asympk.errors import InputError, MissingPackage, UnknownName
 from asympk.formulas import read_formula
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
-from asympk.scenes.scenefile import scene_text
+from asympk.scenes.scenefile import changed, scene_text
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}  # fmt: skip
@@ -307,5 +307,6 @@ def test_the_file_that_is_printed_for_a_system_of_the_catalogue_holds_its_exampl
 
 def test_a_scene_is_known_by_the_name_of_its_system_in_any_case():
     assert ap.read_scene("Arm") == ap.systems.arm.scenes()[0]
+    assert changed(ap.read_scene("arm"), {"until": "1/10"}).until == Fraction(1, 10)
     with pytest.raises(UnknownName, match="did you mean 'arm'"):
         ap.read_scene("amr")
