@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from asympk.cli.options import meter, place_name
+from asympk.cli.options import add_settings, meter, place_name, settings
 
 HELP = "tell a mechanism's paradox, and the jump through it"
 
@@ -11,19 +11,19 @@ HELP = "tell a mechanism's paradox, and the jump through it"
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="another number, f=2.5")
+    add_settings(parser, "another number, f=2.5")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw its rigid motions (.pdf, .svg, .png)")
 
 
 def run(options: Namespace) -> None:
     """Print the catalogue, or what a mechanism does, or draw the map of its rigid motions."""
-    from asympk.output.mechanisms import catalogue_as_text, changes, load_mechanism, mechanism_as_text
+    from asympk.output.mechanisms import catalogue_as_text, load_mechanism, mechanism_as_text
 
     if options.name is None:
         _require_alone(options)
         print(catalogue_as_text())
         return
-    described = load_mechanism(options.name).changed(changes(options.set))
+    described = load_mechanism(options.name).changed(settings(options))
     if options.plot:
         _plot(described, options.plot)
         return

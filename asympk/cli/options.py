@@ -24,8 +24,29 @@ def add_scene(parser: ArgumentParser) -> None:
     parser.add_argument("--sigma", help="friction parameter f tan(alpha) - 2, above -2")
     parser.add_argument("--mu", help="compliance, above 0")
     parser.add_argument("--start", nargs=3, metavar=("X", "Y", "Z"), help="rho, rho', v")
-    parser.add_argument("--until", help="horizon in units of h l")
+    parser.add_argument("--until", help="horizon in units of h l, or of the scene")
     parser.add_argument("--sigma0", help="static friction, sigma by default")
+    add_settings(parser, "another number of the scene, a parameter or a state at the start, f=2.5")
+
+
+def add_settings(parser: ArgumentParser, words: str) -> None:
+    """Add the option that gives numbers by name."""
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=words)
+
+
+def settings(options: Namespace) -> dict[str, str]:
+    """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for what is none."""
+    from asympk.errors import InputError
+    from asympk.numbers import number
+
+    found = {}
+    for setting in options.set:
+        name, equals, value = setting.partition("=")
+        if not (name.strip() and equals and value.strip()):
+            raise InputError(f"--set {setting!r:.60}: write it as NAME=VALUE, f=2.5")
+        found[name.strip()] = value.strip()
+        number(name.strip(), value.strip())
+    return found
 
 
 def scene_numbers(options: Namespace) -> dict:
@@ -35,18 +56,32 @@ def scene_numbers(options: Namespace) -> dict:
 
 
 def given_scene(options: Namespace) -> "Scene":
-    """Return the ``Scene`` that the options name, their own numbers replacing the file's; raises ``InputError``."""
+    """Return the ``Scene`` that the options name, their own numbers replacing its own; raises ``InputError``."""
     from asympk.errors import InputError
     from asympk.scene import Scene
-    from asympk.scenes.scenefile import changed, read_scene
+    from asympk.scenes.scenefile import read_scene
 
-    given = scene_numbers(options)
+    given, named = scene_numbers(options), settings(options)
     if options.scene is not None:
-        return changed(read_scene(options.scene), given)
+        return _turned(read_scene(options.scene), given, named)
+    if named:
+        raise InputError(f"--set {next(iter(named))}: it changes a number of a scene; name the scene")
     missing = [f"--{name}" for name in _REQUIRED if name not in given]
     if missing:
         raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that there are")
     return Scene(**{**given, "start": tuple(given["start"])})
+
+
+def _turned(scene: "Scene", given: dict, named: dict[str, str]) -> "Scene":
+    from asympk.errors import InputError
+    from asympk.scenes.turned import in_own_units, turned
+
+    names, start, until = in_own_units(scene).names, given.pop("start", ()), given.pop("until", None)
+    if start and len(start) != len(names):
+        raise InputError(f"--start has {len(start)} numbers for {', '.join(names)}; give each by --set")
+    begun = dict(zip(names, start, strict=False)) | {name: named.pop(name) for name in names if name in named}
+    numbers = {**given, **named}
+    return turned(scene, numbers, begun, until) if numbers or begun or until is not None else scene
 
 
 def require_other_file(written: str | None, read: str | None) -> None:

@@ -1,23 +1,18 @@
-"""What of a scene can be turned, over which ranges, and the scene that is turned so."""
+"""What of a scene can be turned, and over which ranges."""
 
-from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
-from asympk.errors import InputError, UnknownName
-from asympk.numbers import number, short
 from asympk.scene import Scene
-from asympk.systems.painleve_klein.units import SI, STATE, Degrees
+from asympk.scenes.turned import STATIC, in_own_units, scene_parameters
+from asympk.systems.painleve_klein.units import SI, Degrees
 
-ROD = ("sigma", "mu", "sigma0")
-STATIC = {"sigma0": "sigma", "f0": "f"}  # follow the kinetic friction until they are turned themselves
 DECADES, DECADES_OF_SMALL = 1, 3  # to either side of a positive parameter
 MOST_DEGREES = 89
 
 
 def knobs_of(scene: Scene) -> dict[str, Any]:
     """Return the knobs of a scene for the page: parameters, start and horizon, and the names of what is drawn."""
-    shown = _in_own_units(scene)
+    shown = in_own_units(scene)
     quantities = [*shown.names, *(name for name, _ in shown.combinations)]
     return {
         "name": scene.name,
@@ -29,83 +24,6 @@ def knobs_of(scene: Scene) -> dict[str, Any]:
         "units": {name: shown.units[name] for name in ("t", *quantities) if name in shown.units},
         "pair": _pair(scene, quantities),
     }
-
-
-def scene_parameters(scene: Scene) -> dict[str, Any]:
-    """Return the parameters of a scene by name: the physical quantities of a rod that is told in them."""
-    if scene.rod is not None:
-        return {name: value for name, value in scene.rod.quantities if name not in STATE}
-    if scene.system is None:
-        return {name: getattr(scene, name) for name in ROD}
-    return {s.name: value for s, value in zip(scene.system.parameters, scene.values, strict=True)}
-
-
-def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: Any) -> Scene:
-    """Return ``scene`` with other parameters, states of the start and horizon, by name; None is the scene's own.
-
-    Static friction that equals the kinetic one follows it until it is given itself. Raises ``InputError``,
-    ``UnknownName``, and ``NoManifold`` where a scene beside a slow line loses it.
-    """
-    shown, own = _in_own_units(scene), scene_parameters(scene)
-    _require_names(given, own, "parameter")
-    _require_names(start, shown.names, "state of the start")
-    values = {name: _read(name, given[name], own[name]) if name in given else v for name, v in own.items()}
-    for static, kinetic in STATIC.items():
-        if static in own and static not in given and own[static] == own[kinetic]:
-            values[static] = values[kinetic]
-    placed, horizon = _given(scene)
-    begin = tuple(number(f"start {name}", start[name]) if name in start else value
-                  for name, value in zip(shown.names, placed, strict=True))  # fmt: skip
-    end = horizon if until is None else number("until", until)
-    return _built(scene, values, begin, end, moved=bool(start))
-
-
-def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved: bool) -> Scene:
-    if scene.rod is not None:
-        return Scene.physical(**{**values, "alpha": _spelt(values["alpha"])}, start=start, until=until, name=scene.name)
-    if scene.system is not None:
-        return replace(scene, values=values, start=dict(zip(scene.names, start, strict=True)), until=until)
-    if scene.near_to and not moved:
-        manifold, offset = scene.near_to
-        return Scene.near(manifold, x=start[0], offset=offset, z=start[2], until=until, name=scene.name, **values)
-    return Scene(**values, start=start, until=until, name=scene.name)
-
-
-def _in_own_units(scene: Scene) -> Any:
-    """Return what has the names, the start and the horizon that a person sees: a physical rod in its own units."""
-    if scene.rod is None:
-        return scene
-    from asympk.systems.painleve_klein.units import scene_in_units
-
-    return scene_in_units(scene)
-
-
-def _given(scene: Scene) -> tuple[tuple, Any]:
-    """Return start and horizon as they were given, exactly."""
-    if scene.rod is None:
-        return scene.start, scene.until
-    quantities = dict(scene.rod.quantities)
-    *start, until = (quantities[name] for name in STATE)
-    return tuple(start), until
-
-
-def _require_names(given: dict[str, Any], known: Any, what: str) -> None:
-    for name in given:
-        if name not in known:
-            raise UnknownName(f"{short(name)} is no {what}; choose of {', '.join(known)}")
-
-
-def _read(name: str, value: Any, own: Any) -> Any:
-    found = number(name, value)
-    if not isinstance(own, Degrees):
-        return found
-    if not 0 < found < 90:
-        raise InputError(f"{name} = {short(value)}: it must be between 0 and 90 degrees")
-    return Degrees(Fraction(found))
-
-
-def _spelt(angle: Any) -> Any:
-    return str(angle) if isinstance(angle, Degrees) else angle
 
 
 def _knob(scene: Scene, name: str, value: Any) -> dict[str, Any]:

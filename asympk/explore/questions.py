@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from asympk.errors import InputError
-from asympk.explore.knobs import turned
 from asympk.explore.motion import motion
 from asympk.explore.surroundings import surroundings
 from asympk.numbers import number, short, whole
 from asympk.scene import Scene
+from asympk.scenes.turned import turned
 
 KEYS = ("scene", "parameters", "start", "until")
 MOST_PLACES = 1000  # of a grid

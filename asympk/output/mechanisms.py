@@ -1,8 +1,6 @@
 """What the command line tells of a mechanism: its contact, its paradox, its rigid motions, the jump through it."""
 
-from collections.abc import Iterable
 from shlex import quote
-from typing import Any
 
 import sympy as sp
 
@@ -11,7 +9,6 @@ from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
-from asympk.numbers import number
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import about_system, described_mechanism
 
@@ -26,18 +23,6 @@ def load_mechanism(name: str) -> Described:
 
         return read_mechanism(name)
     return described_mechanism(name)
-
-
-def changes(settings: Iterable[str]) -> dict[str, Any]:
-    """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for what is none."""
-    found = {}
-    for setting in settings:
-        name, equals, value = setting.partition("=")
-        if not (name.strip() and equals and value.strip()):
-            raise InputError(f"--set {setting!r:.60}: write it as NAME=VALUE, f=2.5")
-        found[name.strip()] = value.strip()
-        number(name.strip(), value.strip())
-    return found
 
 
 def catalogue_as_text() -> str:

@@ -18,7 +18,6 @@ on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
 from importlib.resources import files
@@ -66,19 +65,6 @@ def is_file(where: str | Path) -> bool:
 def known_name(word: str) -> str:
     """Return the scene that ships, or the system of the catalogue, that ``word`` spells; raises ``UnknownName``."""
     return named("scene", word, (*scene_names(), *systems.__all__), beyond=", or a file that ends in .toml")
-
-
-def changed(scene: Scene, changes: Mapping[str, Any]) -> Scene:
-    """Return a scene of a file with some nondimensional fields replaced; raises ``InputError``."""
-    if not changes:
-        return scene
-    ties = {"is tied to its physical quantities": scene.rod, "is tied to a slow line": scene.near_to,
-            "has parameters of its own": scene.system and changes.keys() & {*NONDIMENSIONAL}}  # fmt: skip
-    for tie in (words for words, tied in ties.items() if tied):
-        raise InputError(f"--{next(iter(changes))}: scene {scene.name!r} {tie}; change a copy of its file, which "
-                         "asympk scenes prints if it ships")  # fmt: skip
-    static = {"sigma0": None} if scene.sigma0 == scene.sigma else {}
-    return replace(scene, **{**static, **changes})
 
 
 def scene_names() -> tuple[str, ...]:

@@ -19,11 +19,12 @@ from mechanisms import SLENDER_ROD
 import asympk as ap
 from asympk.errors import InputError, UnknownName
 from asympk.explore.choice import chosen_scenes
-from asympk.explore.knobs import knobs_of, turned
+from asympk.explore.knobs import knobs_of
 from asympk.explore.motion import motion
 from asympk.explore.server import LARGEST, Server
 from asympk.explore.surroundings import surroundings
 from asympk.explore.worker import Broken, Late, Worker
+from asympk.scenes.turned import turned
 
 ROD = ap.read_scene("backward")
 BLOCK = "until = 8\n" + spring_block("k / (1 + (v - 1)^2)", "v - 1") + """static = 1

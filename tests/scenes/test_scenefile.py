@@ -18,7 +18,8 @@ from asympk.errors import InputError, MissingPackage, UnknownName
 from asympk.formulas import read_formula
 from asympk.pictures.trace import trace
 from asympk.scenes import scenefile
-from asympk.scenes.scenefile import changed, scene_text
+from asympk.scenes.scenefile import scene_text
+from asympk.scenes.turned import turned
 
 ROD = {"m": 2, "P": 10, "f": "3", "f0": '"7/2"', "alpha": '"60 deg"', "l": "0.5", "k": "1e5", "h": "0.02",
        "start": "[1, -3, -0.1]", "until": "0.03"}  # fmt: skip
@@ -182,12 +183,16 @@ def test_an_unknown_name_is_answered_with_the_nearest():
         ap.read_scene("backwards")
 
 
-def test_options_replace_numbers_of_a_nondimensional_scene_alone(capsys):
+def test_options_replace_numbers_of_any_scene_by_the_names_that_it_has(capsys):
     assert main(["solve", "backward", "--sigma", "2", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["final"] == list(ap.solve(ap.Scene(2, "1e-6", (0, "0.2", -1), 5)).final)
-    for tied in ("chalk", "escape"):
-        assert main(["solve", tied, "--mu", "1e-3"]) == 2
-        assert "tied to" in capsys.readouterr().err
+    assert main(["solve", "chalk", "--set", "f=1", "--set", "u=-0.1", "--until", "0.01", "--json"]) == 0
+    chalk = turned(ap.read_scene("chalk"), {"f": 1}, {"u": "-0.1"}, "0.01")
+    assert json.loads(capsys.readouterr().out)["final"] == list(ap.solve(chalk).final)
+    assert main(["solve", "arm", "--set", "f=1/2", "--set", "z=1/5", "--until", "0.01", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["modes"] == ["slip_same"]
+    assert main(["solve", "chalk", "--mu", "1e-3"]) == 2
+    assert "'mu' is no parameter; choose of m, P, f" in capsys.readouterr().err
 
 
 def test_solve_tells_physical_units_on_request(capsys):
@@ -307,6 +312,5 @@ def test_the_file_that_is_printed_for_a_system_of_the_catalogue_holds_its_exampl
 
 def test_a_scene_is_known_by_the_name_of_its_system_in_any_case():
     assert ap.read_scene("Arm") == ap.systems.arm.scenes()[0]
-    assert changed(ap.read_scene("arm"), {"until": "1/10"}).until == Fraction(1, 10)
     with pytest.raises(UnknownName, match="did you mean 'arm'"):
         ap.read_scene("amr")
