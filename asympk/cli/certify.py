@@ -23,7 +23,8 @@ def run(options: Namespace) -> int:
     from asympk.errors import InputError
     from asympk.numbers import whole as require_whole
 
-    if options.claims and (options.box or options.json or options.scene is not None or scene_numbers(options)):
+    given = options.box or options.json or options.set or options.scene is not None or scene_numbers(options)
+    if options.claims and given:
         raise InputError("certify takes either a scene, with a --box or without, as --json or not, or --claims")
     require_whole("--digits", options.digits, 1, 300)
     require_whole("--pieces", options.pieces, 1, 100_000)

@@ -88,6 +88,7 @@ BAD_LINES = [
     ("sweep good.toml --out o --workers two", "invalid int"),
     ("sweep good.toml --out o --workers 2 --dask tcp://x", "either"),
     ("certify", "a scene, or --sigma"),
+    ("certify --claims --set f=1", "certify takes either a scene"),
     ("certify nonsense", "choose one of backward"),
     ("certify backward --box mu 0 1", "above 0"),
     ("certify backward --box mu 1", "expected 3 arguments"),
