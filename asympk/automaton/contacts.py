@@ -191,7 +191,8 @@ def contact_equations(system: System, branch: Branch, point: ContactPoint) -> li
     place = {u: j for j, u in enumerate(unknowns)}
     rows = [_law(system, branch, k, point, place) for k in range(len(branch))]
     for row, k in enumerate(normals, start=len(branch)):
-        rows.append(point.rows[row] if branch[k] != OPEN else _unit(place[system.frictions[k].normal], len(unknowns)))
+        normal = place[system.frictions[k].normal]
+        rows.append(point.rows[row] if branch[k] != OPEN else unit_row(normal, len(unknowns)))
     return rows
 
 
@@ -200,7 +201,7 @@ def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dic
     friction, phase, contact = system.frictions[k], branch[k], point.contacts[k]
     if phase.mode == "stick":
         return point.rows[k]
-    row = [*_unit(place[friction.force], len(place))]
+    row = [*unit_row(place[friction.force], len(place))]
     if phase != OPEN:
         resting = branches.rests_in_all_but_name(system, branch, k)
         factor = phase.load * phase.velocity * (contact.static if resting else contact.kinetic)
@@ -210,7 +211,8 @@ def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dic
     return tuple(row)
 
 
-def _unit(place: int, size: int) -> tuple:
+def unit_row(place: int, size: int) -> tuple:
+    """Return the row of the unknown at ``place``."""
     return tuple(int(j == place + 1) for j in range(size + 1))
 
 

@@ -33,7 +33,7 @@ from asympk.automaton.contacts import (
 )
 from asympk.automaton.junction import Junction, junction_at
 from asympk.automaton.modes import GuardedMode, mode_of
-from asympk.automaton.rest import has_forces, stands_still
+from asympk.automaton.rest import has_forces, moves_in_several_ways, stands_still
 from asympk.digits import carrier_context
 from asympk.errors import AsympkError, InputError, NoMotion, OutOfRange, TwoMotions, UnboundedReaction, Undecided
 from asympk.multiprecision import in_context
@@ -153,6 +153,7 @@ def _going_on(here: Junction) -> Branch:
         return _idle(here, left[0], consistent[left[0]])
     branch = _chosen(here, {branch: consistent[branch] for branch in left})
     _require_shared(here, branch, consistent[branch])
+    _require_uncritical(here, branch)
     return _idle(here, branch, consistent[branch])
 
 
@@ -327,18 +328,40 @@ def _standing(here: Junction) -> Branch | None:
         return None
     for branch in branches.most_at_rest(b for b in here.tried if not any(phase.velocity for phase in b)):
         loose = len(branches.at_rest(branch)) > 1 and here.solved(branch) is None
-        if loose and stands_still(here.system, branch, here.places, here.points, here.numbers):
+        if loose and stands_still(here, branch):
             return tuple(phase._replace(still=phase != OPEN) for phase in branch)
     return None
 
 
 def _require_determined(here: Junction) -> None:
     """Refuse a branch that some forces agree with and no equations determine, so that its motion cannot be told."""
-    for branch in (b for b in here.tried if here.solved(b) is None):
-        if has_forces(here.system, branch, here.resting, here.touching, here.points, here.numbers):
-            raise UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
-                                    f"{branches.mode_name(branch)} has more of them than equations; merge contacts, or "
-                                    "put compliance between them", here.at.t, here.at.state)  # fmt: skip
+    for branch in here.tried:
+        if here.solved(branch) is None and has_forces(here, branch):
+            raise _undetermined(here, branch)
+
+
+def _require_uncritical(here: Junction, chosen: Branch) -> None:
+    """Refuse a branch beside one that friction leaves undetermined, whose forces move the system in several ways.
+
+    Contacts whose normals alone press against one another are taken to bear no more than they must.
+    """
+    for branch in (b for b in here.tried if branches.at_rest(b) >= branches.at_rest(chosen)):
+        if here.solved(branch) is None and _solved_smooth(here, branch) and moves_in_several_ways(here, branch):
+            raise _undetermined(here, branch)
+
+
+def _solved_smooth(here: Junction, branch: Branch) -> Solved | None:
+    """Return the reactions of a branch at the state itself if nothing were rough."""
+    point = here.points[0]
+    smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
+    sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
+    return solved_forces(here.system, sliding, smooth, here.numbers)
+
+
+def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
+    return UnboundedReaction(f"the forces of contacts are not determined {here.in_words}: "
+                             f"{branches.mode_name(branch)} has more of them than equations; merge contacts, or "
+                             "put compliance between them", here.at.t, here.at.state)  # fmt: skip
 
 
 def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:

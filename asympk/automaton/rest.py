@@ -8,9 +8,11 @@ Where E is singular they are not determined, but a system without an explicit ti
 If some u do this, then one of finitely many corners does, at which as many of the inequalities are equations as these
 leave dimensions open (Lemma 10). The criss-cross method finds one: each inequality is affine in those of a corner, and
 the first that does not hold is exchanged for the first of these that can mend it. If none can, there is no such u.
+
+Where a contact slips, too, forces that are not determined may give different rates. Then the motion cannot be told.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from functools import lru_cache
 
 import sympy as sp
@@ -18,45 +20,59 @@ import sympy as sp
 from asympk.automaton.contacts import (
     ContactPoint,
     Numbers,
-    Place,
     contact_equations,
     contact_formulas,
     gap_row,
     in_forces,
     linear_rows,
+    unit_row,
 )
+from asympk.automaton.junction import Junction
 from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.system import System
 
 Table = list[tuple]  # rows in the columns 1, u: a row exchanged for a column is the unknown of that
 
 
-def stands_still(
-    system: System, branch: Branch, places: Sequence[Place], points: Sequence[ContactPoint], numbers: Numbers
-) -> bool:
-    """Tell whether forces that contacts at rest can have make all rates of the system 0.
+def stands_still(here: Junction, branch: Branch) -> bool:
+    """Tell whether forces that contacts at rest can have make all rates of the system 0."""
+    zeros = [contact_equations(here.system, branch, p) + r for p, r in zip(here.points, _rates_at(here), strict=True)]
+    return _holds_somewhere(zeros, [_cone(here.system, branch, p) for p in here.points], here.numbers)
 
-    The points are those of the places, of which the first is the state itself and the others what rounding makes of it.
+
+def has_forces(here: Junction, branch: Branch) -> bool:
+    """Tell whether some forces agree with a branch, and are in each of its equations."""
+    zeros, cones = _agreeing(here, branch)
+    return all(any(row[1:]) for row in zeros[0]) and _holds_somewhere(zeros, cones, here.numbers)
+
+
+def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
+    """Tell whether forces agree with a branch that give the system different rates.
+
+    For one of these, r, is then r (u - w) = 1 with E u + e s = 0 and E w + e s = 0, both in the cones, and s >= 0: u/s
+    and w/s are such forces, or u and w directions without end where s = 0.
     """
-    unknowns = contact_formulas(system)[1]
-    rates = [linear_rows(place.values(system, _rates(system)), unknowns) for place in places]
-    zeros = [contact_equations(system, branch, p) + r for p, r in zip(points, rates, strict=True)]
-    return _holds_somewhere(zeros, [_cone(system, branch, p) for p in points], numbers)
-
-
-def has_forces(
-    system: System, branch: Branch, resting: Collection[int], touching: Collection[int], points: Sequence[ContactPoint],
-    numbers: Numbers,
-) -> bool:  # fmt: skip
-    """Tell whether some forces agree with a branch, and are in each of its equations.
-
-    ``resting`` contacts have no velocity, ``touching`` ones no gap.
-    """
-    zeros = [contact_equations(system, branch, p) for p in points]
-    if not all(any(row[1:]) for row in zeros[0]):
+    if not has_forces(here, branch):
         return False
-    cones = [_cone(system, branch, p) + _parting(system, branch, resting, touching, p) for p in points]
-    return _holds_somewhere(zeros, cones, numbers)
+    zeros, cones = (list(map(_doubled, tables)) for tables in _agreeing(here, branch))
+    for rows in zip(*_rates_at(here), strict=True):
+        apart = [(-1, 0, *r, *(-a for a in r)) for _, *r in rows]
+        if any(apart[0][1:]) and _holds_somewhere([[*z, row] for z, row in zip(zeros, apart, strict=True)],
+                                                  [[*c, unit_row(0, len(apart[0]) - 1)] for c in cones], here.numbers):
+            return True
+    return False
+
+
+def _doubled(table: Table) -> Table:
+    """Return rows in 1, u as rows in 1, s, u, w, once of u and once of w, their constants times s."""
+    parts = [(e, row, [0] * len(row)) for e, *row in table]
+    return [(0, e, *u, *w) for e, row, none in parts for u, w in ((row, none), (none, row))]
+
+
+def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]:
+    """Return, at each point, the rows that vanish for forces that agree with a branch, and those not negative."""
+    cones = [_cone(here.system, branch, p) + _parting(here, branch, p) for p in here.points]
+    return [contact_equations(here.system, branch, p) for p in here.points], cones
 
 
 def _holds_somewhere(zeros: list[Table], cones: list[Table], numbers: Numbers) -> bool:
@@ -128,14 +144,18 @@ def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
     return found
 
 
-def _parting(
-    system: System, branch: Branch, resting: Collection[int], touching: Collection[int], point: ContactPoint
-) -> list[tuple]:
+def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]:
     """Return the rows that must not be negative where rest ends: rates of velocities, and g'' of contacts that open."""
-    slipping = [k for k, phase in enumerate(branch) if phase.velocity and k in resting]
-    opening = [k for k, phase in enumerate(branch) if phase == OPEN and k in touching]
+    slipping = [k for k, phase in enumerate(branch) if phase.velocity and k in here.resting]
+    opening = [k for k, phase in enumerate(branch) if phase == OPEN and k in here.touching]
     rows = [tuple(branch[k].velocity * a for a in point.rows[k]) for k in slipping]
-    return rows + [gap_row(system, k, point) for k in opening]
+    return rows + [gap_row(here.system, k, point) for k in opening]
+
+
+def _rates_at(here: Junction) -> list[Table]:
+    """Return, at each place, the rows of the system's rates."""
+    unknowns = contact_formulas(here.system)[1]
+    return [linear_rows(place.values(here.system, _rates(here.system)), unknowns) for place in here.places]
 
 
 @lru_cache(maxsize=64)

@@ -562,3 +562,31 @@ def test_a_slip_of_our_own_is_not_told_as_a_rate_that_is_no_finite_real_number()
     for number in (complex(-1), carrier_context(20).sqrt(-1)):
         with pytest.raises(OutOfRange, match="not a finite real number"), finite(lambda: 0):
             _ = number < 0
+
+
+@pytest.mark.parametrize("way", [{}, {"digits": 20}, {"method": "radau"}])
+@pytest.mark.parametrize("rough", [True, False])
+def test_a_load_that_no_equation_determines_is_refused_where_its_friction_moves_the_body(rough, way):
+    """What one contact holds at rest keeps the gap of another, sliding one closed, whatever the load of that."""
+    exactly = sp.Rational
+    places, rates = sp.symbols("q1:4", real=True), sp.symbols("u1:4", real=True)
+    rows = [((exactly(5, 13), exactly(12, 13), exactly(25, 13)), (exactly(12, 13), -exactly(5, 13), exactly(71, 52))),
+            ((1, 0, 2), (0, -1, -2))]  # fmt: skip
+    bounds = [(exactly(7, 8), exactly(9, 8)), (exactly(5, 8), exactly(5, 8)) if rough else (0, 0)]
+    forces = list(zip(sp.symbols("N1:3", real=True), sp.symbols("F1:3", real=True), strict=True))
+    pull = [sum(N * n[i] + F * t[i] for (N, F), (n, t) in zip(forces, rows, strict=True)) for i in range(3)]
+    given, masses = (-exactly(15, 4), -exactly(31, 4), -3), (1, 1, exactly(5, 8))
+    moved = [(force + load) / mass for force, load, mass in zip(pull, given, masses, strict=True)]
+
+    def along(row, values):
+        return sp.expand(sum(a * b for a, b in zip(row, values, strict=True)))
+
+    contacts = [ap.Friction(along(t, rates), F, N, *bound, gap=along(n, places), normal=N, constraint=along(n, moved))
+                for (n, t), (N, F), bound in zip(rows, forces, bounds, strict=True)]  # fmt: skip
+    body = ap.System.with_frictions(dict(zip((*places, *rates), (*rates, *moved), strict=True)), {}, contacts)
+    scene = ap.Scene(system=body, values={}, start=[0, 0, 0, 4, exactly(5, 2), -2], until="1/10")
+    if not rough:
+        assert ap.solve(scene, **way).modes == ("stick+open",)
+        return
+    with pytest.raises(UnboundedReaction, match=r"not determined at t = 0.*: stick\+slip_same has more"):
+        ap.solve(scene, **way)
