@@ -14,7 +14,7 @@ from asympk.automaton.modes import SWITCH
 from asympk.automaton.numericmode import NumericMode
 from asympk.errors import Accumulation, NoMotion, TwoMotions, UnboundedReaction, Undecided
 from asympk.path import Event
-from asympk.symbolic.branches import OPEN, Branch, at_rest, awake
+from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, moves_alike
 from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
@@ -170,8 +170,8 @@ def mode_after(
         return mode, mode.settled(t, state), None
     crossed = [*crossed, *automaton.edges_at(*later, doubt)]
     after = mode_on_sides(automaton, branch, digits, t, state, crossed, fixed)
-    state, changes = after.settled(t, state), awake(branch) != awake(mode.branch)
-    return after, state, event._replace(t=t, state=state) if changes else None
+    state, alike = after.settled(t, state), moves_alike(automaton.system, branch, mode.branch)
+    return after, state, None if alike else event._replace(t=t, state=state)
 
 
 def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:

@@ -418,21 +418,33 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
     return velocity_rate(system, friction)
 
 
-@lru_cache(maxsize=1024)
 def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
-    """Tell whether a contact that slips in a branch can not: its velocity is a combination of those that are 0.
+    """Tell whether a contact that slips in a branch can not, and bears more than it would if it did.
 
-    Then what it bears is not determined. The branch has it bear most, its static friction (Lemma 10). Where that is the
-    kinetic one nothing is asked.
+    What it bears is not determined. The branch has it bear most, its static friction (Lemma 10).
     """
-    friction, resting = system.frictions[k], [system.frictions[j].velocity for j in sorted(at_rest(branch))]
-    if not (branch[k].velocity and resting) or friction.static == friction.kinetic:
+    friction = system.frictions[k]
+    return friction.static != friction.kinetic and _is_carried(system, branch, k)
+
+
+@lru_cache(maxsize=1024)
+def _is_carried(system: "System", branch: Branch, k: int) -> bool:
+    """Tell whether the velocity of a contact that slips in a branch is a combination of those that are 0 there."""
+    resting = [system.frictions[j].velocity for j in sorted(at_rest(branch))]
+    if not (branch[k].velocity and resting):
         return False
-    rows = sp.Matrix([_affine_row(system, velocity) for velocity in (*resting, friction.velocity)])
+    rows = sp.Matrix([_affine_row(system, velocity) for velocity in (*resting, system.frictions[k].velocity)])
     if heavy(sp.Tuple(*rows)):
         return False
     ranks = [part.rank(iszerofunc=lambda e: sp.cancel(e) == 0) for part in (rows[:-1, :], rows)]
     return ranks[0] == ranks[1]
+
+
+def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
+    """Tell whether two branches differ at most in idle guards, and in how contacts at rest share their forces."""
+    ways = [[phase._replace(velocity=0) if _is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
+            for branch in map(awake, (one, other))]  # fmt: skip
+    return ways[0] == ways[1]
 
 
 def _affine_row(system: "System", velocity: sp.Expr) -> list[sp.Expr]:

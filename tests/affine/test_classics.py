@@ -160,9 +160,9 @@ def test_a_block_that_a_shaken_table_leaves_at_rest_on_a_wall_has_no_velocity_at
     frictions = [ap.Friction(v, F, 1, f), ap.Friction(v, G, 1, fs), ap.Friction(v - sp.cos(t), N, 1, zeta)]
     block = ap.System.with_frictions({x: v, v: F + G + N - v / 10 + sp.sin(t) / 2}, {}, frictions, time=t)
     path = followed(block, {f: "0.7", fs: "0.5", zeta: "0.6"}, {"x": 0, "v": 1}, 8, digits=digits)
-    assert [float(e.t) for e in path.events[1::3]] == pytest.approx([np.pi / 2, 5 * np.pi / 2], rel=1e-15)
+    turns = [np.pi / 2, 3 * np.pi / 2, 5 * np.pi / 2]
+    assert [float(e.t) for e in path.events[1:]] == pytest.approx(turns, rel=1e-15)
     assert path.final == (path.events[1].state[0], 0)
-    assert len(path.events) == 5
 
 
 @pytest.mark.parametrize("friction", ["0.3", "1.5"])
