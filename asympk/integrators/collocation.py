@@ -38,7 +38,8 @@ RESOLVED = 1e-3  # of guards, beside 1, that the last polynomials may make of on
 GROW, SHRINK = 4, 0.4  # a step by the one before, at most, and one that is tried again
 SWEPT = 1e-4  # of the tolerance, to which sweeps go on
 PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
-FEWER, LESS = 50, 1e-3  # of both where a divisor vanishes
+HOPELESS = 1e9  # the time left by that gained, from which on steps must grow to end
+FEWER, LESS = 50, 1e-3  # of the first two where a divisor vanishes
 NEARLY = 1 - 2.0**-20  # of what is left: a step that long takes all of it
 PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
 SPARE = 10
@@ -163,7 +164,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
     h = min(until - t, 1 / (until.context.one + rate))
     before = tuple(max(v, 0 * v) for v in mode.guard_values(t, state))
     tries, poles, grow = list[Any](), mode.pole_values(t, state), GROW
-    while len(steps) < STEPS:
+    while len(steps) < STEPS and not _is_hopeless(tries, until):
         h = min(h, scheme.longest)
         last = h >= (until - t) * NEARLY
         h = until - t if last else h
@@ -225,6 +226,14 @@ def _require_gain(tries: list, divisor: Any) -> None:
         why = "the motion is not smooth or grows beyond bounds; end the run before it"
         why = why if divisor is None else f"rates are divided by {divisor!s:.120}, and that is 0; {AT_REST}"
         raise OutOfRange(f"the reference comes to a standstill at t = {float(t):.10g}, where {why}")
+
+
+def _is_hopeless(tries: list, until: Any) -> bool:
+    """Tell whether steps no longer grow far from the end, as in a motion that turns again and again."""
+    if len(tries) <= 2 * PATIENCE:
+        return False
+    gained, earlier = (t - tries[0] for t in (tries[-1], tries[-PATIENCE]))
+    return bool(until - tries[-1] > HOPELESS * gained and gained < GROW * earlier)
 
 
 def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:

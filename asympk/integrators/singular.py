@@ -6,12 +6,14 @@ time t every integrator stalls there; it is followed only to a first level, befo
 """
 
 from collections.abc import Callable
+from itertools import count
 from typing import Any
 
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 
 LEVELS = (1e-2, 1e-5, 1e-7, 1e-9)  # of p, relative to its value at the start
+EVALUATIONS = 50_000  # of the field, after which no point is looked for further on
 
 
 def followed(mode: NumericMode, t: Any, state: tuple, until: Any, advance: Callable[[Any], Segment]) -> Segment:
@@ -34,7 +36,11 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
     if not first > 0:
         return None
 
+    evaluations = count()
+
     def field(_, w):
+        if next(evaluations) == EVALUATIONS:
+            raise ArithmeticError
         at = [*map(float, w)]
         p = mode.guards(*at, *mode.p)[guard]
         return [p, *(p * rate for rate in mode.field(*at, *mode.p))]

@@ -48,6 +48,13 @@ def test_steps_grow_as_their_last_polynomials_allow_from_a_fast_time_to_a_slow_o
     assert path.final == pytest.approx(ap.solve(scene, "jump", order=1).final, abs=1e-11)
 
 
+def test_a_pendulum_that_turns_too_often_is_refused_before_all_steps_are_spent():
+    q, p = sp.symbols("q p", real=True)
+    heavy = ap.System.smooth({q: p, p: -(10**30) * sp.sin(q)}, {}, None)
+    with pytest.raises(OutOfRange, match="needs more than 5000 steps"):
+        ap.solve(ap.Scene(system=heavy, start={"q": 1, "p": 0}, until=1), digits=20, seconds=30)
+
+
 @pytest.mark.parametrize("static", ["1/2", "3/5"])
 def test_a_block_on_a_stiffening_spring_touches_the_speed_of_its_belt_after_every_turn(static):
     """It leaves with the belt's speed where x + x^3 is the static bound, and keeps its energy while it slips.

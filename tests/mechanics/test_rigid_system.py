@@ -15,7 +15,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import asympk as ap
 from asympk.automaton.automaton import Automaton
-from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction
+from asympk.errors import InputError, NoMotion, NotDerivable, TwoMotions, UnboundedReaction, Unfinished
 from asympk.integrators.integrate import FAMILIES
 from asympk.integrators.singular import approach
 from asympk.systems import crank_slider
@@ -145,6 +145,12 @@ def test_a_run_that_ends_before_the_singular_point_is_not_stopped_by_it():
     path = _run(0.6, 0.1, -5, 1.6, until=0.6)
     assert path.modes == ("slip_opposite",)
     assert path.info["reached"] == 0.6
+
+
+def test_no_singular_point_is_looked_for_without_end_in_a_motion_that_turns_too_often():
+    start, values = _start(1.1, 0, -1), {**GROUND, "g": "1e300", "f": "1/2"}
+    with pytest.raises(Unfinished, match="stalled"):
+        ap.solve(ap.Scene(system=slender_rod().rigid(), values=values, start=start, until="1/2"))
 
 
 def test_a_rod_that_falls_on_the_ground_hits_it():
