@@ -276,7 +276,7 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
-    mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
+    require_no_pole(path, found, stretch.states)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
     state = on_manifold(points[1], known)
@@ -284,6 +284,17 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
     return path.met(automaton, found.guard, t, state, stretch)
+
+
+def require_no_pole(path: MatchedPath, found: reduced.Reduced, states: Callable) -> None:
+    """Raise ``OutOfRange`` where slow motion from where a path is passes a pole of the rates, which it need not feel.
+
+    ``states(t)`` are those of the system at a time after that; a step is taken to pass no two poles of a kind.
+    """
+    values = path.mode.pole_values(path.t, path.state)
+    for step in found.trajectory.steps if values else ():
+        after = min(step.after, found.end)
+        values = path.mode.require_one_side(values, path.t + after, tuple(states(after).tolist()))
 
 
 def _reduced(

@@ -68,14 +68,15 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
 
     The motion keeps to one side of what switches. ``path.info["omitted"]`` is the composite's first omitted term at
     ``until``, state by state. Raises ``InputError`` for functions without series, ``OutOfRange`` where the layer
-    settles on no attracting branch or the expansion does not hold, and ``NotNormallyHyperbolic`` where the slow
-    manifold is lost before ``until``.
+    settles on no attracting branch, the expansion does not hold or a pole of the rates is passed, and
+    ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
     """
     mu, until = matched.small_number(scene), float(scene.until)
     begun = matched.begun(Automaton(scene.system, scene.values), scene.start)
     slowly = matched.slow_of(begun.mode, order + EXTRA)
     begin = slowly.point(0.0, begun.state)
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
+    matched.require_no_pole(begun, motion.reduced, lambda t: motion.states(t)[0])
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"

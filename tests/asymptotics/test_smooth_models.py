@@ -188,6 +188,20 @@ def test_a_start_that_the_layer_carries_to_infinity_is_refused():
     assert _solved(system, {mu: 0.01}, {x: 1, y: "1/2"}, 0.1).final[1] == pytest.approx(-1, abs=0.1)
 
 
+@pytest.mark.parametrize(
+    ("force", "until", "passed"),
+    [(1 / (x - 1), 2, "x - 1 = 0"), (1 / (x - 1) ** 2, 2, "x - 1 = 0"), (sp.tan(x), 5, r"cos\(x\) = 0"),
+     (1 / (x - 1) + sp.sign(x - 4), 2, "x - 1 = 0"), (sp.tan(x) + sp.sign(x - sp.Rational(9, 2)), 5, r"cos\(x\) = 0")],
+)  # fmt: skip
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_pole_that_slow_motion_does_not_feel_is_not_passed(force, until, passed, order):
+    """x' = 1 goes on beyond, and y = tan(x) too, twice within 5; there is no such motion."""
+    system = ap.System.smooth({x: sp.S.One}, {y: force - y}, mu)
+    with pytest.raises(OutOfRange, match=f"have a pole, which the motion has passed before t = .*{passed}"):
+        _solved(system, {mu: "1/1000"}, {x: 0, y: 1}, until, order=order)
+    assert _solved(system, {mu: "1/1000"}, {x: 0, y: 1}, "1/2", order=order).error < 0.01
+
+
 APART = {
     "a layer": ({x: -x + u}, {u: x - u, v: x**2 - 10000 * v}, (1, 0, 3)),
     "a layer that is not affine": ({x: -x * v + u}, {u: x - u - u**3, v: 10**4 * (x**2 + u * v - v - v**3)}, (1, 2, 3)),
