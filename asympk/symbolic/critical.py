@@ -66,7 +66,7 @@ class CriticalManifold(ShownAsFormulas):
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, but for its ends: even roots and logs are of positive numbers.
 
-        Inverse functions are of what theirs give. Odd roots, as those of cubics, are taken to be real.
+        Inverse functions are of what theirs give. Odd roots are taken to be real, as those of cubics with several.
         """
         roots = _fractional_powers(*self.branch.values())
         if any(map(_is_complex, self.branch.values())):
@@ -303,8 +303,28 @@ def _is_nested(h):
 
 def _is_complex(h):
     """Tell whether an expression in real symbols has no real value where its even roots are real."""
-    even = {p: sp.Dummy(positive=True) for p in _fractional_powers(h) if not p.exp.q % 2}
-    return h.xreplace(even | {s: sp.Dummy(real=True) for s in h.free_symbols if s.is_real is None}).is_real is False
+    h = h.xreplace({s: sp.Dummy(real=True) for s in h.free_symbols if s.is_real is None})
+    told, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
+    for p in _fractional_powers(h):
+        if not p.exp.q % 2:
+            told[p] = sp.Dummy(positive=True)
+        elif not _fractional_powers(p.base) or _is_exceeding(p.base):  # odd roots are real, but for Cardano's of three
+            positive = True if _is_exceeding(p.base) else None
+            root = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True, positive=positive))
+            told[p] = root ** (p.exp * p.exp.q)
+    h = h.xreplace(told)
+    if bases and h.has(sp.I):
+        return bool(sp.expand_complex(h).as_real_imag()[1].is_nonzero)
+    return h.is_real is False
+
+
+def _is_exceeding(base):
+    """Tell whether an expression a + b sqrt(d) is positive because its root exceeds a."""
+    root = next((p for p in _fractional_powers(base) if p.exp == sp.S.Half), None)
+    if root is None:
+        return False
+    size = base.coeff(root)
+    return bool(size.is_positive and sp.expand((size * root) ** 2 - (base - size * root) ** 2).is_positive)
 
 
 def _solutions(equal_zero, unknowns):

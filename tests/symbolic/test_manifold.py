@@ -598,6 +598,19 @@ def test_what_is_said_of_a_root_of_a_cubic_is_said_by_its_value():
         assert m.stability.free_symbols == {y, sp.Symbol("stable"), sp.Symbol("unstable")}
 
 
+@pytest.mark.parametrize(
+    "force", [x - y - y**3, -x - (1 + z**2) * y - y**3, x - 2 * y - y**2 - y**3, x - y**3, x - y**5]
+)
+def test_a_polynomial_with_one_real_root_everywhere_has_one_slow_manifold(force):
+    """Those of its complex roots were said to be stable, or under conditions in the imaginary unit."""
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -y, z: x}, {y: force}, mu), order=0)
+    at = {x: 0.3, z: 0.5}
+    value = sp.N(found.expr.subs(at))
+    assert value.is_real
+    assert abs(force.subs(at).subs(y, value)) < 1e-14
+    assert found.stability == "stable"
+
+
 def test_a_manifold_folds_where_the_determinant_vanishes_and_not_at_its_poles():
     (manifold,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: 1 - x * y / (1 + x)}, mu), order=0)
     assert (manifold.folds, manifold.exists) == (sp.Eq(x, 0), sp.Ne(x, 0) & sp.Ne(x, -1))
