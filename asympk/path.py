@@ -1,5 +1,6 @@
 """Path: what every model returns, whether exact, integrated or asymptotic."""
 
+from abc import ABC, abstractmethod
 from bisect import bisect_right
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -145,7 +146,7 @@ def times_within(t: Any, until: Any) -> "np.ndarray":
     return times
 
 
-class ClosedForm:
+class ClosedForm(ABC):
     """The state of a scene that ``run`` has solved, in the numbers of ``m``, as a function of time.
 
     It is pickled as the scene, which ``run`` solves again. ``state_within`` gives the state at a time after the start
@@ -179,9 +180,9 @@ class ClosedForm:
         segment = self.segments[bisect_right(starts, t) - 1]
         return tuple(map(self.convert, self.state_within(segment, t - segment.start)))
 
+    @abstractmethod
     def state_within(self, segment: Any, t: Any) -> Any:
         """Return the state at a time ``t`` after the start of a segment."""
-        raise NotImplementedError
 
 
 def _solved(run: Any, scene: Any, digits: int | None) -> Any:
