@@ -176,8 +176,8 @@ def _ties(here: Junction, branch: Branch) -> list[int] | None:
     Margins are times the determinant of the forces' equations, which have large forces of either sign near its zero.
     """
     margins, sizes, unloaded = [], [], _unloaded(here, branch)
-    for point in here.points:
-        if (solved := solved_forces(here.system, branch, point, here.numbers)) is None:
+    for k, point in enumerate(here.points):
+        if (solved := here.solved(branch, k)) is None:
             return None
         margins.append(_margins(here, branch, point, solved))
         sizes.append(solved.determinant)

@@ -73,9 +73,15 @@ class Junction:
         """The combinations of phases."""
         return [*product(*self.phases)]
 
-    def solved(self, branch: Branch) -> Solved | None:
-        """Return the forces of a branch at the state itself, or None where they are not determined."""
-        return solved_forces(self.system, branch, self.points[0], self.numbers)
+    @cached_property
+    def _known(self) -> dict[tuple[Branch, int], Solved | None]:
+        return {}
+
+    def solved(self, branch: Branch, point: int = 0) -> Solved | None:
+        """Return the forces of a branch at one of the ``points``, or None where they are not determined."""
+        if (branch, point) not in self._known:
+            self._known[branch, point] = solved_forces(self.system, branch, self.points[point], self.numbers)
+        return self._known[branch, point]
 
     @property
     def in_words(self) -> str:
