@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from functools import cache, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
@@ -33,13 +33,13 @@ def _solver(mode, t, state, until, settings):
     atol = settings.atol
     if isinstance(atol, tuple):  # guards in time are states as well, of an unknown size
         atol = (*atol, *[min(atol)] * (n - len(atol)))
-    rates = Rates(field, p, n, settings.method)
+    rates = Rates(field, p, t, start, told=settings.method == "lsoda")
     solver = getattr(integrate, CLASSES[settings.method])(
         rates, t, start, until, rtol=settings.rtol, atol=atol, max_step=settings.longest, **jac
     )
     if settings.method == "lsoda":
         integrator = solver._lsoda_solver._integrator
-        integrator.runner = partial(_told, integrator.runner, integrator.messages)
+        integrator.messages = Reasons(integrator.messages)
     solver.step = partial(_stepped, solver, solver.step, rates)
     solver.made = 1
     if hasattr(solver, "solve_lu"):
@@ -50,35 +50,36 @@ def _solver(mode, t, state, until, settings):
 class Rates:
     """The rates of a mode as a function of (t, state): no numbers where a try of a step leaves their formulas.
 
-    Such a try is made shorter. There is none at the start, and LSODA would not see it: these are told by an error.
+    Such a try is made shorter. There is none at the start, and LSODA would not see it: these are ``told`` by an error.
     """
 
-    def __init__(self, field: Callable[..., tuple], p: tuple, size: int, method: str):
-        self.field, self.p, self.nowhere = field, p, (math.nan,) * size
-        self.told, self.begun, self.left = method == "lsoda", False, False
+    __slots__ = ("field", "left", "nowhere", "p", "start", "told")
+
+    def __init__(self, field: Callable[..., tuple], p: tuple, t: float, start: tuple, told: bool):
+        self.field, self.p, self.start, self.told = field, p, (t, *start), told
+        self.nowhere, self.left = (math.nan,) * len(start), False
 
     def __call__(self, t: float, state: "np.ndarray") -> tuple:
         """Return the rates, nan where they are no finite real numbers."""
         try:
-            found = self.field(t, *state.tolist(), *self.p)
+            return self.field(t, *state.tolist(), *self.p)
         except (ArithmeticError, ValueError):
-            if self.told or not self.begun:
+            if self.told or (t, *state.tolist()) == self.start:
                 raise
             self.left = True
             return self.nowhere
-        self.begun = True
-        return found
 
 
 def _stepped(solver, step, rates):
     """Make one step; raises ``ValueError`` where it fails, or ends, where rates have no values."""
-    rates.left = False
     try:
         reason = step()
     except GaveUp as why:
         solver.status, reason = "failed", str(why)
-    if rates.left and (solver.status == "failed" or math.isnan(rates(solver.t, solver.y)[0])):
-        raise ValueError(reason)
+    if rates.left:
+        rates.left = False
+        if solver.status == "failed" or math.isnan(rates(solver.t, solver.y)[0]):
+            raise ValueError(reason)
     return reason
 
 
@@ -86,12 +87,12 @@ class GaveUp(Exception):
     """LSODA gives up, for a reason that SciPy prints as a warning, to whoever is there."""
 
 
-def _told(runner, messages, *arguments):
-    """Run LSODA; raises ``GaveUp`` where it does."""
-    *found, state = runner(*arguments)
-    if state < 0:
-        raise GaveUp(messages.get(state, f"istate = {state}").partition(" (")[0])
-    return *found, state
+class Reasons(dict):
+    """The reasons for which LSODA gives up, by number; asking for one raises ``GaveUp``, for SciPy asks only then."""
+
+    def get(self, number: int, unknown: Any = "") -> Any:
+        """Raise ``GaveUp``."""
+        raise GaveUp(super().get(number, unknown).partition(" (")[0])
 
 
 @cache
