@@ -10,7 +10,7 @@ is omitted is O(mu^(n + 1)), and the motion to the order n + 1 tells how much; w
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -102,6 +102,11 @@ class Slow:
         """Return (x, y) of the mode."""
         whole = (*state, t)
         return tuple(whole[k] for k in self.sources)
+
+    def state(self, order: int, point: Sequence[float], mu: float) -> tuple:
+        """Return the state of the system on the manifold to ``order`` at a point (x, b) of the slow motion."""
+        whole = (*point[: self.slow], *self.formulas.height[order](*point, mu, *self.values))
+        return tuple(whole[k] for k in self.places)
 
     def distance(self, order: int, x: tuple, y: tuple, branch: tuple, mu: float) -> float:
         """Return the largest distance of y from the manifold to ``order``; ``branch`` is its value at x."""
@@ -262,13 +267,10 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     slow, mode = slow_of(path.mode, known), path.mode
     mode.require_smooth(path.t, until)
     orders = [order if kind == "slip_onset" else known for kind, _ in mode.kinds]  # where slip to an order begins
-
-    def on_manifold(at, order):
-        whole = (*at[: slow.slow], *slow.formulas.height[order](*at, mu, *slow.values))
-        return tuple(whole[k] for k in slow.places)
+    distinct = {*orders}
 
     def guards(span, at):
-        values = {m: mode.guard_values(path.t + span, on_manifold(at, m)) for m in {*orders}}
+        values = {m: mode.guard_values(path.t + span, slow.state(m, at, mu)) for m in distinct}
         return [values[m][k] for k, m in enumerate(orders)]
 
     found = _reduced(slow, path, (order,), until, mu, rtol, guards)
@@ -276,25 +278,26 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     points = tuple(found.trajectory(u).tolist() for u in (0.0, found.end))
     stretch = Stretch(path.t, mode, lambda u: found.states(u)[0][places], points)
     t, state = path.t + found.end, tuple(stretch.states(found.end).tolist())
-    require_no_pole(path, found, stretch.states)
+    require_no_pole(path, slow, found)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
-    state = on_manifold(points[1], known)
+    state = slow.state(known, points[1], mu)
     if not max(map(abs, state)) < FAR:
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
     return path.met(automaton, found.guard, t, state, stretch)
 
 
-def require_no_pole(path: MatchedPath, found: reduced.Reduced, states: Callable) -> None:
+def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> None:
     """Raise ``OutOfRange`` where slow motion from where a path is passes a pole of the rates, which it need not feel.
 
-    ``states(t)`` are those of the system at a time after that; a step is taken to pass no two poles of a kind.
+    A step is taken to pass no two poles of a kind.
     """
-    values = path.mode.pole_values(path.t, path.state)
+    values, width = path.mode.pole_values(path.t, path.state), len(found.trajectory.start) // len(found.orders)
     for step in found.trajectory.steps if values else ():
         after = min(step.after, found.end)
-        values = path.mode.require_one_side(values, path.t + after, tuple(states(after).tolist()))
+        state = slow.state(found.orders[0], step.state_at(after)[:width], found.mu)
+        values = path.mode.require_one_side(values, path.t + after, state)
 
 
 def _reduced(

@@ -76,7 +76,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     slowly = matched.slow_of(begun.mode, order + EXTRA)
     begin = slowly.point(0.0, begun.state)
     motion = layered_motion(slowly.formulas, order, begin, mu, slowly.values, until, slowly.places)
-    matched.require_no_pole(begun, motion.reduced, lambda t: motion.states(t)[0])
+    matched.require_no_pole(begun, slowly, motion.reduced)
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
