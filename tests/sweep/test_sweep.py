@@ -299,6 +299,21 @@ def test_a_truncated_chunk_is_computed_again(plain, tmp_path, keep):
     assert _bytes(tmp_path) == plain
 
 
+def test_a_flipped_bit_anywhere_is_found_or_harmless(plain, tmp_path):
+    whole = plain["chunk-00000003.npz"]
+    path = tmp_path / "chunk.npz"
+    path.write_bytes(whole)
+    story, columns = chunks.read_chunk(_sweep(), path)
+    for place in range(0, len(whole), 61):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 16]) + whole[place + 1:])
+        try:
+            again, values = chunks.read_chunk(_sweep(), path)
+        except InputError:
+            continue
+        assert again == story
+        assert all(np.array_equal(values[name], columns[name]) for name in columns)
+
+
 def test_chunks_are_read_by_numpy_alone_and_carry_their_story(plain, tmp_path):
     (tmp_path / "chunk.npz").write_bytes(plain["chunk-00000003.npz"])
     with np.load(tmp_path / "chunk.npz", allow_pickle=False) as archive:
