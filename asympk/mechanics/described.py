@@ -36,6 +36,7 @@ from asympk.symbolic.system import System
 KEYS = ("coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral", "forces")
 EXAMPLE = ("about", "values", "state", "over")
 CONTACT = ("contact", "compliance", "damping")  # of the scene that the file is, too, with ``until``
+FILE = (*KEYS, *EXAMPLE, *CONTACT, "until")
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
@@ -110,7 +111,7 @@ def read_mechanism(path: Any) -> Described:
     table = read_table(path)
     if "until" in table and "coordinates" not in table:
         raise InputError(f"{path}: it is a scene, followed by asympk solve; a mechanism has coordinates")
-    refuse_unknown(table, (*KEYS, *EXAMPLE, *CONTACT, "until"), path)
+    refuse_unknown(table, FILE, path)
     return replace(_mechanism_of(table, path), followed="until" in table)
 
 
@@ -127,7 +128,7 @@ def described_by(table: Any, parameters: Any) -> Described:
 
 def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     """Return the table of the scene that the file of a mechanism is, too; raises ``InputError`` where it is none."""
-    refuse_unknown(table, (*KEYS, *EXAMPLE, *CONTACT, "until"), where)
+    refuse_unknown(table, FILE, where)
     if "until" not in table:
         raise InputError(f"{where}: it is a mechanism, told by asympk mechanism; with until, and compliance and "
                          "damping of its contact, or contact = \"rigid\", it is a scene, too")  # fmt: skip

@@ -96,8 +96,12 @@ class Kinetics:
         return self._impact(-1)
 
     def _impact(self, column: int) -> sp.ImmutableMatrix:
-        adjugate, determinant = cofactors(self._border)
+        adjugate, determinant = self._bordered
         return adjugate[:, column].applyfunc(lambda part: contracted(part / determinant)).as_immutable()
+
+    @cached_property
+    def _bordered(self) -> tuple[sp.Matrix, sp.Expr]:
+        return cofactors(self._border)
 
     @cached_property
     def _border(self) -> sp.Matrix:
