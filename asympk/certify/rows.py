@@ -14,12 +14,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 from scipy.sparse.csgraph import connected_components
+from sympy.polys.matrices import DomainMatrix
 
 from asympk.affine.forcing import CONSTANT, Wave, with_derivatives
 from asympk.affine.form import Form, affine_parts, form_of, is_rational, row_over
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides
 from asympk.certify.balls import Ball, Refused, ball, ball_of, certain_sign, hull
-from asympk.certify.spectrum import Spectrum, of_balls, of_exact
+from asympk.certify.spectrum import Spectrum, core_of, of_balls, of_exact, seen_in
 from asympk.errors import InputError
 from asympk.numbers import Number
 from asympk.symbolic import branches
@@ -104,10 +105,10 @@ class ExactEntries:
         """
         if not self.field:
             return of_exact(matrix)
-        pattern = np.array([[bool(entry) for entry in row] for row in matrix])
-        balls = [[self.ball(entry) for entry in row] for row in matrix]
+        pattern, balls = _pattern(matrix), self._balls(matrix)
         try:
-            return of_balls(pattern, balls)
+            basis, moved, inverse = self._with_invariants(matrix)
+            return seen_in(self._balls(basis), of_balls(_pattern(moved), self._balls(moved)), self._balls(inverse))
         except Refused:
             _, block = connected_components(pattern, connection="strong")
             numbers = [[entry.as_expr() for entry in row] for row in matrix]
@@ -115,6 +116,38 @@ class ExactEntries:
                 raise
             exact = tuple(tuple(Fraction(0 if e.free_symbols else str(e)) for e in row) for row in numbers)
             return of_exact(exact, balls)
+
+    def _balls(self, matrix: Iterable[Iterable[Any]]) -> list[list[Ball]]:
+        return [[self.ball(entry) for entry in row] for row in matrix]
+
+    def _with_invariants(self, matrix: tuple[tuple[Any, ...], ...]) -> list[list[list[Any]]]:
+        """Return T, ``T M T^-1`` and ``T^-1``, with invariants of the core of M in the place of states.
+
+        Their eigenvalue 0 is then that of the pattern, whatever the parameters are.
+        """
+        moved = DomainMatrix([[*row] for row in matrix], (len(matrix),) * 2, self.field)
+        basis = DomainMatrix.eye(moved.shape, self.field).to_dense()
+        while found := self._invariant(moved):
+            place, row = found
+            change = DomainMatrix.eye(moved.shape, self.field).to_list()
+            change[place] = row
+            step = DomainMatrix(change, moved.shape, self.field)
+            basis, moved = step * basis, step * moved * step.inv()
+        return [m.to_list() for m in (basis, moved, basis.inv())]
+
+    def _invariant(self, matrix: DomainMatrix) -> tuple[int, list[Any]] | None:
+        """Return where a row r with ``r M = 0`` in the core of M is certainly not 0, and that row; None without one."""
+        core = core_of(_pattern(matrix.to_list()))[0]
+        for found in matrix.extract(core, core).transpose().nullspace().to_list() if core else ():
+            entries = dict(zip(core, found, strict=True))
+            for place, entry in entries.items():
+                if entry and certain_sign(self.ball(entry)):
+                    return place, [entries.get(k, matrix.domain.zero) for k in range(matrix.shape[0])]
+        return None
+
+
+def _pattern(matrix: Iterable[Iterable[Any]]) -> np.ndarray:
+    return np.array([[bool(entry) for entry in row] for row in matrix])
 
 
 def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:

@@ -83,7 +83,7 @@ def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
     Raises ``Refused`` where the eigenvalues are not known to be apart.
     """
     acb, acb_mat = flint().acb, flint().acb_mat
-    core, before, after = _core(pattern)
+    core, before, after = core_of(pattern)
     matrix = acb_mat([[acb(entry) for entry in row] for row in balls])
     rest = acb_mat([[int(i == j) for j in range(len(balls))] for i in range(len(balls))])
     roots, residues = [], []
@@ -100,6 +100,13 @@ def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
         roots.append((flint().arb(0), flint().arb(0), len(powers)))
         residues.append(powers)
     return tuple(roots), tuple(residues)
+
+
+def seen_in(basis: list, spectrum: Spectrum, inverse: list) -> Spectrum:
+    """Return the spectrum of M from that of ``T M T^-1``; ``basis`` is T in balls, ``inverse`` that of it."""
+    before, after = (flint().acb_mat([[flint().acb(entry) for entry in row] for row in m]) for m in (inverse, basis))
+    roots, residues = spectrum
+    return roots, tuple(tuple(before * part * after for part in parts) for parts in residues)
 
 
 def _powers(matrix, part, pattern, core, outside):
@@ -120,9 +127,9 @@ def _powers(matrix, part, pattern, core, outside):
     return tuple(found)
 
 
-def _core(pattern):
+def core_of(pattern: np.ndarray) -> tuple[list[int], list[int], list[int]]:
     """Return the indices of the core, of what only drives it and of what it only drives, in order of dependence."""
-    left, before, after = set(range(len(pattern))), [], []
+    left, before, after = set(range(len(pattern))), list[int](), list[int]()
     for found, matrix in ((before, pattern), (after, pattern.T)):
         while empty := [i for i in sorted(left) if not any(matrix[i, j] for j in left)]:
             found += empty

@@ -11,6 +11,7 @@ from blocks import spring_block
 
 import asympk as ap
 from asympk.__main__ import main
+from asympk.scenes.scenefile import read_scene
 from asympk.symbolic import branches
 from asympk.symbolic.branches import Phase
 
@@ -157,6 +158,26 @@ def test_eigenvalues_that_meet_within_a_box_are_refused():
     scene = ap.Scene(system=damped, values={"k": 1}, start={"x": 3, "v": 0}, until=1)
     assert certify(scene, {"k": ("0.9", "1.1")}).obstacle == "spectrum"
     assert proven(certify(scene, {"k": ("1.2", "1.2001")}))
+
+
+def test_an_invariant_keeps_its_eigenvalue_zero_whatever_the_parameters_of_a_box_are():
+    # two masses on a spring: their momentum stays, and their centre moves on with it, an eigenvalue 0 twice
+    z, pull = sp.Symbol("z", real=True), k * (w - x)
+    rates = {x: y, y: pull, w: z, z: -mu * pull, v: F}
+    system = ap.System.with_frictions(rates, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    start = {"x": 0, "y": 1, "w": 0, "z": 0, "v": 1}
+    scene = ap.Scene(system=system, values={"k": 2, "mu": 3}, start=start, until=2)
+    proof = certify(scene, {"k": ("1.9999", "2.0001"), "mu": ("2.9999", "3.0001")})
+    assert proven(proof)
+    assert max(float(ball.rad()) for ball in proof.final) < 1e-2
+    for values in ({"k": 2, "mu": 3}, {"k": 2.0001, "mu": 2.9999}):
+        path = ap.solve(ap.Scene(system=system, values=values, start=start, until=2))
+        assert inside(proof, path)
+        assert float(values["mu"]) * path.final[1] + path.final[3] == pytest.approx(float(values["mu"]))
+
+
+def test_the_held_rod_is_proven_to_do_what_forty_digits_find():
+    assert proven_as_followed(read_scene("held_rod")).modes == ("slip_opposite", "stick", "slip_same")
 
 
 def test_what_cannot_be_proven_is_refused_by_name():
