@@ -30,7 +30,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
-from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, spelled
+from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys
 from asympk.symbolic.system import System
 
 KEYS = ("coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral", "forces")
@@ -163,16 +163,16 @@ def _mechanism(table, path, formula, q, u, t):
     require_keys(table, needed, path)
     if not isinstance(table.get("unilateral", False), bool):
         raise InputError(f"{path}: unilateral must be true or false")
-    given = {key: formula(key, spelled(table[key])) for key in (*needed, "static", "load") if key in table}
+    given = {key: formula(key, table[key]) for key in (*needed, "static", "load") if key in table}
     contact = Contact(**given, unilateral=table.get("unilateral", False))
     forces = _table(table, "forces", path)
     if unknown := forces.keys() - {s.name for s in q}:
         raise InputError(f"{path}: forces: {', '.join(sorted(unknown))} is no coordinate")
-    applied = [formula(f"forces: {s.name}", spelled(forces.get(s.name, 0))) for s in q]
+    applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
     if ("lagrangian" in table) == ("mass" in table):
         raise InputError(f"{path}: give either lagrangian or mass")
     if "mass" in table:
-        rows = [[formula("mass", spelled(entry)) for entry in row] for row in _rows(table["mass"], path)]
+        rows = [[formula("mass", entry) for entry in row] for row in _rows(table["mass"], path)]
         return Mechanism(q, u, rows, applied, contact, t)
     mass, centrifugal = lagranges_equations(formula("lagrangian", table["lagrangian"]), q, u, t)
     return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t)
@@ -192,7 +192,7 @@ def _table(table, key, path):
 
 
 def _numbers(table, key, path):
-    found = {name: spelled(value) for name, value in _table(table, key, path).items()}
+    found = _table(table, key, path)
     for name, value in found.items():
         if value is not None:  # beside a scene, whose values stand elsewhere
             number(f"{path}: {key}: {name}", value)
@@ -207,4 +207,4 @@ def _turn(over, path):
     ((name, ends),) = over.items()
     if not isinstance(ends, list) or len(ends) != 2:
         raise InputError(f"{path}: over: {name} = {ends!r:.60}: give its range, [low, high]")
-    return name, *map(spelled, ends), {}
+    return name, *ends, {}

@@ -29,7 +29,7 @@ from asympk.errors import InputError
 from asympk.mechanics.described import scene_table
 from asympk.naming import named
 from asympk.scene import Scene
-from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, spelled, word
+from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, require_keys, word
 from asympk.systems.catalogue import about_system, example_scenes
 
 COMMON = ("name", "about", "start", "until")
@@ -148,20 +148,15 @@ def _nondimensional(entries):
     beside = entries.pop("near", None)
     if beside is None:
         require_keys(entries, ("sigma", "mu", "start", "until"))
-        return Scene(**{**{key: spelled(value) for key, value in entries.items()}, "start": _list(entries["start"])})
+        return Scene(**entries)
     if "start" in entries or not isinstance(beside, dict):
         raise InputError("near must be a table {manifold, x, offset, z}, and stands in place of start")
     require_keys(entries, ("sigma", "mu", "until"))
     refuse_unknown(beside, _NEAR, "near")
     require_keys(beside, _NEAR)
-    return Scene.near(**{key: spelled(value) for key, value in {**beside, **entries}.items()})
+    return Scene.near(**beside, **entries)
 
 
 def _from_rod(entries):
     require_keys(entries, (*(key for key in PHYSICAL if key != "f0"), "start", "until"))
-    given = {key: spelled(entries[key]) for key in (*PHYSICAL, "until", "name") if key in entries}
-    return Scene.physical(**given, start=_list(entries["start"]))
-
-
-def _list(value):
-    return [spelled(item) for item in value] if isinstance(value, list) else spelled(value)
+    return Scene.physical(**entries)

@@ -30,7 +30,7 @@ from asympk.formulas import read_formula, read_relation
 from asympk.mechanics.described import described_by
 from asympk.mechanics.mechanism import Mechanism
 from asympk.scene import Scene
-from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys, spelled
+from asympk.storage.tomlfile import nearest, refuse_unknown, require_keys
 from asympk.symbolic.system import Friction, System
 from asympk.systems.catalogue import described_mechanism, start_at
 
@@ -43,13 +43,11 @@ _NEEDED = ("velocity", "force", "load", "kinetic")
 def read_system_scene(entry: dict[str, Any]) -> Scene:
     """Return the ``Scene`` of a table with ``system``, ``values``, ``start`` and ``until``; raises ``InputError``."""
     require_keys(entry, ("start", "until"))
-    values = {name: spelled(value) for name, value in _table(entry.get("values", {}), "values").items()}
-    start = entry["start"]
-    start = {k: spelled(v) for k, v in start.items()} if isinstance(start, dict) else start
+    values, start = _table(entry.get("values", {}), "values"), entry["start"]
     system, mechanism = system_of(entry["system"], values)
     if isinstance(start, dict) and mechanism and coordinates_of_start(system, mechanism, start):
         start = start_at(mechanism, system, values, start)
-    return Scene(system=system, values=values, start=start, until=spelled(entry["until"]), name=entry.get("name", ""))
+    return Scene(system=system, values=values, start=start, until=entry["until"], name=entry.get("name", ""))
 
 
 def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
@@ -93,7 +91,7 @@ def read_system(table: Any, parameters: Any) -> System:
         raise InputError("system.frictions must be tables, each under [[system.frictions]]")
     symbols = _symbols(table, [*slow, *fast], frictions, parameters)
     slow_rates, fast_rates = (
-        {symbols[s]: read_formula(spelled(rate), symbols, f"the rate of {s}") for s, rate in part.items()}
+        {symbols[s]: read_formula(rate, symbols, f"the rate of {s}") for s, rate in part.items()}
         for part in (slow, fast)
     )
     small, time = (symbols[table[key]] if key in table else None for key in ("small", "time"))
@@ -121,7 +119,7 @@ def _friction(table: dict, symbols: dict[str, sp.Symbol], k: int) -> Friction:
     where = f"system.frictions {k}"
     refuse_unknown(table, FRICTION, where)
     require_keys(table, _NEEDED, where)
-    formulas = {key: read_formula(spelled(table[key]), symbols, f"{where}: {key}")
+    formulas = {key: read_formula(table[key], symbols, f"{where}: {key}")
                 for key in FRICTION if key in table and key not in ("force", "normal")}  # fmt: skip
     return Friction(**formulas, **{key: symbols[table[key]] for key in ("force", "normal") if key in table})
 
@@ -140,7 +138,7 @@ def _with_contact(mechanism: Mechanism, table: dict, parameters: Any) -> System:
         raise InputError('system: contact must be "rigid", or "elastic" with compliance and damping')
     own = {s.name: s for s in mechanism.plain.parameters}
     symbols = {name: own.get(name, sp.Symbol(name, positive=True)) for name in parameters}
-    return mechanism.elastic(*(read_formula(spelled(table[key]), symbols, key) for key in ("compliance", "damping")))
+    return mechanism.elastic(*(read_formula(table[key], symbols, key) for key in ("compliance", "damping")))
 
 
 def _catalogued(name: str) -> System:

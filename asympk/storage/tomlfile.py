@@ -23,14 +23,16 @@ def read_table(path: str | Path) -> dict[str, Any]:
 
 
 def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
-    """Return the table in the bytes ``raw``, every decimal a ``Decimal``, so that 0.2 stays 1/5.
+    """Return the table in the bytes ``raw``, every decimal a string that spells it, so that 0.2 stays 1/5.
 
     A byte order mark, which some editors put first, is passed over.
     """
     try:
-        return tomllib.loads(raw.decode("utf-8-sig"), parse_float=Decimal)
-    except (ValueError, RecursionError, ArithmeticError) as reason:
-        raise InputError(f"{where}: not TOML in UTF-8: {str(reason)[:200]}") from None
+        return tomllib.loads(raw.decode("utf-8-sig"), parse_float=lambda text: str(Decimal(text)))
+    except (ValueError, RecursionError, ArithmeticError) as error:
+        told = isinstance(error, tomllib.TOMLDecodeError | UnicodeDecodeError)
+        reason = str(error)[:200] if told else "a number has too many digits, or tables stand too deep in one another"
+        raise InputError(f"{where}: not TOML in UTF-8: {reason}") from None
 
 
 def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | Path) -> None:
@@ -50,11 +52,6 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """Return the one of ``known`` that is spelt most like ``word``."""
     found = get_close_matches(word[:60].lower(), [*known], n=1, cutoff=0)
     return found[0] if found else next(iter(known))
-
-
-def spelled(value: Any) -> Any:
-    """Return ``value`` with a ``Decimal`` as the string that spells it, as ``Scene`` takes numbers."""
-    return str(value) if isinstance(value, Decimal) else value
 
 
 def word(table: Mapping[str, Any], key: str, where: str | Path, default: str = "") -> str:

@@ -26,7 +26,7 @@ from typing import Any
 from asympk.errors import InputError
 from asympk.numbers import number, short, whole
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of
-from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, spelled, word
+from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
 from asympk.sweep.family import Family
 from asympk.sweep.rods import PhysicalRodFamily, RodFamily
 
@@ -246,7 +246,7 @@ def _range(family, field, table):
 
 def _exact(family, field, value):
     """Return a number that has a double, as trajectories are followed in doubles."""
-    exact = Fraction(family.number(field, spelled(value)))
+    exact = Fraction(family.number(field, value))
     if exact.denominator.bit_length() > _MOST_BITS:
         raise InputError(f"{field} = {short(value)}: a double must be able to hold it")
     return exact

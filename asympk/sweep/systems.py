@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from decimal import Decimal
 from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -213,15 +212,9 @@ def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
 
 def _written(system, parameters):
     try:
-        return json.dumps([system, parameters], default=_plain)
+        return json.dumps([system, parameters])
     except (TypeError, ValueError, RecursionError):  # dates, or integers and nests without bounds
         raise InputError("system: it must hold formulas in text, words and numbers") from None
-
-
-def _plain(value):
-    if isinstance(value, Decimal):
-        return str(value)
-    raise TypeError
 
 
 @lru_cache(maxsize=8)

@@ -191,6 +191,7 @@ def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scen
     """Return the ``Scene`` of a physical rod; raises ``InputError``."""
     given = {**given, **dict(zip(STATE, (*triple(start, "[R_1, R_1', u]"), until), strict=True))}
     quantities = {key: quantity(key, value) for key, value in given.items()}
+    number("f0", given["f0"], lambda f0: f0 >= quantities["f"], f"at least f = {shown(quantities['f'])}")
     found, scale = nondimensional(quantities)
     numbers = tuple(found[key] for key in RESULTS)
     sigma, mu, sigma0, x, y, z, horizon = numbers
