@@ -1,13 +1,13 @@
-r"""The modes of a system with friction: the unknown forces solved for, one branch of the friction law at a time.
+r"""The modes of a system with friction: their fields and guards, for one branch of the friction law at a time.
 
-A branch says of every friction whether it slips, sticks or is open, and which sign its load has. It makes the forces F
-and the reactions N the solution of linear equations,
+A branch says of every friction whether it slips, sticks or is open, and which signs its load and velocity have. On a
+branch the forces F and the reactions N solve linear equations, with v the sliding velocity,
 
     slip     F + (sign of the load) (sign of v) kinetic load = 0          stick    v' = 0
     open     F = 0,  N = 0                                                closed   N = load, or constraint = 0
 
-and holds while its guards, expressions that are positive inside it, stay positive. ``forces`` is the function that
-solves; all else is substitution.
+A branch holds while its guards are positive. ``forces`` solves the equations and is the hard function. ``fields``,
+``guards`` and ``where`` substitute its solution; ``named_branches`` lists the branches.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -31,8 +31,9 @@ if TYPE_CHECKING:
 class Phase(NamedTuple):
     """The signs of one friction's load and velocity; velocity 0 is stick, load 0 an open contact.
 
-    With ``either`` they may both be the opposite: a name of a mode tells their product alone. Where contacts stick that
-    have more forces than equations, all stands ``still``, whatever the forces.
+    With ``either`` both signs may also be the opposite ones: the name of a mode gives only their product. With
+    ``still`` the whole system is at rest on sticking contacts that have more forces than equations. ``idle`` are the
+    kinds of guards that stay 0 along the motion and are therefore not watched.
     """
 
     load: int
@@ -50,20 +51,21 @@ class Phase(NamedTuple):
 
 
 OPEN = Phase(0, 0)
-NEVER_IDLE = ("unbounded", "several")  # kinds of guards of sliding rigid contacts
-LONG = 300  # operations of a rational expression
+NEVER_IDLE = ("unbounded", "several")  # kinds of guards of sliding rigid contacts; these are always watched
+LONG = 300  # operations; a rational expression divided by a sum is not expanded if it has more
 Branch = tuple[Phase, ...]
 
 
 def awake(branch: Branch) -> Branch:
-    """Return a branch all of whose guards may be lost: those that vanish for ever do so on one side alone."""
+    """Return a branch without its record of idle guards: a guard may be idle on one side of a switch only."""
     return tuple(phase._replace(idle=()) for phase in branch)
 
 
 class Guard(NamedTuple):
-    """A function that is positive inside a mode: the kind of event that its loss is, and the friction it belongs to.
+    """A function that is positive inside a mode; ``kind`` is the event where it vanishes, ``friction`` an index.
 
-    ``divided`` tells that a power of the penetration was taken out, with which a margin vanishes where this may not.
+    ``divided`` means that a power of the penetration, a positive factor, was cancelled from ``value``. The margin of
+    the contact vanishes with this factor, even where ``value`` does not.
     """
 
     kind: str
@@ -73,51 +75,54 @@ class Guard(NamedTuple):
 
 
 def mode_name(branch: Branch) -> str:
-    """Return the name of the mode: that of every friction, joined by ``+``; ``smooth`` without any."""
+    """Return the name of the mode: the names for all frictions joined by ``+``, or ``smooth`` without friction."""
     return "+".join(phase.mode for phase in branch) or "smooth"
 
 
 def at_rest(branch: Branch) -> frozenset[int]:
-    """Return the frictions that stick."""
+    """Return the indices of the frictions that stick."""
     return frozenset(k for k, phase in enumerate(branch) if phase.mode == "stick")
 
 
 def stands(branch: Branch) -> bool:
-    """Tell whether all stands still, on contacts whose forces are not determined."""
+    """Tell whether the whole system is at rest on contacts whose forces are not determined."""
     return any(phase.still for phase in branch)
 
 
 def most_at_rest(branches: Iterable[Branch], among: Iterable[int] | None = None) -> list[Branch]:
-    """Leave out every branch whose frictions at rest are a part of those in another one; only ``among`` these count."""
+    """Leave out every branch whose sticking frictions are a proper subset of another branch's; only ``among`` count."""
     rest = {b: at_rest(b) if among is None else at_rest(b) & {*among} for b in branches}
     return [b for b in rest if not any(rest[b] < other for other in rest.values())]
 
 
 def named_branches(system: "System") -> Iterator[Branch]:
-    """Yield one branch for every name of a mode; none for a stick in which no force can hold the velocity."""
+    """Yield one branch for every name of a mode whose forces are determined.
+
+    A stick is left out, for instance, where the force does not enter the rate of its velocity.
+    """
     asked = _asks_for_signs(system)
     choices = (_choices(friction, asked) for friction in system.frictions)
     return (branch for branch in product(*choices) if determined(system, branch))
 
 
 def _asks_for_signs(system: "System") -> bool:
-    """Tell whether a formula has an absolute value or a sign in it."""
+    """Tell whether a rate, load or friction bound contains an absolute value or a sign."""
     bounds = (e for f in system.frictions for e in (f.load, f.kinetic, f.static))
     return sp.Tuple(*system.rates.values(), *bounds).has(sp.Abs, sp.sign)
 
 
 def _load_sign(friction: "Friction") -> int:
-    """Return the sign that a load has in every state of a closed contact, 0 where it may have both."""
+    """Return the sign of the load in all states of a closed contact, or 0 where the load may have both signs."""
     if friction.load.is_negative:
         return -1
     return 1 if friction.load.is_positive or lifts(friction) else 0
 
 
 def telling(system: "System") -> Iterator[Branch]:
-    """Yield a branch in which all contacts slip, and those that differ from it in one phase.
+    """Yield branches that show every mode of every contact: one in which all slip, and those with one other phase.
 
-    Of the phases of one mode one tells, unless a formula asks for the sign of something. Where several rigid contacts
-    that slip have more reactions than equations, those that can open are open but one.
+    One phase of a mode suffices unless a formula contains a sign or an absolute value. Where several rigid contacts
+    that slip have more reactions than equations, the contacts that can open are open, all but one at a time.
     """
     choices = [*map(all_phases if _asks_for_signs(system) else _choices, system.frictions)]
     first = tuple(choice[0] for choice in choices)
@@ -133,12 +138,12 @@ def telling(system: "System") -> Iterator[Branch]:
 
 
 def _is_redundant(system: "System", branch: Branch) -> bool:
-    """Tell whether several rigid contacts have more reactions than equations, in symbols."""
+    """Tell whether there are several rigid contacts and their equations for the forces are singular, in symbols."""
     return sum(f.constraint is not None for f in system.frictions) > 1 and not determined(system, branch)
 
 
 def _choices(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:
-    """Return a phase for every mode of a contact; where signs are ``asked``, one that leaves open what is not known."""
+    """Return one phase per mode of a contact, ``either`` if signs are ``asked`` and the sign of the load is unknown."""
     known = _load_sign(friction)
     sign = known or 1
     closed = (Phase(sign, velocity, asked and not known) for velocity in (sign, -sign, 0))
@@ -146,9 +151,9 @@ def _choices(friction: "Friction", asked: bool = False) -> tuple[Phase, ...]:
 
 
 def all_phases(friction: "Friction") -> tuple[Phase, ...]:
-    """Return every phase of a contact: the signs of load and velocity, at rest too, and open where it can be.
+    """Return every phase of a contact: all signs of load and velocity, velocity 0, and open if the contact has a gap.
 
-    The load of one that opens where its load vanishes has one sign.
+    The load of a contact that ``lifts`` has the sign 1 only.
     """
     closed = (Phase(load, velocity) for velocity in (1, -1, 0) for load in ((1,) if lifts(friction) else (1, -1)))
     return (*closed, *([OPEN] if friction.gap is not None else []))
@@ -160,7 +165,7 @@ def determined(system: "System", branch: Branch) -> bool:
 
 
 def fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
-    """Return the slow and the fast field of the mode, ``small`` still before the fast rates."""
+    """Return the slow field and the fast field of the mode; the fast field is ``small`` times the rates."""
     return _fields(system, awake(branch))
 
 
@@ -178,7 +183,7 @@ def _fields(system: "System", branch: Branch) -> tuple[sp.Dict, sp.Dict]:
 
 
 def where(system: "System", branch: Branch) -> sp.Basic:
-    """Return the condition on the states under which the mode holds, whichever of its two pairs of signs they have."""
+    """Return the condition on the states under which the mode holds, for both pairs of signs that its name covers."""
     conditions = []
     for friction, phase in zip(system.frictions, branch, strict=True):
         v, load = friction.velocity, friction.load
@@ -239,10 +244,10 @@ def _equations(system: "System", branch: Branch) -> tuple[list[sp.Symbol], sp.Ma
 def _by_elimination(
     branch: Branch, matrix: sp.Matrix, right: sp.Matrix, unknowns: list[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr]:
-    """Solve by minors of symbols that stand for the coefficients, which may be too long to expand.
+    """Solve by the adjugate of a matrix of symbols that stand for the coefficients, which may be too long to expand.
 
-    The short laws of slip and of what is open are put in first, and leave fewer equations. Nothing is divided by but
-    the determinant: a pivot may vanish at parameters at which the forces are determined.
+    The short laws of slip and of open contacts are eliminated first. The only division is by the determinant: a pivot
+    may vanish at parameters at which the forces are determined.
     """
     rows = sp.Matrix.hstack(matrix, right).as_mutable()
     short_laws = _put_in(rows)
@@ -259,13 +264,13 @@ def _by_elimination(
 
 
 def _entries_named(matrix: sp.Matrix) -> tuple[sp.Matrix, dict[sp.Symbol, sp.Expr]]:
-    """Return a matrix with symbols that stand for its entries, but for numbers, and what they stand for."""
+    """Return a matrix with a symbol for each entry that is not a number, and the mapping from symbols to entries."""
     names = matrix.applyfunc(lambda entry: entry if entry.is_number else sp.Dummy())
     return names, {s: entry for s, entry in zip(names, matrix, strict=True) if not entry.is_number}
 
 
 def _determinant(matrix: sp.Matrix) -> sp.Expr:
-    """Return a determinant, as it stands where the entries are too long to simplify."""
+    """Return a determinant, left unsimplified where the entries are too long."""
     if not heavy(sp.Tuple(*matrix)):
         return matrix.det(method="berkowitz")
     names, meaning = _entries_named(matrix)
@@ -273,7 +278,7 @@ def _determinant(matrix: sp.Matrix) -> sp.Expr:
 
 
 def _put_in(rows: sp.Matrix) -> dict[int, int]:
-    """Solve the rows of at most two unknowns for one with a number before it; put it in, and return {unknown: row}."""
+    """Eliminate, in place, an unknown with a numeric coefficient from each row of one or two; return {unknown: row}."""
     found: dict[int, int] = {}
     for i in range(rows.rows):
         entries = {j: rows[i, j] for j in range(rows.cols - 1) if rows[i, j] != 0}
@@ -289,13 +294,13 @@ def _put_in(rows: sp.Matrix) -> dict[int, int]:
 
 
 def guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
-    """Return the guards of the mode, forces put in; those that depend on neither state nor time are left out."""
+    """Return the guards of the mode that depend on the states or the time, with the forces substituted."""
     moving = {*system.states, system.time}
     return tuple(g for g in _placed_guards(system, branch) if g.value.free_symbols & moving)
 
 
 def fixed_guards(system: "System", branch: Branch) -> tuple[Guard, ...]:
-    """Return those that were left out: they must be positive of the parameters alone for the mode to be entered."""
+    """Return the guards that depend on parameters alone; the mode can be entered only where these are positive."""
     moving = {*system.states, system.time}
     return tuple(g for g in _placed_guards(system, branch) if not g.value.free_symbols & moving)
 
@@ -329,17 +334,18 @@ def _every_guard(system: "System", branch: Branch) -> tuple[Guard, ...]:
 
 
 def _divided(guard: Guard) -> Guard:
-    """Return a guard without its factors that are positive while the contact is closed."""
+    """Return a guard without the powers of the penetration in it, which are positive while the contact is closed."""
     value = without_penetration(guard.value)
     return guard if value == guard.value or guard.kind == "lift_off" else guard._replace(value=value, divided=True)
 
 
 def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
-    """Return the guards of sliding rigid contacts: their reactions stay determined, and no second motion comes up.
+    """Return the guards of sliding rigid contacts: the reactions stay bounded, and no second motion appears.
 
-    With one contact, 0 = a + p N, and p has the sign that it has without friction where a motion is the only one; in a
-    constraint that holds both ways so has that p which the other sign of N would have. With several rigid contacts p is
-    the determinant of their equations, and a second motion is looked for at events alone.
+    With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
+    friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
+    With several rigid contacts p is the determinant of their equations, and a second motion is looked for at events
+    only.
     """
     rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None]
     sliding = [k for k in rigid if branch[k].velocity]
@@ -354,7 +360,7 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
 
 
 def _stiffness(system: "System", branch: Branch) -> sp.Expr:
-    """Return the determinant of the equations of the forces, times that without the friction of slip."""
+    """Return the determinant of the equations of the forces, times the same determinant without sliding friction."""
     unknowns, matrix, _ = _equations(system, branch)
     alone = matrix.as_mutable()
     for friction, phase in zip(system.frictions, branch, strict=True):
@@ -365,7 +371,7 @@ def _stiffness(system: "System", branch: Branch) -> sp.Expr:
 
 
 def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
-    """Return (d, c) of the rate of the sliding velocity, v' = d + c F, a reaction put in as the load."""
+    """Return (d, c) in the rate of the sliding velocity, v' = d + c F; a reaction without constraint is the load."""
     rate = velocity_rate(system, friction)
     if friction.normal is not None and friction.constraint is None:
         rate = rate.xreplace({friction.normal: friction.load})
@@ -374,18 +380,18 @@ def drive(system: "System", friction: "Friction") -> tuple[sp.Expr, sp.Expr]:
 
 
 def velocity_rate(system: "System", friction: "Friction") -> sp.Expr:
-    """Return the rate of the sliding velocity along the field, forces as symbols."""
+    """Return the rate of the sliding velocity along the field, with the forces as symbols."""
     return rate_along(system, friction.velocity)
 
 
 def rate_along(system: "System", expr: sp.Expr) -> sp.Expr:
-    """Return the rate of an expression in the states along the field, forces as symbols."""
+    """Return the rate of an expression in the states along the field, with the forces as symbols."""
     terms = [slope_by(expr, s) * r for s, r in system.rates.items() if expr.has(s)]
     return _expanded(sp.Add(*terms, slope_by(expr, system.time) if system.time else 0))
 
 
 def check_friction(system: "System", friction: "Friction", number: int) -> None:
-    """Refuse a friction that is not one: its velocity without states or bent, its force nowhere or not linear."""
+    """Raise ``InputError`` where a friction is ill-posed: no state in its velocity, its force in no rate, and so on."""
     which = f"friction {number}" if len(system.frictions) > 1 else "the friction"
     v, states = friction.velocity, system.states
     if not v.free_symbols & {*states}:
@@ -419,9 +425,10 @@ def _friction_law(system: "System", branch: Branch, k: int) -> sp.Expr:
 
 
 def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
-    """Tell whether a contact that slips in a branch can not, and bears more than it would if it did.
+    """Tell whether a contact that slips in a branch cannot move there, and static friction exceeds kinetic friction.
 
-    What it bears is not determined. The branch has it bear most, its static friction (Lemma 10).
+    The other contacts at rest hold such a contact, so its force is not determined. The branch gives it the largest
+    possible force, its static friction (Lemma 10).
     """
     friction = system.frictions[k]
     return friction.static != friction.kinetic and _is_carried(system, branch, k)
@@ -429,7 +436,7 @@ def rests_in_all_but_name(system: "System", branch: Branch, k: int) -> bool:
 
 @lru_cache(maxsize=1024)
 def _is_carried(system: "System", branch: Branch, k: int) -> bool:
-    """Tell whether the velocity of a contact that slips in a branch is a combination of those that are 0 there."""
+    """Tell whether the velocity of a contact that slips in a branch is a combination of velocities that are 0 there."""
     resting = [system.frictions[j].velocity for j in sorted(at_rest(branch))]
     if not (branch[k].velocity and resting):
         return False
@@ -441,14 +448,14 @@ def _is_carried(system: "System", branch: Branch, k: int) -> bool:
 
 
 def moves_alike(system: "System", one: Branch, other: Branch) -> bool:
-    """Tell whether two branches differ at most in idle guards, and in how contacts at rest share their forces."""
+    """Tell whether two branches differ at most in their idle guards and in how contacts at rest share their forces."""
     ways = [[phase._replace(velocity=0) if _is_carried(system, branch, k) else phase for k, phase in enumerate(branch)]
             for branch in map(awake, (one, other))]  # fmt: skip
     return ways[0] == ways[1]
 
 
 def _affine_row(system: "System", velocity: sp.Expr) -> list[sp.Expr]:
-    """Return the slopes of a velocity by all states, and what is left of it without them."""
+    """Return the derivatives of a velocity by all states, and then its remainder after the linear terms."""
     slopes = {s: slope_by(velocity, s) for s in system.states}
     return [*slopes.values(), sp.expand(velocity - sum(s * slope for s, slope in slopes.items()))]
 
@@ -466,15 +473,15 @@ def _sliding(system: "System", branch: Branch, friction: "Friction") -> tuple[sp
 
 
 def held(system: "System", branch: Branch) -> set[sp.Symbol]:
-    """Return the states that are sliding velocities of contacts that stick: their rates are 0, not rounded to it."""
+    """Return the states that are sliding velocities of sticking contacts: their rates are set to 0 exactly."""
     sticking = (f for f, phase in zip(system.frictions, branch, strict=True) if phase.mode == "stick")
     return {f.velocity for f in sticking if f.velocity.is_Symbol}
 
 
 def lifts(friction: "Friction") -> bool:
-    """Tell whether the contact opens just where its load vanishes: the load then keeps its sign while closed.
+    """Tell whether the contact opens exactly where its load vanishes, so that the load keeps its sign while closed.
 
-    It is a multiple of the gap, or of a power of the penetration.
+    This holds of a rigid contact, and of a load that is a multiple of the gap or of a power of the penetration.
     """
     if friction.gap is None:
         return False
@@ -487,7 +494,7 @@ def lifts(friction: "Friction") -> bool:
 
 @lru_cache(maxsize=1024)
 def heavy(expr: sp.Basic) -> bool:
-    """Tell whether an expression is long, and no rational one or divided by a sum: expanded it grows beyond use."""
+    """Tell whether an expression is too long to expand: 60 operations, or ``LONG`` in a quotient of polynomials."""
     if not _is_rational(expr):
         return is_longer(expr, 60)
     return any(p.exp.is_negative and p.base.is_Add for p in atoms(expr, sp.Pow)) and is_longer(expr, LONG)
@@ -498,7 +505,7 @@ def _is_rational(expr: sp.Basic) -> bool:
 
 
 def _expanded(expr: sp.Expr) -> sp.Expr:
-    """Expand an expression, unless it is no rational one and grows by that."""
+    """Expand an expression, unless it is heavy, or is not rational and grows."""
     if heavy(expr):
         return expr
     expanded = sp.expand(expr)
@@ -510,9 +517,9 @@ def _put(system: "System", branch: Branch, expr: sp.Expr, solved: dict) -> sp.Ex
 
 
 def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
-    """Put the known sign of every sliding velocity and load into its absolute value and sign.
+    """Replace the sign and the absolute value of every sliding velocity and load by those that the branch gives.
 
-    Where only their product is known, the sign of the load becomes that of the velocity or its opposite.
+    Where only the product of both signs is known, sign(load) becomes sign(velocity) or -sign(velocity).
     """
     if not expr.has(sp.Abs, sp.sign):
         return expr
@@ -529,9 +536,9 @@ def _signed(system: "System", branch: Branch, expr: sp.Expr) -> sp.Expr:
 
 
 def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
-    """Return what puts ``sign`` for the sign of a quantity, and the quantity times it for its absolute value.
+    """Return the substitutions of ``sign`` for sign(quantity), and of ``sign * quantity`` for |quantity|.
 
-    Of a quantity whose sign is known, as 1 + |x|, neither is an expression of its own.
+    None is needed for a quantity such as 1 + |x|, whose sign SymPy knows: both expressions are then evaluated.
     """
     found = {sp.Abs(quantity): sign * quantity, sp.sign(quantity): sign,
              sp.Abs(-quantity): sign * quantity, sp.sign(-quantity): -sign}  # fmt: skip
@@ -539,18 +546,18 @@ def put_sign(quantity: sp.Expr, sign: sp.Expr) -> dict[sp.Basic, sp.Basic]:
 
 
 def without_squares(expr: sp.Expr, signs: Collection[sp.Expr]) -> sp.Expr:
-    """Put 1 for the square of every one of ``signs``."""
+    """Return ``expr`` with 1 for the square of every one of ``signs``."""
     return expr.replace(lambda e: e.is_Pow and e.exp.is_Integer and e.base in signs, lambda e: e.base ** (e.exp % 2))
 
 
 def of_either_sign(system: "System", branch: Branch) -> tuple[sp.Expr, ...]:
-    """Return what keeps a sign in a mode whose name does not tell it: velocities, and loads of contacts that stick."""
+    """Return the quantities of unknown sign that keep it in a mode: velocities in slip, loads in stick."""
     either = ((f, phase) for f, phase in zip(system.frictions, branch, strict=True) if phase.either)
     return tuple(f.velocity if phase.velocity else f.load for f, phase in either)
 
 
 def _tidy(expr: sp.Expr) -> sp.Expr:
-    """Expand what is not heavy; quotients of polynomials over a common denominator."""
+    """Expand an expression unless it is heavy; write quotients of polynomials over a common denominator."""
     expanded = _expanded(expr)
     divided = any(power.exp.is_negative for power in atoms(expanded, sp.Pow))
     if divided and _is_rational(expr) and expanded.is_rational_function():

@@ -1,7 +1,8 @@
-r"""Critical manifolds g(x, y, 0) = 0 of every mode: where they live, and whether they attract.
+r"""Critical manifolds g(x, y, 0) = 0 of every mode: where they lie, and whether they attract.
 
-A branch y = h_0(x) is normally hyperbolic where no eigenvalue of dg/dy on it has the real part 0; the signs of the
-real parts, here by the determinants of Hurwitz, tell attracting from repelling directions.
+A branch y = h_0(x) is normally hyperbolic where no eigenvalue of dg/dy on it has real part 0. The signs of the real
+parts, found by Hurwitz determinants, separate attracting from repelling directions. ``critical_manifolds`` solves g = 0
+for all branches; ``_solutions`` is the hard function. ``CriticalManifold`` states the conditions on one branch.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,8 +25,8 @@ from asympk.symbolic.signs import conjunction, factored, nonzero
 from asympk.symbolic.system import Mode, System, of_system
 from asympk.symbolic.values import as_exact, by_symbol, in_words
 
-MOST_SIDES = 8  # phases of one mode
-MOST = 8  # sines and other functions in what is factored: with more it may not end
+MOST_SIDES = 8  # switches in the rates of one mode; each doubles the number of its smooth parts
+MOST = 8  # functions, such as sines, in an expression that is factored: with more, factoring may not end
 _POSITIVE: dict[type, Callable] = {
     sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2)
 }  # fmt: skip
@@ -56,7 +57,8 @@ class CriticalManifold(ShownAsFormulas):
     def characteristic(self) -> tuple[sp.Expr, ...]:
         """The coefficients of det(nu - dg/dy) on the manifold, from the highest; its roots are the fast rates.
 
-        On a branch whose roots nest, as in Cardano's formula, they are told by its value y, and so is what follows.
+        On a branch of nested roots, as in Cardano's formula, the coefficients and all conditions derived from them are
+        left in terms of the fast states y.
         """
         nested = any(map(_is_nested, self.branch.values()))
         told = replace(self, branch=sp.Dict({y: y for y in self.branch})) if nested else self
@@ -64,9 +66,10 @@ class CriticalManifold(ShownAsFormulas):
 
     @cached_property
     def real(self) -> sp.Basic:
-        """The condition under which the branch is real, but for its ends: even roots and logs are of positive numbers.
+        """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
-        Inverse functions are of what theirs give. Odd roots are taken to be real, as those of cubics with several.
+        The arguments of asin, acos, atanh and acosh lie inside the domains of these. A branch with an odd root, such as
+        Cardano's for a cubic, is taken to be real.
         """
         roots = _fractional_powers(*self.branch.values())
         if any(map(_is_complex, self.branch.values())):
@@ -83,17 +86,17 @@ class CriticalManifold(ShownAsFormulas):
 
     @cached_property
     def exists(self) -> sp.Basic:
-        """The condition under which the branch is real and finite, and no eigenvalue of dg/dy is imaginary or 0."""
+        """The condition under which the branch is real and finite, and no eigenvalue of dg/dy has real part 0."""
         if self._finite == sp.false:
             return sp.false
         return sp.And(off_axis(self.characteristic, self._assumed), self.real, self._finite)
 
     @property
     def _finite(self):
-        """The condition under which nothing vanishes by which the branch is divided; roots tell of themselves."""
+        """The condition under which no denominator of the branch vanishes; ``real`` covers roots in denominators."""
         if sp.Tuple(*self.branch.values()).has(sp.zoo, sp.nan):
             return sp.false
-        if not fast_jacobian(self.dynamics, self.small).has(*self.branch):  # divided by det dg/dy
+        if not fast_jacobian(self.dynamics, self.small).has(*self.branch):  # only det dg/dy divides
             return sp.true
         below = (sp.fraction(sp.together(h))[1] for h in self.branch.values())
         factors = (factor for expr in below for factor, _ in factored(expr)[1] if not _fractional_powers(factor))
@@ -116,15 +119,15 @@ class CriticalManifold(ShownAsFormulas):
 
     @cached_property
     def folds(self) -> sp.Basic:
-        """The condition under which the manifold folds or meets another: det dg/dy = 0."""
+        """The condition under which the manifold folds or meets another manifold: det dg/dy = 0."""
         determinant, _ = sp.fraction(sp.together(self.characteristic[-1]))
         return sp.to_nnf(sp.Not(nonzero(determinant, self.assumptions)))
 
     @cached_property
     def stability(self) -> str:
-        """``"stable"``, ``"unstable"`` (all fast directions attract, repel), ``"saddle"`` (neither), by real parts.
+        """``"stable"`` (all fast directions attract), ``"unstable"`` (all repel) or ``"saddle"`` (some of each).
 
-        A ``Piecewise`` of these names, as symbols, where it depends on parameters or on the place. Raises
+        A ``Piecewise`` of these names, as symbols, where the stability depends on parameters or on the place. Raises
         ``NotNormallyHyperbolic`` where dg/dy has an eigenvalue on the imaginary axis on the whole manifold.
         """
         if self.exists == sp.false:
@@ -138,13 +141,13 @@ class CriticalManifold(ShownAsFormulas):
         """The condition on the states under which the mode holds on the manifold, at mu = 0; False if nowhere."""
         states = list(self.dynamics.slow)
         where = self.dynamics.where
-        # SymPy multiplies out what it takes the modulus of, which long expressions do not outlast
+        # without evaluation: SymPy expands the argument of Abs, which may not end for a long expression
         moduli = {a: sp.Abs(a.args[0].subs(self.branch), evaluate=False) for a in where.atoms(sp.Abs) if heavy(a)}
         parts = sp.And.make_args(where.xreplace(moduli).subs(self.branch, simultaneous=True))
         return reduce_under(sp.And(*(_located(part, states, self.assumptions) for part in parts)), self.assumptions)
 
     def at(self, **values: Any) -> Self:
-        """Put in values of parameters by name, exact numbers or strings: ``at(sigma="1/2")``.
+        """Return the manifold at values of parameters, given by name as exact numbers or strings: ``at(sigma="1/2")``.
 
         Raises ``NotNormallyHyperbolic`` where the manifold does not exist, ``InputError`` for values outside the
         assumptions, floats and unknown names.
@@ -185,7 +188,7 @@ class CriticalManifold(ShownAsFormulas):
             return str(reason)
 
     def _degeneracy(self):
-        """Say what keeps the manifold from being normally hyperbolic, or real, or finite."""
+        """Return, in words, why the manifold is not normally hyperbolic, or not real, or not finite."""
         if self._finite == sp.false:
             return "a denominator vanishes"
         if self.real == sp.false:
@@ -204,9 +207,10 @@ class CriticalManifold(ShownAsFormulas):
 def critical_manifolds(system: System) -> Several[CriticalManifold]:
     """Solve g = 0 for the fast variables in every mode.
 
-    Manifolds of slip and smooth modes are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; one that
-    lies nowhere in its mode has ``domain`` False. A mode that switches has those of every side, each with its domain.
-    Raises ``NotDerivable`` when SymPy cannot solve g = 0, or where a mode has too many sides.
+    Manifolds of modes other than stick are named Pi1, Pi2, ... in order, those of stick Lambda1, ...; a manifold that
+    lies nowhere in its mode has ``domain`` False. Where the rates of a mode switch by a state or the time, every side
+    of the switch has its own manifolds, each with its domain. Raises ``NotDerivable`` when SymPy cannot solve g = 0, or
+    where a mode has too many sides.
     """
     found: list[CriticalManifold] = []
     count: dict[str, int] = {}
@@ -220,7 +224,7 @@ def critical_manifolds(system: System) -> Several[CriticalManifold]:
 
 
 def _smooth_parts(mode: Mode, assumptions: sp.Basic, sides: Sides = ()) -> list[Mode]:
-    """Return the mode on each side of what switches its rates by a state or the time: there they are smooth."""
+    """Return the smooth parts of a mode, one on each side of the switches in its rates by a state or the time."""
     if (beyond := conjunction(list(sides), assumptions)) == sp.false:
         return []
     states, signs = (*mode.slow, *mode.fast), {sp.Dummy(real=True): quantity for quantity in mode.signed}
@@ -274,7 +278,7 @@ def determinant(branch: Any) -> str:
 
 
 def _located(part, states, assumptions):
-    """Reduce one condition of a mode on the manifold, the sign of the parameters told from that of the states."""
+    """Reduce one inequality on the manifold to the cases of signs of its factor in the parameters and of the rest."""
     if not isinstance(part, (sp.StrictGreaterThan, sp.StrictLessThan)):
         return part
     if len((difference := part.gts - part.lts).atoms(sp.Function)) > MOST:
@@ -308,7 +312,7 @@ def _is_complex(h):
     for p in _fractional_powers(h):
         if not p.exp.q % 2:
             told[p] = sp.Dummy(positive=True)
-        elif not _fractional_powers(p.base) or _is_exceeding(p.base):  # odd roots are real, but for Cardano's of three
+        elif not _fractional_powers(p.base) or _is_exceeding(p.base):  # odd root of a real number, unlike Cardano's
             positive = True if _is_exceeding(p.base) else None
             root = bases.setdefault(p.base, sp.Dummy(real=True, nonzero=True, positive=positive))
             told[p] = root ** (p.exp * p.exp.q)
@@ -319,7 +323,7 @@ def _is_complex(h):
 
 
 def _is_exceeding(base):
-    """Tell whether an expression a + b sqrt(d) is positive because its root exceeds a."""
+    """Tell whether an expression a + b sqrt(d) is positive because b is, and b sqrt(d) exceeds |a|."""
     root = next((p for p in _fractional_powers(base) if p.exp == sp.S.Half), None)
     if root is None:
         return False
@@ -328,7 +332,7 @@ def _is_exceeding(base):
 
 
 def _solutions(equal_zero, unknowns):
-    """Return what SymPy solves for, or None where it does not or leaves out roots."""
+    """Return the solutions that SymPy finds, or None where SymPy fails or would leave out roots."""
     if heavy(sp.Tuple(*equal_zero)):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
@@ -344,9 +348,9 @@ def _solutions(equal_zero, unknowns):
 
 
 def _given_by_others(equal_zero, unknowns):
-    """Return an equation, an unknown that it is linear in, with a number before it, and this by others; else None.
+    """Return (equation, unknown y, y in terms of the others) for a y with a constant rational coefficient, else None.
 
-    SymPy takes minutes for roots of cubics that it finds together with such an unknown.
+    SymPy takes minutes to solve cubics together with such an equation. Linear systems need no such help: None.
     """
     if not sp.Matrix(equal_zero).jacobian(unknowns).has(*unknowns):
         return None
@@ -355,21 +359,21 @@ def _given_by_others(equal_zero, unknowns):
 
 
 def _without(force, y, own, equal_zero, unknowns):
-    """Return the solutions of the equations other than ``force``, which gives ``y`` as ``own``, and y with them."""
+    """Return the solutions of the equations other than ``force``, each completed by ``y`` = ``own``."""
     left = [g.subs(y, own) for g in equal_zero if g is not force]
     solutions = _solutions(left, [other for other in unknowns if other != y])
     return solutions and [{**s, y: sp.expand(own.subs(s))} for s in solutions]
 
 
 def _linear_solution(matrix, rest, unknowns):
-    """Return the solution of matrix y + rest = 0, unsimplified, in a list; none where the matrix is singular."""
+    """Return [solution] of matrix y + rest = 0, unsimplified, or [] where the matrix is singular."""
     if is_zero(determinant := matrix.det(method="berkowitz")):
         return []
     return [dict(zip(unknowns, -matrix.adjugate(method="berkowitz") * rest / determinant, strict=True))]
 
 
 def _loses_roots(force, y):
-    """Tell whether a factor of a polynomial g has roots that no radicals give: ``solve`` leaves them out silently."""
+    """Tell whether a polynomial g has a factor not solvable by radicals, whose roots ``solve`` leaves out silently."""
     numerator = sp.fraction(sp.together(force))[0]
     if not numerator.is_polynomial(y):
         return False

@@ -1,8 +1,8 @@
 r"""The only door from symbols to numbers: expressions as a function of numbers, or as C source.
 
 A rational constant stays exact until a number meets it: the ``mpmath`` target divides at the precision of the call,
-the others round p/q once. Every target takes its text from one emitter, in which subexpressions are shared, so the
-same expressions give the same source in every run.
+the others round p/q once. One emitter, ``_emission``, writes the text for every target and shares subexpressions, so
+the same expressions give the same source in every run. ``lower`` checks its input; ``_compiled`` executes the text.
 """
 
 import math
@@ -34,8 +34,8 @@ from asympk.symbolic.reading import entries_of, expression
 from asympk.symbolic.tables import as_tree, without_tables
 
 BRANCHING = (sp.Piecewise, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.floor, sp.ceiling, sp.frac, sp.Mod)
-_OPEN = (sp.Derivative, sp.Subs, sp.Sum, sp.Product)  # what still is to be worked out
-_LARGEST = 2**1024  # beyond all doubles
+_OPEN = (sp.Derivative, sp.Subs, sp.Sum, sp.Product)  # unevaluated: .doit() works them out
+_LARGEST = 2**1024  # no double is this large
 STRICT = {"allow_unknown_functions": False, "strict": True}
 
 
@@ -43,10 +43,10 @@ STRICT = {"allow_unknown_functions": False, "strict": True}
 class Lowered(ShownAsFormulas):
     """A function of numbers, ``outputs`` in terms of ``args``, compiled for ``target`` at the first call.
 
-    Returns one value, a tuple when lowered from a sequence, a dict by ``keys`` when lowered from a ``Dict``. With
-    ``directions``, each the rates of all ``args``, it is the derivatives of the outputs along every direction, output
-    by output; ``definitions`` are symbols of the outputs, each with what it stands for. Pickles as its expressions.
-    Raises ``OutOfRange`` where a value is not a finite real number.
+    A call returns one value, a tuple if lowered from a sequence, or a dict by ``keys`` if lowered from a ``Dict``. Each
+    of ``directions`` holds the rates of all ``args``; a call then returns the derivatives of the outputs along every
+    direction, output by output. ``definitions`` are pairs of a symbol in the outputs and its expression. The function
+    pickles as its expressions. Raises ``OutOfRange`` where a value is not a finite real number.
     """
 
     args: tuple[sp.Symbol, ...]
@@ -72,7 +72,7 @@ class Lowered(ShownAsFormulas):
         return found[0] if self.single else found
 
     def to_digits(self, digits: int, *values: Number) -> tuple[Number, ...]:
-        """Return the tuple of the outputs on ``digits`` digits whatever mpmath's precision, for target ``"mpmath"``."""
+        """Return the outputs to ``digits`` digits, whatever mpmath's precision is; for target ``"mpmath"`` only."""
         return _mpmath(self, values, dps_to_prec(digits))
 
     def __reduce__(self) -> tuple:
@@ -119,9 +119,9 @@ def lower(
     ``target`` is ``"numpy"`` (arrays that broadcast), ``"math"`` (floats), ``"mpmath"`` (the working precision of the
     call; strings and fractions are taken exactly), or ``"c"``, which returns the source of a C function: one value is
     returned, several go to ``out``. ``name`` is the function's name in its source. A set of arguments is sorted.
-    ``definitions`` are pairs of a symbol in ``expr`` and what it stands for, in ``args`` and in symbols before it.
+    ``definitions`` are pairs of a symbol in ``expr`` and its expression in ``args`` and the symbols defined before.
     Raises ``InputError`` for symbols that are not arguments, for floats, for constants that are not finite and real,
-    and, unless ``branching``, for what branches, such as a Piecewise.
+    and, unless ``branching``, for functions that branch, such as a Piecewise.
     """
     target = named("target", target, _PRINTERS)
     args, (outputs, keys, single) = _arguments(args), _outputs(expr)
@@ -158,7 +158,7 @@ def _c_source(lowered):
 
 
 class _Quick:
-    """Puts terms in order once for all functions, and leaves out a walk for real parts, which are not lowered."""
+    """Caches the order of terms for all functions, and skips SymPy's search for ``re``, which is never lowered."""
 
     def _as_ordered_terms(self, expr, order=None):
         return _ordered_terms(expr)
@@ -173,7 +173,7 @@ def _ordered_terms(expr):
 
 
 class _Pieces:
-    """Pieces that need not hold everywhere: nan where none does, where SymPy has None in Python and nothing in C."""
+    """Prints nan where no piece of a Piecewise holds; SymPy prints None there in Python, and refuses in C."""
 
     def _print_Piecewise(self, expr):
         whole = expr.args[-1].cond == sp.true
@@ -181,7 +181,7 @@ class _Pieces:
 
 
 class _C(_Quick, _Pieces, C99CodePrinter):
-    """C99 without integers, so that no division is one of integers, and with every constant rounded once."""
+    """C99 with all constants as doubles, each rounded once, so that no division is an integer division."""
 
     def _print_Integer(self, expr):
         return repr(float(int(expr)))
@@ -195,7 +195,7 @@ class _C(_Quick, _Pieces, C99CodePrinter):
     _print_Pi = _print_Exp1 = _print_EulerGamma = _print_GoldenRatio = _print_Catalan = _print_NumberSymbol
 
     def _print_Mod(self, expr):
-        """Print a remainder with the sign of the divisor, as in every other target."""
+        """Print a remainder that has the sign of the divisor, as in every other target."""
         a, b = map(self._print, expr.args)
         rest = f"fmod({a}, {b})"
         return f"({rest}*({b}) < 0.0 ? {rest} + ({b}) : {rest})"
@@ -209,7 +209,7 @@ class _C(_Quick, _Pieces, C99CodePrinter):
 
 
 class _Remainders:
-    """Remainders in parentheses: without them, as in SymPy's own, 1 - 2*x % 1 would be that of 2 x."""
+    """Prints remainders in parentheses, which SymPy leaves out: without them 1 - 2*x % 1 has the remainder of 2 x."""
 
     def _print_Mod(self, expr):
         a, b = map(self._print, expr.args)
@@ -220,11 +220,11 @@ class _Remainders:
 
 
 class _Mpmath(_Quick, _Pieces, _Remainders, MpmathPrinter):
-    """mpmath's numbers."""
+    """Python source on mpmath's numbers."""
 
 
 class _Math(_Quick, _Pieces, _Remainders, PythonCodePrinter):
-    """Python's floats: a power that is not real raises ``ValueError``, where ``**`` would return a complex number."""
+    """Python source on floats: a power that is not real raises ``ValueError``; ``**`` would return a complex number."""
 
     def _print_Pow(self, expr, rational=False):
         if expr.exp.is_Integer or abs(expr.exp) == sp.S.Half:
@@ -233,7 +233,7 @@ class _Math(_Quick, _Pieces, _Remainders, PythonCodePrinter):
 
 
 class _NumPy(_Quick, NumPyPrinter):
-    """NumPy alone: SymPy's own largest and least of several need ``functools``."""
+    """NumPy source that imports nothing else: SymPy's own Max and Min of several arguments need ``functools``."""
 
     def _print_Max(self, expr):
         choice = self._module_format("numpy.maximum" if isinstance(expr, sp.Max) else "numpy.minimum")
@@ -247,13 +247,13 @@ _EXTRA = {"mpmath": {"user_functions": {"LambertW": "mpmath.lambertw"}},
           "c": {"math_macros": {}}}  # fmt: skip
 _MACROS = ("INFINITY", "NAN", "HUGE_VAL", "HUGE_VALF", "HUGE_VALL", "FP_NAN", "FP_INFINITE", "FP_ZERO", "FP_SUBNORMAL",
            "FP_NORMAL", "M_E", "M_LOG2E", "M_LOG10E", "M_LN2", "M_LN10", "M_PI", "M_PI_2", "M_PI_4", "M_1_PI", "M_2_PI",
-           "M_2_SQRTPI", "M_SQRT2", "M_SQRT1_2", "linux", "unix")  # of math.h and of compilers
-_TAKEN = {"c": (*_MACROS, *reserved["C++17"], "catch")}  # a header in C is read by C++ as well
-_USED = ("out", "abs", "max", "min", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # by the sources
+           "M_2_SQRTPI", "M_SQRT2", "M_SQRT1_2", "linux", "unix")  # macros of math.h and of compilers
+_TAKEN = {"c": (*_MACROS, *reserved["C++17"], "catch")}  # C++ may include the C source, so its words are taken too
+_USED = ("out", "abs", "max", "min", "sqrt", "pow", "exp", "log", "sin", "cos", "tan", "tanh")  # names in the sources
 
 
 def _printer(target):
-    """Return the printer of a target's source; its words are no names there."""
+    """Return the printer of a target's source, with the words that cannot name an argument there."""
     printer = _PRINTERS[target](STRICT | _EXTRA.get(target, {}))
     printer.reserved_words = {*printer.reserved_words, *_USED, *_TAKEN.get(target, ()), target}
     return printer
@@ -261,7 +261,7 @@ def _printer(target):
 
 @lru_cache(maxsize=512)
 def _emission(lowered):
-    """Return the text of the arguments, of the shared subexpressions (pairs), and of the outputs."""
+    """Return the texts of the arguments, of the shared subexpressions (pairs of name and value), and of the outputs."""
     printer = _printer(lowered.target)
     if lowered.definitions:
         shared, outputs = _renamed(lowered)
@@ -293,7 +293,7 @@ def _shared(outputs, spare):
 
 
 def _renamed(lowered):
-    """Return the definitions and the outputs, symbols of definitions under names that no argument has."""
+    """Return the definitions and the outputs, with the defined symbols renamed so that no argument has their names."""
     names = dict(zip((t for t, _ in lowered.definitions), _spare(lowered), strict=False))
     return [(names[t], e.xreplace(names)) for t, e in lowered.definitions], [o.xreplace(names) for o in lowered.outputs]
 
@@ -326,9 +326,10 @@ def _executed(lowered, functions):
 def without_overflow(
     source: str, exprs: Iterable[sp.Expr], wider: Callable[[], Callable[..., tuple]]
 ) -> Callable[..., tuple]:  # fmt: skip
-    """Return the function of floats with this source, of ``exprs``; where one overflows on the way, it is followed on.
+    """Return the function of floats with this source, which computes ``exprs`` even where intermediate values overflow.
 
-    1/cosh(1000)^2 is 0, though cosh(1000) is no float. ``wider`` makes the same function of ``WIDE`` numbers.
+    1/cosh(1000)^2 is 0, although cosh(1000) overflows. ``wider`` returns the same function for ``WIDE`` numbers, whose
+    exponents are unbounded; it is called where the floats overflow. Raises ``OverflowError`` where the result does.
     """
     head, *body = source.splitlines()
     name, arguments = head[4:-2].split("(")
@@ -339,7 +340,7 @@ def without_overflow(
         function = wide()
         try:
             found = tuple(map(float, function(*map(WIDE.mpf, given)))) if function else (math.inf,)
-        except TypeError:  # of a complex number
+        except TypeError:  # the number is complex
             found = (math.nan,)
         if not all(map(math.isfinite, found)):
             raise OverflowError
@@ -348,12 +349,12 @@ def without_overflow(
     space: dict[str, Any] = {"math": math, "_again_": again}
     lines = [head, "    try:", *(f"    {line}" for line in body), "    except OverflowError:"]
     exec("\n".join([*lines, f"        return _again_({arguments})"]), space)
-    space[name].text = source  # which a step of integration may write out
+    space[name].text = source  # an integrator may write this text into its compiled step
     return space[name]
 
 
 def _is_tower(exprs):
-    """Tell whether exponentials stand in other functions, on whose numbers those may take for ever."""
+    """Tell whether a function has an exponential in its argument, on whose huge values it may not terminate."""
     parts = atoms(sp.Tuple(*exprs), sp.Pow, sp.Function)
     growing = {e for e in parts if isinstance(e, sp.exp | sp.cosh | sp.sinh) or (e.is_Pow and e.exp.free_symbols)}
     outer = growing | {e for e in parts if not e.is_Pow and not isinstance(e, sp.log)}
@@ -361,7 +362,7 @@ def _is_tower(exprs):
 
 
 class _OwnContext(local):
-    """An mpmath context for each thread, which the sources know by the name mpmath."""
+    """An mpmath context for each thread; the compiled sources use it under the name ``mpmath``."""
 
     def __init__(self):
         self.context = private_context(15)
@@ -370,7 +371,7 @@ class _OwnContext(local):
         return getattr(self.context, name)
 
 
-_OWN, WIDE = _OwnContext(), _OwnContext()  # that of the call's precision, and that of floats
+_OWN, WIDE = _OwnContext(), _OwnContext()  # at the precision of the call, and at that of floats
 
 
 def _numpy(lowered, values):
@@ -401,7 +402,7 @@ _RUN = {"numpy": _numpy, "math": _math, "mpmath": _mpmath}
 
 
 def _finite(lowered, values, take, give, isfinite):
-    """Call the compiled function on numbers of its kind; whatever is not a finite real number is an error."""
+    """Call the compiled function on numbers of its kind; raises ``OutOfRange`` where a result is not a finite real."""
     given = [take(_read(a, v)) for a, v in zip(lowered.args, values, strict=True)]
     try:
         found = tuple(map(give, lowered.compiled(*given)))
@@ -413,7 +414,7 @@ def _finite(lowered, values, take, give, isfinite):
 
 
 def _read(arg, value):
-    """Return a number as it is; a string, or what is not a number, goes through the one reader."""
+    """Return a float, integer or mpf as it is; ``number`` reads strings and all else, or refuses them."""
     return value if isinstance(value, (float, int)) or hasattr(value, "_mpf_") else number(str(arg), value)
 
 

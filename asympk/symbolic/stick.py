@@ -3,12 +3,13 @@ r"""Stick and crossing regions of the switching plane v = 0, by solving the ineq
 With v' = d + c F a motion on v = 0 may stick while the force it needs is within static friction, |d| <= hold with
 hold = static |c| |s|, where d is the drive, c the coupling and s the load; where |d| > hold it crosses in the direction
 of d. Where |d| > slip = kinetic |c| |s| as well, the fields on both sides of v = 0 point the same way; between the two
-cones sticking and crossing are both consistent. Where a contact is open there is no load, and nothing holds.
+cones sticking and crossing are both consistent. An open contact has no load, so slip = hold = 0 there.
 
-Where d = d_0 + d_1 s is linear in the load, a cone changes along the line of loads only at the zeros of d -+ hold.
-Their order is fixed by the signs of d_0 and of static |c| -+ d_1, so one exact sample decides each cell on which these
-signs are fixed; ``_cells`` is the function that does it. d_0, d_1 and c may depend on the other states: in an elastic
-mechanism d_0 = a_T, d_1 = G_NT, c = G_TT. Elsewhere the regions are the inequalities themselves.
+Where d = d_0 + d_1 s is linear in the load, the answer changes along the line of loads only at the zeros of d -+ hold.
+The signs of d_0 and of static |c| -+ d_1 fix the order of these zeros, so one exact sample decides each cell on which
+the signs are fixed; ``_cells``, the hard function, returns the cells. d_0, d_1 and c may depend on the other states: in
+an elastic mechanism d_0 = a_T, d_1 = G_NT, c = G_TT. Where d is not linear, the regions are the inequalities
+themselves.
 """
 
 from collections.abc import Callable
@@ -42,7 +43,7 @@ _RULES: dict[str, Callable] = {
 
 
 def _size(expr: sp.Expr) -> sp.Expr:
-    """Return the absolute value of a real expression; SymPy takes a quotient for complex whose divisor may vanish."""
+    """Return the absolute value of a real expression; to SymPy a quotient whose divisor may vanish is not real."""
     if expr.is_extended_real:
         return abs(expr)
     numerator, denominator = sp.fraction(sp.together(expr))
@@ -54,8 +55,9 @@ class StickRegions(ShownAsFormulas):
     """The parts of the plane v = 0: ``stick``, ``up`` and ``down`` cover it; ``ambiguous`` is part of ``stick``.
 
     ``ambiguous`` is where sticking and crossing are both consistent, between the kinetic and the static cone;
-    ``convention`` says what is then done. ``edges`` are the loads at which stick can end, Gamma_1 then Gamma_2, and
-    depend on other states where the drive does; there are none where it is not linear in the load.
+    ``convention`` says which of the two the package chooses. ``edges`` are the loads at which stick can end, Gamma_1
+    then Gamma_2; they depend on other states where the drive does, and are empty where the drive is not linear in the
+    load.
     """
 
     stick: Region
@@ -74,9 +76,9 @@ class StickRegions(ShownAsFormulas):
 
 @dataclass(frozen=True)
 class Cone:
-    """The friction cone on v = 0: ``drive`` and ``load``, and by how much of the load friction slips and holds.
+    """The friction cone on v = 0: motion can stick where |drive| <= ``hold`` |load|, and must where <= ``slip`` |load|.
 
-    A contact is open where ``gap`` > 0, with the drive ``opened`` there; ``gap`` is None where it never opens.
+    The contact is open where ``gap`` > 0, and its drive is ``opened`` there; ``gap`` is None if it never opens.
     """
 
     drive: sp.Expr
@@ -87,12 +89,12 @@ class Cone:
     opened: sp.Expr = sp.S.Zero
 
     def mapped(self, change: Callable[[sp.Expr], sp.Expr]) -> "Cone":
-        """Return the cone with every part changed."""
+        """Return the cone with ``change`` applied to every part."""
         parts = (self.drive, self.load, self.slip, self.hold, self.gap, self.opened)
         return Cone(*(part if part is None else change(part) for part in parts))
 
     def rule(self, name: str) -> sp.Basic:
-        """Return the inequalities of a region."""
+        """Return the inequalities of the region ``name``, for a closed and for an open contact."""
         closed_rule = _RULES[name](self.drive, self.slip * abs(self.load), self.hold * abs(self.load))
         if self.gap is None:
             return closed_rule
@@ -114,12 +116,12 @@ class Cone:
 @of_system
 @cache
 def stick_regions(system: System) -> StickRegions:
-    """Solve the friction cone of ``system`` for every range of its parameters.
+    """Return the stick and crossing regions of ``system``, from its friction cone, for every range of the parameters.
 
     Where the drive is linear in the load s the regions are unions of intervals of s, with ends in the parameters and
-    the other states; elsewhere they are conditions on the states. Raises ``NotDerivable`` unless the system has one
-    friction, of a contact that is not rigid, whose velocity vanishes for one value of a state, ``InputError`` where
-    static friction is below the kinetic one for all parameters allowed.
+    the other states; otherwise the regions are conditions on the states. Raises ``NotDerivable`` unless the system has
+    one friction, of a contact that is not rigid, and its velocity vanishes for one value of a state; ``InputError``
+    where static friction is below kinetic friction for all parameters allowed.
     """
     cone, moving = friction_cone(system), {*system.states, system.time}
     reduced = _in_load(cone, moving)
@@ -177,7 +179,7 @@ def drive_of_load(system: System) -> tuple[sp.Symbol, sp.Expr]:
 
 
 def _at_rest(system):
-    """Return {state: its value on v = 0} for one state, of those in which the velocity is linear if there are any."""
+    """Return {state: its value on v = 0} for one state, if possible one in which the velocity is linear."""
     velocity = system.friction.velocity
     states = [s for s in reversed(system.states) if velocity.has(s)]
     state = next((s for s in states if not velocity.diff(s).has(s)), states[0])
@@ -198,7 +200,7 @@ def _real_zeros(velocity, state):
 
 
 def _require_order(friction, assumptions):
-    """Refuse bounds that no friction has, where that follows from what is assumed."""
+    """Raise ``InputError`` where the assumptions imply kinetic friction below 0, or static below kinetic friction."""
     kinetic, static = friction.kinetic, friction.static
     for excess, words in ((-kinetic, "kinetic friction is negative"),
                           (kinetic - static, "static friction is below the kinetic one")):  # fmt: skip
@@ -207,7 +209,7 @@ def _require_order(friction, assumptions):
 
 
 def _in_load(cone, moving):
-    """Return the cone with the load's symbol s in place of one state, or None where none determines the other."""
+    """Return the cone with a symbol s for the load in place of one state, or None if the load determines no state."""
     load = spare("s", {*cone.used, *cone.load.free_symbols, *moving}, real=True)
     states = sorted(cone.load.free_symbols & moving, key=str)
     state = next((s for s in states if cone.load.is_polynomial(s) and _is_determined(s, cone.load, moving)), None)
@@ -224,7 +226,7 @@ def _is_determined(state, load, moving):
 
 
 def _with_fewest(expr, moving):
-    """Return ``expr`` as it stands, expanded or cancelled: the first form in which the fewest states are left."""
+    """Return ``expr`` unchanged, expanded or cancelled: the first of these forms that contains the fewest states."""
     states = expr.free_symbols & moving
     if heavy(expr) or not states:
         return sp.expand(expr) if expr.is_rational_function() else expr
@@ -232,7 +234,7 @@ def _with_fewest(expr, moving):
 
 
 def _linear(reduced):
-    """Tell whether the drive is linear in the load and the bounds are free of it, an open contact being one of none."""
+    """Tell whether the drive is linear in the load s, an open contact having s = 0, and the bounds do not contain s."""
     constant, slope = reduced.line
     if any(part.has(reduced.load) for part in (slope, reduced.slip, reduced.hold)):
         return False
@@ -240,7 +242,7 @@ def _linear(reduced):
 
 
 def _lifts(reduced):
-    """Tell whether the contact is closed just where the load is positive."""
+    """Tell whether the contact is closed exactly where the load is positive."""
     return (-reduced.gap / reduced.load).is_positive is True
 
 
@@ -273,7 +275,7 @@ def _zero(cone, slope):
 
 
 def _cells(name, cone, plane):
-    """Return the cells of a region: on the parameters, or, where the drive depends on them, on the other states too."""
+    """Return the cells of a region: conditions on the parameters, and on other states too where the drive has them."""
     if plane.alone:
         return _solved(name, cone, with_implied_bounds(plane.allowed))
     given = (*cone.line, cone.slip, cone.hold)
@@ -287,7 +289,7 @@ def _cells(name, cone, plane):
 
 @cache
 def _solved(name, cone, facts):
-    """Cut the parameters into cells and walk along the loads at one exact sample of each."""
+    """Return the cells on which the signs are fixed, each with the spans of loads found at one exact sample of it."""
     constant, slope = cone.line
     bounds = (cone.slip, cone.hold) if name == "ambiguous" else (cone.hold,)
     events = [constant, *(bound + sign * slope for bound in bounds for sign in (-1, 1))]
@@ -316,7 +318,7 @@ _GRID = tuple(map(sp.Rational, ("1/2", "1", "2", "3", "4")))
 
 @cache
 def _sample(signs, slopes):
-    """Return numbers (d_0, d_1, slip, hold) of these signs, hold above slip if they can be, or None."""
+    """Return numbers (d_0, d_1, slip, hold) with these signs, hold above slip if possible, or None if none exist."""
     constant, *rest = signs
     for slope in (2 * sp.Integer(sign) for sign in slopes):
         fitting = [[k for k in (*_GRID, sp.S.Zero) if (sp.sign(k - slope), sp.sign(k + slope)) == pair]
@@ -329,7 +331,7 @@ def _sample(signs, slopes):
 
 
 def _spans(name, edges, sample, opens):
-    """Walk along the line of loads, gap, zero, gap, ..., and join the steps on which the rule holds."""
+    """Return the spans of loads on which the rule holds, tested at the zeros, in order, and between them."""
     constant, slope, *bounds = sample
     places = {}
     for (k, sign), found in edges.items():
@@ -347,7 +349,7 @@ def _spans(name, edges, sample, opens):
         if holds:
             steps = [*run]
             spans.append(_span(steps[0], steps[-1], borders))
-    # where static and kinetic friction are one the sample between them stands for nothing
+    # where static and kinetic friction are equal, the sample has a span between their edges that is in fact empty
     return tuple(s for s in spans if s.start != s.end or (s.closed_start and s.closed_end))
 
 
@@ -357,6 +359,6 @@ def _holds(name, sample, load):
 
 
 def _span(first, last, borders):
-    """Return the span from step ``first`` to step ``last`` of a walk; odd steps are the zeros themselves."""
+    """Return the span from step ``first`` to step ``last`` of the walk of ``_spans``; odd steps are the zeros."""
     start, end = borders[(first + 1) // 2], borders[last // 2 + 1]
     return Span(start, end, first % 2 == 1, last % 2 == 1)

@@ -9,8 +9,8 @@ friction has a sliding velocity v, an expression in the states, and a force F th
 
     F = -kinetic |load| sign(v)   (slip, v != 0),      v' = 0 with |F| <= static |load|   (stick, v = 0).
 
-So the system has smooth modes, told apart by the signs of v and of the load, and, where a contact can open, of its gap.
-``modes`` gives their fields; ``asympk.symbolic.branches`` derives them.
+The signs of v and of the load, and of the gap where a contact can open, divide the system into smooth modes.
+``System.modes`` gives their fields, which ``asympk.symbolic.branches`` derives.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -33,7 +33,8 @@ from asympk.symbolic.reading import entries_of, expression, require_names
 class Mode(ShownAsFormulas):
     """One smooth field ``x' = slow[x]``, ``small y' = fast[y]``, valid on ``where`` (a condition on the states).
 
-    ``signed`` are what keeps a sign in it that its name does not tell: velocities, and loads of contacts that stick.
+    ``signed`` are expressions that keep their sign in the mode, whichever it is, although the name of the mode does not
+    give that sign: velocities, and loads of contacts that stick.
     """
 
     name: str
@@ -52,14 +53,14 @@ class Mode(ShownAsFormulas):
 class Friction(ShownAsFormulas):
     r"""Dry friction: ``-kinetic |load| sign(velocity)`` in slip, at most ``static |load|`` in stick.
 
-    ``velocity`` is an expression in the states and may contain the time, as that of a belt does; ``load``, ``kinetic``
-    and ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
-    open, without load, while ``gap > 0``; a power of -gap in the load that is not whole is that of the penetration,
-    ``Max(0, -gap)``, as in the contact of Hertz. ``normal`` is the symbol, if any, under which the load enters the
-    rates: it is ``load`` while the contact is closed and 0 while it is open. With a ``constraint``, an expression
-    linear in ``normal`` and the forces that vanishes while the contact is closed, ``normal`` is the reaction that this
-    equation determines, and ``load`` a multiple of it: the rigid contact. With a gap g the constraint is g'', and
-    ``normal``, which only pushes, enters it with a positive coefficient.
+    ``velocity`` is an expression in the states and may contain the time, as on a moving belt; ``load``, ``kinetic`` and
+    ``static`` (by default ``kinetic``) are expressions in states, parameters and time. A contact with a ``gap`` is
+    open, without load, while ``gap > 0``; a fractional power of -gap in the load is read as a power of the penetration
+    ``Max(0, -gap)``, as in Hertz's contact. ``normal`` is the symbol, if any, under which the load enters the rates:
+    ``load`` while the contact is closed and 0 while the contact is open. A ``constraint`` makes the contact rigid: an
+    expression, linear in ``normal`` and the forces, that vanishes while the contact is closed and so determines the
+    reaction ``normal``; ``load`` is then a multiple of ``normal``. With a gap g the constraint is g'', and ``normal``,
+    which only pushes, enters it with a positive coefficient.
     """
 
     velocity: sp.Expr
@@ -73,7 +74,7 @@ class Friction(ShownAsFormulas):
 
     @property
     def parts(self) -> dict[str, sp.Expr]:
-        """The expressions that it is made of, by name, without those that it has not."""
+        """The expressions that make up the friction, by name; those that are None are left out."""
         names = ("velocity", "load", "kinetic", "static", "gap", "constraint")
         return {name: part for name in names if (part := getattr(self, name)) is not None}
 
@@ -100,10 +101,10 @@ class Friction(ShownAsFormulas):
 
 @dataclass(frozen=True, repr=False)
 class System(ShownAsFormulas):
-    """A system of rates with its frictions: ``slow`` and ``fast`` hold the forces as the symbols of ``frictions``.
+    """A system of rates with its frictions: in ``slow`` and ``fast`` the forces stand as the symbols of ``frictions``.
 
-    ``small`` multiplies the rates of the fast states and is None where there are none; ``time`` is the symbol of an
-    explicit time, or None. ``assumptions`` restrict the parameters.
+    ``small`` multiplies the rates of the fast states and is None where there are no fast states; ``time`` is the symbol
+    of an explicit time, or None. ``assumptions`` is a condition that restricts the parameters.
     """
 
     slow: sp.Dict
@@ -173,8 +174,8 @@ class System(ShownAsFormulas):
     ) -> "System":
         """Build a system with one friction whose sliding velocity is the state of ``velocity = {z: z'}``.
 
-        The rates may contain ``force`` linearly, with any coefficient. The states stand in the order slow, fast, z.
-        Raises ``InputError`` where the force enters otherwise.
+        The rates may contain ``force`` linearly, with any coefficient. The order of the states is slow, fast, z.
+        Raises ``InputError`` where the force enters no rate, or a rate nonlinearly.
         """
         velocity = _rates("velocity", velocity)
         if len(velocity) != 1:
@@ -198,7 +199,7 @@ class System(ShownAsFormulas):
         time: sp.Symbol | None = None,
         assumptions: sp.Basic = sp.true,
     ) -> "System":
-        """Build a system with any number of frictions; all states, velocities too, stand in ``slow`` or ``fast``.
+        """Build a system with any number of frictions; ``slow`` and ``fast`` hold all states, sliding velocities too.
 
         A block on a spring, with Coulomb friction:
 
@@ -222,7 +223,7 @@ class System(ShownAsFormulas):
 
     @cached_property
     def parameters(self) -> tuple[sp.Symbol, ...]:
-        """The parameters in the order of their names, the small one among them."""
+        """The parameters in the order of their names, including ``small``."""
         friction = (part for f in self.frictions for part in f.parts.values())
         used = sp.Tuple(*self.slow.values(), *self.fast.values(), *friction)
         free = used.free_symbols | ({self.small} - {None}) | self.assumptions.free_symbols
@@ -231,13 +232,13 @@ class System(ShownAsFormulas):
 
     @cached_property
     def rates(self) -> dict[sp.Symbol, sp.Expr]:
-        """The rate of every state, those of the fast ones divided by the small parameter, forces as symbols."""
+        """The rate of every state, with forces as symbols; the rates of fast states are divided by ``small``."""
         fast = {y: g / self.small for y, g in self.fast.items()}
         return {s: {**self.slow, **fast}[s] for s in self.states}
 
     @cached_property
     def modes(self) -> tuple[Mode, ...]:
-        """The smooth modes; with several frictions every combination of theirs, the names joined by ``+``."""
+        """The smooth modes; with several frictions all combinations of modes of each, with names joined by ``+``."""
         return tuple(
             Mode(branches.mode_name(branch), *branches.fields(self, branch), branches.where(self, branch),
                  branches.of_either_sign(self, branch))
@@ -245,7 +246,7 @@ class System(ShownAsFormulas):
         )
 
     def mode(self, name: str | None) -> Mode:
-        """Return the mode called ``name``, for None the only one; raises ``InputError`` when there is none."""
+        """Return the mode called ``name``, or the only mode for None; raises ``InputError`` if there is none."""
         known = ", ".join(m.name for m in self.modes)
         if name is None and len(self.modes) > 1:
             raise InputError(f"this system has several modes; give mode= one of {known}")
@@ -277,7 +278,7 @@ class System(ShownAsFormulas):
     def placed(self, values: Mapping[Any, Any], start: Any) -> tuple[tuple, tuple]:
         """Return ``values`` and ``start`` as exact numbers in the order of ``parameters`` and ``states``.
 
-        Raises ``InputError``, by name, for what is missing, unknown, no number, or against the assumptions.
+        Raises ``InputError`` that names the value which is missing, unknown, no number, or against the assumptions.
         """
         return place(self, values, start)
 
@@ -286,7 +287,7 @@ FUNCTION = TypeVar("FUNCTION", bound=Callable[..., Any])
 
 
 def of_system(function: FUNCTION) -> FUNCTION:
-    """Refuse what is no ``System`` as the first argument of a function, before a cache asks for its hash."""
+    """Make a function raise ``InputError`` unless its first argument is a ``System``, before a cache hashes that."""
 
     @wraps(function)
     def checked(system: Any, *arguments: Any, **options: Any) -> Any:
@@ -297,7 +298,7 @@ def of_system(function: FUNCTION) -> FUNCTION:
 
 
 def require_system(system: Any, verb: str) -> None:
-    """Raise ``InputError`` unless ``system`` is one, saying how ``verb`` is given one."""
+    """Raise ``InputError``, with words on how to give ``verb`` a system, unless ``system`` is a ``System``."""
     if not isinstance(system, System):
         raise InputError(f"{verb} takes a System, not {type(system).__name__}; build one with ap.System, or take the "
                          "rigid() or elastic() one of a mechanism")  # fmt: skip
@@ -348,7 +349,7 @@ def _check(system: System) -> None:
 
 
 def _require_one_symbol_each(system: System) -> None:
-    """Refuse a force that two frictions share, and a parameter of the name of a state, a force or the time."""
+    """Raise ``InputError`` for a force of two frictions, or for a parameter named as a state, a force or the time."""
     special = [*system.states, system.time, *(s for f in system.frictions for s in (f.force, f.normal))]
     names = {s.name for s in special if s is not None}
     forces = [s.name for f in system.frictions for s in (f.force, f.normal) if s is not None]
