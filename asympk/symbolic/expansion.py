@@ -7,9 +7,10 @@ mu^k in mu h_x f = g is linear in h_k:
 
 and the right-hand side is known from h_0 .. h_(k-1). Here f and g are Taylor polynomials in delta and mu, whose
 coefficients are functions of x in one ``DifferentialRing``. A branch that is rational in x and in the functions
-that f and g contain is put in; any other (a root, an inverse function) is kept as a generator named y, with
-dy/dx = -g_y^-1 g_x, and takes its value only when a coefficient is asked for. An implicit branch, ``{y: y}``, never
-takes it: its coefficients are rational in x and the branch's value y, in y alone where g = 0 is x = phi(y).
+that f and g contain is substituted. Any other branch (a root, an inverse function) is a generator y of the ring, with
+dy/dx = -g_y^-1 g_x, which ``Expansion.expr`` replaces by its formula. For an implicit branch, ``{y: y}``, the generator
+stays: the coefficients are rational in x and y, or in y alone where g = 0 is x = phi(y). ``expand`` is the entry,
+``_Recurrence`` the hard part.
 """
 
 from collections.abc import Mapping
@@ -26,7 +27,7 @@ from asympk.symbolic.long import is_longer
 from asympk.symbolic.system import Mode
 
 _TINY = sp.Rational(1, 10**30)
-LONG = 200  # operations of rates that are not rational, from which on a coefficient has a hundred thousand
+LONG = 200  # operations; from longer rates that are not rational come coefficients of a hundred thousand operations
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ def is_implicit(branch: sp.Dict) -> bool:
 
 
 def require_short(mode: Mode, order: int) -> None:
-    """Raise ``NotDerivable`` for coefficients beyond order 0 that would be too long to be written."""
+    """Raise ``NotDerivable`` if ``order`` is above 0 and the rates so long that coefficients could not be written."""
     rates = sp.Tuple(*mode.slow.values(), *mode.fast.values())
     if order and heavy(rates) and is_longer(rates, LONG):
         raise NotDerivable(f"the rates of {mode.name} are too long for coefficients in symbols beyond order 0; "
@@ -61,7 +62,7 @@ def require_short(mode: Mode, order: int) -> None:
 
 
 def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, sp.Expr]:
-    """Return {x: phi(y)} where an implicit branch, of one fast state, is a graph x = phi(y); else nothing."""
+    """Return {x: phi(y)} where an implicit branch with one fast state y is a graph x = phi(y), else {}."""
     if len(branch) > 1 or not is_implicit(branch):
         return {}
     g = next(iter(mode.fast.values())).subs(small, 0)
@@ -74,7 +75,7 @@ def over_fast(mode: Mode, small: sp.Symbol, branch: sp.Dict) -> dict[sp.Symbol, 
 
 @lru_cache(maxsize=64)
 def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansion:
-    """Expand the slow manifold of ``mode`` on ``branch``; the branch must solve g = 0 and g_y be regular on it."""
+    """Expand the slow manifold of ``mode`` to ``order``; ``branch`` must solve g = 0, with a regular g_y on it."""
     signs = {sp.Dummy("s"): quantity for quantity in mode.signed}
     mode = replace(mode, slow=one_side(mode.slow, signs), fast=one_side(mode.fast, signs))
     slow, fast = tuple(mode.slow), tuple(mode.fast)
@@ -103,13 +104,13 @@ def expand(mode: Mode, small: sp.Symbol, branch: sp.Dict, order: int) -> Expansi
 
 
 def one_side(rates: Mapping, signs: Mapping[sp.Symbol, sp.Expr]) -> sp.Dict:
-    """Put s q for |q| and s for sign(q): an expansion with a constant s in it is that on both sides of q = 0."""
+    """Return rates with s q for |q| and s for sign(q): an expansion with s constant holds on both sides of q = 0."""
     known = {k: v for s, q in signs.items() for k, v in put_sign(q, s).items()}
     return sp.Dict({x: sp.sympify(rate, strict=True).subs(known) for x, rate in rates.items()})
 
 
 def _signed(expr, signs):
-    """Put |q|/q back for s."""
+    """Replace s by |q|/q."""
     return without_squares(expr, signs).subs({s: sp.Abs(q) / q for s, q in signs.items()}) if signs else expr
 
 
@@ -120,7 +121,7 @@ def fast_jacobian(mode: Mode, small: sp.Symbol) -> sp.Matrix:
 
 
 def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
-    """Collect the powers of the slow variables where the denominator has none: 1/(sigma + 4) - x."""
+    """Collect powers of the slow variables if the denominator contains none of them: 1/(sigma + 4) - x."""
     denominator = sp.fraction(expr)[1]
     if denominator.is_Rational or denominator.has(*slow) or not expr.is_rational_function(*slow):
         return expr
@@ -128,7 +129,7 @@ def by_powers(expr: sp.Expr, slow: tuple[sp.Symbol, ...]) -> sp.Expr:
 
 
 def is_zero(expr: sp.Expr) -> bool:
-    """Tell whether ``expr`` is identically zero: by algebra, else by 50 digits at points that nothing singles out."""
+    """Tell whether ``expr`` is identically zero: by algebra if it is rational, else in 50 digits at generic points."""
     reduced = expr if heavy(expr) else sp.cancel(expr)
     if reduced == 0 or (not reduced.has(sp.Abs) and all(a.is_Symbol for a in atoms_of(reduced))):
         return reduced == 0
@@ -176,7 +177,7 @@ class _Recurrence:
         return self.ring.dot((self.powers[unit][i], self.powers[rest][k - i]) for i in range(1, k))
 
     def _side(self, j, k):
-        """Return [mu^(k-1)] h_x f - [mu^k] g, the unknown h_k left out of g."""
+        """Return [mu^(k-1)] h_x f - [mu^k] g, without the term of the unknown h_k in g."""
         known = self._coefficient(self.force[j], k)
         moved = [(s[i], f[k - 1 - i]) for s, f in zip(self.slopes[j], self.flows, strict=True) for i in range(k)]
         return self.ring.dot([*moved, (known, self.ring(-1))])
@@ -194,7 +195,7 @@ def _split(a):
 
 
 def _with_parents(indices, units):
-    """Return the multi-indices, the units, and what ``_split`` makes of them, in order of their degree."""
+    """Return the multi-indices, the units, and all rests that ``_split`` gives, in order of their degree."""
     closed, queue = set(units), [a for a in indices if sum(a) > 1]
     while queue:
         a = queue.pop()
@@ -239,7 +240,7 @@ def _derivation(x, mode, small, inverse, value):
 
 
 def _inverse(jacobian, ties):
-    """Return the inverse matrix; over an algebraic branch, with a denominator that is free of the branch's name."""
+    """Return the inverse matrix; over an algebraic branch, with a denominator free of the generator y."""
     if jacobian.shape != (1, 1):
         return jacobian.inv().applyfunc(sp.cancel)
     numerator, denominator = sp.fraction(sp.cancel(jacobian[0]))

@@ -5,7 +5,9 @@ x' = f, mu y' = g continues it (Fenichel), with
 
     mu h_x f(x, h, mu) = g(x, h, mu)
 
-order by order. In a linear mode with one slow and one fast variable it is a line, known in closed form (Lemma 4).
+order by order; ``asympk.symbolic.expansion`` solves this. In a linear mode with one slow and one fast variable the slow
+manifold is a line, known in closed form (Lemma 4). ``slow_manifolds`` continues every critical manifold of a system,
+``slow_manifold`` a branch that the caller gives; ``reduced_flow`` and ``rest_state`` give the flow on the result.
 """
 
 from collections.abc import Mapping
@@ -51,7 +53,7 @@ class SlowManifold(CriticalManifold):
 
     @cached_property
     def expr(self) -> sp.Basic:
-        """The truncated series, one expression or a ``Dict`` as a coefficient is."""
+        """The truncated series: an expression with one fast variable, a ``Dict`` by fast variable with several."""
         if len(self.branch) == 1:
             return _polynomial(self.coefficients, self.small)
         return sp.Dict({y: _polynomial([c[y] for c in self.coefficients], self.small) for y in self.branch})
@@ -64,7 +66,7 @@ class SlowManifold(CriticalManifold):
     def closed(self) -> sp.Expr | None:
         """The exact manifold where the mode is linear in one slow and one fast variable, else None.
 
-        It holds for the small mu at which its root is real; see ``exact_slow_line``.
+        The formula holds for mu so small that its square root is real; see ``exact_slow_line``.
         """
         return exact_slow_line(self.dynamics, self.small)
 
@@ -82,10 +84,10 @@ class SlowManifold(CriticalManifold):
 
 @dataclass(frozen=True)
 class RestState:
-    """Where the flow on a manifold rests: ``state`` gives the variables that determine it, and the fast ones.
+    """A rest state of the flow on a manifold: ``state`` gives the slow variables that determine the flow, and the fast.
 
-    ``drift`` gives the rates at which the other variables go on; ``rate`` is the slow eigenvalue at mu = 0
-    (negative: attracting) where one variable determines the flow, else None.
+    ``drift`` gives the rates at which the other slow variables still change there; ``rate`` is the slow eigenvalue at
+    mu = 0 (negative: attracting) where one variable determines the flow, else None.
     """
 
     state: sp.Dict
@@ -103,11 +105,11 @@ def slow_manifold(
 ) -> SlowManifold:
     r"""Expand ``y = h(x, mu)`` from ``mu h_x x' = g(x, h, mu)``; ``branch`` is {y: h_0}, a root of g(x, y, 0).
 
-    Without ``branch`` it stays implicit, {y: y}: the coefficients are rational in x and in the branch's value y, and so
-    are the conditions for stability and folds; where g = 0 is x = phi(y), all are functions of y.
-    ``mode`` names the mode where there are several. Raises ``OrderError``, ``InputError``, ``BranchError`` when g
-    does not vanish on the branch, ``NotNormallyHyperbolic`` when det dg/dy does, and ``NotDerivable`` for an order
-    above 0 where the rates are too long.
+    Without ``branch`` the branch stays implicit, {y: y}: the coefficients and the conditions for stability and folds
+    are written in x and the branch's value y, or in y alone where g = 0 is a graph x = phi(y). ``mode`` names the mode
+    of a system with several. Raises ``OrderError``, ``InputError``, ``BranchError`` when g does not vanish on the
+    branch, ``NotNormallyHyperbolic`` when the real part of an eigenvalue of dg/dy does, and ``NotDerivable`` for an
+    order above 0 where the rates are too long.
     """
     order = known_order(order)
     dynamics = system.autonomous(system.mode(mode))
@@ -165,7 +167,7 @@ def exact_slow_line(mode: Mode, small: sp.Symbol) -> sp.Expr | None:
 
 
 def active_slow(mode: Mode) -> tuple[sp.Symbol, ...]:
-    """Return the slow variables that determine the flow: those in g, and those that their rates contain."""
+    """Return the slow variables that determine the flow: those in g, and those in the rates of such variables."""
     active: set[sp.Symbol] = set()
     queue = set().union(*(g.free_symbols for g in mode.fast.values()))
     while new := (queue & {*mode.slow}) - active:
@@ -175,7 +177,7 @@ def active_slow(mode: Mode) -> tuple[sp.Symbol, ...]:
 
 
 def reduced_flow(manifold: SlowManifold) -> sp.Dict:
-    """Return {x: x'} on the manifold, truncated to its order in mu; on an implicit branch also {y: y'} of its value."""
+    """Return {x: x'} on the manifold, truncated to its order in mu, and {y: y'} for the value of an implicit branch."""
     _require_manifold(manifold, "reduced_flow")
     flow = {x: _polynomial(rates, manifold.small) for x, rates in _flow(manifold).items()}
     if is_implicit(manifold.branch):
@@ -184,7 +186,7 @@ def reduced_flow(manifold: SlowManifold) -> sp.Dict:
 
 
 def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.Expr]]:
-    """Return {y: {x: dy/dx}} of the branch, -g_y^-1 g_x at mu = 0, in terms of its value."""
+    """Return the slopes {y: {x: dy/dx}} of the branch, -g_y^-1 g_x at mu = 0, evaluated on the branch."""
     mode, small, over = manifold.dynamics, manifold.small, over_fast(manifold.dynamics, manifold.small, manifold.branch)
     g = sp.Matrix([g.subs(small, 0) for g in mode.fast.values()])
     slopes = -(fast_jacobian(mode, small).inv() * g.jacobian(list(mode.slow)))
@@ -198,7 +200,7 @@ def branch_slopes(manifold: SlowManifold) -> dict[sp.Symbol, dict[sp.Symbol, sp.
 def integral_curves(manifold: SlowManifold) -> sp.Dict:
     r"""Return {z: z(x) + C} on the manifold for every other slow variable z, truncated to its order in mu.
 
-    dz/dx = z'/x' is expanded in mu and integrated; the constant is called C_ where the system has a C. Raises
+    dz/dx = z'/x' is expanded in mu and integrated; the constant is named C_ if the system has a symbol C. Raises
     ``NotDerivable`` unless one slow variable x determines the flow, or where SymPy has no integral.
     """
     _require_manifold(manifold, "integral_curves")
@@ -280,7 +282,7 @@ def _quotient(above, below, x):
 
 
 def _integral(integrand, x):
-    """Integrate over x; logarithms of absolute values, coefficients in factors."""
+    """Return the integral over x, with logarithms of absolute values and factored coefficients."""
     found = ratint(integrand, x) if integrand.is_rational_function(x) else sp.integrate(integrand, x)
     if found.has(sp.Integral):
         raise NotDerivable(f"SymPy has no integral of {integrand} over {x}")

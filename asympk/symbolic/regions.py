@@ -36,7 +36,7 @@ class Span:
 
 @dataclass(frozen=True)
 class RegionCell:
-    """What a region is on one cell of the parameters: where ``condition`` holds, the union of ``spans``."""
+    """One cell of the parameters: where ``condition`` holds, the region is the union of ``spans``."""
 
     condition: sp.Basic
     spans: tuple[Span, ...]
@@ -48,7 +48,7 @@ class RegionCell:
 
     @cached_property
     def box(self) -> sp.Dict:
-        """The range of every parameter that the condition restricts alone."""
+        """The range of every parameter that a relation of the condition restricts on its own."""
         parts = sp.And.make_args(self.condition)
         alone = {next(iter(p.free_symbols)) for p in parts if len(p.free_symbols) == 1}
         return sp.Dict({parameter: assumed_range(parameter, self.condition) for parameter in sorted(alone, key=str)})
@@ -56,12 +56,11 @@ class RegionCell:
 
 @dataclass(frozen=True)
 class Plane:
-    """The plane on which the velocity vanishes, and what its regions are given in.
+    """The plane on which the velocity vanishes, and the variables in which its regions are given.
 
-    ``load`` is the load in the states, and ``symbol`` stands for it where it takes the place of one of them, else it is
-    None; ``alone`` says that the regions depend on no other state.
-    ``allowed`` is what the parameters must fulfil. ``default`` gives a parameter of the static bound the value at
-    which it equals the kinetic one.
+    ``load`` is the load in the states. ``symbol`` stands for the load where the load replaces one of the states, and is
+    None elsewhere; ``alone`` says that the regions depend on no other state. ``allowed`` is the condition on the
+    parameters. ``default`` maps a parameter of static friction to the value at which static equals kinetic friction.
     """
 
     states: tuple[sp.Symbol, ...]
@@ -87,8 +86,8 @@ class Plane:
 class Region(ShownAsFormulas):
     """A part of the switching plane: where ``condition`` holds, a relation in load (or states) and parameters.
 
-    ``cells`` give the condition as spans of the load, for each cell of the parameters and of the other states, where
-    the drive is linear in the load; elsewhere there are none.
+    Where the drive is linear in the load, ``cells`` give the condition as spans of the load, for each cell of the
+    parameters and of the other states; otherwise ``cells`` is empty.
     """
 
     name: str
@@ -98,16 +97,16 @@ class Region(ShownAsFormulas):
 
     @property
     def load(self) -> sp.Symbol | None:
-        """The symbol that stands for the load, or None where it takes the place of no state."""
+        """The symbol that stands for the load, or None where the load replaces no state."""
         return self.plane.symbol
 
     def contains(self, at: Any, values: Mapping | None = None, /, **named: Any) -> Any:
         """Tell whether a place on the plane is in the region: a load, or a mapping of the states; arrays broadcast.
 
-        Parameters are given by name, or in a mapping by name or symbol; those that do not matter may be left out, and
-        without its static parameter static friction equals the kinetic one. Integers, fractions, decimals and strings
-        ("1/4") are compared exactly, floats as doubles. Raises ``InputError`` for a value that is missing, not a
-        number, or outside the assumptions.
+        Parameters are given by name, or in a mapping by name or symbol. Parameters that the region does not depend on
+        may be left out; if the parameter of static friction is, static equals kinetic friction. Integers, fractions,
+        decimals and strings ("1/4") are compared exactly, floats as doubles. Raises ``InputError`` for a value that is
+        missing, not a number, or outside the assumptions.
 
         >>> import asympk as ap
         >>> stick = ap.stick_regions(ap.systems.painleve_klein.system()).stick
@@ -135,8 +134,9 @@ class Region(ShownAsFormulas):
     def spans(self, values: Mapping | None = None, /, **named: Any) -> tuple[Span, ...]:
         """Return the spans, with symbolic ends, of the cell that holds the parameters, given as in ``contains``.
 
-        Where the cells depend on other states than the load's, their values are given with the parameters. Raises
-        ``NotDerivable`` where the region is no union of spans, ``InputError`` for what is missing or outside its cells.
+        Where the cells depend on further states, the values of these are given with the parameters. Raises
+        ``NotDerivable`` where the region is no union of spans, ``InputError`` for a value that is missing or not
+        allowed.
         """
         if not self.cells:
             raise NotDerivable(f"{self.name}: {self.condition} is no union of intervals of the load; ask contains")
@@ -152,7 +152,7 @@ class Region(ShownAsFormulas):
 
     @property
     def _shown(self) -> tuple[RegionCell, ...]:
-        """The cells, where they are cells of the parameters alone; else the condition says more in one line."""
+        """The cells if they depend on the parameters alone; otherwise none, as the condition is then easier to read."""
         return self.cells if self.plane.alone else ()
 
     def latex(self) -> str:

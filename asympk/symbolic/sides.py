@@ -1,8 +1,9 @@
-r"""Sides of what switches by the state: a ``Piecewise`` patch, a stop ``Max(x - 1, 0)``, ``Abs``, ``sign``, ``floor``.
+r"""Sides of the switches in a rate: a ``Piecewise`` patch, a stop ``Max(x - 1, 0)``, ``Abs``, ``sign``, ``floor``.
 
-A rate has a kink or jumps where a phase, such as x - 1, vanishes. On either side of it the rates are smooth, and those
-of a side may be continued beyond it: a step that ends there has one smooth law all along. The phase floor(x) of teeth
-along x has a side for every whole number.
+A rate has a kink or jumps where a phase, such as x - 1, vanishes. On each side of the phase the rate is smooth, and its
+formula can be continued beyond, so that a step across the phase follows one smooth law. The phase floor(x) of a
+sawtooth has a side for every whole number. ``phases`` finds the phases, ``sides_of`` their possible sides, and
+``on_sides`` writes an expression for chosen sides.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -17,16 +18,16 @@ from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.penetration import Penetration
 from asympk.symbolic.system import System
 
-Sides = tuple[tuple[sp.Expr, int], ...]  # phases, and the sign that each of them has, 0 on it, or its whole part
-MOST = 64  # phases of one mode: a long table has kinks so gentle that no step has to end at them
-FEW = 16  # phases linear in the time that have sides of their own: a record of the ground's motion has many
+Sides = tuple[tuple[sp.Expr, int], ...]  # pairs: a phase and its sign, 0 if it vanishes; for floor(u) its value
+MOST = 64  # phases of one mode; with more, as in a long table, the kinks are so gentle that steps may cross them
+FEW = 16  # phases linear in the time; with more, as in a record of ground motion, none of them gets sides
 _ORDERED = (sp.Lt, sp.Le, sp.Gt, sp.Ge)
-_TRUE = {1: (sp.Gt, sp.Ge), 0: (sp.Ge, sp.Le), -1: (sp.Lt, sp.Le)}  # by the sign of what is compared with 0
+_TRUE = {1: (sp.Gt, sp.Ge), 0: (sp.Ge, sp.Le), -1: (sp.Lt, sp.Le)}  # the true relations by the sign of left - right
 _SIZES = (sp.Abs, sp.sign, sp.Heaviside)
 WHOLE = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _POLAR = (sp.tan, sp.cot, sp.sec, sp.csc, sp.atan2, sp.acot)
 _TWICE = dict.fromkeys((sp.tan, sp.cot), lambda u: sp.sin(2 * u))
-_WAVES = {sp.sec: sp.cos, sp.csc: sp.sin, **_TWICE}  # of the same sign where it is finite
+_WAVES = {sp.sec: sp.cos, sp.csc: sp.sin, **_TWICE}  # a function without poles that has the same sign
 SWITCHING = (*_ORDERED, *_SIZES, *WHOLE, sp.Max, sp.Min)
 
 
@@ -34,10 +35,11 @@ def phases(
     exprs: Iterable[sp.Basic], states: Iterable[sp.Symbol], time: sp.Symbol | None = None, few: int = FEW,
     most: int = MOST,
 ) -> tuple[sp.Expr, ...]:
-    """Return what switches expressions where it vanishes and depends on states, or on the time.
+    """Return the phases of expressions: quantities in states or the time at whose zeros the expressions switch.
 
-    What does not switch itself is meant, unless by what is linear in the time. Of what is, and is not periodic, at most
-    ``few`` are phases: smooth stretches end there already. More than ``most`` in all are none.
+    A quantity that switches itself is no phase, unless its switches are linear in the time. Quantities linear in the
+    time are phases if there are at most ``few`` and they are not periodic; integrators stop at ``switches_of`` anyway.
+    The result is empty where there are more than ``most`` phases.
     """
     states, found, lines = {*states}, set(), set()
     for atom in atoms(sp.Tuple(*exprs), *SWITCHING):
@@ -55,7 +57,7 @@ def phases(
 
 
 def is_line(part: sp.Expr, time: sp.Symbol | None) -> bool:
-    """Tell whether an expression is linear in the time, or independent of it, or jumps, as at a pole."""
+    """Tell whether an expression is linear in the time or independent of it, or contains a function with poles."""
     bent = time is not None and part.has(time) and not part.has(*_POLAR)
     return not (bent and (atoms(part, *SWITCHING) or part.diff(time).has(time)))
 
@@ -65,14 +67,14 @@ def _is_timed(atom: sp.Basic, states: set[sp.Symbol], time: sp.Symbol | None) ->
 
 
 def _stands(part: sp.Expr, states: set[sp.Symbol], time: sp.Symbol | None) -> bool:
-    """Tell whether an expression changes by jumps of the time alone: no side of it ends between them."""
+    """Tell whether an expression without states is constant between jumps in time: none of its sides ends there."""
     return not part.free_symbols & states and (time is None or slope_by(part, time) == 0)
 
 
 def sides_of(opened: Iterable[sp.Expr], states: Sequence[sp.Symbol]) -> Iterator[Sides]:
-    """Yield the sides that phases can be on together: x - 1 is not positive where x - 2 is not negative.
+    """Yield the sides that phases can be on at the same time: x - 1 is positive where x - 2 is.
 
-    Phases that differ by numbers lie one after the other; of others all sides are taken.
+    Phases that differ by rational numbers are ordered along one line; phases on different lines combine freely.
     """
     lines: dict[sp.Expr, list[tuple[sp.Expr, sp.Expr, int]]] = {}
     for phase in opened:
@@ -83,7 +85,7 @@ def sides_of(opened: Iterable[sp.Expr], states: Sequence[sp.Symbol]) -> Iterator
 
 
 def _along(phase: sp.Expr, states: Sequence[sp.Symbol]) -> tuple[int, sp.Expr, sp.Expr]:
-    """Return (sign, direction, offset) of a phase, which is |number| sign (direction - offset)."""
+    """Return (sign, direction, offset) of a phase, which equals |number| sign (direction - offset)."""
     offset, moving = phase.as_independent(*states, as_Add=True)
     factor, direction = moving.as_coeff_Mul()
     if not (offset / factor).is_Rational:
@@ -100,13 +102,13 @@ def _in_order(line: list[tuple[sp.Expr, sp.Expr, int]]) -> Iterator[Sides]:
 
 
 def is_switched(expr: sp.Expr, symbols: Iterable[sp.Symbol]) -> bool:
-    """Tell whether an expression is switched by one of the symbols."""
+    """Tell whether an expression contains a switching function of one of the symbols."""
     symbols = {*symbols}
     return any(atom.free_symbols & symbols for atom in atoms(expr, *SWITCHING))
 
 
 def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
-    """Return what is positive on a side of a phase; nothing where the motion stays on it."""
+    """Return the expressions that are positive on a side of a phase; none for side 0, where the phase vanishes."""
     number = measured(phase)
     if number != phase:
         return number - side, side + 1 - number
@@ -114,21 +116,21 @@ def inside(phase: sp.Expr, side: int) -> tuple[sp.Expr, ...]:
 
 
 def measured(phase: sp.Expr) -> sp.Expr:
-    """Return what moves while a side holds: a phase itself, or that of which it is the whole part."""
+    """Return the quantity that varies on a side of a phase: u for floor(u), else the phase itself."""
     return phase.args[0] if isinstance(phase, sp.floor) else phase
 
 
 def system_on_sides(system: System, sides: Sides) -> System:
-    """Return a system as it is on the ``sides`` of its phases."""
+    """Return a system with its rates and frictions as on the given ``sides`` of its phases."""
     on = partial(on_sides, sides=sides)
     slow, fast = ({s: on(rate) for s, rate in rates.items()} for rates in (system.slow, system.fast))
     found = [(f, {name: on(part) for name, part in f.parts.items()}) for f in system.frictions]
-    contacts = (replace(f, **(parts | {"load": parts["load"] or f.load})) for f, parts in found)  # 0 is no load
+    contacts = (replace(f, **(parts | {"load": parts["load"] or f.load})) for f, parts in found)  # not 0
     return replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), frictions=tuple(contacts))
 
 
 def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
-    """Return an expression as it is on the ``sides`` of its phases."""
+    """Return an expression as on the given ``sides`` of its phases, without the switches that they decide."""
     signs = dict(sides)
     while sides and (changes := {a: on for a in atoms(expr, *SWITCHING) if (on := _on_side(a, signs)) != a}):
         expr = replaced(expr, changes)
@@ -136,15 +138,15 @@ def on_sides(expr: sp.Expr, sides: Sides) -> sp.Expr:
 
 
 def on_side(expr: sp.Expr, quantity: sp.Expr, sign: int) -> sp.Expr:
-    """Return an expression as it is where a quantity has a sign."""
+    """Return an expression as where ``quantity`` has the given sign."""
     phase, factor = phase_of(quantity)
     return on_sides(expr, ((phase, factor * sign),))
 
 
 def shortly_after(expr: sp.Basic, rate: Callable[[sp.Expr], sp.Expr | None], rounding: float) -> sp.Basic:
-    """Return an expression whose jumps are on the side to which they go: what may be 0 by rounding has its rate's sign.
+    """Return an expression with its values just after jumps: a quantity that is 0 to rounding has its rate's sign.
 
-    ``rate`` gives that of what jumps where it vanishes, or None where that is not known.
+    ``rate`` maps such a quantity to its rate, or to None if unknown; the jump is then left as it is.
     """
 
     def led(atom: sp.Basic) -> sp.Basic:
@@ -164,9 +166,9 @@ def shortly_after(expr: sp.Basic, rate: Callable[[sp.Expr], sp.Expr | None], rou
 
 
 def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:
-    """Return an expression whose powers that are not whole have penetrations for what is positive on a side.
+    """Return an expression with the penetration for every base of a fractional power that is positive on the sides.
 
-    (-x)^(3/2), which is |x|^(3/2) where x < 0, is not real where a step ends shortly beyond.
+    (-x)^(3/2), which is |x|^(3/2) where x < 0, is not real at the end of a step shortly beyond x = 0.
     """
     if all(power.exp.is_Integer for power in atoms(expr, sp.Pow)):
         return expr
@@ -184,7 +186,7 @@ def with_real_powers(expr: sp.Expr, sides: Sides) -> sp.Expr:
 
 
 def switching_parts(atom: sp.Basic) -> list[sp.Expr]:
-    """Return what a size, a maximum, a minimum or a relation is switched by where it vanishes, a whole part at each."""
+    """Return the expressions at whose zeros a function or relation switches, or at whose whole values for ``WHOLE``."""
     if isinstance(atom, WHOLE):
         return [-atom.args[0] if isinstance(atom, sp.ceiling) else atom.args[0] / sp.Mul(*atom.args[1:])]
     parts = [atom.args[0]] if isinstance(atom, _SIZES) else [a - b for a, b in combinations(atom.args, 2)]
@@ -223,10 +225,10 @@ def _in_whole_parts(atom: sp.Basic, signs: dict[sp.Expr, int]) -> sp.Basic:
 
 
 def _largest(atom: sp.Basic, signs: dict[sp.Expr, int], order: int) -> sp.Basic:
-    """Return a maximum, or for ``order`` = -1 a minimum, without the entries that are known not to be it."""
+    """Return a maximum, or a minimum for ``order`` = -1, without the entries that the signs exclude."""
     left = [*atom.args]
     for a, b in combinations(atom.args, 2):
         phase, factor = phase_of(a - b)
         if phase in signs and a in left and b in left:
-            left.remove(b if (order * factor * signs[phase] or a.is_number) > 0 else a)  # of equals the number stays
+            left.remove(b if (order * factor * signs[phase] or a.is_number) > 0 else a)  # if equal, keep the number
     return atom if len(left) == len(atom.args) else type(atom)(*left)

@@ -1,8 +1,8 @@
-r"""Signs of expressions under assumptions: conditions that keep only the factors whose sign is open.
+r"""Signs of expressions under assumptions: conditions that keep only the factors whose sign is not known.
 
-A sign is told by the symbols' own assumptions, then by the range of a single parameter, then by bounds: with a >= b and
-b > -1 the sum a + b + 2 is positive. ``conjunction`` joins several signs; a factor that one of them fixes is known in
-the next, so that no condition contradicts itself.
+A sign follows from the symbols' own assumptions, or from the range of a single parameter, or from bounds: with a >= b
+and b > -1 the sum a + b + 2 is positive. ``conjunction``, the hard function, joins several signs; a factor whose sign
+one expression fixes is known in the next, so that no condition contradicts itself.
 """
 
 from functools import lru_cache
@@ -14,7 +14,7 @@ from asympk.symbolic.conditions import reduce_under
 
 
 def nonzero(expr: sp.Expr, assumptions: sp.Basic = sp.true) -> sp.Basic:
-    """Return the condition under which ``expr`` is not 0, factors that never vanish left out."""
+    """Return the condition under which ``expr`` is not 0, without the factors that never vanish."""
     if expr == 0:
         return sp.false
     return sp.And(*(_reduced(sp.Ne(f, 0), assumptions) for f, _ in factored(expr)[1] if _vanishes(f, assumptions)))
@@ -37,7 +37,7 @@ def conjunction(signs: list[tuple[sp.Expr, int]], assumptions: sp.Basic = sp.tru
 
 
 def _of_sign(expr, sign, known, assumptions):
-    """Return relations under which ``expr`` has a sign, 1 or -1; the signs of factors that follow go to ``known``."""
+    """Return relations under which ``expr`` has a sign, 1 or -1; add the factor whose sign they fix to ``known``."""
     content, factors = factored(expr)
     rest, undecided, conditions = int(sp.sign(content)), [], []
     for factor, power in factors:
@@ -56,7 +56,7 @@ def _of_sign(expr, sign, known, assumptions):
 
 
 def _vanishing(expr, known, assumptions):
-    """Return the relation under which ``expr`` is 0; a factor that then must be goes to ``known``."""
+    """Return the relation under which ``expr`` is 0, and add to ``known`` the factor that must then be 0."""
     factors = [factor for factor, _ in factored(expr)[1]]
     if expr == 0 or any(known.get(factor) == 0 for factor in factors):
         return []
@@ -68,7 +68,7 @@ def _vanishing(expr, known, assumptions):
 
 @lru_cache(maxsize=1024)
 def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
-    """Return the content and the factors, with powers, of numerator times denominator: a product of the same sign."""
+    """Return the content and the factors, with powers, of numerator times denominator: the sign is that of ``expr``."""
     if expr.has(sp.I):
         return sp.S.One, [(expr, 1)]
     numerator, denominator = sp.fraction(sp.together(expr))
@@ -81,7 +81,7 @@ def factored(expr: sp.Expr) -> tuple[sp.Expr, list[tuple[sp.Expr, int]]]:
 
 @lru_cache(maxsize=1024)
 def known_sign(expr: sp.Expr, assumptions: sp.Basic) -> int:
-    """Return 1 or -1 where that is the sign of ``expr``, unless it is 0, for all real symbols; 0 where it is open."""
+    """Return 1 if ``expr`` >= 0 for all real symbols within the assumptions, -1 if ``expr`` <= 0, 0 if not known."""
     if expr.has(sp.I):
         return 0
     if known := {sp.true: 1, sp.false: -1}.get(_relation(expr, assumptions)):
@@ -91,7 +91,7 @@ def known_sign(expr: sp.Expr, assumptions: sp.Basic) -> int:
 
 
 def follows(relation: sp.Basic, facts: tuple[sp.Basic, ...]) -> bool:
-    """Tell whether an inequality follows from bounds on single symbols among ``facts``, put in one for another."""
+    """Tell whether an inequality follows from the bounds on single symbols among ``facts``, by substitution."""
     if not isinstance(relation, sp.Gt | sp.Lt | sp.Ge | sp.Le):
         return False
     return _is_known(relation.gts - relation.lts, facts, strict=isinstance(relation, sp.Gt | sp.Lt))
@@ -116,7 +116,7 @@ def _factored(expr):
 
 @lru_cache(maxsize=256)
 def _bounds(relations):
-    """Return choices of one bound for each symbol, as ``{symbol: bound +- something positive, or not negative}``."""
+    """Return every choice of one bound for each symbol, as ``{symbol: bound +- a positive or nonnegative symbol}``."""
     found = {}
     for r in relations:
         if isinstance(r, sp.Ge | sp.Gt | sp.Le | sp.Lt):
@@ -129,12 +129,12 @@ def _bounds(relations):
 
 
 def _above(expr):
-    """Return ``expr > 0``; SymPy does not compare what may be complex."""
+    """Return ``expr > 0``, unevaluated where SymPy would refuse to compare a complex number."""
     return sp.StrictGreaterThan(expr, 0, evaluate=False) if expr.has(sp.I) else expr > 0
 
 
 def _vanishes(factor, assumptions):
-    """Tell whether a factor may be 0, as far as its symbols and the assumptions tell."""
+    """Tell whether a factor may be 0: its symbols and the assumptions do not exclude it."""
     if factor.has(sp.I):
         return True
     facts = sp.And.make_args(assumptions)
@@ -143,14 +143,14 @@ def _vanishes(factor, assumptions):
 
 
 def _relation(expr, assumptions):
-    """Return ``expr > 0``, True or False where that follows from the symbols being real and the assumptions."""
+    """Return ``expr > 0``, or True or False where this follows from the assumptions, with all symbols real."""
     real = {s: sp.Dummy(real=True) for s in expr.free_symbols if s.is_real is None}
     known = sp.sympify(expr.subs(real) > 0, strict=True)
     return known if known in (sp.true, sp.false) else _reduced(expr > 0, assumptions)
 
 
 def _reduced(relation, assumptions):
-    """Solve a rational relation in one symbol within its assumed range; leave any other as it is."""
+    """Solve a rational relation in one symbol within its assumed range; return any other relation unchanged."""
     if len(relation.free_symbols) == 1 and all(side.is_rational_function() for side in relation.args):
         return reduce_under(relation, assumptions)
     return relation
