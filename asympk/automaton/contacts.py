@@ -1,8 +1,10 @@
 r"""The contacts of a system at a point, in numbers: velocities, loads, bounds, and the equations of their forces.
 
-At a point the rates of the sliding velocities and the constraints of rigid contacts are linear in the forces and
-reactions. A branch says of each contact which equation holds: v' = 0 in stick, the law of friction in slip, no force
-where it is open.
+At a point the rates of the sliding velocities and the constraints of rigid contacts are linear in the friction forces
+and the reactions. A branch says which equation holds for each contact: v' = 0 in stick, the law of friction in slip,
+force 0 and reaction 0 where the contact is open. A row holds the constant and the coefficients of such a linear
+expression, in the order of the unknowns of ``contact_formulas``. ``contact_point`` evaluates the rows,
+``contact_equations`` chooses those of a branch, and ``solved_forces`` solves them.
 """
 
 import math
@@ -22,7 +24,10 @@ _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two s
 
 
 class ContactNumbers(NamedTuple):
-    """The numbers of one friction at a point; ``reaction`` is the coefficient of the normal in the load."""
+    """The numbers of one friction at a point; ``reaction`` is the coefficient of the normal reaction in the load.
+
+    ``load`` is the load without reactions.
+    """
 
     velocity: Any
     load: Any
@@ -33,7 +38,7 @@ class ContactNumbers(NamedTuple):
 
 
 class ContactPoint(NamedTuple):
-    """The contacts at a point, and there the rows of v' and of the reactions' equations in the forces."""
+    """The contacts at a point, and the rows there: of v' for each friction, then of the equation of each reaction."""
 
     contacts: tuple[ContactNumbers, ...]
     rows: tuple[tuple, ...]
@@ -47,10 +52,10 @@ class Solved(NamedTuple):
 
 
 class Numbers(NamedTuple):
-    """The numbers that a decision is made on: how functions are spelled, the functions, and what counts as clear.
+    """The numbers on which a decision is made: spelling of functions, namespace of functions, and what counts as clear.
 
-    That is a sign of a value above ``least``, and equations whose pivots are above ``singular``, relative to their row.
-    What ``coarser`` numbers give another sign is rounding.
+    The sign of a value is clear if the value is larger than ``least``. A pivot is clear if it is larger than
+    ``singular``, relative to its row. A sign that the ``coarser`` numbers do not confirm is rounding.
     """
 
     target: str
@@ -61,7 +66,10 @@ class Numbers(NamedTuple):
     coarser: "Numbers | None" = None
 
     def decided_sign(self, values: Sequence) -> int:
-        """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
+        """Return the sign of the first value, or 0 if the other values differ from it by too much to tell the sign.
+
+        Raises ``Unclear`` where the value is not above ``least``.
+        """
         first = values[0]
         if is_open(values):
             return 0
@@ -70,7 +78,7 @@ class Numbers(NamedTuple):
         return 1 if first > 0 else -1
 
     def is_singular(self, pivot: Any, row: Sequence) -> bool:
-        """Tell whether a pivot, its sign aside, is the rounding of its row's largest entry."""
+        """Tell whether a pivot is at most the rounding of the largest entry of its row; raises ``Unclear``."""
         largest = max(map(abs, row))
         if 1e-30 * largest < abs(pivot) <= self.singular * largest:
             raise Unclear
@@ -91,7 +99,7 @@ class Place(NamedTuple):
         return found(self.t, *self.state, *self.p)
 
     def with_nudged(self, slack: Any) -> tuple["Place", ...]:
-        """Return this place and those that ``slack``, relative, and rounding might have made of it."""
+        """Return this place and others in the ``coarser`` numbers, displaced by the relative error ``slack``."""
         numbers = self.numbers.coarser or self.numbers
         p = tuple(map(numbers.convert, self.p))
         moved = nudges(self.t, self.state, slack)
@@ -99,25 +107,25 @@ class Place(NamedTuple):
 
 
 class Unclear(Exception):
-    """A sign that doubles might have wrong."""
+    """Raised where the sign of a value in doubles may be wrong."""
 
 
 DOUBLES = Numbers("math", math, float, 2.0**-20, 2.0**-36)
 
 
 def is_open(values: Sequence) -> bool:
-    """Tell whether the spread of the others leaves the sign of the first value open."""
+    """Tell whether the sign of the first value is open: four times the spread of the others is no smaller than it."""
     first, *others = values
     return abs(first) <= 4 * max(abs(v - first) for v in others)
 
 
 def clear_sign(values: Sequence) -> int:
-    """Return the sign of the first value, or 0 where the spread of the others leaves it open."""
+    """Return the sign of the first value, or 0 where it is open (see ``is_open``)."""
     return 0 if is_open(values) else sign_of(values[0])
 
 
 def nudges(t: Any, state: tuple, slack: Any) -> Iterator[tuple[Any, tuple]]:
-    """Yield times and states that ``slack``, relative, might have made of one."""
+    """Yield times and states displaced by the relative error ``slack``, with two patterns of signs."""
     for signs in _NUDGES:
         moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
         yield t * (1 + signs[-1] * slack), tuple(moved)
@@ -125,7 +133,10 @@ def nudges(t: Any, state: tuple, slack: Any) -> Iterator[tuple[Any, tuple]]:
 
 @lru_cache(maxsize=64)
 def contact_formulas(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
-    """Return (expressions, unknown forces, which frictions have a normal) of a point, in a flat order."""
+    """Return (expressions, unknown forces, numbers of the frictions with a normal) of a point.
+
+    The expressions are the six entries of ``ContactNumbers`` for each friction, then the rows of ``ContactPoint``.
+    """
     unknowns, found = _unknowns(system), []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
@@ -137,7 +148,7 @@ def contact_formulas(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symb
 
 
 def in_forces(system: System, exprs: Iterable[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Return the rows of expressions that are linear in the forces, one after the other: constant and coefficients."""
+    """Return the rows of expressions that are linear in the forces, one row after the other in a flat tuple."""
     unknowns = _unknowns(system)
     zero = dict.fromkeys(unknowns, sp.S.Zero)
     return _calm(system, [e for row in exprs for e in (row.subs(zero), *(row.diff(u) for u in unknowns))])
@@ -149,7 +160,7 @@ def _unknowns(system):
 
 
 def _calm(system, exprs):
-    """Return expressions at rest, where the signs of velocities count as 0."""
+    """Return expressions with 0 in place of the signs of the sliding velocities."""
     calm = {e: 0 for f in system.frictions for e in (sp.sign(f.velocity), sp.sign(-f.velocity))}
     return tuple(e.subs(calm) if e.has(sp.sign) else e for e in exprs)
 
@@ -161,7 +172,7 @@ def _reactions(system: System) -> Iterator[sp.Expr]:
 
 
 def contact_point(system: System, place: Place) -> ContactPoint:
-    """Return the contacts at a place, in its own numbers: so what follows is rounded there as coarsely."""
+    """Return the contacts at a place, in the numbers of this place: later operations then have the same rounding."""
     formulas, unknowns, _ = contact_formulas(system)
     values = tuple(map(place.numbers.convert, place.values(system, formulas)))
     split = 6 * len(system.frictions)
@@ -176,17 +187,17 @@ def linear_rows(values: Sequence, unknowns: tuple) -> list[tuple]:
 
 
 def gap_row(system: System, k: int, point: ContactPoint) -> tuple:
-    """Return the row of the reaction's equation of a contact: of a rigid one it is g''."""
+    """Return the row of the equation of a contact's reaction; for a rigid contact this is the row of g''."""
     return point.rows[len(system.frictions) + contact_formulas(system)[2].index(k)]
 
 
 def solved_forces(system: System, branch: Branch, point: ContactPoint, numbers: Numbers) -> Solved | None:
-    """Solve for the forces and reactions in numbers, or return None where they are not determined."""
+    """Return the forces and reactions of a branch at a point, or None where the equations do not determine them."""
     return eliminated(contact_equations(system, branch, point), contact_formulas(system)[1], numbers)
 
 
 def contact_equations(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
-    """Return the rows that vanish in a branch: laws of friction or rates of velocities, then those of reactions."""
+    """Return the rows that are 0 in a branch: of each friction its law or v', then of each reaction its equation."""
     _, unknowns, normals = contact_formulas(system)
     place = {u: j for j, u in enumerate(unknowns)}
     rows = [_law(system, branch, k, point, place) for k in range(len(branch))]
@@ -197,7 +208,7 @@ def contact_equations(system: System, branch: Branch, point: ContactPoint) -> li
 
 
 def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dict) -> tuple:
-    """Return the row of a friction's law: its constant, then its coefficients."""
+    """Return the row of one friction's equation: v' in stick, else the law of friction."""
     friction, phase, contact = system.frictions[k], branch[k], point.contacts[k]
     if phase.mode == "stick":
         return point.rows[k]
@@ -212,7 +223,7 @@ def _law(system: System, branch: Branch, k: int, point: ContactPoint, place: dic
 
 
 def unit_row(place: int, size: int) -> tuple:
-    """Return the row of the unknown at ``place``."""
+    """Return the row whose value is the unknown number ``place``."""
     return tuple(int(j == place + 1) for j in range(size + 1))
 
 
@@ -235,5 +246,5 @@ def eliminated(equations: list[tuple], unknowns: tuple, numbers: Numbers) -> Sol
 
 
 def row_at(row: tuple, forces: tuple) -> Any:
-    """Return the value of a row of a point at (1, *forces)."""
+    """Return the value of a row; ``forces`` begins with 1, the factor of the constant."""
     return sum(a * b for a, b in zip(row, forces, strict=True))

@@ -1,14 +1,20 @@
-r"""Which mode begins, and which follows: every combination of slip, stick and open that is consistent is found.
+r"""Decide which mode begins at a start or follows an event, from all consistent combinations of slip, stick and open.
 
-At a point where some quantities vanish (a sliding velocity, a load, a gap, a margin of stick) each friction has several
-phases that it might go on in. A combination of phases makes the forces the solution of linear equations, and is
-consistent when every guard of its mode is positive, or vanishes and has a positive first derivative that does not
-vanish, along the field of that mode. Doubles decide where all signs are clear, mpmath numbers where one is not.
+At a point where quantities vanish (a sliding velocity, a load, a gap, a margin of stick) each friction may continue in
+several phases. A branch, which is one phase for each friction, makes the forces the solution of linear equations. A
+branch is consistent when no guard of its mode is negative, and when for each guard that vanishes the first nonvanishing
+derivative along the field of that mode is positive. Doubles decide where all signs are clear, mpmath numbers elsewhere.
 
-One consistent combination is the motion. Where several are, at rest stays at rest: combinations in which a contact
-breaks loose that its static bound would hold if all of them rested are left out; then those in which a contact that
-rested before slips and it rests on in another; then those in which any slips that rests in another. None or several
-that are left end the motion. First of all, what some forces hold at rest rests, also where they are not determined.
+A single consistent branch is the motion. Of several consistent branches, those in which contacts stay at rest are kept:
+
+1. A branch is left out if a contact slips in it that static friction would hold if every contact that may rest did.
+2. Then a branch is left out if, of the contacts that rested before, another branch keeps these at rest and more.
+3. Then step 2 is repeated with all contacts.
+
+The motion ends with an error if no branch is left, or if several with different rates are left. Rest on redundant
+contacts comes before all of this: the system rests if some forces, determined or not, hold all of it at rest.
+
+``follow_on`` is the entry. ``_going_on`` finds and selects the branches; ``_ties`` and ``_still`` test consistency.
 """
 
 from collections.abc import Callable, Iterator
@@ -45,17 +51,22 @@ from asympk.symbolic.system import System
 if TYPE_CHECKING:
     from asympk.automaton.automaton import Automaton
 
-DIGITS = 60  # of an exact start
-EXACT = 45  # digits of an exact start that rounding leaves
-WORKING = 40  # digits at which a mode that follows is decided at least, whatever the digits of the state
-COARSER = 10  # digits that are left out to see what is rounding
-LONGEST = 5_000  # operations of a derivative that is differentiated once more
-MOST = 8  # frictions of which all combinations are tried
-SAME = 1e-12  # relative, of two bounds that count as equal
+DIGITS = 60  # digits to which an exact start is converted
+EXACT = 45  # digits of an exact start that count as correct; the other 15 are left to rounding
+WORKING = 40  # least number of digits on which the following mode is decided, whatever the digits of the state
+COARSER = 10  # digits by which a second, coarser evaluation is shorter; a sign on which the two differ is rounding
+LONGEST = 5_000  # operations of the longest derivative of a guard that is differentiated once more
+MOST = 8  # largest number of undecided frictions whose combinations of phases are all tried
+SAME = 1e-12  # relative difference below which static and kinetic friction count as equal
 
 
 def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any) -> Branch:
-    """Return the one branch that goes on from ``state``; ``before`` ended by the loss of its guards ``hits``."""
+    """Return the one branch that follows at ``state``, where the branch ``before`` has lost its guards ``hits``.
+
+    At a start ``before`` is None. ``slack`` is the relative error of the state; doubles are tried first if ``slack`` is
+    a float. Raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``, ``OutOfRange`` and
+    ``InputError``.
+    """
     if not automaton.system.frictions:
         return ()
     if isinstance(slack, float):
@@ -69,7 +80,7 @@ def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any
 
 @contextmanager
 def finite(reached: Callable[[], Any]) -> Iterator[None]:
-    """Raise ``OutOfRange`` instead of what numbers raise that are infinite, or complex, which have no sign."""
+    """Raise ``OutOfRange`` in place of the errors of infinite or complex numbers; ``reached`` gives the time."""
     try:
         yield
     except AsympkError:
@@ -82,17 +93,17 @@ def finite(reached: Callable[[], Any]) -> Iterator[None]:
 
 
 def is_of_numbers(error: Exception) -> bool:
-    """Tell whether an error is one of numbers: of all that have a wrong type, complex ones alone, as mpmath's mpc."""
+    """Tell whether an error is one of numbers; a ``TypeError`` is if it names complex numbers, as mpmath's ``mpc``."""
     return not isinstance(error, TypeError) or any(word in str(error) for word in ("complex", "mpc"))
 
 
 def signs_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int, ...]:
-    """Return the signs of expressions at a place, 0 of what vanishes there, or may by ``slack``, its relative error."""
+    """Return the signs of expressions at ``t`` and ``state``, or 0 where the relative error ``slack`` allows a zero."""
     return tuple(map(clear_sign, _values_near(automaton, exprs, t, state, slack)))
 
 
 def wholes_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> tuple[int | None, ...]:
-    """Return the whole parts of expressions at a place, None of what is a whole number, or may be by ``slack``."""
+    """Return the floors of expressions, or None where the relative error ``slack`` of the state allows an integer."""
     found = _values_near(automaton, exprs, t, state, slack)
     nearest = (round(values[0]) for values in found)
     signs = ((n, clear_sign([value - n for value in values])) for n, values in zip(nearest, found, strict=True))
@@ -100,7 +111,7 @@ def wholes_at(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack:
 
 
 def _values_near(automaton: "Automaton", exprs: tuple, t: Any, state: tuple, slack: Any) -> list[tuple]:
-    """Return the values of every expression at a place, and at those that ``slack`` might have made of it."""
+    """Return the values of each expression: first at the state, then at states displaced by its error ``slack``."""
     if not exprs:
         return []
     digits = digits_of(state)
@@ -137,7 +148,7 @@ def _follow_on(
 
 
 def _going_on(here: Junction) -> Branch:
-    """Return the one branch that goes on; raises ``NoMotion``, ``TwoMotions`` and ``Undecided``."""
+    """Return the one branch that follows; raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``."""
     consistent: dict[Branch, list[int]] = {}
     for branch in here.tried:
         ties = _ties(here, branch)
@@ -161,9 +172,9 @@ def _going_on(here: Junction) -> Branch:
 
 
 def _unloaded(here: Junction, branch: Branch) -> set[int]:
-    """Return the rigid contacts whose reaction has just vanished, and does in ``branch``: others go on as before.
+    """Return the rigid contact whose reaction has just vanished, if no other contact changes its phase in ``branch``.
 
-    It is a force, which a state that is moved onto its zero meets to rounding only.
+    The reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding.
     """
     changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
     rigid = {k for k, friction in enumerate(here.system.frictions) if friction.constraint is not None}
@@ -171,9 +182,10 @@ def _unloaded(here: Junction, branch: Branch) -> set[int]:
 
 
 def _ties(here: Junction, branch: Branch) -> list[int] | None:
-    """Return the guards of the branch that vanish, those that are fixed too, or None where one is lost already.
+    """Return the numbers of the guards of a branch that vanish, fixed guards included, or None if one is negative.
 
-    Margins are times the determinant of the forces' equations, which have large forces of either sign near its zero.
+    None also means that the forces are not determined. Each margin is weighted by the determinant of the equations of
+    the forces: near a zero of the determinant the forces are large and of either sign.
     """
     margins, sizes, unloaded = [], [], _unloaded(here, branch)
     for k, point in enumerate(here.points):
@@ -204,7 +216,7 @@ def _side(guards: tuple, k: int) -> int:
 
 
 def _margins(here: Junction, branch: Branch, point: ContactPoint, solved: Solved) -> dict[tuple, Any]:
-    """Return, by (kind, friction, side), what must not be negative; at rest it is the rate of the velocity."""
+    """Return the values of the guards by (kind, friction, side); for a vanishing velocity the value is its rate."""
     forces = (1, *(solved.forces[u] for u in contact_formulas(here.system)[1]))
     found: dict[tuple[str, int, int], Any] = {}
     for k, (friction, phase) in enumerate(zip(here.system.frictions, branch, strict=True)):
@@ -228,7 +240,7 @@ def _margins(here: Junction, branch: Branch, point: ContactPoint, solved: Solved
 
 
 def _breaks_loose(here: Junction, branch: Branch) -> bool:
-    """Tell whether a contact slips in a branch that static friction would hold if all rested that may."""
+    """Tell whether a contact slips in a branch that static friction would hold if every contact that may rest did."""
     rest = tuple(p._replace(velocity=0) if k in here.resting and p != OPEN else p for k, p in enumerate(branch))
     if (solved := here.solved(rest)) is None:
         return False
@@ -239,9 +251,10 @@ def _breaks_loose(here: Junction, branch: Branch) -> bool:
 
 
 def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
-    """Return what must be positive for a contact to open: its gap, or, for a rigid one that touches, g'' without it.
+    """Return the value that must be positive for a contact to be open: its gap, or g'' for a rigid one that touches.
 
-    The forces of the other contacts are in g''. It is 0 where the reaction has just vanished, and g''' is asked next.
+    g'' is taken without the reaction of this contact, but with the forces of the others. Where the reaction has just
+    vanished, the value is 0, so that ``_growth`` decides by g'''.
     """
     if here.system.frictions[k].constraint is None:
         return point.contacts[k].gap
@@ -251,9 +264,9 @@ def _opening(here: Junction, k: int, point: ContactPoint, forces: tuple) -> Any:
 
 
 def _still(here: Junction, mode: GuardedMode, ties: list[int]) -> list[int] | None:
-    """Return those of the guards that vanish with all derivatives, or None at the first that falls."""
+    """Return the guards of ``ties`` all of whose computed derivatives vanish, or None as soon as one guard falls."""
     if mode.pressed and any(v < 0 for v in here.at.values(mode.system, mode.conditions)):
-        return None  # a margin vanishes with the penetration, and is negative as soon as there is one
+        return None  # a condition is a margin divided by the penetration: the margin is negative once there is one
     still = []
     for k in ties:
         sign = _growth(here, mode, k) if k < len(mode.guards) else 0
@@ -265,9 +278,11 @@ def _still(here: Junction, mode: GuardedMode, ties: list[int]) -> list[int] | No
 
 
 def _growth(here: Junction, mode: GuardedMode, guard: int) -> int:
-    """Return the sign of the first derivative along the field, of a guard that vanishes, that does not; else 0.
+    """Return the sign of the first nonvanishing derivative of a vanishing guard along the field, or 0.
 
-    Powers of the penetration are left out of each (Lemma 11), infinite ones where what they multiply is not 0.
+    The result is 0 if all derivatives that were computed vanish. Powers of the penetration are left out of each
+    derivative (Lemma 11). A derivative with infinite powers is first multiplied by a power that makes them finite; if
+    the product vanishes, the derivative itself is evaluated. Raises ``Undecided`` where a derivative becomes too long.
     """
     kind, friction, _, divided = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
@@ -290,7 +305,7 @@ def _growth(here: Junction, mode: GuardedMode, guard: int) -> int:
 
 
 def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:
-    """Return a branch without the guards of it that stay 0: of these rounding alone would make events."""
+    """Return a branch in which the guards that stay 0 are idle: rounding alone would make events of these guards."""
     mode = mode_of(here.system, branch)
     idle = [mode.guards[k] for k in still if k < len(mode.guards) and _stays(here, mode, k)]
     kinds = (tuple(g.kind for g in idle if g.friction == k) for k in range(len(branch)))
@@ -299,12 +314,12 @@ def _idle(here: Junction, branch: Branch, still: list[int]) -> Branch:
 
 
 def _stands(here: Junction, mode: GuardedMode) -> bool:
-    """Tell whether all rates of a mode vanish, and do so for ever: its motion is that of any other that stands."""
+    """Tell whether all rates of a mode vanish now and later: all modes that stand still have the same motion."""
     return mode.system.time is None and _vanish(here, mode.rates)
 
 
 def _stays(here: Junction, mode: GuardedMode, guard: int) -> bool:
-    """Tell whether a guard depends on states alone that stand still, and do so for ever."""
+    """Tell whether a guard is constant from now on: it depends only on states that stand still."""
     rates = mode.rates_behind(mode.guards[guard].value)
     return rates is not None and _vanish(here, rates)
 
@@ -323,7 +338,7 @@ def _length(expr: sp.Expr) -> int:
 
 
 def _standing(here: Junction) -> Branch | None:
-    """Return a branch in which all stands still on contacts that have more forces than equations, or None."""
+    """Return a branch in which the system rests on contacts that have more forces than equations, or None."""
     if here.system.time is not None or any(kind == "slip_onset" for kind, _ in here.lost):
         return None
     for branch in branches.most_at_rest(b for b in here.tried if not any(phase.velocity for phase in b)):
@@ -334,16 +349,18 @@ def _standing(here: Junction) -> Branch | None:
 
 
 def _require_determined(here: Junction) -> None:
-    """Refuse a branch that some forces agree with and no equations determine, so that its motion cannot be told."""
+    """Raise ``UnboundedReaction`` if some forces agree with a branch whose equations do not determine them."""
     for branch in here.tried:
         if here.solved(branch) is None and has_forces(here, branch):
             raise _undetermined(here, branch)
 
 
 def _require_uncritical(here: Junction, chosen: Branch) -> None:
-    """Refuse a branch beside one that friction leaves undetermined, whose forces move the system in several ways.
+    """Raise ``UnboundedReaction`` if friction leaves a branch undetermined that may move the system in several ways.
 
-    Contacts whose normals alone press against one another are taken to bear no more than they must.
+    Only branches in which every contact at rest in ``chosen`` rests are examined. A branch whose reactions are not
+    determined even without friction is accepted: contacts that press against one another by their normals alone bear
+    no more than they must.
     """
     for branch in (b for b in here.tried if branches.at_rest(b) >= branches.at_rest(chosen)):
         if here.solved(branch) is None and _solved_smooth(here, branch) and moves_in_several_ways(here, branch):
@@ -351,7 +368,7 @@ def _require_uncritical(here: Junction, chosen: Branch) -> None:
 
 
 def _solved_smooth(here: Junction, branch: Branch) -> Solved | None:
-    """Return the reactions of a branch at the state itself if nothing were rough."""
+    """Return the reactions of a branch at the state itself as if no contact had friction, or None if undetermined."""
     point = here.points[0]
     smooth = point._replace(contacts=tuple(c._replace(kinetic=0, static=0) for c in point.contacts))
     sliding = tuple(phase if phase == OPEN else phase._replace(velocity=1) for phase in branch)
@@ -365,11 +382,12 @@ def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
 
 
 def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
-    """Refuse a branch in which a contact slips in name alone and could bear more than that.
+    """Raise ``UnboundedReaction`` if a contact slips in name only and static friction would let it bear more.
 
-    It rests because others do, on whose velocities its own depends. Any of them may bear what the rates ask for, and
-    one of the branches has all forces that are not determined at their bounds: those of slip where the velocity is no
-    combination of theirs, which are less than what the contact holds where static friction exceeds the kinetic one.
+    The velocity of such a contact stays 0 because other contacts rest. How these contacts share the force that the
+    rates require is not determined. One consistent branch has every undetermined force at its bound (Lemma 10). Unless
+    the velocity is a combination of velocities at rest, that bound is kinetic friction, and so it is too small where
+    static friction exceeds the kinetic one.
     """
     guards = _all_guards(mode_of(here.system, branch)) if still else ()
     named = {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}
@@ -396,7 +414,7 @@ def _chosen(here: Junction, left: dict[Branch, list[int]]) -> Branch:
 
 
 def _why_none(here: Junction) -> str:
-    """Return why no motion goes on: what holds less at rest than in slip may neither hold nor slip."""
+    """Return why no motion follows: a contact whose static friction is below the kinetic may neither hold nor slip."""
     for k in sorted(here.resting):
         static, kinetic = here.points[0].contacts[k].static, here.points[0].contacts[k].kinetic
         if kinetic - static > SAME * kinetic:
@@ -407,7 +425,7 @@ def _why_none(here: Junction) -> str:
 
 
 def _loaded(system: System, branch: Branch, still: list[int]) -> Branch:
-    """Return the branch, open or with a positive load where that vanishes for ever, and no sign can be told."""
+    """Return the branch with a contact open if its ``lift_off`` stays 0, and with its load positive if this stays 0."""
     guards, kinds = _all_guards(mode_of(system, branch)), ("lift_off", "force_zero")
     open_, idle = ({guards[k].friction for k in still if guards[k].kind == kind} for kind in kinds)
     return tuple(OPEN if k in open_ else phase._replace(load=1) if k in idle else phase

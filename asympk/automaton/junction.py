@@ -1,7 +1,7 @@
-r"""A junction: where one mode ends and the next begins, and the phases that each friction might go on in.
+r"""A junction: where one mode ends and the next begins, and the phases in which each friction may continue there.
 
-A quantity counts as vanishing when an event says so, or when the rounding of the state could have changed its sign; a
-snapped quantity is never tested again.
+A quantity counts as vanishing in two cases: an event is its zero, or the rounding of the state could have changed its
+sign. A quantity whose zero is the event is set to 0 and never tested again. ``junction_at`` makes the ``Junction``.
 """
 
 from dataclasses import dataclass
@@ -28,8 +28,8 @@ from asympk.symbolic.system import System
 if TYPE_CHECKING:
     from asympk.automaton.automaton import Automaton
 
-ROUNDING = 2.0**-46  # relative, of a start that was computed in doubles
-BY_HAND = 2.0**-20  # relative, of a start on a contact whose numbers were written with six digits
+ROUNDING = 2.0**-46  # relative error that a start computed in doubles may have
+BY_HAND = 2.0**-20  # relative error, about 1e-6, of a start on a contact that was written by hand with six digits
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,9 @@ class Junction:
     """Where one mode ends and another is to follow, or where a run begins.
 
     ``lost`` are the guards that the mode ``before`` lost, by kind and friction. The first of the ``places`` is the
-    state itself, the others are what rounding might have made of it; ``points`` are the contacts there. ``touching``
-    are the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
+    state itself, the others are displaced by the rounding error of the state. ``points`` are the contacts at these
+    places. ``touching`` are the rigid contacts that stay closed or may open, and whether their reaction has just
+    vanished.
     """
 
     system: System
@@ -55,12 +56,12 @@ class Junction:
 
     @property
     def numbers(self) -> Numbers:
-        """The numbers that all is decided on."""
+        """The numbers on which all signs at this junction are decided."""
         return self.at.numbers
 
     @cached_property
     def phases(self) -> list[list[Phase]]:
-        """The phases that every friction might go on in."""
+        """The phases in which each friction may continue, friction by friction."""
         return [_phases(self, k) for k in range(len(self.system.frictions))]
 
     @cached_property
@@ -70,7 +71,7 @@ class Junction:
 
     @cached_property
     def tried(self) -> list[Branch]:
-        """The combinations of phases."""
+        """The branches to be tried: all combinations of the ``phases``."""
         return [*product(*self.phases)]
 
     @cached_property
@@ -85,14 +86,18 @@ class Junction:
 
     @property
     def in_words(self) -> str:
-        """The time and the state."""
+        """The time and the state as words for a message."""
         return _place_in_words(self.system, self.at)
 
 
 def junction_at(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Junction:
-    """Return the ``Junction`` where a mode, or none, has lost its guards ``hits``."""
+    """Return the ``Junction`` where the branch ``before`` has lost its guards ``hits``, or of a start.
+
+    At a start ``before`` is None. ``slack`` is the relative error of ``state``. Raises ``NoMotion``, ``InputError`` and
+    ``UnboundedReaction``.
+    """
     system = automaton.system
     own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
     at = Place(numbers, numbers.convert(t), own, p)
@@ -107,9 +112,9 @@ def junction_at(
 
 
 def _require_directions(system: System, touching: dict[int, bool], points: list[ContactPoint], at: Place) -> None:
-    """Raise ``UnboundedReaction`` where a rigid contact has no direction: no force moves its gap, as where that bends.
+    """Raise ``UnboundedReaction`` if no force moves the gap of a rigid contact, as where the slope of the gap vanishes.
 
-    Its reaction is any, or none that the gap could tell.
+    The gap then does not determine the reaction of this contact.
     """
     for k, friction in enumerate(system.frictions):
         if friction.constraint is None or (friction.gap is not None and k not in touching):
@@ -122,10 +127,11 @@ def _require_directions(system: System, touching: dict[int, bool], points: list[
 
 
 def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place) -> Place:
-    """Return a place moved to where all vanishes that does in the mode before, in its own numbers.
+    """Return a place moved, in its own numbers, onto the zeros of all quantities that the mode ``before`` keeps at 0.
 
-    Rounded as a number of other ones, what only rounding leaves there would count as given. So would what cancels in a
-    guard of the time alone: doubles take it for zero some roundings beside the time where it is.
+    A state rounded in doubles and converted to mpmath numbers has small values of these quantities, which would
+    count as exact. The time is moved for the same reason: a guard of the time alone, in which large terms cancel, is 0
+    in doubles some roundings beside its zero.
     """
     if not before:
         return place
@@ -158,8 +164,9 @@ def _gap_sign(here: Junction, k: int) -> int:
 def _touching(system: System, before: Branch | None, lost: set, at: Place) -> dict[int, bool]:
     """Return the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
 
-    Raises ``NoMotion`` where one is hit, by a step of its ground too: a rigid contact has no law of impact. The gap and
-    its rate are 0 where the rounding of doubles, or at a start that of six digits, may have made them differ from it.
+    Raises ``NoMotion`` where such a contact is hit, also by a step of its ground: a rigid contact has no law of impact.
+    A gap or gap rate counts as 0 if the rounding of doubles could have made it nonzero, or at a start the rounding to
+    six digits. Raises ``InputError`` where the gap is negative.
     """
     found, rounding = {}, BY_HAND if before is None else ROUNDING
     for k, friction in enumerate(system.frictions):
@@ -182,9 +189,9 @@ def _touching(system: System, before: Branch | None, lost: set, at: Place) -> di
 
 
 def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
-    """Return the rigid contacts whose sliding velocity is 0 or may be the rounding of a start, as velocities lost.
+    """Return the guards ``velocity_zero`` of rigid contacts whose sliding velocity is 0 within the rounding of a start.
 
-    It is a sum of several states as a rule, which doubles can not make vanish, and no state that is given as 0.
+    This velocity is usually a sum of several states: in doubles the sum is hardly ever exactly 0.
     """
     rigid = [k for k, friction in enumerate(system.frictions) if friction.constraint is not None]
     signs = _signs(system, tuple(system.frictions[k].velocity for k in rigid), at, ROUNDING, False)
@@ -192,7 +199,7 @@ def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
 
 
 def _signs(system: System, expressions: tuple, at: Place, rounding: float, timed: bool) -> list[int]:
-    """Return the signs of expressions, 0 where ``rounding`` of states (``timed``: of the time too) leaves them open."""
+    """Return the signs of expressions, 0 where ``rounding`` of states (``timed``: of the time too) may change them."""
     places = at.with_nudged(rounding)
     places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
     rows = [place.values(system, expressions) for place in places]
@@ -216,7 +223,7 @@ def _closed(here: Junction, k: int) -> list[Phase]:
 
 @lru_cache(maxsize=64)
 def _loads_move(system: System) -> tuple[bool, ...]:
-    """Tell of every friction whether its load depends on more than parameters."""
+    """Return for every friction whether its load depends on more than the parameters."""
     return tuple(not friction.load.free_symbols <= {*system.parameters} for friction in system.frictions)
 
 

@@ -1,15 +1,16 @@
 r"""Rest on more contacts than determine its forces.
 
 The forces and reactions u of contacts at rest obey E u + e = 0, a row for each sliding velocity and each constraint.
-Where E is singular they are not determined, but a system without an explicit time that some u holds at rest rests:
+Where E is singular, the equations do not determine u. Yet a system without explicit time rests if some u satisfies
 
     E u + e = 0,    |F_k| <= static_k N_k,    all rates 0.
 
-If some u do this, then one of finitely many corners does, at which as many of the inequalities are equations as these
-leave dimensions open (Lemma 10). The criss-cross method finds one: each inequality is affine in those of a corner, and
-the first that does not hold is exchanged for the first of these that can mend it. If none can, there is no such u.
+If there is such a u, then one of finitely many corners is one: a point at which as many of the inequalities hold as
+equations as the equations above leave dimensions free (Lemma 10). The criss-cross method finds a corner. Each
+inequality is affine in those that are equations at the corner. The first violated inequality is exchanged for the first
+of these that can restore it; if none of them can, there is no such u. ``_has_corner`` does this.
 
-Where a contact slips, too, forces that are not determined may give different rates. Then the motion cannot be told.
+Where a contact slips besides, undetermined forces may give different rates, and the motion is then not determined.
 """
 
 from collections.abc import Collection
@@ -31,26 +32,27 @@ from asympk.automaton.junction import Junction
 from asympk.symbolic.branches import OPEN, Branch
 from asympk.symbolic.system import System
 
-Table = list[tuple]  # rows in the columns 1, u: a row exchanged for a column is the unknown of that
+Table = list[tuple]  # rows with the columns 1, u; after an exchange a row stands for the unknown of its column
 
 
 def stands_still(here: Junction, branch: Branch) -> bool:
-    """Tell whether forces that contacts at rest can have make all rates of the system 0."""
+    """Tell whether forces that the contacts of a branch, all at rest, can bear make all rates of the system 0."""
     zeros = [contact_equations(here.system, branch, p) + r for p, r in zip(here.points, _rates_at(here), strict=True)]
     return _holds_somewhere(zeros, [_cone(here.system, branch, p) for p in here.points], here.numbers)
 
 
 def has_forces(here: Junction, branch: Branch) -> bool:
-    """Tell whether some forces agree with a branch, and are in each of its equations."""
+    """Tell whether some forces agree with a branch each of whose equations contains a force."""
     zeros, cones = _agreeing(here, branch)
     return all(any(row[1:]) for row in zeros[0]) and _holds_somewhere(zeros, cones, here.numbers)
 
 
 def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
-    """Tell whether forces agree with a branch that give the system different rates.
+    """Tell whether two solutions for the forces that agree with a branch give the system different rates.
 
-    For one of these, r, is then r (u - w) = 1 with E u + e s = 0 and E w + e s = 0, both in the cones, and s >= 0: u/s
-    and w/s are such forces, or u and w directions without end where s = 0.
+    Two such solutions exist exactly if, for the coefficients r of some rate, r (u - w) = 1, E u + e s = 0 and
+    E w + e s = 0 have a solution with u and w in the cones and s >= 0. For s > 0 the solutions are u/s and w/s; for
+    s = 0 they grow without bound in the directions u and w.
     """
     if not has_forces(here, branch):
         return False
@@ -64,19 +66,19 @@ def moves_in_several_ways(here: Junction, branch: Branch) -> bool:
 
 
 def _doubled(table: Table) -> Table:
-    """Return rows in 1, u as rows in 1, s, u, w, once of u and once of w, their constants times s."""
+    """Return every row in (1, u) as two rows in (1, s, u, w), one for u and one for w, with its constant times s."""
     parts = [(e, row, [0] * len(row)) for e, *row in table]
     return [(0, e, *u, *w) for e, row, none in parts for u, w in ((row, none), (none, row))]
 
 
 def _agreeing(here: Junction, branch: Branch) -> tuple[list[Table], list[Table]]:
-    """Return, at each point, the rows that vanish for forces that agree with a branch, and those not negative."""
+    """Return, for each point, the rows that are 0 and the rows that are not negative if forces agree with a branch."""
     cones = [_cone(here.system, branch, p) + _parting(here, branch, p) for p in here.points]
     return [contact_equations(here.system, branch, p) for p in here.points], cones
 
 
 def _holds_somewhere(zeros: list[Table], cones: list[Table], numbers: Numbers) -> bool:
-    """Tell whether some forces make all rows of the first tables 0 and those of the others not negative."""
+    """Tell whether some forces make all rows of the tables ``zeros`` 0 and no row of the tables ``cones`` negative."""
     tables = [z + cone for z, cone in zip(zeros, cones, strict=True)]
     equations, cone = range(len(zeros[0])), range(len(zeros[0]), len(tables[0]))
     columns = range(1, len(tables[0][0]))
@@ -92,7 +94,7 @@ def _holds_somewhere(zeros: list[Table], cones: list[Table], numbers: Numbers) -
 def _without(
     tables: list[Table], rows: Collection[int], columns: Collection[int], numbers: Numbers
 ) -> tuple[list[Table], dict[int, int]]:
-    """Return the tables with rows exchanged for columns as far as they depend on these, and which for which."""
+    """Return the tables with as many rows as possible exchanged for columns, and {column: row} of these exchanges."""
     found: dict[int, int] = {}
     for j in columns:
         left = [i for i in rows if i not in found.values()]
@@ -103,7 +105,7 @@ def _without(
 
 
 def _has_corner(tables: list[Table], basic: dict[int, int], corner: dict[int, int], numbers: Numbers) -> bool:
-    """Tell whether all inequalities hold somewhere; ``basic`` and ``corner`` number those of the rows and columns."""
+    """Tell whether all inequalities can hold together; ``basic`` and ``corner`` map rows, columns to inequalities."""
     tried: set[frozenset] = set()
     while frozenset(corner.values()) not in tried:
         tried.add(frozenset(corner.values()))
@@ -123,7 +125,7 @@ def _sign(tables: list[Table], i: int, j: int, numbers: Numbers) -> int:
 
 
 def _exchanged(table: Table, i: int, j: int) -> Table:
-    """Return a table whose column j is the value of row i, and whose row i is the unknown that was column j."""
+    """Return a table after an exchange: column j now is the value of row i, and row i the unknown of column j."""
     pivot = table[i][j]
     own = tuple((1 if k == j else -a) / pivot for k, a in enumerate(table[i]))
     rows = ([(m != j) * a + row[j] * b for m, (a, b) in enumerate(zip(row, own, strict=True))] for row in table)
@@ -131,7 +133,7 @@ def _exchanged(table: Table, i: int, j: int) -> Table:
 
 
 def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
-    """Return the rows that must not be negative: of closed contacts the load, of those at rest what friction leaves."""
+    """Return the rows that must not be negative: loads of closed contacts with a reaction, margins of stick."""
     unknowns, found = contact_formulas(system)[1], []
     for friction, phase, contact in zip(system.frictions, branch, point.contacts, strict=True):
         push = [phase.load * contact.reaction * (u == friction.normal) for u in unknowns]
@@ -145,7 +147,7 @@ def _cone(system: System, branch: Branch, point: ContactPoint) -> list[tuple]:
 
 
 def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]:
-    """Return the rows that must not be negative where rest ends: rates of velocities, and g'' of contacts that open."""
+    """Return the rows that must not be negative for rest to end: rates of velocities, and g'' of opening contacts."""
     slipping = [k for k, phase in enumerate(branch) if phase.velocity and k in here.resting]
     opening = [k for k, phase in enumerate(branch) if phase == OPEN and k in here.touching]
     rows = [tuple(branch[k].velocity * a for a in point.rows[k]) for k in slipping]
@@ -153,7 +155,7 @@ def _parting(here: Junction, branch: Branch, point: ContactPoint) -> list[tuple]
 
 
 def _rates_at(here: Junction) -> list[Table]:
-    """Return, at each place, the rows of the system's rates."""
+    """Return, for each place, the rates of the system as rows in the forces."""
     unknowns = contact_formulas(here.system)[1]
     return [linear_rows(place.values(here.system, _rates(here.system)), unknowns) for place in here.places]
 
