@@ -1,4 +1,12 @@
-"""Automaton: a system with numbers for its parameters, which modes there are, and which mode follows."""
+r"""The automaton: a system with numbers for its parameters, and which of its modes begins or follows at a state.
+
+``Automaton.first`` and ``Automaton.next`` return the branch that begins or follows. ``asympk.automaton.decide`` finds
+this branch for smooth formulas. If the state is on an edge, where a switching function such as ``Abs`` or
+``Piecewise`` is about to change its side, the branch and the side depend on one another. ``_follow_on`` then tries the
+laws of all sides of the edges and keeps the side to which the motion leads by its own law; this is the hard function.
+
+``mode_on_sides`` returns the mode of a known branch on the sides that the motion enters.
+"""
 
 import math
 from collections.abc import Callable, Collection, Iterator
@@ -21,8 +29,8 @@ from asympk.symbolic.sides import Sides, inside, is_switched, measured, system_o
 from asympk.symbolic.system import System
 
 ROUNDED = 2.0**-48  # the relative error of a state that was computed in doubles
-EDGES = 3  # that a state is on at once and all sides are tried
-_NEVER = 3  # the rank of a side that its own law leads away from
+EDGES = 3  # the largest number of edges through one state of which all sides are tried
+_NEVER = 3  # the rank of a side that the motion leaves by the law of this side
 
 
 @dataclass(frozen=True)
@@ -37,9 +45,9 @@ class Automaton:
         return _numeric(self, branch, digits, sides)
 
     def first(self, start: State, until: Any = 1) -> Branch:
-        """Return the mode that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``.
+        """Return the branch that begins at t = 0 from exact numbers; raises ``NoMotion`` and ``TwoMotions``.
 
-        Where something switches at t = 0, within the rounding of ``until``, it is the mode that begins just after.
+        If the system switches at t = 0, within the rounding of ``until``, the branch is that just after the switch.
         """
         with decide.finite(lambda: 0):
             return _first(self, tuple(start), until if self.system.time else 1)
@@ -48,20 +56,25 @@ class Automaton:
         self, branch: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any = ROUNDED,
         sides: Sides = (),
     ) -> Branch:  # fmt: skip
-        """Return the mode that follows ``branch`` where its guards ``hits`` vanish at ``state``, or any before, None.
+        """Return the branch that follows ``branch``, whose guards ``hits`` vanish at ``state``.
 
-        ``slack`` is the relative error of the state: what it leaves open is decided by derivatives. ``sides`` are those
-        on which the state is shortly after an edge, whatever its rounding.
+        With ``branch`` None the branch before is unknown. ``slack`` is the relative error of the state: a sign that
+        this error may change is decided by derivatives. ``sides`` are the sides of crossed edges on which the motion is
+        shortly afterwards, whatever the rounding of the state.
         """
         sided = _on_sides(self, sides) if sides else self
         return _follow_on(sided, branch, _same(self, sided, branch, hits) if sides else hits, t, state, slack)
 
     def edges_at(self, t: Any, state: State, slack: Any) -> tuple[sp.Expr, ...]:
-        """Return the phases of the state that vanish at a place, or may by ``slack``, its relative error."""
+        """Return the edges of the state: the phases that vanish there within the relative error ``slack``."""
         return _edges(self.sides_at(t, state, slack))
 
     def sides_at(self, t: Any, state: State, slack: Any, known: Sides = ()) -> Sides:
-        """Return the phases of the state with their signs at a place, those on the ``known`` sides of others too."""
+        """Return the phases of the system with their signs at a state, or 0 where the error ``slack`` allows a zero.
+
+        A phase inside a nested switch has a sign only on known sides of the inner phases: it is found once these have
+        clear signs. ``known`` are sides that are already known.
+        """
         phases = tuple(p for p in phases_of(self.system) if p not in dict(known))
         signed = tuple(p for p in phases if measured(p) == p)
         sides = tuple(zip(signed, decide.signs_at(self, signed, t, state, slack), strict=True))
@@ -86,12 +99,15 @@ def _first(automaton: Automaton, start: State, until: Any) -> Branch:
 def _follow_on(
     automaton: Automaton, before: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any
 ) -> Branch:
-    """Return the mode that goes on; on edges of what the state switches, by the law of the side that it leads to.
+    """Return the branch that follows; if the state is on edges, by the law of the side into which the motion leads.
 
-    Rest on them comes first. Where there is no such side, the state rests on an edge if it does by the law of a side;
-    where it does not, and where several sides have different modes, the place itself decides. So it is edge by edge.
-    A side that it leads to whatever the forces are has the only law, though that may refuse to go on. One that it leads
-    to by the law of another side alone may refuse, too.
+    An edge that the motion leaves at a rate without forces has only the side on which it is left (``_led_to``). Of the
+    other edges every choice of sides, 0 for rest on the edge, is ranked by its own law, from the best to the worst:
+    rest on all edges; motion into the sides; rest on an edge by the law of a side; motion out of the side (excluded).
+
+    If several branches have the best rank, or every choice is excluded, the law on the edges themselves decides. But if
+    every choice is excluded and a law leads into a side on which no motion or several follow, the error of that side is
+    raised.
     """
     at = automaton.sides_at(t, state, slack)
     edges = _edges(at)
@@ -126,7 +142,7 @@ def _follow_on(
 
 
 def _choices_of_sides(automaton: Automaton, edges: tuple[sp.Expr, ...]) -> list[tuple[int, ...]]:
-    """Return the sides that edges can be left to together, 0 first; of u/|u|, which has no value there, not 0."""
+    """Return the choices of a side for every edge, 0 (on the edge) first; 0 is left out where u/|u| has no value."""
     choices: list[tuple[int, ...]] = [*product((0, 1, -1), repeat=len(edges))] if len(edges) <= EDGES else [()]
     return [choice for choice in choices if _has_law(automaton, tuple(zip(edges, choice, strict=False)))] or choices
 
@@ -139,12 +155,12 @@ def _has_law(automaton: Automaton, sides: Sides) -> bool:
 
 
 def _edges(sides: Sides) -> tuple[sp.Expr, ...]:
-    """Return the phases that vanish: of a whole part 0 is a side."""
+    """Return the phases that vanish; a whole part is left out, as 0 is one of its sides."""
     return tuple(phase for phase, sign in sides if sign == 0 and measured(phase) == phase)
 
 
 def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, slack: Any) -> int:
-    """Return 0 for rest on an edge by its own law, 1 for a side that is led to, 2 for rest by the law of a side."""
+    """Return 0 for rest on an edge by its own law, 1 for motion into the side, 2 for rest by the law of the side."""
     if mode.leaves(phase, side, t, state, slack):
         return int(side != 0)
     return 2 if mode.leaves(phase, 0, t, state, slack) else _NEVER
@@ -153,13 +169,13 @@ def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, sl
 def _by_law_of(
     automaton: Automaton, sides: Sides, before: Branch | None, hits: tuple[int, ...], t: Any, state: State, slack: Any
 ) -> Branch:
-    """Return the mode that goes on as it does on the ``sides`` of edges."""
+    """Return the branch that follows by the laws on the given ``sides`` of edges."""
     sided = _on_sides(automaton, sides)
     return decide.follow_on(sided, before, _same(automaton, sided, before, hits), t, state, slack)
 
 
 def _led_to(automaton: Automaton, edges: tuple[sp.Expr, ...], t: Any, state: State, slack: Any) -> Sides:
-    """Return the sides of those edges that the state leaves at once, at a rate that no force and no edge changes."""
+    """Return the sides to which edges are left at a nonzero rate that contains neither forces nor switches."""
     system = automaton.system
     forces = {symbol for f in system.frictions for symbol in (f.force, f.normal)}
     rates = {edge: rate_along(system, edge) for edge in edges}
@@ -177,7 +193,7 @@ def _on_sides(automaton: Automaton, sides: Sides) -> Automaton:
 
 
 def _same(automaton: Automaton, sided: Automaton, branch: Branch | None, hits: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the guards ``hits`` of a branch among those on a side, where they may not depend on the state."""
+    """Return the numbers of the guards ``hits`` among the guards on a side; a guard constant there is left out."""
     if branch is None:
         return ()
     there = [(guard.kind, guard.friction) for guard in mode_of(sided.system, branch).guards]
@@ -189,10 +205,10 @@ def mode_on_sides(
     automaton: Automaton, branch: Branch, digits: int | None, t: Any, state: State, crossed: Collection[sp.Expr] = (),
     fixed: bool = False,
 ) -> NumericMode:  # fmt: skip
-    """Return the mode of a branch on the sides that go on from a state; ``crossed`` are phases that vanish there.
+    """Return the mode of a branch on the sides that the motion enters; ``crossed`` are phases that vanish at the state.
 
-    With ``fixed`` it is also on the sides of what the parameters alone switch. Raises ``NotDerivable`` where the motion
-    stays on a phase at which the rates jump.
+    With ``fixed`` the mode is also put on sides of the phases of parameters and time alone. Raises ``NotDerivable``
+    where the motion stays on a phase at which the rates jump, or where a rate has no value beyond it.
     """
     mode = automaton.mode(branch, digits)
     while opened := mode.mode.open_phases or mode.mode.fixed_phases * fixed:
@@ -204,7 +220,7 @@ def _entered(
     automaton: Automaton, mode: NumericMode, digits: int | None, opened: tuple[sp.Expr, ...], t: Any, state: State,
     crossed: Collection[sp.Expr],
 ) -> NumericMode:  # fmt: skip
-    """Return a mode on those sides of its phases ``opened`` that their rates there lead into."""
+    """Return a mode on the sides of its phases ``opened`` into which the motion leads by the rates on these sides."""
     values = mode.values(tuple(map(measured, opened)), t, state)
     choices = [_choices(phase, value, mode, crossed) for phase, value in zip(opened, values, strict=True)]
 
@@ -217,7 +233,7 @@ def _entered(
         return [found.departure(measured(phase), t, state) if len(sides) > 1 and found.mode.is_finite else 0
                 for phase, sides in zip(opened, choices, strict=True)]  # fmt: skip
 
-    fitting, resting = [], []  # these on edges, by the law of sides in which they stand
+    fitting, resting = [], []  # modes on sides that the motion enters; modes on sides by whose law it rests on an edge
     for choice in _likely_first(choices, led_to) if max(map(len, choices)) > 1 else product(*choices):
         found = chosen(choice)
         left = [(measured(phase), sign) for phase, (_, sign) in zip(opened, choice, strict=True) if sign is not None]
@@ -237,7 +253,7 @@ def _entered(
 
 
 def _lost_on(edges: list[sp.Expr], t: Any, bounded: bool) -> NotDerivable:
-    """Return the error of a motion that no side of some edges takes over; not ``bounded``, one side has no rates."""
+    """Return the error of a motion that enters no side of some edges; if not ``bounded``, a side has no rates."""
     where = ", ".join(f"{edge} = 0" for edge in edges)
     if not bounded:
         return NotDerivable(f"the motion reaches {where} at t = {float(t):.6g}, beyond which a rate has no value; end "
@@ -247,7 +263,7 @@ def _lost_on(edges: list[sp.Expr], t: Any, bounded: bool) -> NotDerivable:
 
 
 def _likely_first(choices: list, led_to: Callable[[tuple], list[int]]) -> Iterator[tuple]:
-    """Yield all choices of sides, first those to which one after the other leads."""
+    """Yield all choices of sides, beginning with the chain in which each choice is that to which the last one leads."""
     seen: list[tuple] = []
     choice = tuple(sides[0] for sides in choices)
     while choice not in seen:
@@ -261,7 +277,10 @@ def _likely_first(choices: list, led_to: Callable[[tuple], list[int]]) -> Iterat
 def _choices(
     phase: sp.Expr, value: Any, mode: NumericMode, crossed: Collection[sp.Expr]
 ) -> list[tuple[int, int | None]]:
-    """Return the sides that a phase may go on to, each with the sign that it gets if its edge is left now, 0 if not."""
+    """Return the sides into which a phase may continue, each with the sign of the phase beyond its edge.
+
+    The sign is 0 for rest on the edge, and None if the phase is not on an edge.
+    """
     number, floor = measured(phase), mode.functions.floor
     whole = number != phase
     edge = int(floor(value + 0.5)) if whole else 0

@@ -1,8 +1,12 @@
-r"""A system in numbers: the fields, Jacobians and guards of its modes, compiled once per system.
+r"""The modes of a system in symbols, with rates, guards and Lie derivatives, and the functions compiled from them.
 
-Every function takes ``(t, *state, *p)`` with p the parameters, so that what compiles serves all scenes of a system. The
-emitted text has arithmetic and functions only: numbers of any kind pass through, tracers and expressions too, given a
-namespace of functions. Lie derivatives of a guard along its field tell what happens where the guard vanishes.
+``GuardedMode`` is one mode. Its expressions may contain functions that switch (``Piecewise``, ``Max``, ``Abs``); the
+mode takes them on the ``sides`` of their phases, and ``open_phases`` are the phases that still have no side. The Lie
+derivatives of a guard along the field decide what follows where the guard vanishes.
+
+``function`` compiles expressions, once per system, into a function of ``(t, *state, *p)`` with the parameters p, which
+serves all scenes of the system. The emitted text contains only arithmetic and functions: given a namespace of
+functions, it runs on numbers of any kind, and on tracers and expressions, too.
 """
 
 import ast
@@ -40,9 +44,9 @@ from asympk.symbolic.switches import Switch, exprs_of, switches
 from asympk.symbolic.system import Friction, System
 
 Direction = tuple[sp.Expr, ...]  # the rates of the time and of every state
-FACTORS = 64  # of a product that is written out
-RECORD = 300  # pieces of a record by the time that are modes of their own, where a model asks for these
-SWITCH = "switch"  # the kind of a guard that a side ends at
+FACTORS = 64  # the largest power that is written out as a product
+RECORD = 300  # most phases of the time, as a record of ground motion has, on whose sides a model may ask for a mode
+SWITCH = "switch"  # the kind of the guard at which a side ends
 _POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 
 
@@ -50,7 +54,8 @@ _POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 class GuardedMode:
     """One smooth mode in the symbols of its system: rates in the order of the states, and guards.
 
-    What switches by the state is as it is on its ``sides``; where those end is a guard of the kind ``switch``.
+    Functions that switch by the state are taken on the ``sides`` of their phases. The end of a side is a guard of the
+    kind ``switch``.
     """
 
     system: System
@@ -72,12 +77,12 @@ class GuardedMode:
 
     @cached_property
     def is_finite(self) -> bool:
-        """Whether no rate or guard is infinite, or 0/0, all over a side, as u/|u| is where u = 0."""
+        """Whether all rates and guards have a value on the sides; on the side u = 0, u/|u| has none."""
         return not sp.Tuple(*self.rates, *self.guard_values).has(sp.zoo, sp.nan, sp.oo, -sp.oo)
 
     @cached_property
     def units(self) -> tuple[Direction, ...]:
-        """The directions in which one state grows and all else stands still."""
+        """The directions in which one state grows while the time and all other states stand still."""
         n = len(self.system.states)
         return tuple((sp.S.Zero, *row) for row in sp.eye(n).tolist())
 
@@ -94,12 +99,12 @@ class GuardedMode:
         return (*(guard._replace(value=self._placed(guard.value)) for guard in found), *ends)
 
     def _placed(self, expr: sp.Expr) -> sp.Expr:
-        """Return an expression as it is on the sides, real also where a step ends shortly beyond the mode."""
+        """Return an expression on ``all_sides``; its powers stay real where a step ends shortly beyond the mode."""
         return with_real_powers(on_sides(expr, self.all_sides), self.all_sides)
 
     @cached_property
     def all_sides(self) -> Sides:
-        """The sides of the mode, and those on which its sliding velocities are."""
+        """The sides of the mode, and the signs of its sliding velocities as further sides."""
         sliding = [(f.velocity, phase.velocity) for f, phase in zip(self.system.frictions, self.branch, strict=True)
                    if phase.velocity and not phase.either]  # fmt: skip
         told = ((phase, factor * sign) for velocity, sign in sliding for phase, factor in [phase_of(velocity)])
@@ -107,9 +112,9 @@ class GuardedMode:
 
     @cached_property
     def edges(self) -> tuple[sp.Expr, ...]:
-        """What is positive on the sides of the mode, as far as it moves: the last of its guards.
+        """The quantities that are positive on the sides of the mode and vary: the values of its last guards.
 
-        Of what the time alone moves, it is what falls first.
+        Of the quantities that the time alone moves, only those that fall to 0 first are edges.
         """
         edges = {edge: _time_of_fall(edge, self.system.time) for side in self.sides for edge in inside(*side)}
         first = min((t for t in edges.values() if t is not None), default=sp.oo)
@@ -134,10 +139,11 @@ class GuardedMode:
 
     @cached_property
     def open_phases(self) -> tuple[sp.Expr, ...]:
-        """What the mode is still switched by: phases of the states and the time that are on no side.
+        """The phases of the states and the time that still switch the mode, which is on no side of them.
 
-        Guards that vanish for ever do so on their side, so that it has to end, too; so do rest on what jumps away, and
-        contacts that are kept closed on ground that does.
+        The phases of three kinds of expressions count besides those of rates and guards: of idle guards, which stay 0
+        on their side only; of the sliding velocities of closed contacts, which may jump, as that of a belt; and of gaps
+        kept closed, whose ground may jump.
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
         kept = (*(f.velocity for f in self.closed.values()), *self.kept_gaps.values())
@@ -145,19 +151,19 @@ class GuardedMode:
 
     @cached_property
     def bent_phases(self) -> tuple[sp.Expr, ...]:
-        """Those of them that are not linear in the time alone, whose times are known."""
+        """The phases of rates and guards that still switch the mode, except those linear in the time alone."""
         return phases((*self.rates, *self.guard_values), self.system.states, self.system.time, few=0)
 
     @cached_property
     def fixed_phases(self) -> tuple[sp.Expr, ...]:
-        """What the parameters and the time alone switch the mode by: phases that are on no side."""
+        """The phases of parameters and time alone that still switch the mode, which is on no side of them."""
         known = {*self.system.parameters, self.system.time} - {None}
         found = phases((*self.rates, *self.guard_values), known, most=RECORD)
         return tuple(phase for phase in found if phase.free_symbols <= known)
 
     @cached_property
     def switches(self) -> list[Switch]:
-        """What switches the mode by the time, as far as it is linear in it."""
+        """The switches of the mode by the time alone, of phases that are linear in the time."""
         return switches((*self.rates, *self.guard_values), self.system.time, self.system.parameters)
 
     @cached_property
@@ -167,7 +173,7 @@ class GuardedMode:
 
     @cached_property
     def grounds(self) -> dict[int, tuple[sp.Expr, sp.Expr]]:
-        """The gap and the gap rate, on the sides of the mode, of closed rigid contacts whose gap switches."""
+        """The gap and gap rate, on the sides of the mode, of closed rigid contacts whose gap switches; by friction."""
         return {k: (on_sides(gap, self.sides), on_sides(branches.rate_along(self.system, gap), self.sides))
                 for k, gap in self.kept_gaps.items() if is_switched(gap, self.moving)}  # fmt: skip
 
@@ -179,7 +185,7 @@ class GuardedMode:
 
     @property
     def conditions(self) -> tuple[sp.Expr, ...]:
-        """What must be positive of the parameters alone for the mode to be entered at all."""
+        """The values of the fixed guards, which must be positive for the mode to be entered at all."""
         return tuple(guard.value for guard in self.fixed_guards)
 
     @property
@@ -189,7 +195,7 @@ class GuardedMode:
 
     @cached_property
     def poles(self) -> tuple[sp.Expr, ...]:
-        """What the rates are divided by, as far as it varies and may vanish: its zeros are poles of the rates."""
+        """The divisors of the rates that vary and may vanish; their zeros are poles of the rates."""
         powers = {power for rate in self.rates for power in atoms(rate, sp.Pow) if power.exp.is_negative}
         factors = {power.base for power in powers} | {sp.cos(e.args[0]) for r in self.rates for e in atoms(r, sp.tan)}
         varying = {-e if e.could_extract_minus_sign() else e for e in factors if e.free_symbols & self.moving}
@@ -201,28 +207,32 @@ class GuardedMode:
         return all((rate * state).subs(state, 0) == 0 for rate in self.rates)
 
     def lie_derivative(self, expr: sp.Expr) -> sp.Expr:
-        """Return the derivative of ``expr`` along the field: its Lie derivative and its partial one by the time."""
+        """Return the derivative of ``expr`` along the field: its Lie derivative plus its partial time derivative."""
         moved = sum((slope_by(expr, s) * r for s, r in zip(self.system.states, self.rates, strict=True)), sp.S.Zero)
         return moved + (slope_by(expr, self.system.time) if self.system.time else 0)
 
     def drift(self, expr: sp.Expr) -> sp.Expr:
-        """Return the derivative along the field, 0 where it is a multiple of a sliding velocity that rests."""
+        """Return the derivative of ``expr`` along the field, or 0 if it is a multiple of a sliding velocity at rest."""
         return _drift(self, expr)
 
     def derivative(self, guard: int, order: int) -> sp.Expr:
-        """Return the derivative of a guard's value of the given order along the field.
+        """Return the derivative of the given order of a guard along the field; order 0 is the guard itself.
 
-        Powers of the penetration, which are positive in the mode, are left out of each: they grow as no power of t.
+        Factors that are powers of the penetration are left out of every derivative (Lemma 11): they are positive in
+        the mode, and need not have a Taylor series in t.
         """
         return _derivative(self, guard, order)
 
     def rates_behind(self, expr: sp.Expr) -> tuple[sp.Expr, ...] | None:
-        """Return the rates of the states that ``expr`` depends on, and of those behind; None where the time is one."""
+        """Return the rates of all states on which ``expr`` depends, directly or through rates of others.
+
+        Returns None if ``expr`` or one of these rates depends on the time.
+        """
         return _rates_behind(self, expr)
 
     @cached_property
     def pressed(self) -> bool:
-        """Whether anything in the mode has a power of the penetration in it."""
+        """Whether a rate or a guard of the mode contains the penetration of a contact."""
         return sp.Tuple(*self.rates, *self.guard_values).has(Penetration)
 
 
@@ -244,13 +254,16 @@ def phases_of(system: System) -> tuple[sp.Expr, ...]:
 
 @lru_cache(maxsize=256)
 def is_nested(system: System) -> bool:
-    """Tell whether what the state switches switches something else, which has phases on each side of it."""
+    """Tell whether an expression that the state switches is part of another switch, as |x| is of Max(|x| - y, 0).
+
+    The phases of the outer switch are then known only on a side of the inner one.
+    """
     parts = (part for atom in atoms(sp.Tuple(*exprs_of(system)), *SWITCHING) for part in switching_parts(atom))
     return any(is_switched(part, system.states) for part in parts)
 
 
 def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
-    """Yield a mode on all sides that the state may switch it to; itself where there are none, or more than ``MOST``."""
+    """Yield a mode on every choice of sides of its open phases; the mode itself for none, or more than ``MOST``."""
     opened = mode.open_phases
     moving = (s for s in (*mode.system.states, mode.system.time) if s is not None)
     choices = [*islice(sides_of(opened, [*moving]), MOST + 1)] if opened else []
@@ -262,7 +275,7 @@ def on_all_sides(mode: GuardedMode) -> Iterator[GuardedMode]:
 
 
 def _time_of_fall(edge: sp.Expr, time: sp.Symbol | None) -> sp.Expr | None:
-    """Return the time at which an edge falls through 0, infinite of one that rises; None where that is not known."""
+    """Return the time at which an edge falls through 0, infinity if the edge rises, or None if this is not known."""
     if edge.free_symbols != {time} or not (slope := slope_by(edge, time)).is_Rational:
         return None
     return -edge.subs(time, 0) / slope if slope < 0 else sp.oo
@@ -305,11 +318,11 @@ def function(
     system: System, outputs: tuple[sp.Expr, ...], target: str, functions: Any, directions: tuple[Direction, ...] = (),
     products: bool = False,
 ) -> Callable[..., tuple]:  # fmt: skip
-    """Return ``f(t, *state, *p)``, a tuple of ``outputs``, on the numbers of ``functions``; ``target`` says how it is
-    spelled: ``"math"`` (rational constants rounded once) or ``"mpmath"`` (divided at their precision).
+    """Return ``f(t, *state, *p)``, which returns the tuple of ``outputs`` on the numbers of ``functions``.
 
-    With ``directions`` it is the derivatives of the outputs along each of them, output by output; with ``products``
-    whole powers of whatever base are products.
+    ``target`` is the spelling of the text: in ``"math"`` rational constants are rounded once, in ``"mpmath"`` they are
+    divided at the working precision. With ``directions`` the function returns the derivatives of the outputs along each
+    direction, output by output. With ``products`` integer powers of any base are written as products.
     """
     space: dict[str, Any] = {target: functions}
     text = source(system, outputs, target, directions)
@@ -324,7 +337,7 @@ def function(
 def source(
     system: System, outputs: tuple[sp.Expr, ...], target: str, directions: tuple[Direction, ...] = ()
 ) -> str:  # fmt: skip
-    """Return the text of ``f(t, *state, *p)``; whole powers of symbols are products, as Taylor series want them."""
+    """Return the text of ``f(t, *state, *p)``; for ``"math"``, integer powers of symbols are written as products."""
     plain, time = _plain(system)
     arguments = (time, *(plain[s] for s in (*system.states, *system.parameters)))
     changed = {s: name for s, name in plain.items() if s != name}
@@ -339,7 +352,7 @@ def source(
 
 
 class _Products(ast.NodeTransformer):
-    """Writes whole powers as products: the Taylor series of a power divides by its base, which may be 0."""
+    """Writes integer powers as products: the Taylor series of a power divides by its base, which may be 0."""
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         self.generic_visit(node)
@@ -351,7 +364,7 @@ class _Products(ast.NodeTransformer):
 
 @lru_cache(maxsize=64)
 def _plain(system: System) -> tuple[dict[sp.Symbol, sp.Symbol], sp.Symbol]:
-    """Return plain names for all symbols, which may be called ``theta'`` or ``lambda``, and the symbol of the time."""
+    """Return plain symbols for all symbols, whose names may be ``theta'`` or ``lambda``, and the symbol of the time."""
     time = sp.Symbol("t", real=True)
     plain = {s: sp.Symbol(f"w{k}", real=True) for k, s in enumerate(system.states)}
     plain |= {s: sp.Symbol(f"p{k}", real=True) for k, s in enumerate(system.parameters)}
@@ -359,7 +372,7 @@ def _plain(system: System) -> tuple[dict[sp.Symbol, sp.Symbol], sp.Symbol]:
 
 
 def namespace(**functions: Any) -> ModuleType:
-    """Return the namespace of ``functions`` that emitted text runs on."""
+    """Return a module of the ``functions`` on which emitted text runs."""
     found = ModuleType("functions")
     vars(found).update(functions)
     return found

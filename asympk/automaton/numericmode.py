@@ -1,4 +1,11 @@
-"""A mode on numbers: its rates, Jacobian and guards, where it switches by the time, and what it snaps to."""
+r"""A mode in numbers: its rates, Jacobian and guards, its switches by the time, and the zeros its states are moved to.
+
+``NumericMode`` is what every integrator and every other flow follows. ``rhs``, ``jac`` and ``guard_values`` are the
+functions of (t, state) that an integrator calls. ``smooth_until``, ``steps_until`` and ``longest_step`` keep its steps
+apart from switches and pulses of the time. ``snapped`` and ``settled`` move a state at an event onto the zeros of
+guards and of constraints; the hard one is ``_projected``. ``departure`` decides to which side of a phase a motion
+leaves.
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -16,25 +23,26 @@ from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
-DEPENDENT = 2.0**-60  # of a gradient's square: what is left of it across those before, where rounding is all that is
-FARTHEST = 1e-3  # of the largest state, that a guard of forces moves one; beyond it the guard's gradient is rounding
-LATEST = 1e-9  # of a time, by which doubles miss the zero of a guard of the time in which large terms cancel
-NEWTON = 3  # steps from there to all digits
-DERIVATIVES = 4  # that tell on which side of a phase a motion begins
-LOOKS = 256  # steps at least of a stretch that the time drives
-NEXT_TO_NOTHING = 1e-8  # of a divisor's first value: of a square, the root of that
-BESIDE = 4  # roundings of a time, by which smooth stretches keep away from what switches by the time
-OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that no time alone decides
+DEPENDENT = 2.0**-60  # part of a gradient's square across earlier gradients below which this part is rounding
+FARTHEST = 1e-3  # part of the largest state by which a guard of forces may move a state; its gradient may be rounding
+LATEST = 1e-9  # relative error of the zero in doubles of a guard of the time in which large terms cancel
+NEWTON = 3  # Newton steps from that zero to all digits
+DERIVATIVES = 4  # derivatives of a phase that are computed to find the side to which a motion leaves
+LOOKS = 256  # least number of steps in a span in which the time drives the motion
+NEXT_TO_NOTHING = 1e-8  # part of its first value at which a divisor counts as 0; the base of a square is then 1e-4
+BESIDE = 4  # roundings of the time by which smooth stretches keep away from a switch by the time
+OF_STATES = ("velocity_zero", "touch_down")  # kinds of guards that never depend on the time alone
 
 State = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
 class NumericMode:
-    """A mode on numbers: ``rhs``, ``jac`` and ``guard_values`` of (t, state); guards are positive inside it.
+    """A mode in numbers: ``rhs``, ``jac`` and ``guard_values`` of (t, state); guards are positive inside the mode.
 
-    ``kinds`` says of every guard which event its loss is, and of which friction. The functions without checks, of
-    ``(t, *state, *p)``, are ``field``, ``jacobian`` and ``guards``.
+    ``kinds`` gives for every guard the kind of event that its loss is, and the friction. ``field``, ``jacobian`` and
+    ``guards`` are the same functions of ``(t, *state, *p)``, as they are compiled. ``p`` are the parameters, ``target``
+    and ``functions`` the numbers, as in ``asympk.automaton.modes.function``.
     """
 
     mode: GuardedMode
@@ -49,7 +57,7 @@ class NumericMode:
 
     @property
     def branch(self) -> Branch:
-        """What every friction does in this mode."""
+        """The phase of every friction in this mode."""
         return self.mode.branch
 
     @cached_property
@@ -59,7 +67,7 @@ class NumericMode:
 
     @cached_property
     def timed(self) -> bool:
-        """Whether a guard may vary more than the state: it depends on the time itself, or switches and is bent."""
+        """Whether a guard may vary faster than the state: one depends on the time, or an edge is not linear."""
         time, states = self.mode.system.time, {*self.mode.system.states}
         phases = [guard.value for guard in self.mode.guards if guard.kind == SWITCH]
         bent = any(slope_by(phase, s).free_symbols & states for phase in phases for s in phase.free_symbols & states)
@@ -82,20 +90,20 @@ class NumericMode:
 
     @cached_property
     def guard_slopes(self) -> Callable[..., tuple]:
-        """The rates of the guards along the field as a function of (t, *state, *p)."""
+        """The derivatives of the guards along the field as a function of (t, *state, *p)."""
         return self._compiled(self.mode.guard_values, (self.mode.flow,))
 
     @cached_property
     def poles(self) -> Callable[..., tuple]:
-        """What the rates are divided by as a function of (t, *state, *p)."""
+        """The divisors of the rates, whose zeros are poles, as a function of (t, *state, *p)."""
         return self._compiled(self.mode.poles)
 
     def pole_values(self, t: Any, state: State) -> tuple:
-        """Return the values of what the rates are divided by."""
+        """Return the values of the divisors of the rates."""
         return self.poles(t, *state, *self.p) if self.mode.poles else ()
 
     def require_one_side(self, before: tuple, t: Any, state: State) -> tuple:
-        """Return the values of what the rates are divided by; raises ``OutOfRange`` where one has changed its sign."""
+        """Return the divisors of the rates; raises ``OutOfRange`` if one has changed its sign since ``before``."""
         after = self.pole_values(t, state)
         for expr, a, b in zip(self.mode.poles, before, after, strict=True):
             if a * b < 0:
@@ -104,16 +112,16 @@ class NumericMode:
         return after
 
     def vanishing(self, first: tuple, t: Any, state: State) -> sp.Expr | None:
-        """Return what the rates are divided by that is next to nothing beside its ``first`` value, or None."""
+        """Return a divisor of the rates that has nearly vanished relative to its ``first`` value, or None."""
         values = zip(self.mode.poles, first, self.pole_values(t, state), strict=True)
         return next((expr for expr, begun, value in values if abs(value) < NEXT_TO_NOTHING * abs(begun)), None)
 
     def smooth_until(self, t: Any, until: Any) -> Any:
-        """Return the time just before the next at which the mode switches by the time alone, or ``until``."""
+        """Return the time just before the next switch of the mode by the time alone, or ``until``."""
         return self._before(switches_of(self.mode.system), t, until)
 
     def steps_until(self, t: Any, until: Any) -> Any:
-        """Return that time, or that of the next peak of what moves by the time alone: a step is to end there."""
+        """Return the time at which a step must end: just before the next switch or peak by the time, or ``until``."""
         return self._before((*switches_of(self.mode.system), *peaks_of(self.mode.system)), t, until)
 
     def _before(self, known: tuple[Switch, ...], t: Any, until: Any) -> Any:
@@ -130,12 +138,12 @@ class NumericMode:
                                f"an exact method{otherwise}")  # fmt: skip
 
     def longest_step(self, span: Any) -> Any:
-        """Return the longest step within a span: a motion that a clock drives may stand still between two pulses."""
+        """Return the longest step within a span; a motion that the time drives may stand still between two pulses."""
         return span / LOOKS if self._driven else math.inf
 
     @cached_property
     def _driven(self) -> bool:
-        """Whether the time, or a state that goes like it, stands in a rate or a guard otherwise than in a power."""
+        """Whether a rate or a guard is not a polynomial in the time, or in a state whose rate is 1."""
         rates = dict(zip(self.mode.system.states, self.mode.rates, strict=True))
         clocks = {s for s, rate in rates.items() if rate == 1} | ({self.mode.system.time} - {None})
         exprs = (*self.mode.rates, *self.mode.guard_values) if clocks else ()
@@ -146,11 +154,11 @@ class NumericMode:
         return t * (1 + 3 * self.beside)
 
     def moved_on(self, t: Any, state: State, span: Any) -> tuple[Any, State]:
-        """Return the time and the state after a span so short that the rates stand still."""
+        """Return the time and the state after a span so short that the rates are constant."""
         return t + span, tuple(w + span * rate for w, rate in zip(state, self.rhs(t, state), strict=True))
 
     def after_start(self, until: Any) -> Any:
-        """Return the time 0 at which a run to ``until`` starts, or that just after it where a switch may be there."""
+        """Return the time at which a run to ``until`` starts: 0, or just after 0 if there may be a switch at 0."""
         near = self.beside * until
         system, start = self.mode.system, 0 * until
         return 3 * near if any(abs(t) <= near for t in self._switched_near(sideless_of(system), start)) else start
@@ -161,7 +169,7 @@ class NumericMode:
         return BESIDE * getattr(self.functions, "eps", 2.0**-52)
 
     def _switched_near(self, known: tuple[Switch, ...], t: Any) -> list:
-        """Return the times next to ``t`` at which something switches by the time alone."""
+        """Return the times next to ``t`` of the ``known`` switches."""
         found: list = []
         if known:
             lines = slopes_and_phases(known, self.mode.system.time)
@@ -176,14 +184,14 @@ class NumericMode:
         return self._compiled(exprs)(t, *state, *self.p)
 
     def signs(self, exprs: tuple[sp.Expr, ...], t: Any, state: State, slack: Any = 0) -> tuple[int, ...]:
-        """Return the signs of expressions, 0 of what rounding, or a relative error ``slack``, may have made 0."""
+        """Return the signs of expressions, or 0 where rounding or a relative error ``slack`` of the place allows 0."""
         rows = (self.values(exprs, *place) for place in ((t, state), *nudges(t, state, max(slack, self.beside))))
         return tuple(map(clear_sign, zip(*rows, strict=True)))
 
     def departure(self, phase: sp.Expr, t: Any, state: State, slack: Any = 0) -> int:
-        """Return the sign of the first derivative of a phase along the field that does not vanish; 0 of none.
+        """Return the sign of the first nonvanishing derivative of a phase along the field, or 0 if all computed vanish.
 
-        What the rounding of the state, or its relative error ``slack``, might have made of 0 vanishes.
+        A derivative counts as vanishing if it may be 0 within rounding or the relative error ``slack`` of the state.
         """
         for _ in range(DERIVATIVES):
             phase = self.mode.drift(phase)
@@ -200,7 +208,7 @@ class NumericMode:
         return all((sign or self.departure(expr, t, state)) >= 0 for expr, sign in told)
 
     def leaves(self, phase: sp.Expr, sign: int, t: Any, state: State, slack: Any = 0) -> bool:
-        """Tell whether a phase that vanishes becomes of a sign along the field, or for 0 stays as it is."""
+        """Tell whether a phase that vanishes takes the ``sign`` along the field; for 0, whether the phase stays 0."""
         if departure := self.departure(phase, t, state, slack):
             return departure == sign
         behind = self.mode.rates_behind(phase)
@@ -222,18 +230,18 @@ class NumericMode:
         return self.guards(t, *state, *self.p)
 
     def guard_rates(self, t: Any, state: State) -> tuple:
-        """Return the rates of the guards along the field."""
+        """Return the derivatives of the guards along the field."""
         return self.guard_slopes(t, *state, *self.p)
 
     def guard_gradient(self, guard: int, t: Any, state: Sequence) -> tuple:
-        """Return the derivatives of one guard by the states."""
+        """Return the derivatives of one guard with respect to the states."""
         return self._gradient(self.mode.guards[guard].value)(t, *state, *self.p)
 
     def snapped(self, guard: int, t: Any, state: State) -> State:
-        """Return ``state`` moved onto the zero of a guard, where that is near: one of forces may depend on time alone.
+        """Return ``state`` moved onto the zero of a guard, if this zero is near; otherwise return ``settled``.
 
-        A contact that sticks stays at rest, however much its velocity moves the guard, and a rigid contact that is
-        closed stays so, g = g' = 0.
+        A zero may be far because a guard of forces may depend on the time alone. The velocity of a contact that sticks
+        stays 0, however strongly it changes the guard, and a closed rigid contact keeps g = g' = 0.
         """
         expressions = (*self.kept, self.mode.guards[guard].value)
         moved = self._projected(expressions, t, state) if self.kept else self._on_zero(guard, t, state)
@@ -244,7 +252,7 @@ class NumericMode:
         return moved if near else self.settled(t, state)
 
     def time_of_fall(self, guard: int, t: Any, state: State) -> Any:
-        """Return the time at which a guard that no state moves falls through 0, where that is near."""
+        """Return the time near ``t`` at which a guard of the time alone falls through 0; for other guards, ``t``."""
         if any(self.guard_gradient(guard, t, state)):
             return t
         found = t
@@ -256,10 +264,11 @@ class NumericMode:
         return found if abs(found - t) <= LATEST * t else t
 
     def _on_zero(self, guard: int, t: Any, state: State) -> State:
-        """Return ``state`` after two Newton steps along the state whose motion, else whose size, moves a guard most.
+        """Return ``state`` after two Newton steps onto the zero of a guard, each of which changes one state.
 
-        What is left of the guard is an error in time: in a layer the slow states do nothing meanwhile. Where the time
-        moves it while all stands still, no state is moved.
+        The state changed is the one whose motion changes the guard most; if no motion changes it, the one whose size
+        does. The value of the guard is due to an error in time, during which the slow states of a layer hardly move. No
+        state is changed if only the time changes the guard, unless it is one of the ``OF_STATES``.
         """
         moved, rates, timed = list(state), self.rhs(t, state), self.mode.system.time is not None
         for _ in range(2):
@@ -274,7 +283,7 @@ class NumericMode:
         return tuple(moved)
 
     def settled(self, t: Any, state: State) -> State:
-        """Return ``state`` moved to where all vanishes that does in this mode: a path may be begun anew from there."""
+        """Return ``state`` moved onto the zeros of all quantities that this mode keeps at 0, as a start has to be."""
         if self.kept:
             return self._projected(self.kept, t, state)
         return tuple(w if free else w - w for w, free in zip(state, self.movable, strict=True))
@@ -287,9 +296,10 @@ class NumericMode:
 
     @cached_property
     def kept(self) -> tuple[Any, ...]:
-        """What vanishes in this mode: gaps of rigid contacts, their rates, velocities at rest. () where all are states.
+        """The quantities that this mode keeps at 0: gaps of closed rigid contacts, their rates, and velocities at rest.
 
-        What follows is decided by velocities that rest, so that not even rounding may move them.
+        Empty if these are all single states, which ``settled`` sets to 0. Rounding must not change a velocity at rest,
+        because this velocity decides which mode follows.
         """
         system = self.mode.system
         closed = tuple(e for gap in self.mode.kept_gaps.values() for e in (gap, rate_along(system, gap)))
@@ -299,9 +309,11 @@ class NumericMode:
         return tuple(on_sides(expr, self.mode.sides) for expr in kept)
 
     def _projected(self, expressions: tuple, t: Any, state: State) -> State:
-        """Return ``state`` moved to where all ``expressions`` vanish; each step leaves those before it at 0.
+        """Return ``state`` moved to where all ``expressions`` vanish, in two rounds of one Newton step for each.
 
-        One that depends on those before it is 0 with them, and is passed over. What cancels to rounding is 0.
+        A step is orthogonal to the gradients of all earlier expressions (Gram-Schmidt), so that they stay 0. An
+        expression whose gradient depends on the earlier ones vanishes with them and is passed over. A state that
+        cancels to rounding is set to 0.
         """
         rounding = 4 * getattr(self.functions, "eps", 2.0**-52)
         least = [rounding * abs(w) for w in state]
