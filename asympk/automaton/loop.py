@@ -1,4 +1,9 @@
-"""The loop over segments: one mode after the other, each followed to the guard that ends it, whatever follows it."""
+"""The loop over segments: it follows one mode after the other, each to the guard that ends this mode.
+
+``follow`` is the loop. Its argument ``advance`` follows one mode, in closed form, by an integrator or in balls, and
+returns a ``Segment``. ``mode_after``, the hard function, returns the mode that follows a lost guard or a switch by the
+time. The functions ``_require_...`` end a run with an error where events accumulate or nothing progresses.
+"""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -18,17 +23,17 @@ from asympk.symbolic.branches import OPEN, Branch, at_rest, awake, moves_alike
 from asympk.symbolic.sides import Sides, inside
 
 WATCHED = 12  # intervals between events that must shrink in a geometric sequence before they count as accumulating
-CROSSINGS = 10_000  # of edges, that are allowed beside as many as events are
-SHORTLY = 64  # errors of an event, after which what a side has changed is told from what was before
-PARADOX = 2.0**-40  # by which a stiffness to the second motion is below zero, as a part of that to the first
+CROSSINGS = 10_000  # crossings of edges that are allowed in addition to the allowed number of events
+SHORTLY = 64  # multiple of the error of an event beyond which a change is due to a new side, not to this error
+PARADOX = 2.0**-40  # part of the first motion's stiffness by which that of the second must be negative in a paradox
 
 
 class Segment(NamedTuple):
     """One stretch of one mode: the time and state at its end, the guard lost there or None, and how it was followed.
 
-    ``short`` says why the segment ends early, "" where it does not; ``work`` and ``samples`` are the flow's own.
-    ``together`` are other guards lost at the same time. ``steps`` are times and states from its start to its end,
-    ``branch`` is what each friction does in its mode, which is on the ``sides`` of what switches by the state.
+    ``short`` is the reason why the segment ends early, or "". ``work`` and ``samples`` belong to the flow that made the
+    segment. ``together`` are other guards lost at the same time. ``steps`` are times and states from the start of the
+    segment to its end. ``branch`` and ``sides`` are those of the mode.
     """
 
     t: Any
@@ -113,7 +118,7 @@ def _follow(
 def _begun(
     automaton: Automaton, first: Branch, start: tuple, until: Any, digits: int | None
 ) -> tuple[Any, tuple, NumericMode]:
-    """Return the time, just after what is singular at the start, the state there, and the mode on its sides."""
+    """Return the time, just after a switch at the start if there is one, the state there, and the mode on its sides."""
     still = automaton.mode(first, digits)
     t, state = still.after_start(until), start
     mode = mode_on_sides(automaton, first, digits, t, state, automaton.edges_at(t, state, still.beside))
@@ -123,14 +128,17 @@ def _begun(
 
 
 def _beyond_limits(count: int, crossings: int, events: int) -> str:
-    """Return why a run ends, that of more events or crossings of edges than are allowed, or ""."""
+    """Return the reason why a run ends that has more events or crossings of edges than are allowed, or ""."""
     if count > events:
         return f"limit of {events} events reached"
     return f"limit of {CROSSINGS + events} crossings reached" if crossings > CROSSINGS + events else ""
 
 
 def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int, ...]]:
-    """Return the time and the state at which a mode is left, on the zeros of its guards that are lost, and these."""
+    """Return the time and the state at which a mode is left, and the lost guards, on whose zeros the state then is.
+
+    After a segment that a switch by the time ended, the time is just after the switch, and the state is not moved.
+    """
     if segment.hit is not None:
         hits = (segment.hit, *segment.together)
         return segment.t, _on_zeros(mode, hits, segment.t, segment.state), hits
@@ -142,11 +150,12 @@ def mode_after(
     automaton: Automaton, mode: NumericMode, t: Any, state: tuple, hits: tuple[int, ...], digits: int | None = None,
     slack: Any = ROUNDED, since: Any = None, fixed: bool = False,
 ) -> tuple[NumericMode, tuple, Event | None]:  # fmt: skip
-    """Return the mode that follows where the guards ``hits`` are lost, the state at rest there, and the event or None.
+    """Return the mode that follows the loss of the guards ``hits``, the state at its start, and the event or None.
 
-    What the mode holds vanishes in the state: velocities that rest, gaps that are closed.
-    ``since`` is the time at which a mode ended that the time alone has switched by ``t``; ``fixed`` is that of
-    ``mode_on_sides``, which raises what this does, as does ``Automaton.next``.
+    In this state all quantities that the new mode keeps at 0 vanish, as velocities at rest and gaps of closed rigid
+    contacts. The event is None if the motion of no contact changes. ``since`` is None, or the time at which ``mode``
+    ended just before a switch by the time; ``t`` then is the time just after this switch. ``fixed`` is an argument of
+    ``mode_on_sides``. Raises the errors of ``mode_on_sides`` and ``Automaton.next``.
     """
     before, (crossed, left) = mode, _crossed(mode, hits)
     switches, doubt = _switches(mode, hits), slack
@@ -175,9 +184,10 @@ def mode_after(
 
 
 def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:
-    """Return the event of a rigid contact whose gap or gap rate has jumped, as where the ground has a step or a kink.
+    """Return the event of a rigid contact whose gap or gap rate has jumped to open it, or None.
 
-    ``before`` is the mode until the time ``t0``. Raises ``NoMotion`` where the ground meets the contact.
+    Such a jump is a step or a kink of the ground. ``before`` is the mode until the time ``t0``. Raises ``NoMotion``
+    where the jump closes the gap.
     """
     for k, parts in mode.mode.grounds.items():
         now, then = mode.values(parts, t, state), before.values(before.mode.grounds[k], t0, state)
@@ -192,9 +202,10 @@ def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, sta
 
 
 def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | None:
-    """Return the event of a sliding velocity that has jumped away from 0, or to its other sign, as a belt may.
+    """Return the event of a sliding velocity that has jumped away from 0 or to the other sign, or None.
 
-    ``places`` are the modes and times before and after. What has a kink differs there by no more than its slopes make.
+    The velocity of a belt may jump so. ``places`` are the modes and times before and after. A velocity that has only a
+    kink there changes by no more than its slopes allow, and is no event.
     """
     _, (mode, t) = places
     for k, velocity in mode.mode.jumping.items():
@@ -207,30 +218,36 @@ def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | 
 
 
 def _with_change(mode: NumericMode, expr: sp.Expr, t: Any, state: tuple) -> tuple[Any, Any]:
-    """Return the value of an expression, and its change by half of what smooth stretches keep from a switch."""
+    """Return an expression's value, and its change by half the distance that smooth stretches keep from a switch."""
     value, *others = (mode.values((expr,), *at)[0] for at in ((t, state), *nudges(t, state, mode.beside / 2)))
     return value, max(abs(other - value) for other in others)
 
 
 def _switches(mode: NumericMode, hits: tuple[int, ...]) -> bool:
-    """Tell whether the state switches a mode where the guards ``hits`` are lost."""
+    """Tell whether one of the guards ``hits`` is an edge, where a side of the mode ends."""
     return any(mode.kinds[hit][0] == SWITCH for hit in hits)
 
 
 def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], list[tuple]]:
-    """Return the phases, of either sign, at which a mode ends that switches by the state, and its other guards lost."""
+    """Return the edges among the lost guards ``hits``, with either sign, and the keys of the other lost guards."""
     switched = [k for k in hits if mode.kinds[k][0] == SWITCH]
     phases = [sign * mode.mode.edges[k - len(mode.kinds)] for k in switched for sign in (1, -1)]
     return phases, [key for k, key in enumerate(_keys(mode)) if k in hits and k not in switched]
 
 
 def _keys(mode: NumericMode) -> list[tuple]:
-    """Return what tells the guards of a mode, also from those of the mode on another side or with fewer idle ones."""
+    """Return (kind, friction, whether the guard is the second of these) of every guard of a mode.
+
+    Such a key finds the same guard in a mode on another side, or with other idle guards.
+    """
     return [(*own, own == before) for before, own in pairwise(((), *mode.kinds))]
 
 
 def _lost_beyond(mode: NumericMode, left: list[tuple], place: tuple, later: tuple) -> tuple[int, ...]:
-    """Return the guards ``left`` that are lost with a side, and those that are on that of ``mode``, or fall from 0."""
+    """Return the lost guards of ``mode`` on its new side: those ``left`` lost with the old side, and negative ones.
+
+    A guard that is 0 at ``place`` counts as negative if it is so at the ``later`` place.
+    """
     values = zip(mode.guard_values(*place), mode.guard_values(*later), _keys(mode), strict=True)
     lost = (key in left or ((value or after) < 0 and key[0] != SWITCH) for value, after, key in values)
     return tuple(k for k, falls in enumerate(lost) if falls)
@@ -248,7 +265,7 @@ def _on_zeros(mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple) ->
 def _passed(
     automaton: Automaton, mode: NumericMode, hits: tuple[int, ...], t: Any, state: tuple, slack: Any, sides: Sides
 ) -> tuple[Branch, Event]:
-    """Return what follows guards that are lost, and the event."""
+    """Return the branch that follows the loss of the guards ``hits``, and the event."""
     after = automaton.next(mode.branch, hits, t, state, slack, sides)
     kind, friction = _kind(mode, hits, after)
     return after, Event(kind, t, state, friction)
@@ -261,9 +278,9 @@ _ENDS: dict[str, tuple[type[UnboundedReaction] | type[TwoMotions], str]] = {
 
 
 def _require_one_motion(mode: NumericMode, t: Any, state: tuple) -> None:
-    """Raise ``TwoMotions`` where a rigid contact that holds both ways begins to slide within the paradox.
+    """Raise ``TwoMotions`` where a bilateral rigid contact begins to slide within the paradox.
 
-    At rest that is one motion, as soon as it slides there are two.
+    At rest such a contact has one motion; as soon as it slides, it has two.
     """
     ends = {kind: k for k, (kind, _) in enumerate(mode.kinds) if kind in _ENDS}
     if "several" in ends:
@@ -287,9 +304,9 @@ def _state_in_words(system: Any, state: tuple) -> str:
 def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str, int]:
     """Return the kind and the friction of an event: of guards lost together the first whose contact changes its phase.
 
-    Of velocities that vanish together it is the least, whichever of them the rounding lets vanish first. A contact
-    sticks on at the edge of its cone where the load vanishes at its tip, or where another begins to slip at the same
-    time, whose event it is.
+    Of velocities that vanish together, the event has the lowest friction number, whichever of them rounding lets vanish
+    first. If a contact has reached the edge of its cone and yet sticks, the event is either the ``slip_onset`` of
+    another contact at the same time, or ``force_zero``: the load vanishes at the tip of the cone.
     """
     phases = [*zip(awake(mode.branch), awake(after), strict=True)]
     lost = [mode.kinds[hit] for hit in sorted(hits)]
@@ -305,7 +322,7 @@ def _kind(mode: NumericMode, hits: tuple[int, ...], after: Branch) -> tuple[str,
 
 
 def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
-    """Raise ``Undecided`` where the same mode goes on again and again without getting anywhere."""
+    """Raise ``Undecided`` where the same guard is lost again and again at the same time."""
     last = segments[-WATCHED:]
     hit = last[-1].hit
     if len(last) == WATCHED and hit is not None and all(s.t == last[-1].t and s.hit == hit for s in last):
@@ -316,9 +333,9 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
 
 
 def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:
-    """Raise ``Accumulation`` where intervals between ``ends`` of modes shrink geometrically to nothing beside the time.
+    """Raise ``Accumulation`` where intervals between ``ends`` of modes shrink geometrically to rounding of the time.
 
-    The modes of either side of what switches count as much as those that events begin.
+    A mode may have ended by an event or by crossing an edge; both count alike.
     """
     if len(ends) <= WATCHED:
         return
