@@ -1,1 +1,1 @@
-"""What people read: tables, numbers, the chart, the paper, the page, the terminal, and stand-alone modules."""
+"""Output: tables, numbers and figures of the paper, the site, the text of the terminal, and stand-alone modules."""

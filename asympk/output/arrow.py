@@ -1,4 +1,7 @@
-"""The arrow of imports: its order, what the code imports, and the drawing of both."""
+"""The arrow of imports: the order of the parts in ``docs/arrow.toml``, the imports in the code, a drawing of both.
+
+A part may import only from itself and from parts above it. Imports are read from the syntax tree of every module.
+"""
 
 import ast
 import tomllib
@@ -10,12 +13,12 @@ from typing import Any
 from asympk.pictures import pen, style
 
 PACKAGE = Path(__file__).parent.parent
-STEP, REACH = 0.16, 0.055  # inches from part to part, and of an arc's bulge for each part that it passes
-MARGIN = 0.05  # inches beside a name
+STEP, REACH = 0.16, 0.055  # inches: distance of neighbouring parts; width of an arc for each part that it spans
+MARGIN = 0.05  # inches of white space beside a name
 
 
 def parts_in_order(root: Path) -> dict[str, str]:
-    """Return the parts of the package in the order of the arrow, each with what it is, as ``docs/arrow.toml`` says."""
+    """Return {part: sentence on what it is} in the order of the arrow, from ``root``/docs/arrow.toml."""
     return tomllib.loads((root / "docs" / "arrow.toml").read_text(encoding="utf-8"))
 
 
@@ -27,7 +30,10 @@ def modules() -> dict[str, Path]:
 
 @cache
 def imported_modules(file: Path) -> frozenset[str]:
-    """Return the modules, as dotted names below ``asympk``, that a file imports anywhere but for its annotations."""
+    """Return the modules that a file imports, as dotted names below ``asympk``.
+
+    Imports inside functions count. Imports under ``if TYPE_CHECKING``, which serve annotations alone, do not.
+    """
     return frozenset(_imported(ast.parse(file.read_text(encoding="utf-8"))))
 
 
@@ -49,19 +55,19 @@ def _imported(tree: ast.Module) -> Iterator[str]:
 
 
 def part_of(name: str, parts: Collection[str]) -> str:
-    """Return the part that a module belongs to: itself, or the package at the top that holds it."""
+    """Return the part that a module belongs to: the module, if ``parts`` names it, else its top-level package."""
     return name if name in parts else name.partition(".")[0]
 
 
 def between_parts(parts: Collection[str]) -> set[tuple[str, str]]:
-    """Return the pairs (part, another part that it imports from)."""
+    """Return the pairs of different parts of which the first imports from the second."""
     found = {(part_of(name, parts), part_of(other, parts))
              for name, file in modules().items() for other in imported_modules(file) if other}  # fmt: skip
     return {(part, other) for part, other in found if part != other}
 
 
 def arrow_drawing(parts: list[str]) -> Any:
-    """Draw the parts from top to bottom, with an arc for every import: they all lead upwards."""
+    """Draw the parts from top to bottom, and for each of ``between_parts`` an arc upwards to the imported part."""
     from matplotlib.patches import Arc
 
     height = STEP * (len(parts) + 1)
@@ -80,7 +86,7 @@ def arrow_drawing(parts: list[str]) -> Any:
 
 
 def _width(words: str) -> float:
-    """Return the inches that words are wide, in the font of the drawing."""
+    """Return the width of ``words`` in inches, in the font of the drawing."""
     from matplotlib.textpath import TextPath
 
     return TextPath((0, 0), words).get_extents().x1 / 72

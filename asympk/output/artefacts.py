@@ -1,4 +1,8 @@
-"""The registry of what the paper, the site and the commands show: rows, pictures, tables and numbers."""
+"""The registry of all that the paper, the site and the commands show: rows, pictures, tables and numbers.
+
+Each ``Artefact`` in ``ARTEFACTS`` names the functions that compute, draw, tabulate and quote its rows. ``pictures``,
+``tables`` and ``all_macros`` select the artefacts whose rows are stored, and hand these rows to the functions.
+"""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -22,12 +26,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Artefact:
-    """What is shown under one heading; each part may be missing.
+    """The functions that make one item of the paper; each of them may be missing.
 
-    1. ``compute()`` returns the rows, which are stored as ``name``.csv; those of ``asympk chart`` it stores itself.
-    2. ``draw`` has functions that return a figure, by the name of the picture, or None where the rows do not suffice.
-    3. ``tabulate`` returns a table, ``numbers`` the macros of the paper: {name: LaTeX}.
-    4. Where there are rows these are called with them, and ``draw`` also with the rows of ``beside``, empty if missing.
+    1. ``compute()`` returns the rows, to be stored as ``name``.csv. ``asympk chart`` computes and stores its own rows.
+    2. ``draw`` is {name of a picture: function}. A function returns a figure, or None where its rows do not suffice.
+    3. ``tabulate`` returns a table, and ``numbers`` returns macros of the paper, {name: LaTeX}.
+    4. Where the artefact has rows, all these functions take them as an argument. Those of ``draw`` also take the rows
+       of each artefact named in ``beside``, or [] where these are not stored.
     """
 
     name: str
@@ -39,7 +44,7 @@ class Artefact:
 
     @property
     def measured(self) -> bool:
-        """Whether its rows are those of ``asympk chart``."""
+        """Whether ``asympk chart`` computes and stores the rows."""
         return self.name in chart.PARTS
 
 
@@ -85,12 +90,13 @@ ARTEFACTS = (
     Artefact("models", None, {"chart-models": gallery.models_picture}, numbers=macros.of_models),
     Artefact("contacts", numbers=macros.of_contacts),
 )  # fmt: skip
-README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures that it shows
+README = ("phase", "jump", "regimes", "chart-cost-ii")  # the pictures in README.md
 
 
 def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> "dict[str, Callable[[], Figure | None]]":
-    """Return what draws every picture by its name, those from rows where the folder ``kept`` has them.
+    """Return {name of a picture: function without arguments that draws it}.
 
+    A picture of rows is included only if the folder ``kept`` has their file.
     Raises ``MissingPackage`` without matplotlib.
     """
     style.matplotlib()
@@ -99,18 +105,18 @@ def pictures(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> "dict[str, Ca
 
 
 def tables(kept: Path, among: Iterable[Artefact] = ARTEFACTS) -> list[Callable[[], Table]]:
-    """Return what makes every table, those of rows where the folder ``kept`` has them."""
+    """Return functions without arguments that make the tables; for tables of rows, ``kept`` must have their file."""
     return [partial(_made, artefact.tabulate, files) for artefact, files in _there(kept, among) if artefact.tabulate]
 
 
 def all_macros(kept: Path) -> dict[str, str]:
-    """Return all macros, name -> LaTeX, those of rows where the folder ``kept`` has them."""
+    """Return all macros as {name: LaTeX}; for macros of rows, the folder ``kept`` must have their file."""
     made = (_made(artefact.numbers, files) for artefact, files in _there(kept, ARTEFACTS) if artefact.numbers)
     return {name: latex for part in made for name, latex in part.items()}
 
 
 def _there(kept: Path, among: Iterable[Artefact]) -> Iterator[tuple[Artefact, list[Path]]]:
-    """Yield the artefacts that can be made, each with the file of its rows, if it has rows."""
+    """Yield each artefact that has no rows, with [], and each whose file of rows exists, with [file]."""
     for artefact in among:
         file = kept / f"{artefact.name}.csv"
         if not (artefact.compute or artefact.measured):

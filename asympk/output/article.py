@@ -1,4 +1,4 @@
-"""The article of ``paper/`` as a page of the site: Pandoc reads its LaTeX, macros and references, Sphinx sets it."""
+"""The article of ``paper/`` as a page of the site: Pandoc converts its LaTeX to reStructuredText, which Sphinx sets."""
 
 import re
 from pathlib import Path
@@ -15,7 +15,10 @@ _LABEL = re.compile(r"\\label\{(.+?)\}")
 
 
 def write_article(root: Path, out: Path, lua: Path) -> list[str]:
-    """Write ``out``/index.rst from ``root``/paper and the tables and numbers kept there; return its pictures' names."""
+    """Write the article in ``root``/paper as ``out``/index.rst, and return the names of its pictures.
+
+    ``lua`` is the file of the Pandoc filter. Raises ``InputError`` where Pandoc cannot read the article.
+    """
     import pypandoc
 
     paper = root / "paper"
@@ -39,7 +42,7 @@ def draw_pictures(root: Path, names: list[str], out: Path) -> None:
 
 
 def with_sections(source: str, paper: Path) -> str:
-    """Put the preamble, and the sections that exist only with their rows, in the place of their inputs."""
+    """Replace the commands that input preamble and sections by their text; sections without stored rows are dropped."""
     if (head := r"\input{preamble}") in source:
         source = source.replace(head, (paper / "preamble.tex").read_text(encoding="utf-8"))
 
@@ -51,14 +54,17 @@ def with_sections(source: str, paper: Path) -> str:
 
 
 def for_pandoc(latex: str) -> str:
-    """Return the article in one column, with its pictures as SVG beside the page."""
+    """Return the article in a form that Pandoc reads: one column, and SVG pictures in the folder of the page."""
     latex = _ABSTRACT.sub(lambda found: found[1], latex).replace("generated/figures/#1.pdf", "#1.svg")
     latex = re.sub(r"\\everymath\{.*?\}|\\setlength\{.*?\}\{.*?\}", "", latex)
     return re.sub(r"\{(table|figure)\*\}", r"{\1}", latex)
 
 
 def labelled(rst: str) -> str:
-    """Give Sphinx the labels of displayed formulas; of several in one formula the first stands for all."""
+    """Return the page with the labels of displayed formulas in the syntax of Sphinx.
+
+    Sphinx allows one label for each formula, so a reference to a further label becomes a reference to the first one.
+    """
     others = {}
 
     def formula(found: re.Match) -> str:
@@ -71,4 +77,4 @@ def labelled(rst: str) -> str:
     rst = _FORMULA.sub(formula, rst)
     for label, (first,) in others.items():
         rst = rst.replace(f":eq:`{label}`", f":eq:`{first}`")
-    return re.sub(r"<#(\w+):(\w+)>", r"<#\1-\2>", rst)  # docutils makes hyphens of the colons of a name
+    return re.sub(r"<#(\w+):(\w+)>", r"<#\1-\2>", rst)  # in the name of an anchor docutils writes - for :
