@@ -1,9 +1,11 @@
-r"""Write a system as a stand-alone module, C99 or Python, that needs neither asympk nor SymPy.
+r"""Write a system as a stand-alone module, in C99 or Python, that needs neither asympk nor SymPy.
 
-It holds the field of every mode (x' and y' = g / mu), every slow manifold (the coefficients of its series, the
-truncated sum, and the exact form where there is one; by the branch's value where the branch itself needs complex
-numbers, as that of a cubic does), the slow and the fast eigenvalue of every mode, and the loads
-at which stick can end.
+The module has functions for the rates of every mode (x' and y' = g / mu); for every slow manifold (the coefficients of
+its series in mu, the truncated sum, and the exact form where there is one); for the slow and the fast eigenvalue of
+every mode that has just these two; and for the loads at which stick can end. Where a branch has no formula in real
+numbers, such as a root of a cubic, its functions take the fast states on the branch as arguments.
+
+``module_functions`` returns the functions for any target; ``_manifolds`` and what it calls are the hard part.
 """
 
 from dataclasses import dataclass, replace
@@ -28,13 +30,13 @@ from asympk.symbolic.stability import LAMBDA, Eigenvalues, eigenvalues
 from asympk.symbolic.stick import stick_regions
 from asympk.symbolic.system import System, require_system
 
-MOST = 10_000  # operations of one mode's rates: the slow manifolds of longer ones take minutes
-_ODD = (sp.I, sp.LambertW, sp.Piecewise)  # in the roots of cubics, of exponentials and of quartics
+MOST = 10_000  # operations in the rates of one mode: the slow manifolds of longer rates take minutes
+_ODD = (sp.I, sp.LambertW, sp.Piecewise)  # what SymPy writes in roots of cubics, exponential equations and quartics
 
 
 @dataclass(frozen=True)
 class Function:
-    """One function of the module; ``values`` is an expression, or a tuple of them, after ``definitions``."""
+    """One function of the module: it assigns ``definitions`` in turn and returns ``values``, one expression or more."""
 
     name: str
     meaning: str
@@ -46,9 +48,9 @@ class Function:
 def export(system: System, target: str, out: str | Path, order: int = 3, name: str = "model") -> tuple[Path, ...]:
     """Write ``system`` to the directory ``out`` and return the paths: ``name.h`` and ``name.c``, or ``name.py``.
 
-    ``order`` is that of the slow manifolds. Raises ``InputError`` when ``out`` cannot be written or ``name`` cannot
-    name a module, ``UnknownName`` for another target than ``"c"`` and ``"python"``, ``NotDerivable`` for rates of more
-    than ``MOST`` operations.
+    Slow manifolds are expanded to ``order`` in the small parameter. Raises ``InputError`` when ``out`` cannot be
+    written or ``name`` cannot name a module, ``UnknownName`` for a target other than ``"c"`` and ``"python"``, and
+    ``NotDerivable`` for rates of more than ``MOST`` operations.
     """
     require_system(system, "export")
     target, folder = named("target", target, _WRITERS), named_file(out)
@@ -65,7 +67,7 @@ def export(system: System, target: str, out: str | Path, order: int = 3, name: s
 def module_functions(system: System, order: int) -> tuple[Function, ...]:
     """Return the functions that make up the module, the same for every target.
 
-    A rate theta' is called theta_rate, and the mode slip_same+stick slip_same_stick.
+    Names become identifiers: the rate theta' is called theta_rate, and the mode slip_same+stick, slip_same_stick.
     """
     put, order = _aliases(system), known_order(order)
     if long := [m.name for m in system.modes if is_longer(sp.Tuple(*m.slow.values(), *m.fast.values()), MOST)]:
@@ -77,7 +79,7 @@ def module_functions(system: System, order: int) -> tuple[Function, ...]:
 
 
 def _aliases(system):
-    """Return {theta': theta_rate}, a plain name for every quantity that has none."""
+    """Return {theta': theta_rate}: for every quantity whose name ends in a prime, a symbol with a plain name."""
     named = (*system.states, *system.parameters)
     return {rate: spare(rate.name.replace("'", "_rate"), named, **rate.assumptions0)
             for rate in named if rate.name.endswith("'")}  # fmt: skip
@@ -119,7 +121,10 @@ def _manifolds(system, order):
 
 
 def _coefficients(m, system, order):
-    """Return the coefficients of 1, mu, ..., by fast states, after the definitions of what they are written in."""
+    """Return (definitions, coefficients of 1, mu, ...); a coefficient is a tuple over the fast states.
+
+    The definitions are the intermediate quantities of the straight-line code for long rates, else ().
+    """
     if not _is_long(m.dynamics):
         found = replace(m, order=order).coefficients
         return (), [tuple(c.values()) if isinstance(c, sp.Dict) else (c,) for c in found]
@@ -134,12 +139,16 @@ def _coefficients(m, system, order):
 
 
 def _is_long(mode):
-    """Tell whether coefficients are shorter as straight-line code than as one expression each."""
+    """Tell whether the rates are long, so that coefficients are written as straight-line code."""
     return heavy(sp.Tuple(*mode.slow.values(), *mode.fast.values()))
 
 
 def _real_manifolds(system):
-    """Return the slow manifolds; those of a mode whose branches cannot be written as real ones are one, by y itself."""
+    """Return the slow manifolds.
+
+    Where the formula of a branch is not real, or long rates are nonlinear in the fast states, a single manifold stands
+    for all branches of the mode; it is written in terms of the fast states on the branch.
+    """
     try:
         found = slow_manifolds(system, order=0)
         modes = dict.fromkeys(m.mode for m in found if any(h.has(*_ODD) for h in m.branch.values()) or _is_bent(m))
@@ -150,7 +159,7 @@ def _real_manifolds(system):
 
 
 def _is_bent(m):
-    """Tell whether rates are long and bend in the fast states: then these are inputs of the straight-line code."""
+    """Tell whether the rates are long and nonlinear in the fast states, which the straight-line code then takes."""
     return _is_long(m.dynamics) and fast_jacobian(m.dynamics, m.small).has(*m.branch)
 
 
@@ -192,7 +201,7 @@ def _signature(system, values, defined=frozenset()):
 
 
 def _heading(system, name):
-    """Return the equations as lines of text, those of each mode under its name and condition."""
+    """Return the equations as lines of text; above the equations of a mode stand its name and condition."""
     lines = [f"{name}: a slow-fast system, written by asympk {__version__}; needs nothing but a math library.", ""]
     for mode in system.modes:
         lines.append(f"{mode.name}:" if mode.where == sp.true else f"{mode.name}, where {mode.where}:")
