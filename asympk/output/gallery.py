@@ -1,6 +1,6 @@
-"""The pictures that choose their rows or compute their paths first: each a function of rows, or of nothing.
+"""The pictures that select rows or compute paths before ``asympk.pictures`` draws them.
 
-A picture is None where the rows do not suffice for it.
+Each function takes rows, or no argument, and returns a ``Figure``, or None where the rows do not suffice.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
 
 PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
 STEEP, SHALLOW = 1, Fraction(-1, 2)
-RINGING, RINGS = 0.5, 66  # epsilon of the undamped rod that is drawn, and for how long
+RINGING, RINGS = 0.5, 66  # of the undamped rod that is drawn: epsilon, and the horizon in physical time
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
 SHALLOW_STARTS = (((0, -4, -1), 5), ((0, -3, "9/10"), 4))
-DRAWN = ("painleve_klein", "painleve_rod", "crank_slider", "arm")  # mechanisms over their maps
+DRAWN = ("painleve_klein", "painleve_rod", "crank_slider", "arm")  # the mechanisms of ``mechanisms_picture``
 SHOWN = "ii"  # the scene whose costs have a figure of their own, for the README
 FEW = ("exact", "kvaerno5", "lsoda", "rk45")  # the methods that the paper compares in its text
 FAILING = "iii"  # the scene on which the most runs fail
-ACCURACY = 1e-5  # of which the costs are drawn
-IN_WORDS = {  # what is compiled
+ACCURACY = 1e-5  # the error of the final state for which costs are compared
+IN_WORDS = {  # the methods that compile the right-hand side, in the words of the caption
     "heyoka": "heyoka (Taylor, tol = rtol)",
     "kvaerno5": "Kvaerno5 (diffrax, default root finder and controller, 64 bit)",
 }
@@ -51,7 +51,7 @@ def phase_picture() -> "Figure":
 
 
 def jump_picture(until: float = 3) -> "Figure":
-    """Draw the jump from z < 0 for decreasing mu beside one that holds x."""
+    """Draw the jump from z < 0 for decreasing mu, beside the jump of the paper, which keeps x constant."""
     paths = [solve(Scene(STEEP, mu, JUMP_START, until)) for mu in JUMP_MUS]
     return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, until))
 
@@ -71,14 +71,14 @@ def work_precision_picture(rows: Sequence[Row], scene: str) -> "Figure | None":
 
 
 def cost_picture(rows: StoredRows, only: str | None = None) -> "Figure | None":
-    """Draw what ``ACCURACY`` costs over mu on all scenes, or on one; a note tells the options of all methods."""
+    """Draw the cost of ``ACCURACY`` over mu on all scenes, or on ``only`` one, with the methods' options in a note."""
     scenes = [scene for scene in dict.fromkeys(row["scene"] for row in rows) if only in (None, scene)]
     note = options_note({row["method"] for row in rows}, rows.provenance["plan"])
     return figures.cost_against_mu(rows, scenes, ACCURACY, note) if scenes else None
 
 
 def options_note(methods: Collection[str], plan: Mapping[str, Any]) -> str:
-    """Return what options those of ``methods`` have that are integrators; peers that are not there are not named."""
+    """Return the options of the integrators in words; heyoka, CVODE and Kvaerno5 are named only if in ``methods``."""
     analytic = ["Radau", "BDF", "LSODA (scipy)", *["CVODE (SUNDIALS, BDF)"] * ("cvode" in methods)]
     compiled = [words for method, words in IN_WORDS.items() if method in methods]
     verb = "are" if compiled[1:] else "is"
@@ -100,13 +100,13 @@ def _listed(words: list[str]) -> str:
 
 
 def few_costs_picture(rows: Sequence[Row]) -> "Figure | None":
-    """Draw what ``ACCURACY`` costs the methods that the paper compares in its text."""
+    """Draw the cost of ``ACCURACY`` over mu for the methods that the paper compares in its text."""
     here = [row for row in rows if row["scene"] == SHOWN]
     return figures.few_costs(here, FEW, ACCURACY) if {row["method"] for row in here} >= {*FEW} else None
 
 
 def failures_picture(plane: Sequence[Row], work: Sequence[Row], contacts: Sequence[Row]) -> "Figure | None":
-    """Draw the failures on the scene that has the most over mu, beside Pi_2, and with two contacts."""
+    """Draw the failed runs in three parts: scene ``FAILING`` over mu, starts beside Pi_2, two contacts over mu."""
     failing = [row for row in work if row["scene"] == FAILING]
     parts = [(r"scene (iii), $\mu$", failing, "mu"), (r"deviation from $\Pi_2$", plane, "offset"),
              ("two\ncontacts, $\\mu$", contacts, "mu")]  # fmt: skip
@@ -116,13 +116,13 @@ def failures_picture(plane: Sequence[Row], work: Sequence[Row], contacts: Sequen
 
 
 def nonlinear_work_picture(rows: Sequence[Row]) -> "Figure":
-    """Draw work against precision for the rod whose geometry is kept, at a moderate mu and at the least."""
+    """Draw work against precision for the geometrically nonlinear rod, at a moderate mu and at the least mu."""
     kept = [row for row in rows if row["kappa"] == 1]
     mus = sorted({row["mu"] for row in kept})
     return figures.work_precision(kept, SHOWN, [mus[-1 - len(mus) // 3], mus[0]])
 
 
 def models_picture(rows: StoredRows) -> "Figure | None":
-    """Draw what integrators cost at the error of a model, in units of the model's cost."""
+    """Draw the cost of integrators at the error of the model ``jump 1``, in units of the cost of this model."""
     saved = modelwork.savings(rows)
     return figures.model_savings(saved) if saved else None

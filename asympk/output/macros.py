@@ -43,7 +43,7 @@ def macro_definitions(found: Mapping[str, str]) -> str:
 
 
 def power(value: Number, digits: int = 2) -> str:
-    """Return a number as ``m \\times 10^k`` with so many significant digits, or 10^k where m is 1.
+    """Return a number as ``m \\times 10^k``, m with ``digits`` significant digits, or as 10^k where m is 1.
 
     >>> power(1.5331e-7), power(1e-8), power(0)
     ('\\\\ensuremath{1.5\\\\times 10^{-7}}', '\\\\ensuremath{10^{-8}}', '0')
@@ -56,7 +56,7 @@ def power(value: Number, digits: int = 2) -> str:
 
 
 def decimal(value: Number, places: int) -> str:
-    """Return a number with so many decimal places."""
+    """Return a number with ``places`` decimal places."""
     return rf"\ensuremath{{{float(value):.{places}f}}}"
 
 
@@ -66,7 +66,7 @@ def inline_formula(expr: sp.Basic) -> str:
 
 
 def claim_macros() -> dict[str, str]:
-    """Return how many claims there are, of which verdict, and how many checks they rest on."""
+    """Return the number of claims, the number of claims with each verdict, and the number of checks."""
     found = claims()
     by = Counter(claim.verdict for claim in found)
     verdicts = {f"claims{verdict.capitalize()}": str(by[verdict]) for verdict in VERDICTS}
@@ -74,7 +74,7 @@ def claim_macros() -> dict[str, str]:
 
 
 def formula_macros() -> dict[str, str]:
-    """Return the derived formulas: levels of planes and edges, thresholds of sigma, the integral of all modes."""
+    """Return the derived formulas: loads of planes and edges, thresholds of sigma, the integral of Lemma 3."""
     names = {"Pi1": "PiOne", "Pi2": "PiTwo", "Gamma1": "GammaOne", "Gamma2": "GammaTwo"}
     levels = {f"load{names[name]}": inline_formula(expr) for name, expr in level_formulas().items()}
     ordinals = ("thresholdOne", "thresholdTwo", "thresholdThree")
@@ -84,7 +84,7 @@ def formula_macros() -> dict[str, str]:
 
 
 def jump_macros() -> dict[str, str]:
-    """Return the jump map from z < 0 for sigma0 = sigma, with Lambda_1 and Lambda_2 for its two logarithms."""
+    """Return the jump map from z < 0 for sigma0 = sigma; Lambda_1 and Lambda_2 stand for its two logarithms."""
     jump = jump_map(pk.system(), order=1, start={pk.sigma: 1})
     landing, leaving = jump.events
     found = {
@@ -107,7 +107,10 @@ def jump_macros() -> dict[str, str]:
 
 
 def escape_macros() -> dict[str, str]:
-    """Return a start at the divide, and the times to leave it from an offset delta to its load, and from exp(-q/mu)."""
+    """Return a start at the divide, and the times to leave the divide for an offset delta of the load.
+
+    delta is fixed, of either sign, or exp(-q/mu).
+    """
     found = divide(pk.system())
     above, below = found.escape_above, found.escape_below
     return {
@@ -121,12 +124,12 @@ def escape_macros() -> dict[str, str]:
 
 
 def _shown(expr):
-    """Put s for x + y and the kinetic friction for the static one."""
+    """Return an expression with s in place of x + y, and sigma in place of sigma0."""
     return expr.subs(pk.y, _LOAD - pk.x).subs(pk.sigma0, pk.sigma)
 
 
 def _by_powers(expr):
-    """Collect by the logarithms and by z, each coefficient in factors."""
+    """Return an expression collected by the two logarithms and by z, each coefficient factored."""
     apart = sp.expand(sp.cancel(_shown(expr)))
     return sp.Add(*(
         log * sp.collect(sp.expand(apart.coeff(log)), pk.z, sp.factor) for log in (_FIRST, _SECOND)
@@ -134,7 +137,7 @@ def _by_powers(expr):
 
 
 def example_macros() -> dict[str, str]:
-    """Return the events and the end of scene (ii), backward on a steep rod, at a small mu."""
+    """Return the two events of scene (ii), backward on a steep rod, at a small mu."""
     path = solve(Scene(1, EXAMPLE_MU, gallery.JUMP_START, 5))
     hit, leave = path.events
     return {
@@ -145,7 +148,10 @@ def example_macros() -> dict[str, str]:
 
 
 def accuracy_macros() -> dict[str, str]:
-    """Return a power of ten above the errors of the exact flow in doubles, over three scenes and eight values of mu."""
+    """Return a power of ten that bounds the errors of the exact flow in doubles on the chart's scenes and values of mu.
+
+    An error is relative to the largest of 1 and the final states, against a run with 30 digits.
+    """
     worst = 0.0
     for start in chart.SCENES.values():
         for mu in chart.MUS:
@@ -158,12 +164,15 @@ def accuracy_macros() -> dict[str, str]:
 
 
 def phase_macros() -> dict[str, str]:
-    """Return the mu of the phase space that is drawn."""
+    """Return the mu at which the phase space is drawn."""
     return {"phaseMu": rf"\ensuremath{{{gallery.PHASE_MU}}}"}
 
 
 def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
-    """Return how far error / first omitted term is from 1 at the least mu, from where on, and errors at sigma = 1."""
+    """Return the largest |error/(first omitted term) - 1| at the least mu for each order, and errors at sigma = 1.
+
+    ``monotoneMu`` is the mu below which all these numbers fall; that beyond the divide has a macro of its own.
+    """
     found = {"convergenceLeastMu": power(least := min(row["mu"] for row in rows)),
              "convergenceUntil": str(convergence.UNTIL), "convergenceDigits": str(convergence.DIGITS)}  # fmt: skip
     for order, name in ((0, "Zero"), (1, "One"), (2, "Two")):
@@ -182,7 +191,10 @@ def of_convergence(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_jump_law(rows: Sequence[Row]) -> dict[str, str]:
-    """Return down to which compliance the errors of the jump law were measured, and how sure their constants are."""
+    """Return the compliances at which errors of the jump law were measured, and how sure the limits A are.
+
+    ``jumpLawAgreement`` is the largest relative change of a limit A where its last row is left out.
+    """
     several = [list(group) for _, group in groupby(rows, key=lambda row: row["mechanism"])]
     moved = max(abs(limit(group[:-1]) / limit(group) - 1) for group in several)
     sizes = [row["compliance"] for row in rows]
@@ -191,13 +203,13 @@ def of_jump_law(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
-    """Return how stiff the contact was that was followed, and how far its rebound is from the formula at most."""
+    """Return eps of the contact whose rebound was followed, and the largest relative deviation from the formula."""
     away = max(abs(row["followed"] / row["law"] - 1) for row in rows if row["followed"] is not None)
     return {"reboundStiff": power(anymechanism.STIFF), "reboundWorst": power(away, 1)}
 
 
 def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
-    """Return what became of the runs with two contacts, and which methods spend their budget there from which mu on."""
+    """Return the number of runs with two contacts, of those that end right, and the methods of the others."""
     integrated = [row for row in rows if row["method"] not in chart.CRUDE]
     short = [row for row in integrated if row["status"] != "finished"]
     return {
@@ -208,7 +220,10 @@ def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_models(rows: Sequence[Row]) -> dict[str, str]:
-    """Return what the cheapest integrator costs at the error of the model of order 1, in units of it, over all mu."""
+    """Return the least and the greatest cost over mu of the cheapest integrator that has the error of ``jump 1``.
+
+    A cost is in units of the cost of ``jump 1``, the jump model of order 1.
+    """
     saved = modelwork.savings([*rows])
     mus = {mu for _, mu in saved}
     names = _names([row for row in rows if not row["method"].startswith("jump")])
@@ -220,7 +235,7 @@ def of_models(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_peer(rows: Sequence[Row]) -> dict[str, str]:
-    """Return what the affine flow costs in units of the rod's kernel, and LSODA in units of the affine flow."""
+    """Return the cost of the affine flow in units of the rod's kernel, and of LSODA in units of the affine flow."""
     found: dict[str, str] = {}
     for name, column in (("", "affine"), ("Lsoda", "lsoda")):
         ratios = [row[column] for row in rows]
@@ -229,7 +244,7 @@ def of_peer(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_collisions(rows: Sequence[Row]) -> dict[str, str]:
-    """Return how many starts were followed, and the most stops for small and for large mu."""
+    """Return the number of starts, and the largest number of stops at the small and at the large mu."""
     small, large = (max(r["count"] for r in rows if r["mu"] == mu) for mu in collisions.MUS)
     names = {"collisionMuSmall": power(collisions.MUS[0]), "collisionMuLarge": f"{collisions.MUS[1]:g}"}
     return {"collisionRuns": str(len(rows)), "collisionsSmall": str(small), "collisionsLarge": str(large),
@@ -237,7 +252,7 @@ def of_collisions(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_least(rows: Sequence[Row]) -> dict[str, str]:
-    """Return the atlas's parameters, and up to which mu the lowest models do for every velocity drawn."""
+    """Return the atlas's parameters, and the largest mu at which ``rigid`` (shallow) and ``jump-0`` (steep) suffice."""
     found = {"leastRuns": str(len(rows)), "leastTolerance": power(leastmap.RTOL), "leastUntil": f"{leastmap.UNTIL:g}",
              "leastLoad": rf"\ensuremath{{{leastmap.START[1]:g}}}"}
     for name, sigma, side, rung in (("Shallow", "-1/2", 1, "rigid"), ("Steep", "1", -1, "jump-0")):
@@ -248,7 +263,7 @@ def of_least(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_damping(rows: Sequence[Row]) -> dict[str, str]:
-    """Return how near the times of the jam are to their laws, and what the undamped rod loses in a period."""
+    """Return the largest relative deviations of jam times from their laws, and macros on the undamped rod."""
     ratio = [row for row in rows if row["part"] == "ratio"]
     least = min(row["epsilon"] for row in ratio)
     away = [abs(r["jam"] / r["law"] - 1) for r in ratio if r["zeta"] > 1 and r["epsilon"] == least
@@ -269,7 +284,7 @@ def of_damping(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_work(rows: Sequence[Row]) -> dict[str, str]:
-    """Return what accuracy costs on one scene at either end of the chart, and what became of some methods' runs."""
+    """Return the cost of ``ACCURACY`` on one scene at the least and the largest mu, and counts of failed runs."""
     here, accuracy = [row for row in rows if row["scene"] == gallery.SHOWN], gallery.ACCURACY
     mus = sorted({row["mu"] for row in here})
     careful = (*chart.EXPLICIT, *chart.IMPLICIT)
@@ -311,7 +326,7 @@ def _names(rows):
 
 
 def of_plane(rows: Sequence[Row]) -> dict[str, str]:
-    """Return how many runs of integrators beside the unstable plane end on the wrong side, and of which methods."""
+    """Return how many integrator runs that start beside the unstable plane end on its wrong side; names of methods."""
     rows = [row for row in rows if row["method"] != "exact"]
     wrong = [row for row in rows if outcome(row["status"]) == "wrong branch"]
     failing = {row["method"] for row in wrong}
@@ -325,7 +340,10 @@ def of_plane(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_nonlinear(rows: Sequence[Row]) -> dict[str, str]:
-    """Return what the small-angle models miss of the rod with its geometry kept, at the least mu, and at most kappa."""
+    """Return errors of small-angle models of the geometrically nonlinear rod at the least mu, for two values of kappa.
+
+    The values are 1 and the largest.
+    """
     least, large = min(row["mu"] for row in rows if row["kappa"] == 1), max(row["kappa"] for row in rows)
     found = {"nonlinearMu": power(least), "nonlinearLarge": f"{large:g}", "nonlinearTolerance": power(ALONGSIDE)}
     for name, method, value in (("Exact", "exact", 1), ("Zero", "jump 0", 1), ("One", "jump 1", 1),
@@ -336,10 +354,10 @@ def of_nonlinear(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def rounded(ratio: float) -> str:
-    """Return a ratio of times with two significant digits, as they are worth no more."""
+    """Return a ratio of times to two significant digits, which is about its accuracy."""
     return f"{float(f'{ratio:.2g}'):g}"
 
 
 def in_a_sentence(names: Sequence[str]) -> str:
-    """Join names as a sentence does."""
+    """Return names as an enumeration, "a, b and c", or "none"."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"
