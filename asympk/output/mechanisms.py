@@ -1,4 +1,4 @@
-"""What the command line tells of a mechanism: its contact, its paradox, its rigid motions, the jump through it."""
+"""The screen of ``asympk mechanism``: contact, paradox, rigid motions and jump of a mechanism in numbers."""
 
 from shlex import quote
 
@@ -12,12 +12,12 @@ from asympk.mechanics.jump_law import rebound
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import about_system, described_mechanism
 
-_DAMPINGS = (0, 1)  # damping ratios for which the rebound is told
-ROUNDING = 1e-13  # of the largest velocity before a jump: what is left below it has cancelled
+_DAMPINGS = (0, 1)  # damping ratios for which the rebound is given
+ROUNDING = 1e-13  # relative to the largest velocity before a jump: smaller velocities after it are rounding errors
 
 
 def load_mechanism(name: str) -> Described:
-    """Return the ``Described`` mechanism that is called so in the catalogue, or in a TOML file of this name."""
+    """Return the ``Described`` mechanism of the catalogue called ``name``, or that of the TOML file ``name``."""
     if name.endswith(".toml"):
         from asympk.mechanics.described import read_mechanism
 
@@ -26,12 +26,12 @@ def load_mechanism(name: str) -> Described:
 
 
 def catalogue_as_text() -> str:
-    """Return the mechanisms of the catalogue, one a line."""
+    """Return one line for each mechanism of the catalogue."""
     return "\n".join(f"{name:16}{about_system(name)}" for name in MECHANISMS)
 
 
 def mechanism_as_text(described: Described) -> str:
-    """Return one screen about a ``Described`` mechanism."""
+    """Return the whole screen on a ``Described`` mechanism."""
     numbers = ", ".join(f"{name} = {_short(value)}" for name, value in described.numbers.items())
     rigid = [*contact_lines(described), *_paradox(described), *motion_lines(described)]
     place = [f"at {numbers}", *_departure(described)]
@@ -41,7 +41,7 @@ def mechanism_as_text(described: Described) -> str:
 
 
 def _departure(described):
-    """Return a line on numbers off the contact, none where a coordinate that does not matter has no number."""
+    """Return a line on g and g' if they do not vanish at the numbers; none if a coordinate has no number."""
     rod = described.mechanism
     try:
         off = departures(rod.plain, rod.keyed(described.numbers))
@@ -52,7 +52,7 @@ def _departure(described):
 
 
 def contact_lines(described: Described) -> list[str]:
-    """Return what the contact is at the numbers: its Delassus matrix and its free accelerations."""
+    """Return the contact at the numbers, in lines: sliding velocity, Delassus matrix, free accelerations."""
     rod = described.mechanism
     G = [rod.evaluate(rod.delassus[i], described.numbers) for i in (0, 1, 3)]
     a = [rod.evaluate(part, described.numbers) for part in rod.free]
@@ -85,7 +85,7 @@ def _paradox(described):
 
 
 def _verdict(described):
-    """Tell whether there is a paradox at the numbers; a contact that only pushes has it in one direction of slip."""
+    """Say whether there is a paradox at the numbers; a unilateral contact has it for one direction of slip alone."""
     excess = _excess(described)
     if excess < 0:
         return "no paradox here"
@@ -94,7 +94,7 @@ def _verdict(described):
 
 
 def _slides_into_it(described):
-    """Tell whether the contact slides in the direction of a paradox, which one that holds both ways has in both."""
+    """Tell whether the contact slides in a direction with a paradox; for a bilateral contact both directions are."""
     rod = described.mechanism
     return not rod.contact.unilateral or rod.evaluate(rod.sliding_velocity * rod.delassus[0, 1], described.numbers) > 0
 
@@ -119,14 +119,14 @@ def _least(rod, name, tied):
 
 
 def motion_lines(described: Described) -> list[str]:
-    """Return the line that tells the rigid motions at the numbers."""
+    """Return a line with the rigid motions at the numbers and the reaction R of each."""
     found = described.mechanism.motions(described.numbers)
     words = ", ".join(f"{name} with R = {_short(R)}" for name, R in found) or "none"
     return [f"rigid motions   {words}"]
 
 
 def jump_lines(described: Described) -> list[str]:
-    """Return what the jump does from the numbers, or that there is none."""
+    """Return lines on the jump that starts at the numbers, or one line that says why there is none."""
     rod = described.mechanism
     try:
         law = rod.jump_law()

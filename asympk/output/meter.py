@@ -1,4 +1,4 @@
-"""Progress of whatever takes longer than two seconds: how much is done, and how long the rest will take."""
+"""A line of progress, on a terminal or in a log: how much of a job is done, and how long the rest will take."""
 
 import threading
 import time
@@ -7,15 +7,16 @@ from contextlib import suppress
 from typing import Self, TextIO
 
 DELAY = 2  # seconds before anything is shown
-REFRESH = 0.2  # seconds between two looks of a terminal's line
+REFRESH = 0.2  # seconds between two updates of a line on a terminal
 PAUSE = 60  # seconds between two lines of a log
 
 
 class Meter:
-    """Tell ``stream`` in words what a job is at, or how far it is in its ``total`` of units.
+    """Write to ``stream`` which step a job is at, or how many of ``total`` units it has done.
 
-    On a terminal one line is rewritten, elsewhere a line is added now and then, or nothing unless it is a ``log``. The
-    clock is monotonic, so that setting the time of day changes nothing. As a context it tells by itself.
+    On a terminal one line is rewritten, from ``DELAY`` seconds on. Elsewhere a line is added every ``PAUSE`` seconds if
+    ``log`` is true, else nothing is written. As a context the meter updates itself, in a thread. The clock is
+    monotonic, so that setting the time of day has no effect.
     """
 
     def __init__(
@@ -42,14 +43,14 @@ class Meter:
         self.tell("")
 
     def tell(self, words: str) -> None:
-        """Say what the job is at; without words the line is cleared."""
+        """Set the words that describe the present step; empty words clear the line."""
         with self._lock:
             self._words = words
             if not words and self._shown:
                 self._show("")
 
     def add(self, units: int, fresh: bool = True) -> None:
-        """Count ``units`` more as done; those that are not ``fresh`` were there before and tell nothing of the rate."""
+        """Count ``units`` more as done; units of an earlier run are not ``fresh`` and do not count for the rate."""
         with self._lock:
             self._done += units
             if not fresh:
@@ -57,7 +58,7 @@ class Meter:
             self._words = "trajectories"
 
     def tick(self) -> None:
-        """Show where the job is, if it is time to."""
+        """Write the line, if an update is due."""
         with self._lock:
             now = self._clock()
             due = now - self._start >= DELAY if self._live else now - self._last >= PAUSE
@@ -66,7 +67,7 @@ class Meter:
                 self._show(self.line(now))
 
     def line(self, now: float) -> str:
-        """Return what there is to tell at the time ``now``."""
+        """Return the progress at the time ``now`` in one line."""
         if self._total is None:
             return f"{self._words}, {duration(now - self._start)}"
         fresh = self._done - self._known
@@ -82,7 +83,7 @@ class Meter:
         if line == self._shown:
             return
         self._shown = line
-        with suppress(OSError, ValueError):  # a full disk under the log stops no work
+        with suppress(OSError, ValueError):  # a full disk must not stop the job
             self._stream.write(f"\r\033[K{line}" if self._live else f"{line}\n" if line else "")
             self._stream.flush()
 

@@ -1,4 +1,4 @@
-"""Pages copied to where they are read, with a list of them, by which a later report removes those that are gone."""
+"""Copy the pages of a site to its directory, and remove pages of an earlier report that the site no longer has."""
 
 import json
 import shutil
@@ -13,10 +13,10 @@ LIST = ".asympk-report.json"  # {file: SHA-256 of what was written}
 
 
 def publish(pages: Path, out: Path) -> None:
-    """Copy the files under ``pages`` to ``out``, and remove what an earlier report wrote there and this one does not.
+    """Copy the files under ``pages`` to ``out``, and remove the files of an earlier report that are not among them.
 
-    A file that is not on the earlier report's list, or that has changed since, is left alone. Raises ``InputError`` for
-    a list that is none.
+    The file ``LIST`` in ``out`` names the files of the last report. A file that it does not name, or that has changed
+    since, is left alone. Raises ``InputError`` where ``LIST`` is not a list of files in ``out``.
     """
     before = _listed(out / LIST)
     written = {file.relative_to(pages).as_posix(): _digest(file) for file in sorted(pages.rglob("*")) if file.is_file()}
@@ -36,7 +36,7 @@ def _listed(file: Path) -> dict[str, str]:
         found = json.loads(file.read_text(encoding="utf-8"))
         if isinstance(found, dict) and all(map(_within, found)):
             return found
-    raise InputError(f"{file} is no list of what a report wrote; remove it, and what it was to list")
+    raise InputError(f"{file} is no list of a report's files in its directory; remove it, and the old pages")
 
 
 def _within(name: str) -> bool:
