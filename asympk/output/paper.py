@@ -24,9 +24,10 @@ MOST_RUNS = 6
 
 
 def build(root: Path, tell: Callable[[str], None] = silent) -> list[str]:
-    """Write all that the paper is made of, and the PDF where latexmk is installed; return a line for each outcome.
+    """Write rows, figures, tables and numbers of the paper, and its PDF where latexmk is installed.
 
-    Rows that exist are kept. Raises ``InputError`` with the first complaint of TeX when the paper does not compile.
+    Return a line for each outcome. Rows that are stored are not computed again. Raises ``InputError`` with the first
+    error of TeX when the paper does not compile.
     """
     root = project(root)
     generated = root / "paper" / "generated"
@@ -55,7 +56,7 @@ def draw_picture(root: Path, name: str) -> list[Path]:
 
 
 def write_paper_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:
-    """Compute the rows that the paper's own figures need and that are not there; return the files written."""
+    """Compute the rows of ``ARTEFACTS`` that are not stored yet, except the chart's; return the files written."""
     written = []
     for artefact in ARTEFACTS:
         file = out / f"{artefact.name}.csv"
@@ -70,8 +71,11 @@ def write_paper_rows(out: Path, tell: Callable[[str], None]) -> list[Path]:
 def write_figures(
     out: Path, tell: Callable[[str], None], among: Iterable[Artefact] = ARTEFACTS, svg: Collection[str] = README
 ) -> list[Path]:
-    """Draw every picture from ``out``/rows into ``out``/figures, as PDF and some as ``svg`` too; return the files."""
-    logging.getLogger("fontTools").setLevel(logging.ERROR)  # it remarks on the age of matplotlib's fonts
+    """Draw every picture into ``out``/figures as PDF, those in ``svg`` also as SVG; return the files.
+
+    Pictures of rows are drawn if ``out``/rows has their rows.
+    """
+    logging.getLogger("fontTools").setLevel(logging.ERROR)  # it warns of old time stamps in matplotlib's fonts
     written = []
     for name, draw in pictures(out / "rows", among).items():
         tell(f"drawing {name}")
@@ -82,7 +86,7 @@ def write_figures(
 
 
 def write_chart(out: Path, tell: Callable[[str], None]) -> list[Path]:
-    """Draw and tabulate what ``asympk chart`` measured, from ``out``/rows; return the files."""
+    """Draw and tabulate the rows of ``asympk chart`` in ``out``/rows; return the files written."""
     measured = [artefact for artefact in ARTEFACTS if artefact.measured]
     made = [make() for make in artefacts.tables(out / "rows", measured)]
     drawn = write_figures(out, tell, measured, svg=())
@@ -90,10 +94,11 @@ def write_chart(out: Path, tell: Callable[[str], None]) -> list[Path]:
 
 
 def typeset_pdf(paper: Path, name: str = "main") -> Path:
-    """Run latexmk in ``paper`` on ``name``.tex and return the PDF, whose bytes depend on what it is made of alone.
+    """Run latexmk in ``paper`` on ``name``.tex and return the PDF, whose bytes depend on its sources alone.
 
-    Latexmk knows files by their size and second: it misses labels that change within one. So it runs again while the
-    log asks for it. Raises ``InputError`` where TeX complains, and where the labels do not settle.
+    Latexmk compares files by size and by time in whole seconds, so it misses labels that change within a second.
+    Therefore it is run again while the log asks for another run. Raises ``InputError`` where TeX reports an error, and
+    where labels still change after ``MOST_RUNS`` runs.
     """
     fixed = {"SOURCE_DATE_EPOCH": "0", "FORCE_SOURCE_DATE": "1", "TZ": "UTC"}
     source, log = Path(paper) / f"{name}.tex", Path(paper) / "build" / f"{name}.log"
@@ -109,7 +114,7 @@ def typeset_pdf(paper: Path, name: str = "main") -> Path:
 
 
 def asks_to_run_again(log: str) -> bool:
-    """Return whether LaTeX or a package says in ``log`` that what it wrote differs from what it read."""
+    """Return whether a warning of LaTeX or a package in ``log`` asks for another run."""
     return bool(re.search(r"Warning:.*\n?.*Rerun to get", log))
 
 

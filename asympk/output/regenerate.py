@@ -13,7 +13,7 @@ from asympk.storage.files import write_text
 
 
 def project(root: str | Path) -> Path:
-    """Return the checkout's directory; raises ``InputError`` where it has no derivations."""
+    """Return ``root``, the directory of a checkout, as a path; raises ``InputError`` where it has no derivations."""
     root = Path(root)
     if not (root / "derivations").is_dir():
         raise InputError(
@@ -24,7 +24,7 @@ def project(root: str | Path) -> Path:
 
 
 def silent(words: str) -> None:
-    """Tell nothing of what a job is at."""
+    """Ignore ``words``: the default of functions that report the step they are at."""
 
 
 def derive(root: Path, tell: Callable[[str], None] = silent) -> list[Path]:
@@ -65,7 +65,7 @@ def _symbolic(value):
 
 
 def write_tables(root: Path) -> list[Path]:
-    """Write every table whose rows are kept as LaTeX and CSV under paper/generated/tables; return the files written."""
+    """Write all tables, if their rows are stored, as LaTeX and CSV under paper/generated/tables; return the files."""
     from asympk.output.artefacts import tables
     from asympk.output.tabular import write_table
 

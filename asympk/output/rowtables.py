@@ -1,4 +1,4 @@
-"""The paper's tables of what was computed: pure functions of rows."""
+"""The paper's tables of computed results: pure functions of rows."""
 
 from collections.abc import Sequence
 from fractions import Fraction
@@ -13,11 +13,14 @@ from asympk.studies.damping import BORDER
 from asympk.studies.decreasing import is_limit
 from asympk.studies.divide import MUS, OFFSETS
 
-SHOWN = (1e-4, 1e-8, 1e-12)
+SHOWN = (1e-4, 1e-8, 1e-12)  # the mu of the columns of the table of convergence
 
 
 def method_table(rows: Sequence[Row]) -> Table:
-    """Count what became of every method's runs; the least cost of an error below ``ACCURACY``, over scenes and mu."""
+    """Each method: how many of its runs had which outcome, and the range of its costs of an error below ``ACCURACY``.
+
+    A cost is that of the cheapest run on one scene at one mu, in units of the exact flow.
+    """
     body = []
     for method in (*style.METHODS, *style.MODELS):
         mine = [row for row in rows if row["method"] == method]
@@ -41,9 +44,10 @@ def _two_digits(ratio):
 
 
 def convergence_table(rows: Sequence[Row]) -> Table:
-    r"""For every expansion, sigma and order the largest |error/(first omitted term) - 1| at some mu.
+    r"""Each expansion, sigma and order: the largest |error/(first omitted term) - 1| at every mu of ``SHOWN``.
 
-    The largest is over x, z and the times of the events; with it the mu from which on all of them are monotone.
+    The largest is over x, z and the times of the events. The last column of an order is the mu below which this number
+    falls monotonically with mu for all these quantities.
     """
     orders = sorted({row["order"] for row in rows})
     found: dict[tuple, dict[int, list]] = {}
@@ -65,14 +69,14 @@ def convergence_table(rows: Sequence[Row]) -> Table:
 
 
 def _closeness(several):
-    """Return the largest excess at each mu that is shown, and the mu from which on all shrink."""
+    """Return cells of the largest |excess| at each mu of ``SHOWN``, and of the mu below which all excesses shrink."""
     sizes = {mu: max(abs(row["excess"]) for group in several for row in group if row["mu"] == mu) for mu in SHOWN}
     since = min(map(monotone_from, several))
     return [*(_short(sizes[mu]) for mu in SHOWN), Cell(f"${_scale(since)}$", _bare(since))]
 
 
 def decreasing_table(rows: Sequence[Row]) -> Table:
-    """For every system and order the error over its measure at some mu, and the state that is the most wrong."""
+    """Each system and order: error/measure at three mu; measures are the omitted term, or mu log(1/mu) for a limit."""
     mus = (1e-2, 1e-3, 1e-4)
     body, last = [], None
     for (name, order), several in groupby(rows, key=lambda row: (row["system"], row["order"])):
@@ -86,7 +90,10 @@ def decreasing_table(rows: Sequence[Row]) -> Table:
 
 
 def escape_table(rows: Sequence[Row]) -> Table:
-    """How long starts near the divide stay, and which of the rigid motions they take, for one mu beside the other."""
+    """Starts near the divide, at two values of mu: the time they stay, and which rigid motion they take then.
+
+    The quotient is (time - leading term)/(next term) of the expansion of the time.
+    """
     body, last = [], None
     for sigma, group in groupby(rows, key=lambda row: row["sigma"]):
         several = list(group)
@@ -105,9 +112,9 @@ def escape_table(rows: Sequence[Row]) -> Table:
 
 
 def mechanisms_table(rows: Sequence[Row]) -> Table:
-    """The catalogue: critical friction, impulses over the sliding velocity, and the friction of the examples.
+    """The catalogue: critical friction, impulses divided by the sliding velocity, and the numbers of the examples.
 
-    Mechanisms that have the same formulas share a line.
+    Mechanisms with the same formulas share a line, with the numbers of the first of them.
     """
     body = []
     key = ("critical_latex", "normal_latex", "tangential_latex")
@@ -121,7 +128,7 @@ def mechanisms_table(rows: Sequence[Row]) -> Table:
 
 
 def damping_table(rows: Sequence[Row]) -> Table:
-    """How often the mass comes to rest and how long it is jammed over the law, for damping from none to Fufaev's."""
+    """Dampings from none to Fufaev's: how often the mass comes to rest, and the time of the jam divided by its law."""
     body = []
     for damping, law, chosen in _dampings(rows):
         cells = [cell for row in chosen for cell in (str(row["sticks"]), f"{row['jam'] / row['law']:.4f}")]
@@ -176,13 +183,13 @@ def _bare(mu):
 
 
 def _short(value):
-    """Make a cell of a number to one digit that is narrow in print: 2e-12."""
+    """Make a cell of a number to one digit, in a form that is narrow in print: 2e-12."""
     mantissa, exponent = _parts(value, 1)
     return Cell(f"{mantissa}e${exponent}$", f"{mantissa}e{exponent}")
 
 
 def _power(value, digits=1):
-    """Make a cell of a number, or of the decimal that a word spells, as m x 10^k."""
+    """Make a cell, m x 10^k, of a number or of a string that spells a decimal."""
     mantissa, exponent = _parts(value, digits)
     front = {"1": "", "-1": "-"}.get(mantissa, rf"{mantissa}\times ")
     if not exponent:
@@ -191,6 +198,6 @@ def _power(value, digits=1):
 
 
 def _parts(value, digits):
-    """Return the mantissa, a word, and the exponent, a whole number."""
+    """Return the mantissa as a string and the exponent as an integer."""
     mantissa, _, exponent = (value if isinstance(value, str) else f"{value:.{digits - 1}e}").partition("e")
     return mantissa, int(exponent or 0)
