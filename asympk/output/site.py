@@ -1,6 +1,6 @@
-"""The site: the pages of ``docs/``, and beside them those made from objects and rows, set by Sphinx.
+"""The site of ``asympk report``: the pages of ``docs/``, and pages made from objects and rows, set by Sphinx.
 
-What it shows needs no network and no script; the same checkout makes the same bytes.
+Its pages can be read without a network and without scripts. The same checkout makes the same bytes.
 """
 
 import json
@@ -36,9 +36,9 @@ _COMMENT = re.compile(r"^# (?!%%).*", re.MULTILINE)
 def build_site(root: str | Path, out: str | Path, tell: Callable[[str], None] = silent) -> Path:
     """Write the site of the checkout ``root`` into the directory ``out``; return its first page.
 
-    Pages that an earlier report wrote there and that are gone are removed; other files are left alone. Raises
+    Pages of an earlier report that the site no longer has are removed; other files are left alone. Raises
     ``MissingPackage`` without the extra ``site``, and ``InputError`` where there is no checkout, where ``out`` is a
-    file, or where Sphinx complains: of a page, or of a link that leads nowhere.
+    file, or where Sphinx warns of anything, such as a link without a target.
     """
     checkout = project(root)
     if missing := [name for name in NEEDED if not find_spec(name)]:
@@ -56,7 +56,7 @@ def build_site(root: str | Path, out: str | Path, tell: Callable[[str], None] = 
 
 
 def write_sources(root: Path, source: Path, tell: Callable[[str], None]) -> None:
-    """Write what Sphinx reads: the pages of ``docs/``, and those made from scripts, the paper and the catalogue."""
+    """Write the input of Sphinx: the pages of ``docs/``, and pages made from scripts, the paper and the catalogue."""
     shutil.copytree(root / "docs", source)
     write_scripts(root, source / "gallery-source")
     write_arrow(root, source)
@@ -64,7 +64,10 @@ def write_sources(root: Path, source: Path, tell: Callable[[str], None]) -> None
 
 
 def _write_pages(root: Path, source: Path, tell: Callable[[str], None]) -> None:
-    """Write the article and the systems, a task for each system and one for the article's pictures on all cores."""
+    """Write the pages of the article and of the systems.
+
+    Each system is a task of its own, and the article's pictures are another; the tasks run on all cores.
+    """
     article, systems = source / "article", source / "systems"
     names = write_article(root, article, source / "article.lua")
     write_index(systems)
@@ -77,7 +80,7 @@ def _write_pages(root: Path, source: Path, tell: Callable[[str], None]) -> None:
 
 
 def set_pages(source: Path, out: Path, doctrees: Path) -> None:
-    """Run Sphinx; raises ``InputError`` with its first complaint, of a page or of a link that leads nowhere."""
+    """Run Sphinx from ``source`` into ``out``; raises ``InputError`` with the first warning or error of Sphinx."""
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d", doctrees, source, out.resolve()]
     run = subprocess.run(list(map(str, command)), cwd=source, env={**os.environ, **FIXED}, capture_output=True,
                          text=True, errors="replace")  # fmt: skip
@@ -87,7 +90,7 @@ def set_pages(source: Path, out: Path, doctrees: Path) -> None:
 
 
 def write_arrow(root: Path, source: Path) -> None:
-    """Write the parts of the package as a table, and the drawing of what imports what."""
+    """Write the parts of the package as a table, and the drawing of the imports between them."""
     parts = parts_in_order(root)
     rows = "\n".join(f"| `{part}` | {what} |" for part, what in parts.items())
     write_text(source / "arrow-parts.md", f"| under `asympk/` | |\n|---|---|\n{rows}\n")
@@ -95,7 +98,10 @@ def write_arrow(root: Path, source: Path) -> None:
 
 
 def write_scripts(root: Path, out: Path) -> None:
-    """Write the derivations as sphinx-gallery reads them: headings marked as such, and what they derive at the end."""
+    """Write the derivations as scripts of sphinx-gallery, each with its stored results at the end.
+
+    Raises ``InputError`` where the results are not stored.
+    """
     write_text(out / "GALLERY_HEADER.rst", "Derivations\n===========\n\nThe scripts of ``derivations/`` with what they "
                "derive; ``asympk derive`` runs them.\n\n")  # fmt: skip
     for script in sorted((root / "derivations").glob("*.py")):
@@ -107,7 +113,7 @@ def write_scripts(root: Path, out: Path) -> None:
 
 
 def as_gallery(script: str, results: dict[str, dict[str, str]]) -> str:
-    """Return a script whose title and headings sphinx-gallery knows, with the formulas of its results at its end."""
+    """Return a script with title and headings in the syntax of sphinx-gallery, and with its results at the end."""
     about, _, rest = script.removeprefix('"""').removesuffix("\n").partition('"""')
     title, _, summary = about.rstrip().rstrip(".").partition(": ")
     rest = _COMMENT.sub(lambda line: _MARKS.sub(r"\\\1", line[0]), rest.replace("  # fmt: skip", ""))
@@ -115,4 +121,4 @@ def as_gallery(script: str, results: dict[str, dict[str, str]]) -> str:
     shown = [f"# **{name.replace('_', ' ')}**\n#\n# .. math::\n#\n#    {result['latex']}\n#\n"
              for name, result in results.items()]  # fmt: skip
     top = f'"""\n{title}\n{"=" * len(title)}\n\n{summary[:1].upper()}{summary[1:]}.\n"""'
-    return "\n".join([top, rest, "# %%\n# What comes out\n# --------------\n#", "".join(shown)])
+    return "\n".join([top, rest, "# %%\n# Results\n# -------\n#", "".join(shown)])

@@ -1,4 +1,4 @@
-"""The catalogue of systems as pages of the site: every formula, number and picture is asked of the objects."""
+"""The catalogue of systems as pages of the site: all formulas, numbers and pictures are computed from the objects."""
 
 import contextlib
 import io
@@ -20,8 +20,8 @@ from asympk.storage.files import write_text
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import about_system, described_mechanism
 
-LONGEST = 900  # characters of LaTeX beyond which a formula is left to the prompt
-SHOWN = {"painleve_klein": 1}  # the scene that is shown where it is not the first
+LONGEST = 900  # characters of LaTeX; in place of a longer formula a page says by which expression one gets it
+SHOWN = {"painleve_klein": 1}  # index of the scene on a system's page, where this is not the first scene
 _SCREEN = (".. code-block:: text", "")
 SCRIPT = """import asympk as ap
 
@@ -51,7 +51,7 @@ def write_page(name: str, out: Path) -> None:
 
 def write_index(out: Path) -> None:
     """Write ``out``/index.rst, which shows the sketch of every system of the catalogue."""
-    parts = [*_heading("Systems", "="), "The catalogue, ``ap.systems``. ``asympk mechanism NAME`` tells of a mechanism "
+    parts = [*_heading("Systems", "="), "The catalogue, ``ap.systems``. ``asympk mechanism NAME`` describes a member "
              "at the prompt.", "", ".. container:: tiles", ""]  # fmt: skip
     for name in SKETCHES:
         about = about_system(name)
@@ -71,18 +71,18 @@ def _figure(file: str, caption: str) -> list[str]:
 
 
 def as_rst(text: str) -> Iterator[str]:
-    """Yield the lines of a docstring as reStructuredText: equations, which are indented, as they stand."""
+    """Yield the lines of a docstring as reStructuredText; indented paragraphs, the equations, become literal blocks."""
     for paragraph in text.strip().split("\n\n"):
         yield from (["::", "", paragraph, ""] if paragraph.startswith("    ") else [escaped(paragraph), ""])
 
 
 def escaped(words: str) -> str:
-    """Return words with what reStructuredText would take for markup made plain."""
+    """Return ``words`` with a backslash before each character that reStructuredText would read as markup."""
     return words.replace("\\", "\\\\").replace("*", "\\*").replace("|", "\\|").replace("_ ", "\\_ ")
 
 
 def displayed_formula(label: str, value: Any, instead: str) -> list[str]:
-    """Return a displayed formula, or where it is too long for a page the name under which it can be had."""
+    """Return a displayed formula; for one longer than ``LONGEST``, the expression ``instead`` that evaluates to it."""
     latex = latex_of(value)
     if len(latex) > LONGEST:
         return [f"{label}: too long for a page; it is ``{instead}``.", ""]
@@ -93,7 +93,7 @@ def _contact(described: Described) -> list[str]:
     rod, plain = described.mechanism, described.mechanism.plain
     side = "only pushes" if rod.contact.unilateral else "holds both ways"
     words = f"The contact {side}. In the plain symbols, where a prime marks a rate:"
-    return [*_heading("What is written down", "-"), words, "",
+    return [*_heading("The mechanism", "-"), words, "",
             *displayed_formula("Mass matrix", plain.mass.applyfunc(contracted), "mechanism().mass"),
             *displayed_formula("Forces", plain.forces.T.applyfunc(contracted), "mechanism().forces"),
             *displayed_formula("Gap", plain.gap, "mechanism().contact.gap"),
@@ -115,7 +115,7 @@ def _paradox(described: Described) -> list[str]:
 
 def _jump(described: Described) -> list[str]:
     law = jump_law(described.mechanism.plain)
-    parts = [*_heading("The jump through it", "-"),
+    parts = [*_heading("The jump through the paradox", "-"),
              *displayed_formula("Normal impulse", law.impulses[0], "mechanism().jump_law().impulses[0]"),
              *displayed_formula("Tangential impulse", law.impulses[1], "mechanism().jump_law().impulses[1]"),
              "At the numbers of the example:", "", *_SCREEN]  # fmt: skip
