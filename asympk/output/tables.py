@@ -1,4 +1,4 @@
-"""The paper's tables: what the package derived, as rows of symbols and words."""
+"""The paper's tables of derived results, as rows of symbols and words."""
 
 import sympy as sp
 
@@ -82,7 +82,7 @@ def eigenvalues_table() -> Table:
 
 
 def regimes_table() -> Table:
-    """The ranges of sigma between thresholds: stick region, and what Pi2 is and where its motions meet z = 0."""
+    """The ranges of sigma between thresholds: stick region, side and stability of Pi2, where its motions meet z = 0."""
     rows = tuple(_regime_row(regime) for regime in regimes(pk.system()))
     header = (r"$\sigma$", "stick on $z = 0$, $s$ in", r"$\Pi_2$", r"its motions meet $z = 0$ in",
               Cell(r"from $z < 0$, as $\mu \to 0$", "from z < 0 as mu -> 0"))  # fmt: skip
@@ -102,9 +102,9 @@ def _regime_row(regime):
 
 
 def _from_below(side):
-    """Make a cell of what a start in z < 0 does: the slow motion on Pi2, or the jump x -> x - z and the time it takes.
+    """Make a cell on the motion from z < 0: slow motion on Pi2, or the jump x -> x - z with the order of its time.
 
-    At sigma = 0 nothing grows by itself: mu y' = 1 and z' = 1 + s bring z to 0 after sqrt(-2 mu z).
+    At sigma = 0 no fast mode grows: by mu y' = 1 and z' = 1 + s, z reaches 0 in a time of the order sqrt(-2 mu z).
     """
     if side < 0:
         return Cell(r"to $\Pi_2$ and along it", "to Pi_2 and along it")

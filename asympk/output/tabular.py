@@ -1,4 +1,4 @@
-"""Tables as nouns, set in booktabs LaTeX (the tabular only, for the paper owns caption and float) or as CSV."""
+"""Tables as objects, written as booktabs LaTeX (a bare ``tabular``: the paper adds caption and float) or as CSV."""
 
 import csv
 import io
@@ -27,12 +27,12 @@ _PIECE = re.compile(
         |(?<![\w.])(?P<number>\d+(?:/\d+)?)(?!\.?\w))""",
     re.VERBOSE,
 )
-_JOINT = re.compile(r"(?<!\\)\$(?! \()([-+=/( ]*)\$")  # between two formulas nothing but operators: they are one
+_JOINT = re.compile(r"(?<!\\)\$(?! \()([-+=/( ]*)\$")  # joins two formulas with nothing but operators between
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell in both dresses: LaTeX, and plain characters."""
+    """The content of a cell in two forms: LaTeX, and plain text."""
 
     latex: str
     text: str
@@ -127,7 +127,7 @@ def _line(cells):
 
 
 def as_cell(content: Any) -> Cell:
-    """Return what a table holds at one place, a ``Cell``, a SymPy object or a string in LaTeX, as a ``Cell``."""
+    """Return the content of a table's cell (a ``Cell``, a SymPy object or a string in LaTeX) as a ``Cell``."""
     if isinstance(content, Cell):
         return content
     if isinstance(content, str):

@@ -1,4 +1,4 @@
-"""What the command line prints: paths, the ledger and the summary, as JSON or as lines that a person reads."""
+"""The output of the commands as text or JSON: paths, ladders of models, certificates, claims and the summary."""
 
 import json
 import sys
@@ -47,7 +47,7 @@ def path_as_json(path: Path, digits: int | None = None) -> str:
 def path_as_text(path: Path, digits: int | None = None) -> str:
     """Return a path as a table of modes with the time and state at which each begins, and the final state.
 
-    With ``digits`` the final state follows in full.
+    With ``digits`` the final state follows once more, with that many digits.
     """
     scene, columns = path.scene, ("t", *path.names)
     begins = [("start", 0, *scene.start), *((event.kind, event.t, *event.state) for event in path.events)]
@@ -61,7 +61,7 @@ def path_as_text(path: Path, digits: int | None = None) -> str:
 
 
 def scenes_as_text(names: Iterable[str]) -> str:
-    """Return a line on each of the scenes that ship, or systems of the catalogue."""
+    """Return one line for each name, of a scene that ships or of a system of the catalogue."""
     from asympk.scenes.scenefile import about
 
     width = max(map(len, names))
@@ -73,7 +73,7 @@ def _columns(numbers):
 
 
 def _shortly(number):
-    """Return eight digits of a number; an mpf may be beyond the doubles."""
+    """Return a number with eight digits; an mpf may lie outside the range of doubles."""
     near = float(number)
     if not hasattr(number, "_mpf_") or not number or sys.float_info.min <= abs(near) <= sys.float_info.max:
         return f"{near:.8g}"
@@ -107,7 +107,7 @@ def ladder_as_text(ladder: "Ladder") -> str:
 
 
 def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
-    """Return certificates as text: one in full, those of the pieces of a box counted by what they prove."""
+    """Return certificates as text: a single one in full; those of the pieces of a box as counts by outcome."""
     if len(found) == 1:
         return _certificate_as_text(found[0], digits)
     proven = [piece for piece in found if piece.proven]
@@ -122,7 +122,7 @@ def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
 
 
 def covered(found: "Sequence[Certificate]") -> float:
-    """Return the proven part of the volume of a box, cut into pieces."""
+    """Return the fraction of the volume of a box that is proven, from the certificates of its pieces."""
     sizes = [prod(high - low for low, high in piece.box.values() if high > low) for piece in found]
     return float(sum(size for size, piece in zip(sizes, found, strict=True) if piece.proven) / sum(sizes))
 
@@ -156,7 +156,7 @@ def _certificate_as_dict(one, digits):
 
 
 def proofs_as_text(found: "Iterable[Proof]") -> str:
-    """Return a line on each inequality that was to be proven, with its box."""
+    """Return one line for each inequality: its verdict, its statement and its box."""
     lines = []
     for proof in found:
         box = ", ".join(f"{symbol} from {_decimal(low)} to {_decimal(high)}"
@@ -176,7 +176,7 @@ def claims_as_json(found: "Sequence[Claim]") -> str:
 
 
 def print_claims(found: "Sequence[Claim]", as_json: bool, evidence: bool) -> int:
-    """Print claims, a line each or with their ``evidence``; return 1 when one is not settled."""
+    """Print claims, as JSON, with their ``evidence``, or a line each; return the exit status as ``exit_status``."""
     if as_json:
         print(claims_as_json(found), end="")
     elif evidence:
@@ -209,7 +209,7 @@ def _with_evidence(claim):
 
 
 def summary(found: "Sequence[Claim]", files: int) -> str:
-    """Return the screen a person reads: what the paper claims, what holds, what was found beyond it."""
+    """Return the screen of the main job: counts of verdicts, claims refined or corrected, results beyond the paper."""
     counts = Counter(claim.verdict for claim in found)
     checks = [check for claim in found for check in claim.evidence]
     parts = [
