@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def sheets(file: str | Path | None = None) -> ModuleType:
-    """Return the module ``asympk.pictures.sheet``, once a picture can be written as ``file``, where there is one.
+    """Return the module ``asympk.pictures.sheet``; before that, check that matplotlib loads and can write ``file``.
 
-    Raises as ``style.matplotlib`` and ``sheet.suffix_of`` do.
+    Raises the errors of ``style.matplotlib``, and of ``sheet.suffix_of`` where a file is given.
     """
     style.matplotlib()
     from asympk.pictures import sheet

@@ -1,4 +1,4 @@
-"""The jump law of any mechanism: four mechanisms over their maps of rigid motions, its errors, and the rebound."""
+"""Figures on the jump law of any mechanism: four mechanisms with their rigid motions, errors of the law, rebounds."""
 
 from itertools import groupby
 from math import log
@@ -7,7 +7,7 @@ from typing import Any
 from asympk.pictures import plate, sketches, style
 from asympk.pictures.rigid import draw_motions, motion_handles
 
-WIDE = 7.04  # inches, the page
+WIDE = 7.04  # inches: the width of a figure across both columns
 NAMES = {
     "painleve_klein": "Painlevé and Klein", "unequal_masses": "unequal masses", "held_rod": "mass on a spring",
     "butenin": "Butenin", "painleve_rod": "slender rod on the ground", "bead_rod": "bead on a rod",
@@ -16,7 +16,7 @@ NAMES = {
 
 
 def draw_mechanisms(mechanisms: dict[str, Any]) -> Any:
-    """Draw mechanisms of the catalogue by their names, each over its map of rigid motions."""
+    """Draw up to four mechanisms, {name in the catalogue: mechanism}, each above its map of rigid motions."""
     ratios = (sketches.HEIGHT, 1.7)
     with plate(3.9, 2, len(mechanisms), width=WIDE, height_ratios=ratios) as (figure, axes):
         shown: set[int] = set()
@@ -33,7 +33,10 @@ def draw_mechanisms(mechanisms: dict[str, Any]) -> Any:
 
 
 def draw_errors(rows: list[dict]) -> Any:
-    """Draw error / (c log(1/c)) of the jump law over 1 / log(1/c), in units of its limit, with straight lines."""
+    """Draw error/(A c log(1/c)) of the jump law over 1/log(1/c), with the line through 1 at 0 and the last two rows.
+
+    A is the limit of error/(c log(1/c)) on that line.
+    """
     with plate(1.9) as (figure, axes):
         ax = axes.flat[0]
         by_mechanism = groupby(rows, key=lambda row: row["mechanism"])
@@ -62,12 +65,12 @@ def _line_through(pair):
 
 
 def limit(rows: list[dict]) -> float:
-    """Return the constant A to which error / (c log(1/c)) tends, from the last two rows."""
+    """Return the constant A to which error/(c log(1/c)) tends, by the line through the last two rows."""
     return _line_through(rows[-2:])[0]
 
 
 def draw_rebound(rows: list[dict]) -> Any:
-    """Draw the rebound of a one-sided contact over the damping ratio: formula, marks that were followed, two limits."""
+    """Draw the rebound of a unilateral contact over the damping ratio: formula, motions as marks, two limit laws."""
     with plate(2.1) as (figure, axes):
         ax = axes.flat[0]
         cases = groupby(rows, key=lambda row: (row["theta"], row["friction"]))

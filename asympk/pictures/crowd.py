@@ -1,4 +1,4 @@
-"""The picture of many trajectories: itineraries as a map over two arguments, or the final states one by one."""
+"""The picture of many trajectories: itineraries as a map over two arguments, or final states as dots, a panel each."""
 
 from pathlib import Path as File
 from typing import Any
@@ -11,13 +11,13 @@ HEIGHT, PANEL, LINE = 2.6, 0.95, 0.16  # inches
 
 
 def plot(many: Many, file: str | File | None = None) -> Any:
-    """Return the matplotlib ``Figure`` of many trajectories, written to ``file`` too where there is one."""
+    """Return the matplotlib ``Figure`` of many trajectories, and write it to ``file`` if one is given."""
     draw = _map if many.n_events.ndim == 2 and many.n_events.size else _panels
     return sheets(file).kept(draw(many), file)
 
 
 def _map(many: Many) -> Any:
-    """Draw which itinerary begins where; those beyond the seven most frequent share a colour."""
+    """Draw the itinerary of each trajectory as a colour; itineraries beyond the seven most frequent share one."""
     import numpy as np
     from matplotlib.colors import ListedColormap
 

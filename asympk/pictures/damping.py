@@ -1,4 +1,4 @@
-"""How much damping the resolution needs: time and sticks over the damping ratio, and the rod without damping."""
+"""The figure on damping: time of the jam and number of sticks over the damping ratio, and the rod without damping."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -57,7 +57,7 @@ def _sticks(ax, rows):
 
 
 def _by_epsilon(rows):
-    """Yield (epsilon, looks, rows) from the largest epsilon down."""
+    """Yield (epsilon, (colour, mark), rows) from the largest epsilon down."""
     epsilons = sorted({row["epsilon"] for row in rows}, reverse=True)
     for epsilon, looks in zip(epsilons, style.MARKS, strict=True):
         yield epsilon, looks, [row for row in rows if row["epsilon"] == epsilon]

@@ -1,4 +1,4 @@
-"""Errors of models against the small parameter, for several systems: marks on the terms that they tend to."""
+"""Errors of models against the small parameter, for several systems: marks, on lines to which they tend."""
 
 from typing import Any
 
@@ -11,8 +11,8 @@ MARKS = ("o", "s", "^", "D", "v")
 def decreasing(rows: list[dict]) -> Any:
     """Draw errors and their measures against mu: a panel for each order, one for limits with friction.
 
-    Marks are errors; lines are the first omitted terms, for the limit with friction the constant at the least mu times
-    mu log(1/mu). Its panel is called "friction, 0".
+    Marks are errors. Lines are the first omitted terms; in the panel of the limits with friction, "friction, 0", they
+    are mu log(1/mu) times a constant, error/(mu log(1/mu)) at the least mu.
     """
     panels = {_panel(row): None for row in sorted(rows, key=_panel)}
     names = list(dict.fromkeys(row["system"] for row in rows))

@@ -68,7 +68,7 @@ def rod(ax: "Axes", x: float, y: float) -> None:
 
 
 def small_turn(ax: "Axes", x: float, y: float) -> None:
-    """What a gain of M_1 on M_2 does to the rod: it shortens by Delta l and turns by beta (2.2)."""
+    """The rod after M_1 has gained on M_2: the rod has become shorter by Delta l and turned by beta (2.2)."""
     angle, length, gain = 0.95, 1.28, 0.3
     foot = (x + 0.22, y + 0.3)
     top = (foot[0] + length * cos(angle), foot[1] + length * sin(angle))
