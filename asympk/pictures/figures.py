@@ -1,4 +1,4 @@
-"""Figures: rows in, a matplotlib ``Figure`` out; nothing is computed anew, and nothing is saved but by ``save``."""
+"""Figures: rows in, a matplotlib ``Figure`` out; no row is computed here, and only ``save`` writes files."""
 
 from bisect import bisect
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -30,12 +30,12 @@ FAILURES = {  # key -> (colour of a cell, ink on it, words)
     "limit": (style.ORANGE, "black", "budget spent"), "wrong branch": ("0.25", "white", "wrong end"),
 }  # fmt: skip
 LIMITS = ("step", "time", "limit")
-REFUSED, NO_END = 0.4, 1e3  # on the axis of cost, of a model that refuses; on that of error, of what has no end
-SPACING = 3.4  # between the levels of what is not reached, on the axis of cost
+REFUSED, NO_END = 0.4, 1e3  # the cost at which models that refuse are drawn; the error at which runs without an end are
+SPACING = 3.4  # ratio of cost between two levels of the band "not reached"
 NOTE_SIZE, NOTE_WIDTH, NOTE_LINE, LEGEND_LINE = 6.0, 76, 0.1, 0.125  # points, characters, inches, inches
 ALONGSIDE = 1e-5  # tolerance of the integrators that are drawn beside the models
 ALONGSIDE_METHODS = {"lsoda": 2, "kvaerno5": -2}  # by how many points their names are raised
-GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; how near marks touch, in parts of the axes
+GLYPH, NEAR = 3.6, (0.07, 0.06)  # width of a model's mark in points; distance of marks that touch, as part of each axis
 
 
 def save(figure: "Figure", path: str | Path) -> Path:
@@ -49,7 +49,7 @@ def sheet(
     body: float, rows: int = 1, columns: int = 1, *, entries: int = 0, per_line: int = 3, note: str = "",
     **options: Any,
 ) -> "Iterator[tuple[Figure, np.ndarray]]":  # fmt: skip
-    """Yield (figure, axes) of a column's width: ``body`` inches of axes above a legend of ``entries`` and a note."""
+    """Yield (figure, axes), a column wide: ``body`` inches of axes above a legend of ``entries`` entries and a note."""
     matplotlib = style.matplotlib()
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -79,7 +79,7 @@ def outcome(status: str) -> str:
 def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float], note: str = "") -> "Figure":
     """Work against precision on ``scene``, one panel for each of ``mus``.
 
-    Runs without an end stand in a strip; models that refuse the scene stand at its foot.
+    Runs that do not reach the end are drawn in the strip "no end"; models that refuse the scene, at its foot.
     """
     rows = [row for row in rows if row["scene"] == scene]
     methods, lines = _methods(rows), (len(mus) + 1) // 2
@@ -123,7 +123,7 @@ def _precision_panel(ax, rows, methods):
 
 
 def cost_against_mu(rows: Sequence[Row], scenes: Sequence[str], accuracy: float, note: str = "") -> "Figure":
-    """Cheapest run with an error below ``accuracy`` against mu; what does not get there stands in the band."""
+    """The least cost of an error below ``accuracy`` against mu; methods without such a run are in the band."""
     methods = _methods(rows)
     with sheet(1.5 * len(scenes) + 0.6, len(scenes), entries=len(methods), note=note, sharex=True) as (figure, axes):
         for ax, scene in zip(axes.flat, scenes, strict=True):
@@ -168,7 +168,7 @@ def _cost_panel(ax, rows, methods, accuracy):
 
 
 def _drawn_or_glyphs(ax, method, places, looks):
-    """Draw the curve of ``method`` through ``places``; return those of a model instead, as (x, y, looks) each."""
+    """Draw the curve of an integrator or of the exact flow; for another model return its marks as (x, y, looks)."""
     if method not in style.MODELS or method == "exact":
         ax.plot([x for x, _ in places], [y for _, y in places], **looks)
         return []
@@ -177,9 +177,9 @@ def _drawn_or_glyphs(ax, method, places, looks):
 
 
 def _side_by_side(ax, glyphs, begin=None):
-    """Draw the marks of models, those that would lie on one another beside one another; both axes are logarithmic.
+    """Draw the marks of models, in a row where they would overlap; both axes are logarithmic.
 
-    A group is centred at its place, or stands ``begin`` marks to the right of it.
+    The row is centred at the place of the mark, or begins ``begin`` marks to the right of it.
     """
     from matplotlib.patheffects import withStroke
     from matplotlib.transforms import ScaledTranslation
@@ -212,9 +212,9 @@ def cheapest(rows: Iterable[Row], accuracy: float) -> dict[float, Any]:
 
 
 def nonlinear(rows: Sequence[Row]) -> "Figure":
-    """Draw what the small-angle models miss of the rod with its geometry kept, over mu, for every kappa.
+    """Draw the errors of small-angle models of the geometrically nonlinear rod over mu, for every kappa.
 
-    At kappa = 1 the digits are the jump map of that order, and two integrators of that rod stand beside the models.
+    A digit n marks the jump map of order n, at kappa = 1 only; there, two integrators of the nonlinear rod are drawn.
     """
     with plate(2.0) as (figure, axes):
         ax, glyphs = axes.flat[0], []
@@ -235,20 +235,20 @@ def nonlinear(rows: Sequence[Row]) -> "Figure":
             glyphs += _drawn_or_glyphs(ax, method, _errors(here, method), style.curve(method))
         low, high = ax.get_xlim()
         ax.set_xlim(high, low / 50)
-        _side_by_side(ax, glyphs, begin=1.4)  # the stars of the exact flow are where they are
+        _side_by_side(ax, glyphs, begin=1.4)  # beside the stars of the exact flow, which are not moved
     return figure
 
 
 def _errors(rows, method):
-    """Return the errors of a method over mu, of an integrator those at the tolerance ``ALONGSIDE``."""
+    """Return the pairs (mu, error) of a method; of an integrator, only those at the tolerance ``ALONGSIDE``."""
     return sorted((row["mu"], row["final_error"]) for row in rows if row["method"] == method
                   and row["final_error"] is not None and (row["rtol"] or ALONGSIDE) == ALONGSIDE)  # fmt: skip
 
 
 def model_savings(found: Mapping[tuple[str, float], Mapping[str, float | None]]) -> "Figure":
-    """What integrators cost at the error of the jump of order 1, in units of it: a panel per system, over mu.
+    """The cost of integrators at the error of ``jump 1``, in units of the cost of ``jump 1``: a panel for each system.
 
-    ``found`` is that of ``studies.modelwork.savings``; what no tolerance reaches stands in the band.
+    ``found`` comes from ``studies.modelwork.savings``. Integrators that never reach this error are in the band.
     """
     systems = list(dict.fromkeys(system for system, _ in found))
     methods = [m for m in style.METHODS if any(m in of for of in found.values())]
@@ -274,7 +274,7 @@ def model_savings(found: Mapping[tuple[str, float], Mapping[str, float | None]])
 
 
 def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "Figure":
-    """Cheapest run of a few ``methods`` with an error below ``accuracy`` against mu, each with its name beside it."""
+    """The least cost of an error below ``accuracy`` against mu for a few ``methods``, with names at the curves."""
     with plate(2.0) as (figure, axes):
         ax = axes.flat[0]
         ax.set(xscale="log", yscale="log", xlabel=r"$\mu$", ylabel="CPU time / exact flow")
@@ -294,10 +294,10 @@ def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "
 
 
 def failures(parts: Sequence[tuple[str, Sequence[Row], str]]) -> "Figure":
-    """Map of what became of all runs: a line per method, a block per part (words, rows, column of the place).
+    """Map of the outcomes of all runs: a line for each method, a block for each part (label, rows, column of abscissa).
 
-    A cell holds the runs of all tolerances; it is white where all of them end right, else it says how many do not, and
-    how most of those fail.
+    A cell holds the runs of all tolerances. It is white where none of them fails; else its number is that of the failed
+    runs, and its colour the most frequent of ``FAILURES`` among them.
     """
     methods = [m for m in style.METHODS if any(row["method"] == m for _, rows, _ in parts for row in rows)]
     widths = [len({row[along] for row in rows}) for _, rows, along in parts]

@@ -161,9 +161,9 @@ def convergence(rows: Sequence[Row]) -> "Figure":
 
 
 def least_models(rows: Sequence[Row], names: Sequence[str]) -> "Figure":
-    """Draw the least model over mu and |z0|, from rows of the atlas; ``names`` are those of the rungs.
+    """Draw the least model that suffices over mu and |z0|, from rows of the atlas; ``names`` are the rungs' names.
 
-    A panel for each sigma and sign of z0; a model has its grey, and its number in the middle of its largest part.
+    There is a panel for each sigma and sign of z0. A model has a grey, and its number stands where its area is widest.
     """
     from matplotlib.patches import Patch
 
@@ -184,7 +184,7 @@ def _shade(rung):
 def collisions(rows: Sequence[Row]) -> "Figure":
     """Draw how often the rough mass comes to rest, over mu |x0| and |z0|, from collision rows.
 
-    A panel for each mu and sign of z0; the numbers stand in the middle of the largest part that has them.
+    There is a panel for each mu and sign of z0. A number stands where the area with this number is widest.
     """
     mus = {mu: rf"$\mu = {mu:g}$" for mu in sorted({row["mu"] for row in rows})}
     with plate(1.45 * len(mus) + 0.3, len(mus), 2, sharex=True, sharey=True) as (figure, axes):
@@ -193,7 +193,7 @@ def collisions(rows: Sequence[Row]) -> "Figure":
 
 
 def _maps(axes, rows, name, titles, along, what, shade, label):
-    """Fill a line of panels for each value of ``name``, of which ``titles`` are the words, one for each sign of z0."""
+    """Fill two panels, for z0 < 0 and z0 > 0, for each value of the column ``name``; ``titles`` is {value: title}."""
     for line, (value, title) in zip(axes, titles.items(), strict=True):
         for ax, side in zip(line, (-1, 1), strict=True):
             chosen = [row for row in rows if row[name] == value and row["z"] * side > 0]
@@ -205,7 +205,7 @@ def _maps(axes, rows, name, titles, along, what, shade, label):
 
 
 def _cells_panel(ax, rows, along_key, value_key, grey):
-    """Draw whole numbers over a logarithmic grid of ``along_key`` and |z|, each in its grey, with its number inside."""
+    """Draw whole numbers over a logarithmic grid of ``along_key`` and |z|, each as a grey area with its number."""
     import numpy as np
 
     along, up = (sorted({abs(row[key]) for row in rows}) for key in (along_key, "z"))
