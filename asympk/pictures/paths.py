@@ -12,17 +12,17 @@ from asympk.pictures.trace import column_names, trace
 from asympk.shown import as_html
 
 GREYS = {"slip_same": 1.0, "smooth": 1.0, "one_field": 1.0, "open": 0.95, "slip_opposite": 0.88, "stick": 0.72}
-HUES = ((1, 1, 1), (0.62, 0.8, 1), (1, 0.82, 0.55), (0.66, 1, 0.8))  # what the phases of further frictions tend to
+HUES = ((1, 1, 1), (0.62, 0.8, 1), (1, 0.82, 0.55), (0.66, 1, 0.8))  # tints by friction; the first is grey
 PANEL, LEGEND, AXIS = 0.95, 0.3, 0.35  # inches
-LETTERS = 45  # that fit into a row of the legend
-MANY = 40  # events from which on they are lines without marks on the curves
+LETTERS = 45  # characters that fit into a row of the legend
+MANY = 40  # the most events that are marked by dots on the curves
 
 
 def plot(path: Path, file: str | File | None = None) -> Any:
-    """Return the matplotlib ``Figure`` of a path, written to ``file`` too where there is one.
+    """Return the matplotlib ``Figure`` of a path, and write it to ``file`` if one is given.
 
-    Time is logarithmic from the power of ten before the first event on where that is early, and a state from where it
-    is nearly always, where it is larger for a short while. Raises ``InputError`` for a file of another kind than .pdf,
+    Where the first event is early, time is logarithmic from the power of ten before this event on. A state that is
+    large for a short while only is logarithmic above its usual size. Raises ``InputError`` for a file other than .pdf,
     .svg or .png, ``MissingPackage`` where matplotlib is not installed.
     """
     return sheets(file).kept(figure(path), file)
@@ -40,7 +40,7 @@ def html(path: Path) -> str:
 
 
 def figure(path: Path) -> Any:
-    """Draw a path: a panel for every state, and for what is told beside the states."""
+    """Draw a path: a panel for every state and for every linear combination that the scene names."""
     names, data = column_names(path)[1:-1], list(zip(*trace(path), strict=True))
     with plate(LEGEND + AXIS + PANEL * len(names), len(names), sharex=True) as (drawing, panels):
         for axis, values, name in zip(panels.flat, data[1:-1], names, strict=True):
@@ -56,7 +56,7 @@ def figure(path: Path) -> Any:
 
 
 def shade(mode: str) -> tuple[float, float, float]:
-    """Return the colour of a mode by its name alone: a grey for one friction, tinted by what the others do."""
+    """Return the colour of a mode by its name: a grey for the first friction, tinted by the phases of the others."""
     parts = [_tinted(GREYS.get(phase, 1.0), HUES[k % len(HUES)]) for k, phase in enumerate(mode.split("+"))]
     return reduce(lambda a, b: (a[0] * b[0], a[1] * b[1], a[2] * b[2]), parts)
 
@@ -81,7 +81,7 @@ def _shade(axis: Any, path: Path) -> None:
 
 
 def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:
-    """Put a dot on a curve at every event, where they are not too many."""
+    """Put a dot on a curve at every event, unless there are more than ``MANY`` events."""
     if len(path.events) > MANY:
         return
     at = dict(zip(times, values, strict=True))
@@ -90,9 +90,10 @@ def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:
 
 
 def logarithmic_from(times: Any, values: Any) -> float | None:
-    """Return the size from which a state is to be drawn logarithmically; None where it does not grow that far.
+    """Return the size above which the axis of a state is logarithmic, or None for a linear axis.
 
-    It is a power of ten above the size that the state has for 95 % of the time, where the state grows far beyond.
+    |state| stays below some value for 95 % of the time. The size is the power of ten above that value; the axis is
+    linear unless |state| exceeds 20 times that value.
     """
     import numpy as np
 
@@ -111,7 +112,7 @@ def _time_axis(axis: Any, path: Path) -> None:
     until = float(path.end)
     first = float(path.events[0].t) if path.events else until
     if 0 < first < until / 50:
-        axis.set_xscale("symlog", linthresh=10.0 ** floor(log10(first)))  # 0 and a tick of no less are apart
+        axis.set_xscale("symlog", linthresh=10.0 ** floor(log10(first)))  # its tick stands apart from 0
     axis.set_xlim(0, until or 1)
 
 

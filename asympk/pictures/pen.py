@@ -91,7 +91,7 @@ def spring(ax: Any, left: Point, right: Point, turns: int = 7, lead: float = 0.1
 
 
 def damper(ax: Any, left: float, right: float, level: float) -> None:
-    """Draw a damper that lies level."""
+    """Draw a horizontal damper."""
     middle = (left + right) / 2
     line(ax, (left, level), (middle - 0.14, level), THIN)
     ax.plot([middle + 0.14, middle - 0.14, middle - 0.14, middle + 0.14], [level + 0.08, level + 0.08, level - 0.08,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 GRID = 60  # points of the field along either axis
-MARGIN = 0.12  # of a picture's width beside the motion
+MARGIN = 0.12  # on each side of a motion, in units of its extent
 HEIGHT = 2.8  # inches
 WINDOW = ((-2, 2), (-2, 2))
 
@@ -31,12 +31,12 @@ def phase(
     what: Scene | Path | System, x: str | None = None, y: str | None = None, *, values: Any = None,
     window: tuple[tuple[Any, Any], tuple[Any, Any]] | None = None, file: str | File | None = None,
 ) -> "Figure":
-    """Draw the motion of a scene or a path over two states, by name; the rod's load is called s.
+    """Draw the motion of a scene or a path over the two states with the names ``x`` and ``y``; the rod's load is s.
 
-    Of two states the field is drawn too, with the line on which a sliding velocity vanishes; a ``System`` of two states
-    is drawn by its field alone, with ``values`` for its parameters. ``window`` is ((left, right), (low, high)). The
-    states are the first and the last where they are not given, and s and z for the rod. Raises ``InputError``,
-    ``UnknownName`` for a state that is none, and what ``solve`` raises.
+    By default these are the first and the last state, and s and z for the rod. If the system has two states alone, its
+    field is drawn too, with the lines on which a sliding velocity vanishes. Of a ``System`` of two states, only the
+    field is drawn, with ``values`` for the parameters. ``window`` is ((left, right), (low, high)). Raises
+    ``InputError``, ``UnknownName`` for an unknown state, and the errors of ``solve``.
     """
     sheet = sheets(file)
     if not isinstance(what, Scene | Path | System):
@@ -57,7 +57,7 @@ def _names(system: System) -> tuple[str, ...]:
 
 
 def _placed(system: System, values: Any) -> tuple[System, tuple]:
-    """Return a system and its parameters as numbers; the start that is checked with them is not looked at."""
+    """Return a system and its parameters as numbers; ``placed`` checks them with a start, here 0 and not used."""
     numbers, _ = system.placed({} if values is None else values, dict.fromkeys(system.states, 0))
     return system, numbers
 
@@ -83,7 +83,7 @@ def _window(given: Any, default: Any) -> Any:
 
 
 def _motion(axis: Any, path: Path, x: str | None, y: str | None, window: Any) -> None:
-    """Draw a path: its start hollow, its events as dots, an arrow now and then."""
+    """Draw a path with arrows along it: its start as a circle, its events as dots."""
     names = column_names(path)[1:-1]
     pair = _pair(names, x, y)
     data = dict(zip(column_names(path), zip(*trace(path), strict=True), strict=True))
@@ -130,7 +130,7 @@ def _field(axis: Any, system: System, parameters: tuple, window: Any, pair: tupl
 
 
 def _evaluated(system: System, outputs: tuple, points: list, parameters: tuple) -> Any:
-    """Return the values of expressions on the grid, one array each; masked where they are no numbers."""
+    """Return the values of expressions on the grid, an array for each, masked where not finite."""
     if not outputs:
         return []
     at, p = function(system, outputs, "math", math), tuple(map(float, parameters))

@@ -15,20 +15,20 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SAMPLES = 4000
-SAMPLES_WITH_DIGITS = 400  # each of which takes a thousand times as long
+SAMPLES_WITH_DIGITS = 400  # of a path in mpmath numbers, where a sample takes a thousand times as long
 MOST_SAMPLES = 10**7
 
 
 def column_names(path: Path) -> tuple[str, ...]:
-    """Return the names of the columns: t, the states, the linear combinations told beside them, and mode."""
+    """Return the names of the columns: t, the states, the linear combinations that the scene names, and mode."""
     return "t", *path.names, *(name for name, _ in path.scene.combinations), "mode"
 
 
 def sampled_modes(path: Path, samples: int) -> list[tuple[str, Any]]:
-    """Return (mode, array of shape (1 + quantities, m)) for each mode: times, states, and what is told beside them.
+    """Return (mode, array of shape (1 + quantities, m)) for each mode: times, states, and their linear combinations.
 
-    There are some ``samples`` in all, dense where a mode begins and ends. An event is there twice, as the end of one
-    mode and the start of the next, with the state the path gives it.
+    There are about ``samples`` times in all, dense where a mode begins and ends. An event occurs twice, as the end of
+    one mode and as the start of the next, both with the state in ``path.events``.
     """
     import numpy as np
 
@@ -46,9 +46,9 @@ def sampled_modes(path: Path, samples: int) -> list[tuple[str, Any]]:
 
 
 def trace(path: Path, samples: int | None = None) -> list[tuple]:
-    """Return rows of ``column_names``, some ``samples`` in all, as ``sampled_modes`` places them.
+    """Return about ``samples`` rows, each with the columns ``column_names``, at the times of ``sampled_modes``.
 
-    Raises ``InputError`` for a number of samples that is none.
+    Raises ``InputError`` unless ``samples`` is a whole number from 1 to ``MOST_SAMPLES``.
     """
     if samples is None:
         samples = SAMPLES_WITH_DIGITS if any(hasattr(v, "_mpf_") for v in path.final) else SAMPLES
@@ -57,7 +57,7 @@ def trace(path: Path, samples: int | None = None) -> list[tuple]:
 
 
 def _at(path: Path, times: Any) -> Any:
-    """Return times and states as rows, in one call: an integrator runs again for each."""
+    """Return times and states as rows; the path is called once, as an integrator runs anew in each call."""
     import numpy as np
 
     states = np.asarray(path(times), dtype=float) if times.size else np.empty((len(path.names), 0))
@@ -84,7 +84,7 @@ def write_csv(path: Path, file: str | File, samples: int | None = None) -> File:
 
 
 def frame(path: Path, samples: int | None = None) -> "DataFrame":
-    """Return the samples of ``path`` as a pandas ``DataFrame``; raises ``MissingPackage`` where pandas is not."""
+    """Return the samples of ``path`` as a pandas ``DataFrame``; raises ``MissingPackage`` without pandas."""
     try:
         import pandas as pd
     except ImportError:
