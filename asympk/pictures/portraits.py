@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SLOW, UNSTABLE, HELD = {"color": style.BLACK, "lw": 1.6}, {"color": style.BLACK, "lw": 1.2, "ls": (0, (4, 2))}, "0.82"
 LINEAR = 0.1  # loads below it are drawn to scale, larger ones by their logarithm
 LOADS = (-10, -1, -0.1, 0, 0.1, 1, 10)
-_FLOOR = -0.25  # of mu y in the picture of the jump, where its shadow falls
+_FLOOR = -0.25  # mu y of the plane on which the shadows of the curves lie, in the picture of the jump
 INKS = (style.BLUE, style.RED, style.GREEN, style.PURPLE)
 
 
@@ -146,7 +146,7 @@ def arrows(ax: "Axes", u: "np.ndarray", v: "np.ndarray", ink: str, every: float 
 
 
 def jump_beside_the_vertical_one(paths: Sequence[Path], paper: "tuple[np.ndarray, np.ndarray]") -> "Figure":
-    """Draw the jump from z < 0 as computed for several mu, and as the paper has it, with x fixed, over x, z and mu y.
+    """Draw the jump from z < 0 over x, z and mu y: as computed for several mu, and as in the paper, with x constant.
 
     ``paper`` is the (x, z) of the paper's trajectory: up at constant x, then along Pi1.
     """
@@ -172,7 +172,7 @@ def jump_beside_the_vertical_one(paths: Sequence[Path], paper: "tuple[np.ndarray
 
 
 def with_x_held(sigma: Number, start: Sequence[Number | str], until: Number) -> "tuple[np.ndarray, np.ndarray]":
-    """Return (x, z) of the jump as Fufaev has it: up at constant x to z = 0, then along Pi1 for the time ``until``."""
+    """Return (x, z) of the jump in Fufaev's paper: up at constant x to z = 0, then along Pi1 for the time ``until``."""
     import numpy as np
 
     curve, rest = _curves("Pi1", sigma)

@@ -1,8 +1,8 @@
-"""The phase plane (R, R') of a contact without damping, the sliding velocity held: Butenin's picture.
+"""The phase plane (R, R') of a contact without damping, at constant sliding velocity: Butenin's picture.
 
-In the fast time R'' = -a_N - p R, with the p of the mode on either side of R = 0. So R'^2/2 + a_N R + p R^2/2 is kept,
-and its level lines are the motions: closed ones around a centre (p > 0), and, beyond the separatrix through a saddle
-(p < 0) or where nothing is at rest, those on which the reaction runs away.
+In the fast time R'' = -a_N - p R, with one constant p for R > 0 and one for R < 0. So R'^2/2 + a_N R + p R^2/2 is
+conserved, and its level lines are the motions. They are closed around a centre (p > 0). The reaction runs away on those
+beyond the separatrix through a saddle (p < 0), and on all where there is no equilibrium.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.pictures import style
 from asympk.pictures.portraits import arrows
 
-_WIDTH = 2.6  # of the window, in units of the reaction farthest from 0 at which a mode would be at rest
+_WIDTH = 2.6  # half the width of the window, in units of the largest |a_N/p|, the |R| of an equilibrium
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class ReactionPlane:
         return tuple(found)
 
     def energy(self, R: Any, rate: Any) -> Any:
-        """Return what is kept, R'^2/2 + a_N R + p R^2/2."""
+        """Return the conserved quantity R'^2/2 + a_N R + p R^2/2."""
         return rate**2 / 2 + self.free * R + (self.pushing * (R > 0) + self.pulling * (R < 0)) * R**2 / 2
 
 

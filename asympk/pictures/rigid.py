@@ -24,11 +24,11 @@ LOOKS = {0: ("no", "0.25", ""), 1: ("one", "white", ""), 2: ("two", "0.8", "////
 def motion_plot(described: Described) -> "Figure":
     """Draw the number of rigid motions over ``described.turn`` and the coefficient of friction; return the figure.
 
-    The contact is closed and slides as in the example. Raises ``InputError`` where friction is no single parameter, or
-    the description names nothing else to draw over.
+    The contact is closed and slides as in the example. Raises ``InputError`` where friction is not a single parameter,
+    or where the description names no other quantity to draw over.
     """
     if not described.mapped:
-        raise InputError("a map needs [over] in the description and friction that is one parameter, another one")
+        raise InputError("a map needs [over] in the description, and as friction one parameter that is not in [over]")
     rows = 1 if described.undamped is None else 3
     with plate(2.3 if rows == 1 else 6.2, rows) as (figure, axes):
         shown = draw_motions(axes.flat[0], described)
@@ -40,7 +40,7 @@ def motion_plot(described: Described) -> "Figure":
 
 
 def draw_motions(ax: "Axes", described: Described) -> set[int]:
-    """Draw the map of a mechanism into ``ax``; return the numbers of motions that it has."""
+    """Draw the map of a mechanism into ``ax``; return the set of numbers of rigid motions on the map."""
     import numpy as np
     import sympy as sp
 

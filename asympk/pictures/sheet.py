@@ -41,14 +41,14 @@ def blank_sheet(width: float, height: float) -> Sheet:
 
 
 def kept(figure: Figure, file: str | Path | None, dpi: int = DPI) -> Figure:
-    """Return a figure, written to ``file`` where there is one; raises ``InputError`` as ``suffix_of`` does."""
+    """Return a figure, and write it to ``file`` if one is given; raises ``InputError`` as ``suffix_of`` does."""
     if file is not None:
         write_bytes(file, bytes_of(figure, suffix_of(file), dpi))
     return figure
 
 
 def suffix_of(file: str | Path) -> str:
-    """Return what a file ends in; raises ``InputError`` unless a picture can be written as that."""
+    """Return the suffix of a file; raises ``InputError`` unless it is one of ``UNDATED``."""
     suffix = named_file(file).suffix
     if suffix not in UNDATED:
         raise InputError(f"{file}: a plot is written as one of {', '.join(UNDATED)}")

@@ -6,13 +6,14 @@ from typing import Any
 from asympk.pictures import plate, sheets, style
 
 ROW, MARGIN, SHOWN = 0.32, 0.9, 8  # inches, inches, itineraries
-_BARS = ((0, 1, 1), (0.05, 0.95, 4), (0.25, 0.75, 12))  # between two probabilities, so many points wide
+_BARS = ((0, 1, 1), (0.05, 0.95, 4), (0.25, 0.75, 12))  # (lower, upper probability, width in points)
 
 
 def plot(summary: dict[str, Any], file: str | File | None = None) -> Any:
-    """Return the matplotlib ``Figure`` of a summary, written to ``file`` too where there is one.
+    """Return the matplotlib ``Figure`` of a summary, and write it to ``file`` if one is given.
 
-    The thick bar of a state has half of the final values, the thin one nine tenths, the line all; a dot is the median.
+    For each state, the thick bar spans half of the final values, the thin bar nine tenths, the line all of them; the
+    dot is the median.
     """
     sheet = sheets(file)
     found, words = summary["quantiles"], [*summary["itineraries"].items()][:SHOWN]
@@ -32,7 +33,7 @@ def _spread(panel: Any, state: str, quantiles: dict[float, float]) -> None:
                        solid_capstyle="butt")  # fmt: skip
         panel.plot([quantiles[0.5]], [0], "o", color=style.BLACK, markersize=3)
     panel.set(yticks=[], ylabel=state)
-    panel.locator_params(axis="x", nbins=5)  # more would not do where numbers are long
+    panel.locator_params(axis="x", nbins=5)  # more ticks would overlap where numbers are long
 
 
 def _bars(panel: Any, words: list[tuple[str, int]]) -> None:

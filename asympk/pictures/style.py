@@ -1,6 +1,6 @@
 """The look of all figures: one column wide, legible in grey print and by colour-blind readers.
 
-Colours are those of Okabe and Ito; no two things in one picture are told apart by colour alone.
+Colours are those of Okabe and Ito; no two things in one picture differ by colour alone.
 """
 
 from math import log10
@@ -39,9 +39,10 @@ RC = {
 }
 BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7")
-MARKS = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))  # of three sorts of rows
+MARKS = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))  # (colour, mark) of up to three groups of rows
 
-# method -> (name in print, colour, marker, line); explicit methods dash, implicit ones are solid, crude ones dot
+# method -> (name in print, colour, marker, line); lines of explicit methods are dashed, of implicit ones solid, of the
+# customary crude ones dotted
 METHODS = {
     "rk45": ("RK45", SKY, "^", "--"),
     "dop853": ("DOP853", BLUE, "v", "--"),
@@ -74,7 +75,7 @@ def matplotlib() -> ModuleType:
         import matplotlib as module
     except ImportError:
         raise MissingPackage("a plot needs matplotlib: pip install 'asympk[plot]'") from None
-    except ValueError as reason:  # an environment variable that it does not understand
+    except ValueError as reason:  # matplotlib refuses the value of an environment variable
         raise InputError(f"matplotlib does not load: {short(str(reason))}; unset MPLBACKEND") from None
     return module
 
