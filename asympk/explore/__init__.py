@@ -1,6 +1,6 @@
-"""``asympk explore``: a page on which one drags a start, turns parameters, and sees the motion at once.
+"""``asympk explore``: a page in the browser on which one drags the start of a scene and changes its parameters.
 
-    choice -> knobs (what can be turned) -> motion, surroundings -> questions -> worker (a process) -> server -> page/
+    choice -> knobs (ranges of numbers) -> motion, surroundings -> questions -> worker (a process) -> server -> page/
 
-The server listens on this machine alone, reads no files once it runs, and answers only who has the token.
+The server listens on this machine only, reads no files after its start, and answers only requests with its token.
 """

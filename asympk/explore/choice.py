@@ -1,4 +1,4 @@
-"""Which scenes a word on the command line names: one that ships, a file, or a member of the catalogue."""
+"""The scenes that an argument of the command line names: one that ships, a file, or a system of the catalogue."""
 
 from asympk import systems
 from asympk.errors import InputError
@@ -8,7 +8,7 @@ from asympk.storage.tomlfile import read_table
 from asympk.systems.catalogue import example_scene, example_scenes
 
 FIRST = "backward"
-COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # of a mechanism whose file tells of none
+COMPLIANCE, DAMPING, UNTIL = "1e-4", "1/2", 1  # for a mechanism's file without these
 
 
 def require_known(word: str | None) -> None:
@@ -18,7 +18,7 @@ def require_known(word: str | None) -> None:
 
 
 def chosen_scenes(word: str | None) -> tuple[Scene, ...]:
-    """Return the scenes that ``word`` names; without one all that ship. Raises ``UnknownName``, ``InputError``."""
+    """Return the scenes that ``word`` names; for None, all that ship. Raises ``UnknownName``, ``InputError``."""
     if word is None:
         return tuple(read_scene(name) for name in (FIRST, *(name for name in scene_names() if name != FIRST)))
     if is_file(word):
@@ -29,7 +29,7 @@ def chosen_scenes(word: str | None) -> tuple[Scene, ...]:
 
 
 def _of_mechanism(file: str) -> tuple[Scene, ...]:
-    """Return a mechanism's example with an elastic contact, and with a rigid one, as far as they have its start."""
+    """Return the example in a mechanism's file with an elastic and with a rigid contact, where its start fits each."""
     from asympk.mechanics.described import read_mechanism
 
     found = read_mechanism(file)
@@ -41,7 +41,7 @@ def _of_mechanism(file: str) -> tuple[Scene, ...]:
     for name, model in models.items():
         try:
             scenes.append(example_scene(mechanism, model, values, state, UNTIL, name))
-        except InputError as error:  # a body above a contact whose damper pushes already has a rigid one alone
+        except InputError as error:  # where the damper pushes before touch-down, the start fits the rigid one alone
             refused.append(error)
     if not scenes:
         raise refused[-1]

@@ -1,4 +1,4 @@
-"""What of a scene can be turned, and over which ranges."""
+"""The knobs of a scene: the numbers that the page lets one change, each with its range."""
 
 from typing import Any
 
@@ -6,12 +6,12 @@ from asympk.scene import Scene
 from asympk.scenes.turned import STATIC, in_own_units, scene_parameters
 from asympk.systems.painleve_klein.units import SI, Degrees
 
-DECADES, DECADES_OF_SMALL = 1, 3  # to either side of a positive parameter
+DECADES, DECADES_OF_SMALL = 1, 3  # the range on either side of a positive parameter, and of a small parameter
 MOST_DEGREES = 89
 
 
 def knobs_of(scene: Scene) -> dict[str, Any]:
-    """Return the knobs of a scene for the page: parameters, start and horizon, and the names of what is drawn."""
+    """Return the knobs of a scene for the page: parameters, start, horizon; and the quantities that can be drawn."""
     shown = in_own_units(scene)
     quantities = [*shown.names, *(name for name, _ in shown.combinations)]
     return {
@@ -56,7 +56,7 @@ def _logarithmic(name: str, value: float, decades: int) -> dict[str, Any]:
 
 
 def _pair(scene: Scene, quantities: list[str]) -> tuple[str, str]:
-    """Return what the phase picture shows at first: the load, or the state of which the fast one is the rate."""
+    """Return the quantities of the first picture: load and velocity, else the state whose rate is fast and the last."""
     if scene.combinations:
         return quantities[-1], quantities[-2]
     ruled = [x for x, rate in scene.system.slow.items() if rate in scene.system.fast]

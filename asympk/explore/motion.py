@@ -1,4 +1,4 @@
-"""The motion of a scene as the page draws it: a few hundred samples, modes, events, and what stopped it."""
+"""The motion of a scene as the page draws it: samples, modes, events, and the reason where it ends early."""
 
 from dataclasses import replace
 from typing import Any
@@ -14,13 +14,13 @@ from asympk.scene import Scene
 
 SAMPLES, SAMPLES_OF_DRAFT = 800, 300
 TOLERANCE_OF_DRAFT = 1e-6
-BEFORE = 1 - 2.0**-40  # of the time at which a motion stops
+BEFORE = 1 - 2.0**-40  # a motion that stops is drawn up to this part of the time at which it stops
 
 
 def motion(scene: Scene, draft: bool = False) -> dict[str, Any]:
     """Return samples by quantity, modes, events and model of the motion; ``stopped`` says why it ends early, or "".
 
-    A ``draft``, while the start is dragged, has fewer samples, and LSODA at 1e-6 where there is no closed form.
+    A ``draft``, made while the start is dragged, has fewer samples, and LSODA at 1e-6 where there is no closed form.
     Raises ``InputError`` for a scene that cannot be followed at all.
     """
     path, stopped = _followed(scene, draft)
@@ -31,7 +31,7 @@ def motion(scene: Scene, draft: bool = False) -> dict[str, Any]:
 
 
 def _followed(scene: Scene, draft: bool) -> tuple[Path | None, str]:
-    """Return the path, or what there is of it, and why there is no more."""
+    """Return (path, ""), or where the motion stops early (the path so far, or None; the reason)."""
     try:
         return _solved(scene, draft), ""
     except (InputError, UnknownName):
@@ -83,7 +83,7 @@ def _with(path: Path, state: tuple) -> np.ndarray:
 
 
 def _listed(values: np.ndarray) -> list[float | None]:
-    """Return numbers as JSON has them: None where one is not finite."""
+    """Return numbers as JSON can hold them, with None for each that is not finite."""
     return [v if finite else None for v, finite in zip(values.tolist(), np.isfinite(values).tolist(), strict=True)]
 
 
