@@ -1,4 +1,4 @@
-"""What the page asks, read from its JSON and answered: the motion, what surrounds it, the least model."""
+"""The questions of the page, read from JSON and answered: the motion, the curves around it, the least model."""
 
 import json
 from collections.abc import Callable
@@ -19,9 +19,9 @@ SECONDS_OF_LADDER = 15  # after which no further rung is tried
 
 @dataclass(frozen=True)
 class Question:
-    """How a question is answered: the keys it has beside ``KEYS``, and how many seconds it may take.
+    """A kind of question: the function that answers it, the seconds it may take, and its keys beside ``KEYS``.
 
-    ``modules`` are those that the answer will import.
+    The process that answers imports ``modules`` when it starts.
     """
 
     answer: Callable[[tuple[Scene, ...], dict[str, Any]], Any]
@@ -30,12 +30,12 @@ class Question:
     modules: tuple[str, ...] = ()
 
     def __call__(self, scenes: tuple[Scene, ...], asked: Any) -> bytes:
-        """Return the answer as JSON; raises ``InputError`` for what is not asked properly."""
+        """Return the answer as JSON; raises ``InputError`` for a malformed question."""
         return as_json(self.answer(scenes, _read(asked, (*KEYS, *self.keys))))
 
 
 def as_json(thing: Any) -> bytes:
-    """Return what JSON can hold as such."""
+    """Return an object of strings, finite numbers, lists and dictionaries as JSON."""
     return json.dumps(thing, allow_nan=False).encode()
 
 

@@ -1,7 +1,7 @@
-"""The server of the page: it listens on this machine alone, and answers only who has the token in the address.
+"""The server of the page: it listens on this machine only, and answers only requests with the token in the address.
 
-Every address is ``/TOKEN/NAME``: the page and its parts are read from the package when the server starts, and the
-questions of ``asympk.explore.questions`` are posted as JSON. Whatever else is asked is refused in one line.
+Every address is ``/TOKEN/NAME``. The page and its parts are read from the package when the server starts, and the
+questions of ``asympk.explore.questions`` are posted as JSON. Any other request is refused in one line.
 """
 
 import json
@@ -45,9 +45,9 @@ class BadRequest(Exception):
 
 
 class Server(ThreadingHTTPServer):
-    """The page of some scenes; ``address`` is where a browser finds it. Close it to end its processes.
+    """The server of a page with some scenes, at ``address``; closing the server ends its processes.
 
-    The page may open before its scenes are there, which ``show`` derives.
+    The page can be opened before ``show`` has derived the scenes.
     """
 
     daemon_threads = True
@@ -69,7 +69,7 @@ class Server(ThreadingHTTPServer):
 
     def show(self, scenes: Callable[[], tuple[Scene, ...]]) -> None:
         """Derive the scenes of the page, while the process of the motion starts; raises what ``scenes`` raises."""
-        Thread(target=self.workers["motion"].start).start()  # which the keyboard does not interrupt
+        Thread(target=self.workers["motion"].start).start()  # Ctrl-C does not interrupt a thread
         try:
             self.scenes.set_result(scenes())
         except AsympkError as error:
@@ -86,7 +86,7 @@ class Server(ThreadingHTTPServer):
 
     @property
     def hosts(self) -> tuple[str, ...]:
-        """What a request may call this machine."""
+        """The names of this machine that the header ``Host`` of a request may have."""
         return f"{HOST}:{self.server_port}", f"localhost:{self.server_port}"
 
     def server_close(self) -> None:
@@ -96,7 +96,7 @@ class Server(ThreadingHTTPServer):
             worker.close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing where a browser went away in the middle of an answer."""
+        """Print nothing where a browser closes the connection in the middle of an answer."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -135,7 +135,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(status, body, kind)
 
     def _name(self) -> str:
-        """Return what of the page is asked for; raises ``BadRequest`` for a stranger."""
+        """Return NAME of the address; raises ``BadRequest`` where the host or the token is not that of the server."""
         if self.headers.get("Host") not in self.server.hosts:
             raise BadRequest(421, "this server is known by its address alone; open the address that it printed")
         token, _, name = self.path.removeprefix("/").partition("/")
@@ -162,7 +162,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise BadRequest(400, "the question is not JSON of finite numbers") from None
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Refuse a request that is no proper one; a method that is not known is not allowed."""
+        """Refuse a malformed request; an unknown method has the status 405, method not allowed."""
         super().send_error(405 if code == 501 else code, message, explain)
 
     def _send(self, status: int, body: bytes, kind: str) -> None:

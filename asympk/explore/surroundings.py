@@ -1,7 +1,8 @@
-r"""What stands around a motion in its phase picture: slow manifolds at mu = 0, and where the switching plane sticks.
+r"""The curves around a motion in its phase picture: slow manifolds at mu = 0, and where v = 0 sticks.
 
-Both are cut through the start: the states that the picture does not show are those of the start. A quantity that is a
-combination of states, the load s = x + y, moves its last state that the picture does not show otherwise.
+The curves lie in a plane through the start: states that the picture does not show keep their values at the start. A
+quantity that is a combination of states, as the load s = x + y, takes its values by a change of one state: the last in
+the combination that is not itself the other quantity of the picture.
 """
 
 from collections.abc import Sequence
@@ -27,8 +28,8 @@ Curve = dict[str, Any]
 def surroundings(scene: Scene, pair: Sequence[str], across: Sequence[float], up: Sequence[float]) -> list[Curve]:
     """Return curves of name, kind (``stable``, ``unstable``, ``stick``) and points over a pair of quantities.
 
-    ``across`` and ``up`` are the places of the picture's grid. A system without slow manifolds of one fast state, or
-    without a friction of its own, has none of these. Raises ``UnknownName`` for a quantity that the scene has not.
+    ``across`` and ``up`` are the values of the two quantities on the grid of the picture. Slow manifolds are drawn of
+    systems with one fast state, stick of systems with one friction. Raises ``UnknownName`` for an unknown quantity.
     """
     plane = _Plane(scene, pair)
     grids = [np.array(grid) / size for grid, size in zip((across, up), plane.sizes, strict=True)]
@@ -37,7 +38,7 @@ def surroundings(scene: Scene, pair: Sequence[str], across: Sequence[float], up:
 
 
 class _Plane:
-    """The picture's plane: the states by the two quantities it shows, all others at the start."""
+    """The plane of the picture: two states vary with the two quantities that it shows, all others are at the start."""
 
     def __init__(self, scene: Scene, pair: Sequence[str]):
         automaton = automaton_of(scene)
@@ -53,7 +54,7 @@ class _Plane:
         self.moved = self._moved()
 
     def _moved(self) -> list[int]:
-        """Return the state that either quantity moves: the last of its own, of those that the other leaves if any."""
+        """Return for each quantity the state that it changes: its last one that is not itself the other quantity."""
         own = [np.flatnonzero(weights).tolist() for weights in self.pair]
         others = (own[1] if len(own[1]) == 1 else [], own[0] if len(own[0]) == 1 else [])
         return [([k for k in mine if k not in other] or mine)[-1] for mine, other in zip(own, others, strict=True)]
@@ -86,7 +87,7 @@ def _quantities(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, float]]:
 
 
 def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
-    """Return the slow manifolds as graphs over the quantity that does not move the fast state."""
+    """Return the slow manifolds as graphs over the quantity that does not change the fast state."""
     system = plane.system
     if len(system.fast) != 1 or system.small is None:
         return []
@@ -109,7 +110,7 @@ def _slow(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
 
 @cache
 def _manifolds(system: System) -> tuple[tuple[str, Any], ...]:
-    """Return (name, function of states and parameters) of the critical manifolds: height, whether there, fast rate."""
+    """Return (name, function) of the critical manifolds y = h; the function returns h, 1 where it exists, and dg/dy."""
     try:
         found = critical_manifolds(system)
     except NotDerivable:
@@ -121,7 +122,7 @@ def _manifolds(system: System) -> tuple[tuple[str, Any], ...]:
 
 
 def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
-    """Return where the switching plane v = 0, a line of the picture, sticks."""
+    """Return the parts that stick of the switching surface v = 0, which is a line in the picture."""
     friction = _rest(plane.system)
     if friction is None:
         return []
@@ -137,7 +138,7 @@ def _stick(plane: _Plane, grids: list[np.ndarray]) -> list[Curve]:
 
 @cache
 def _rest(system: System) -> tuple[int, Any] | None:
-    """Return the index of the sliding state, and its value at rest and whether it sticks there as a function."""
+    """Return the index of a state in v, and a function that returns its value where v = 0, and 1 where v = 0 sticks."""
     friction = system.friction
     if friction is None:
         return None
@@ -145,7 +146,7 @@ def _rest(system: System) -> tuple[int, Any] | None:
     state = next(s for s in reversed(system.states) if velocity.has(s))
     rest = -velocity.subs(state, 0) / velocity.diff(state)
     sticks = _holds(cone.rule("stick"))
-    if sticks.has(*(s for s in (friction.normal, friction.force) if s is not None)):  # a rigid contact's reaction
+    if sticks.has(*(s for s in (friction.normal, friction.force) if s is not None)):  # a rigid contact's, unknown
         return None
     return system.states.index(state), _lowered(system, [rest, sticks])
 
@@ -168,7 +169,7 @@ def _run(function: Any, states: np.ndarray, values: list[float]) -> Any:
 
 
 def _pieces(name: str, kinds: np.ndarray, points: np.ndarray) -> list[Curve]:
-    """Cut a curve where its kind changes; what has no kind or no finite place is left out."""
+    """Cut a curve where its kind changes, and leave out points that have no kind or are not finite."""
     kinds = np.where(np.isfinite(points).all(axis=1), kinds, "")
     runs = [(kind, [*run]) for kind, run in groupby(range(len(kinds)), key=lambda k: str(kinds[k]))]
     return [{"name": name, "kind": kind, "points": points[run]} for kind, run in runs if kind and len(run) > 1]

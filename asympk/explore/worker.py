@@ -11,7 +11,7 @@ from typing import Any
 
 from asympk.errors import AsympkError
 
-Answer = Callable[[Any, Any], Any]  # of what the worker was given at the start, and of the question
+Answer = Callable[[Any, Any], Any]  # (what the worker is given, question) -> answer
 
 
 class Late(AsympkError, TimeoutError):
@@ -25,8 +25,8 @@ class Broken(AsympkError, RuntimeError):
 class Worker:
     """One process with one function, ``answer(given, question)``, started at the first question or before.
 
-    ``given`` may come later than the process, which imports ``modules`` meanwhile. Questions of several threads wait
-    for each other. What a process has compiled is kept until it is ended.
+    The process may start before ``given`` is known, and imports ``modules`` meanwhile. Questions from several threads
+    are answered one by one. Functions that a process has compiled are kept until it ends.
     """
 
     def __init__(self, answer: Answer, given: Future[Any], seconds: float, modules: tuple[str, ...] = ()):
@@ -42,7 +42,7 @@ class Worker:
                 self._start()
 
     def ask(self, question: Any) -> Any:
-        """Return the answer; raises the ``AsympkError`` that it raised, ``Late`` and ``Broken``."""
+        """Return the answer; raises the ``AsympkError`` of the function ``answer``, ``Late`` and ``Broken``."""
         self._given.result()
         with self._lock:
             if self._process is None or not self._process.is_alive():
@@ -85,7 +85,7 @@ class Worker:
 
 
 def _serve(pipe: Any, answer: Answer, modules: tuple[str, ...]) -> None:
-    """Answer questions until there are no more; the keyboard interrupts the parent alone."""
+    """Answer questions until the pipe is closed; Ctrl-C interrupts the parent process alone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for module in modules:
         import_module(module)

@@ -1,14 +1,14 @@
-// The page of asympk explore: it asks the server for a motion and draws what comes back. Nothing is computed here.
+// The page of asympk explore: it asks the server for a motion and draws the answer. No motion is computed here.
 
 const $ = id => document.getElementById(id);
 const GRID = 160; // places along either axis at which slow manifolds and stick regions are asked for
 let scenes = [], scene = null;
-let given = null; // what was turned: { parameters, start, until }
+let given = null; // the numbers that were changed: { parameters, start, until }
 let motion = null, curves = [], axes = null, dragging = false;
 
 // ---- the server -----------------------------------------------------------------------------------------------------
 
-const lanes = {}; // for each question: one request under way, and the last that waits for it
+const lanes = {}; // for each question: the request under way, and the last one that waits for its end
 
 async function ask(name, question, show) {
   const lane = lanes[name] ??= { busy: false, next: null };
@@ -36,7 +36,7 @@ function attend() {
   sayWhatIsComputed(); // at once, so that nothing moves on the page when all is there
 }
 
-// What has been computed for more than half a second, and for how long.
+// Say which answers have been computed for more than half a second, and for how long.
 const WORDS = { scenes: "equations of motion", motion: "motion", surroundings: "slow manifolds and stick regions", least: "ladder of models" };
 function sayWhatIsComputed() {
   const busy = Object.entries(lanes).filter(([, lane]) => lane.busy && performance.now() - lane.since > 500);
@@ -52,7 +52,7 @@ function refuse(name, words) {
   if (name === "least") $("verdict").replaceChildren();
 }
 
-const fade = on => $("pictures").classList.toggle("stale", on); // what is drawn is not what was asked for
+const fade = on => $("pictures").classList.toggle("stale", on); // the pictures do not show the motion that was asked for
 const tell = words => { $("message").textContent = words; };
 
 function refresh() {
@@ -77,7 +77,7 @@ function surround() {
 
 // ---- axes -----------------------------------------------------------------------------------------------------------
 
-// A linear axis, or, with `stretch`, one that is logarithmic beyond that size on either side of 0.
+// A linear axis, or, with `stretch`, an axis that is logarithmic where |value| exceeds `stretch`.
 function axis(low, high, stretch, from, to) {
   const bent = stretch ? v => Math.asinh(v / stretch) : v => v;
   const straight = stretch ? v => stretch * Math.sinh(v) : v => v;
@@ -163,10 +163,10 @@ function ruled(svg, x, y, told) {
 
 const upwards = y => apart(y.ticks(4), y, 13);
 
-// The pixels that the labels of upward axes need on their left.
+// The width in pixels of the labels on the left of upward axes.
 const room = axes => Math.max(52, ...axes.flatMap(y => upwards(y).map((v, _, all) => 12 + 7 * label(v, all).length)));
 
-// Those of the places that leave some pixels between them, 0 before all others.
+// The values that are at least `pixels` apart on the axis, chosen in the order of their size.
 function apart(values, axis, pixels) {
   const kept = [];
   for (const v of [...values].sort((a, b) => Math.abs(a) - Math.abs(b))) if (kept.every(w => Math.abs(axis.at(v) - axis.at(w)) >= pixels)) kept.push(v);
@@ -326,7 +326,7 @@ const weights = name => {
   return k < scene.start.length ? scene.start.map((_, j) => Number(j === k)) : scene.combinations[k - scene.start.length].weights;
 };
 
-// Put the two quantities of the picture at (u, v): each moves itself, or the last state of its own that the other leaves.
+// Put the two quantities of the picture at (u, v): each changes its last state that is not itself the other quantity.
 function place(u, v) {
   const start = scene.start.map((told, k) => motion.states[told.name][0]);
   const goals = [[weights($("across").value), u], [weights($("up").value), v]];
