@@ -10,10 +10,10 @@ r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or ph
                                    start = [0, 0, -1]   # R_1 in N, its rate in N/s, u in m/s
                                    until = 0.5          # s
 
-A decimal in the file is the number it spells: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, ``about`` one line
-on what the scene shows, and ``near = {manifold, x, offset, z}`` starts beside a slow line (``Scene.near``). A table
-``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``. The file of a mechanism that has an
-``until`` is a scene, too: see ``asympk.mechanics.described``.
+Decimals are read exactly: 0.2 is 1/5. ``sigma0`` or ``f0`` adds static friction, and ``about`` is one line on what the
+scene shows. ``near = {manifold, x, offset, z}``, in place of ``start``, starts beside a slow line (``Scene.near``). A
+table ``[system]`` describes a system of one's own: see ``asympk.scenes.systemfile``. A mechanism's file with ``until``
+is a scene, too: see ``asympk.mechanics.described``. ``read_scene`` reads a file, ``keys_of`` tells its kind.
 """
 
 import json
@@ -79,14 +79,14 @@ def shipped(name: str) -> str:
 
 
 def about(name: str) -> str:
-    """Return the line on what the scene that ships as ``name`` shows, or on a system of the catalogue."""
+    """Return the line that describes ``name``, a scene that ships or a system of the catalogue."""
     if name in systems.__all__:
         return about_system(name)
     return word(parse_table(shipped(name).encode(), name), "about", name)
 
 
 def scene_text(name: str) -> str:
-    """Return the file of a scene that ships, or the one that the example of a system of the catalogue would have."""
+    """Return the TOML text of a scene that ships, or of the first example of a system of the catalogue."""
     if name not in systems.__all__:
         return shipped(name).rstrip()
     scene = import_module(f"asympk.systems.{name}").scenes()[0]
@@ -124,9 +124,9 @@ def _scene_of(table, where):
 
 
 def keys_of(table: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the keys of the kind that a table is of, ``SYSTEM``, ``PHYSICAL`` or ``NONDIMENSIONAL``.
+    """Return the keys of the kind of scene in a table: ``SYSTEM``, ``PHYSICAL`` or ``NONDIMENSIONAL``.
 
-    Raises ``InputError`` for a table of two kinds.
+    Raises ``InputError`` for a table with keys of two kinds.
     """
     physical, other = ([key for key in table if key in keys] for keys in (PHYSICAL, NONDIMENSIONAL))
     of_system = any(key in table for key in SYSTEM)

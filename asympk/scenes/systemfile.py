@@ -11,11 +11,13 @@ r"""A system described in TOML: rates, frictions and assumptions as formulas in 
     k0 = 1                                  x = 0
                                             v = 1
 
-``[system.fast]`` holds fast states with the name of the small parameter as ``small``, ``time`` the name of an explicit
-time, ``assumptions`` a list of relations. A friction may have a ``gap`` and a ``normal``. A ``system`` that is a word
-is one of the catalogue, ``asympk.systems``; one with a ``mechanism``, a word of the catalogue or a table such as
-``asympk.mechanics.described`` reads, is that mechanism with ``contact = "rigid"``, or ``"elastic"`` with the formulas
-``compliance`` and ``damping``. Its scene starts from its states, or from all coordinates and rates of the mechanism.
+``[system.fast]`` holds the rates g of fast states, mu y' = g, and ``small`` the name of mu. ``time`` is the name of an
+explicit time, ``assumptions`` a list of relations. A friction may have a ``gap`` and a ``normal``.
+
+A ``system`` that is a string names a system of the catalogue, ``asympk.systems``. A ``system`` with a ``mechanism`` (a
+name in the catalogue, or a table as in ``asympk.mechanics.described``) is that mechanism with ``contact = "rigid"``, or
+with ``contact = "elastic"`` and the formulas ``compliance`` and ``damping``; its ``[start]`` gives the states, or all
+coordinates and rates of the mechanism.
 """
 
 from collections.abc import Iterable
@@ -51,7 +53,7 @@ def read_system_scene(entry: dict[str, Any]) -> Scene:
 
 
 def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
-    """Return the ``System`` of the catalogue that a word names, or that a table describes; and its mechanism, if given.
+    """Return (system, mechanism) of a name in the catalogue or of a table; the mechanism is None where none is given.
 
     Formulas may use the names of ``parameters``. Raises ``InputError``.
     """
@@ -64,9 +66,9 @@ def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
 
 
 def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:
-    """Return the coordinates and rates where these, and not the states, are the names of a ``start``; else ().
+    """Return the names of all coordinates and rates if those of ``start`` are among them and not all states; else ().
 
-    Raises ``InputError`` where some are missing.
+    Raises ``InputError`` where some coordinates or rates are missing.
     """
     own = tuple(s.name for s in (*mechanism.plain.coordinates, *mechanism.plain.velocities))
     names = {*start}
@@ -79,7 +81,7 @@ def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[s
 
 
 def read_system(table: Any, parameters: Any) -> System:
-    """Return the ``System`` that a table describes, its formulas in its states, forces and the names of ``parameters``.
+    """Return the ``System`` that a table describes; formulas may use its states and forces, and ``parameters`` by name.
 
     Raises ``InputError``.
     """

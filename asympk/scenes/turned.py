@@ -1,4 +1,4 @@
-"""A scene with other numbers, by name: parameters, states of the start, the horizon."""
+"""Change numbers of a scene by name: parameters, states of the start, the horizon."""
 
 from dataclasses import replace
 from fractions import Fraction
@@ -10,11 +10,11 @@ from asympk.scene import Scene
 from asympk.systems.painleve_klein.units import STATE, Degrees
 
 ROD = ("sigma", "mu", "sigma0")
-STATIC = {"sigma0": "sigma", "f0": "f"}  # follow the kinetic friction until they are turned themselves
+STATIC = {"sigma0": "sigma", "f0": "f"}  # static friction -> kinetic friction, which it follows until it is given
 
 
 def scene_parameters(scene: Scene) -> dict[str, Any]:
-    """Return the parameters of a scene by name: the physical quantities of a rod that is told in them."""
+    """Return the parameters of a scene by name; for a rod in physical units, its physical quantities."""
     if scene.rod is not None:
         return {name: value for name, value in scene.rod.quantities if name not in STATE}
     if scene.system is None:
@@ -23,10 +23,10 @@ def scene_parameters(scene: Scene) -> dict[str, Any]:
 
 
 def turned(scene: Scene, given: dict[str, Any], start: dict[str, Any], until: Any) -> Scene:
-    """Return ``scene`` with other parameters, states of the start and horizon, by name; None is the scene's own.
+    """Return ``scene`` with the given parameters and states of the start, by name, and with ``until`` if not None.
 
-    Static friction that equals the kinetic one follows it until it is given itself. Raises ``InputError``,
-    ``UnknownName``, and ``NoManifold`` where a scene beside a slow line loses it.
+    Static friction equal to the kinetic one changes with it, unless given. Raises ``InputError``, ``UnknownName``, and
+    ``NoManifold`` where a scene starts beside a slow line that does not exist at the new parameters.
     """
     shown, own = in_own_units(scene), scene_parameters(scene)
     _require_names(given, own, "parameter")
@@ -54,7 +54,7 @@ def _built(scene: Scene, values: dict[str, Any], start: tuple, until: Any, moved
 
 
 def in_own_units(scene: Scene) -> Any:
-    """Return what has the names, the start and the horizon that a person sees: a physical rod in its own units."""
+    """Return a scene, or for a rod in physical units an object with names, start and horizon in these units."""
     if scene.rod is None:
         return scene
     from asympk.systems.painleve_klein.units import scene_in_units
