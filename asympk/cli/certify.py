@@ -11,21 +11,22 @@ def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
     parser.add_argument("--box", nargs=3, action="append", metavar=("NAME", "LOW", "HIGH"),
-                        help="let sigma, mu, sigma0, x, y, z or until vary; may be repeated")  # fmt: skip
+                        help="let a parameter, a state of the start, or the rod's until range from LOW to HIGH; may be "
+                             "repeated")  # fmt: skip
     parser.add_argument("--pieces", type=whole_number, default=64, help="cut the box into at most so many pieces (64)")
     parser.add_argument("--digits", type=whole_number, default=15, help="digits of the final state (15)")
-    parser.add_argument("--claims", action="store_true", help="prove the claims that are inequalities instead")
+    parser.add_argument("--claims", action="store_true", help="instead, prove the claims that are inequalities")
     parser.add_argument("--json", action="store_true", help="print the certificate as JSON")
 
 
 def run(options: Namespace) -> int:
-    """Prove what the scene, or the box around it, does, or the inequalities; returns 1 where one is not proven."""
+    """Prove the motion of the scene or of its box, or the inequalities; return 1 where a proof is not found."""
     from asympk.errors import InputError
     from asympk.numbers import whole as require_whole
 
     given = options.box or options.json or options.set or options.scene is not None or scene_numbers(options)
     if options.claims and given:
-        raise InputError("certify takes either a scene, with a --box or without, as --json or not, or --claims")
+        raise InputError("certify takes either a scene, which may have --set, --box and --json, or --claims alone")
     require_whole("--digits", options.digits, 1, 300)
     require_whole("--pieces", options.pieces, 1, 100_000)
     return _prove_claims() if options.claims else _prove_scene(options)

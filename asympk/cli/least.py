@@ -1,17 +1,17 @@
-"""``asympk least``: the least model that will do."""
+"""``asympk least``: the least model that is accurate enough."""
 
 from argparse import ArgumentParser, Namespace
 
 from asympk.cli.options import add_scene, given_scene, meter
 
-HELP = "find the least model that a scene needs"
+HELP = "find the least model that is accurate enough for a scene"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
-    parser.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1, |x|, |z| (1e-3)")
-    parser.add_argument("--seconds", help="try no further rung, and measure no error, after so long (no limit)")
+    parser.add_argument("--rtol", default="1e-3", help="error allowed, relative to the largest of 1 and states (1e-3)")
+    parser.add_argument("--seconds", help="try no further model, and measure no error, after so many (no limit)")
     parser.add_argument("--json", action="store_true", help="print the ladder as JSON")
 
 

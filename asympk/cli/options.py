@@ -1,4 +1,4 @@
-"""What several commands share: their options, the scene that these name, and the meter of progress."""
+"""Shared by several commands: options, the scene that the options name, and the meter of progress."""
 
 import sys
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
@@ -18,15 +18,15 @@ def add_root(parser: ArgumentParser) -> None:
 
 
 def add_scene(parser: ArgumentParser) -> None:
-    """Add a scene, by name, file or numbers."""
+    """Add the options that give a scene, by its name, its file or its numbers."""
     parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue (asympk scenes lists "
                                                  "both), or a TOML file")  # fmt: skip
     parser.add_argument("--sigma", help="friction parameter f tan(alpha) - 2, above -2")
-    parser.add_argument("--mu", help="compliance, above 0")
-    parser.add_argument("--start", nargs=3, metavar=("X", "Y", "Z"), help="rho, rho', v")
-    parser.add_argument("--until", help="horizon in units of h l, or of the scene")
-    parser.add_argument("--sigma0", help="static friction, sigma by default")
-    add_settings(parser, "another number of the scene, a parameter or a state at the start, f=2.5")
+    parser.add_argument("--mu", help="scaled compliance of the rod, above 0")
+    parser.add_argument("--start", nargs=3, metavar=("X", "Y", "Z"), help="states of the start; of the rod x, y, z")
+    parser.add_argument("--until", help="horizon, in the scene's unit of time; for the rod, h l")
+    parser.add_argument("--sigma0", help="static friction parameter f0 tan(alpha) - 2 (by default sigma)")
+    add_settings(parser, "another number for a parameter or a state of the start, as in f=2.5")
 
 
 def add_settings(parser: ArgumentParser, words: str) -> None:
@@ -35,7 +35,7 @@ def add_settings(parser: ArgumentParser, words: str) -> None:
 
 
 def settings(options: Namespace) -> dict[str, str]:
-    """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for what is none."""
+    """Return ``{name: value}`` of settings such as ``f=2.5``; raises ``InputError`` for a setting of another form."""
     from asympk.errors import InputError
     from asympk.numbers import number
 
@@ -56,7 +56,7 @@ def scene_numbers(options: Namespace) -> dict:
 
 
 def given_scene(options: Namespace) -> "Scene":
-    """Return the ``Scene`` that the options name, their own numbers replacing its own; raises ``InputError``."""
+    """Return the ``Scene`` that the options name, with the numbers that they give; raises ``InputError``."""
     from asympk.errors import InputError
     from asympk.scene import Scene
     from asympk.scenes.scenefile import read_scene
@@ -68,7 +68,7 @@ def given_scene(options: Namespace) -> "Scene":
         raise InputError(f"--set {next(iter(named))}: it changes a number of a scene; name the scene")
     missing = [f"--{name}" for name in _REQUIRED if name not in given]
     if missing:
-        raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists those that there are")
+        raise InputError(f"a scene, or {', '.join(missing)}, required; asympk scenes lists the scenes")
     return Scene(**{**given, "start": tuple(given["start"])})
 
 
@@ -95,14 +95,14 @@ def require_other_file(written: str | None, read: str | None) -> None:
 
 
 def place_name(text: str) -> str:
-    """Read the name of a file or of a directory; an empty one, as of a variable that is not set, is none."""
+    """Return the name of a file or directory; refuse "", which comes from a shell variable that is not set."""
     if not text:
         raise ArgumentTypeError("it has no name; give one")
     return text
 
 
 def whole_number(text: str) -> int:
-    """Read a whole number; argparse tells what it was."""
+    """Return the whole number that ``text`` spells; raises ``ArgumentTypeError``, which argparse reports."""
     from asympk.numbers import short
 
     try:
@@ -112,7 +112,7 @@ def whole_number(text: str) -> int:
 
 
 def meter(words: str = "", total: int | None = None, log: bool = False) -> "Meter":
-    """Return the ``Meter`` of a job on stderr, a context; ``log`` lets it add lines to a file, too."""
+    """Return the ``Meter`` of a job on stderr, a context; with ``log`` it also writes where stderr is no terminal."""
     from asympk.output.meter import Meter
 
     shown = Meter(sys.stderr, total, log)

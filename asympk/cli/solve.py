@@ -8,23 +8,23 @@ from asympk.cli.options import add_scene, given_scene, meter, place_name, requir
 if TYPE_CHECKING:
     from asympk.scene import Scene
 
-HELP = "follow one scene"
+HELP = "follow the motion of one scene"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
     add_scene(parser)
-    parser.add_argument("--physical", action="store_true", help="tell the path in the units of the scene's file")
+    parser.add_argument("--physical", action="store_true", help="give the path in the units of the scene's file")
     parser.add_argument("--csv", type=place_name, metavar="FILE", help="write the path as CSV")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw the path into a .pdf, .svg or .png file")
     parser.add_argument("--method", default="exact", help="exact (default), or another model or integrator")
-    parser.add_argument("--digits", type=whole_number, help="run on that many digits")
-    parser.add_argument("--order", type=whole_number, help="order in mu, of the asymptotic models")
-    parser.add_argument("--rtol", help="relative tolerance, of the integrators")
-    parser.add_argument("--atol", help="absolute tolerance, of the integrators")
-    parser.add_argument("--steps", type=whole_number, help="most steps, of the integrators")
-    parser.add_argument("--seconds", help="most seconds, of the integrators")
-    parser.add_argument("--events", type=whole_number, help="most events, of a system's motion and the integrators")
+    parser.add_argument("--digits", type=whole_number, help="compute with that many decimal digits, and print them")
+    parser.add_argument("--order", type=whole_number, help="order in mu (asymptotic models)")
+    parser.add_argument("--rtol", help="relative tolerance (integrators)")
+    parser.add_argument("--atol", help="absolute tolerance (integrators)")
+    parser.add_argument("--steps", type=whole_number, help="largest number of steps (integrators)")
+    parser.add_argument("--seconds", help="largest number of seconds (integrators)")
+    parser.add_argument("--events", type=whole_number, help="largest number of events (systems, and integrators)")
     parser.add_argument("--json", action="store_true", help="print the path as JSON")
 
 
@@ -51,7 +51,7 @@ def run(options: Namespace) -> None:
 
 
 def _reaching(scene: "Scene", options: Namespace, shown: Any) -> dict[str, Any]:
-    """Return the option that tells how far the rod's exact flow with many digits has come; others have none."""
+    """Return the option by which the rod's exact flow with many digits reports its progress; for others, none."""
     if not options.digits or options.method != "exact" or scene.system is not None:
         return {}
     return {"progress": lambda t, until, digits: shown.tell(f"t = {t:.6g} of {until:.6g}, with {digits} digits")}
