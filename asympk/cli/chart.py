@@ -4,12 +4,12 @@ from argparse import ArgumentParser, Namespace
 
 from asympk.cli.options import add_root, meter
 
-HELP = "run every method on every scene; write what each costs and gets wrong"
+HELP = "run every method on every scene; write costs and errors"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("--quick", action="store_true", help="under a minute, into paper/generated/quick")
+    parser.add_argument("--quick", action="store_true", help="fewer runs, in under a minute, in paper/generated/quick")
     add_root(parser)
 
 

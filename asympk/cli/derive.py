@@ -4,13 +4,13 @@ from argparse import Namespace
 
 from asympk.cli.options import add_root, meter
 
-HELP = "run the derivations; write LaTeX, JSON and srepr"
+HELP = "run the derivations; write their results as LaTeX, JSON and srepr"
 
 arguments = add_root
 
 
 def run(options: Namespace) -> None:
-    """Run every derivation and tell how many files it wrote."""
+    """Run every derivation and print how many files were written."""
     from asympk.output.regenerate import derive
 
     with meter() as shown:

@@ -8,7 +8,7 @@ arguments = add_root
 
 
 def run(options: Namespace) -> int:
-    """Do the main job and print its summary; returns 1 where a claim is not settled."""
+    """Regenerate all, print a summary, and return 1 where a claim is not settled."""
     from asympk.output.regenerate import everything
 
     with meter() as shown:

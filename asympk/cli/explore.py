@@ -1,23 +1,23 @@
-"""``asympk explore``: a page on which one turns a scene and sees its motion."""
+"""``asympk explore``: a page in the browser on which one changes a scene and sees its motion."""
 
 from argparse import ArgumentParser, Namespace
 
 from asympk.cli.options import whole_number
 
-HELP = "drag the start of a scene and turn its parameters in a browser"
-HEARD = 0.5  # seconds after which the keyboard is heard at the latest
+HELP = "open a page on which to drag the start of a scene and change its parameters"
+HEARD = 0.5  # seconds: the longest delay of Ctrl-C
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue, or a TOML file; "
-                                                 "all that ship without it")  # fmt: skip
+    parser.add_argument("scene", nargs="?", help="a scene that ships, a system of the catalogue, or a TOML file "
+                                                 "(all scenes that ship)")  # fmt: skip
     parser.add_argument("--port", type=whole_number, default=0, help="listen on this port (any that is free)")
     parser.add_argument("--no-browser", action="store_true", help="print the address and open no browser")
 
 
 def run(options: Namespace) -> None:
-    """Serve the page until the keyboard interrupts; it opens while the equations are derived."""
+    """Serve the page until Ctrl-C; the page opens while the equations are still being derived."""
     import webbrowser
     from contextlib import suppress
     from functools import partial

@@ -1,4 +1,4 @@
-"""``asympk export``: a system's formulas as a module without asympk."""
+"""``asympk export``: a system's formulas as a module that does not need asympk."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -9,8 +9,8 @@ HELP = "write a stand-alone module of a system's formulas"
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("scene", nargs="?", help="a TOML file, whose system is written (the Painlevé-Klein rod)")
-    parser.add_argument("--target", required=True, help="c or python")
+    parser.add_argument("scene", nargs="?", help="a scene or TOML file, whose system is written (the rod)")
+    parser.add_argument("--target", required=True, help="language of the module, c or python")
     parser.add_argument("--out", type=place_name, required=True, metavar="DIR", help="directory to write into")
 
 

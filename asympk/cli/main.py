@@ -33,7 +33,7 @@ def _run(whole, arguments):
     options = whole.parse_args(arguments)
     try:
         return options.run(options) or 0
-    except BrokenPipeError:  # whoever read the output has seen enough
+    except BrokenPipeError:  # the reader of the output has closed it
         sys.stdout = None
         return 141
     except (AsympkError, OSError) as error:
@@ -44,7 +44,7 @@ def _run(whole, arguments):
 
 
 def _complete(whole: argparse.ArgumentParser) -> None:
-    """Tell the shell how a line may go on, and end; where argcomplete is not installed, end without a word."""
+    """Print the completions of a line for the shell, and exit; print nothing where argcomplete is not installed."""
     try:
         import argcomplete
     except ImportError:
@@ -53,7 +53,7 @@ def _complete(whole: argparse.ArgumentParser) -> None:
 
 
 def _open_streams() -> None:
-    """Let output go nowhere where it is closed, so that no file takes its place, and print in any character set."""
+    """Replace closed streams by the null device, lest a file get their number; escape what a stream cannot encode."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - it stays open
@@ -63,7 +63,7 @@ def _open_streams() -> None:
 
 
 def _complain(line: str) -> None:
-    """Print a line on stderr; where that is full or gone the exit status has to do."""
+    """Print a line on stderr; where stderr is full or closed, the exit status alone reports the error."""
     with suppress(OSError, ValueError):
         print(line, file=sys.stderr, flush=True)
 

@@ -5,13 +5,13 @@ from typing import Any
 
 from asympk.cli.options import add_settings, meter, place_name, settings
 
-HELP = "tell a mechanism's paradox, and the jump through it"
+HELP = "print the paradox of a mechanism, and the jump through it"
 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("name", nargs="?", help="one of the catalogue (all are listed without it), or a TOML file")
-    add_settings(parser, "another number, f=2.5")
+    parser.add_argument("name", nargs="?", help="one of the catalogue, or a TOML file; without it, list the catalogue")
+    add_settings(parser, "another number for a parameter or a state, as in f=2.5")
     parser.add_argument("--plot", type=place_name, metavar="FILE", help="draw its rigid motions (.pdf, .svg, .png)")
 
 

@@ -9,7 +9,7 @@ HELP = "write the figures, tables and numbers of the paper, and its PDF"
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("--only", metavar="PICTURE", help="draw one picture as PDF and SVG, and nothing else")
+    parser.add_argument("--only", metavar="PICTURE", help="only draw this picture, as PDF and SVG")
     add_root(parser)
 
 

@@ -1,4 +1,4 @@
-"""``asympk scenes``: the scenes that ship, and the systems whose examples are scenes, too."""
+"""``asympk scenes``: the scenes that ship, and the systems of the catalogue, whose examples are scenes, too."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -7,7 +7,7 @@ HELP = "list the scenes that ship and the catalogue of systems, or print one as 
 
 def arguments(parser: ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("name", nargs="?", help="print this scene's file")
+    parser.add_argument("name", nargs="?", help="print the file of this scene or of this system's example")
 
 
 def run(options: Namespace) -> None:

@@ -4,13 +4,13 @@ from argparse import Namespace
 
 from asympk.cli.options import add_root, meter
 
-HELP = "write the LaTeX tables and their CSV twins"
+HELP = "write the tables of the paper as LaTeX and CSV"
 
 arguments = add_root
 
 
 def run(options: Namespace) -> None:
-    """Write every table and tell how many files that made."""
+    """Write every table and print how many files were written."""
     from asympk.output.regenerate import write_tables
 
     with meter("writing tables"):
