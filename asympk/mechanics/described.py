@@ -30,7 +30,7 @@ from asympk.mechanics.evaluation import evaluate
 from asympk.mechanics.lagrangian import lagranges_equations
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.numbers import number
-from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys
+from asympk.storage.tomlfile import read_table, refuse_unknown, require_keys, word
 from asympk.symbolic.system import System
 
 KEYS = ("coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral", "forces")
@@ -112,7 +112,7 @@ def read_mechanism(path: Any) -> Described:
     if "until" in table and "coordinates" not in table:
         raise InputError(f"{path}: it is a scene, followed by asympk solve; a mechanism has coordinates")
     refuse_unknown(table, FILE, path)
-    return replace(_mechanism_of(table, path), followed="until" in table)
+    return replace(_described(table, path), followed="until" in table)
 
 
 def described_by(table: Any, parameters: Any) -> Described:
@@ -123,7 +123,7 @@ def described_by(table: Any, parameters: Any) -> Described:
     if not isinstance(table, dict) or "values" in table:
         raise InputError("mechanism: it must be a word of the catalogue, or a table whose values stand beside it")
     refuse_unknown(table, KEYS, "mechanism")
-    return _mechanism_of({**table, "values": dict.fromkeys(parameters)}, "mechanism")
+    return _described({**table, "values": dict.fromkeys(parameters)}, "mechanism")
 
 
 def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
@@ -138,73 +138,76 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     return {**found, "until": table["until"], "about": table.get("about", "")}
 
 
-def _mechanism_of(table, path):
+def _described(table, where):
+    try:
+        values, state = (_numbers(table, key) for key in ("values", "state"))
+        mechanism, turn = _mechanism_of(table, values), _turn(table.get("over"))
+        return Described(str(where), word(table, "about"), mechanism, values, state, turn)
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _mechanism_of(table, values):
     names = table.get("coordinates")
     if not isinstance(names, list) or not all(isinstance(n, str) and _NAME.fullmatch(n) for n in names):
-        raise InputError(f"{path}: coordinates must be a list of plain names, such as ['X', 'theta']")
-    values, state = (_numbers(table, key, path) for key in ("values", "state"))
+        raise InputError("coordinates must be a list of plain names, such as ['X', 'theta']")
     q = tuple(sp.Symbol(n, real=True) for n in names)
     u = tuple(sp.Symbol(f"{n}'", real=True) for n in names)
     t = sp.Symbol("t", real=True)
     known = {s.name: s for s in (*q, t, *u)}
     if taken := sorted({*names, "t"} & values.keys()):
-        raise InputError(f"{path}: values: {taken[0]} is a coordinate or the time; its number belongs under [state]")
+        raise InputError(f"values: {taken[0]} is a coordinate or the time; its number belongs under [state]")
     known |= {name: sp.Symbol(name, real=True) for name in values}
-
-    def formula(key, text):
-        return read_formula(text, known, f"{path}: {key}")
-
-    return Described(str(path), str(table.get("about", "")), _mechanism(table, path, formula, q, u, t), values, state,
-                     _turn(table.get("over"), path))  # fmt: skip
+    return _mechanism(table, lambda key, text: read_formula(text, known, key), q, u, t)
 
 
-def _mechanism(table, path, formula, q, u, t):
+def _mechanism(table, formula, q, u, t):
     needed = ("gap", "slip", "friction")
-    require_keys(table, needed, path)
+    require_keys(table, needed)
     if not isinstance(table.get("unilateral", False), bool):
-        raise InputError(f"{path}: unilateral must be true or false")
+        raise InputError("unilateral must be true or false")
     given = {key: formula(key, table[key]) for key in (*needed, "static", "load") if key in table}
     contact = Contact(**given, unilateral=table.get("unilateral", False))
-    forces = _table(table, "forces", path)
+    forces = _table(table, "forces")
     if unknown := forces.keys() - {s.name for s in q}:
-        raise InputError(f"{path}: forces: {', '.join(sorted(unknown))} is no coordinate")
+        raise InputError(f"forces: {', '.join(sorted(unknown))} is no coordinate")
     applied = [formula(f"forces: {s.name}", forces.get(s.name, 0)) for s in q]
     if ("lagrangian" in table) == ("mass" in table):
-        raise InputError(f"{path}: give either lagrangian or mass")
+        raise InputError("give either lagrangian or mass")
     if "mass" in table:
-        rows = [[formula("mass", entry) for entry in row] for row in _rows(table["mass"], path)]
+        rows = [[formula("mass", entry) for entry in row] for row in _rows(table["mass"])]
         return Mechanism(q, u, rows, applied, contact, t)
     mass, centrifugal = lagranges_equations(formula("lagrangian", table["lagrangian"]), q, u, t)
     return Mechanism(q, u, mass, [a + b for a, b in zip(applied, centrifugal, strict=True)], contact, t)
 
 
-def _rows(mass, path):
+def _rows(mass):
     if not isinstance(mass, list) or not all(isinstance(row, list) for row in mass):
-        raise InputError(f"{path}: mass must be a list of rows, such as [['m', '0'], ['0', 'm']]")
+        raise InputError("mass must be a list of rows, such as [['m', '0'], ['0', 'm']]")
     return mass
 
 
-def _table(table, key, path):
+def _table(table, key):
     found = table.get(key, {})
     if not isinstance(found, dict):
-        raise InputError(f"{path}: {key} = {found!r:.60}: it must be a table, [{key}]")
+        raise InputError(f"{key} = {found!r:.60}: it must be a table, [{key}]")
     return found
 
 
-def _numbers(table, key, path):
-    found = _table(table, key, path)
+def _numbers(table, key):
+    found = _table(table, key)
     for name, value in found.items():
         if value is not None:  # beside a scene, whose values stand elsewhere
-            number(f"{path}: {key}: {name}", value)
+            number(f"{key}: {name}", value)
     return found
 
 
-def _turn(over, path):
+def _turn(over):
     if over is None:
         return None
     if not isinstance(over, dict) or len(over) != 1:
-        raise InputError(f"{path}: over must name one coordinate or parameter with its range, theta = [0.05, 1.5]")
+        raise InputError("over must name one coordinate or parameter with its range, theta = [0.05, 1.5]")
     ((name, ends),) = over.items()
     if not isinstance(ends, list) or len(ends) != 2:
-        raise InputError(f"{path}: over: {name} = {ends!r:.60}: give its range, [low, high]")
+        raise InputError(f"over: {name} = {ends!r:.60}: give its range, [low, high]")
     return name, *ends, {}

@@ -82,7 +82,7 @@ def about(name: str) -> str:
     """Return the line that describes ``name``, a scene that ships or a system of the catalogue."""
     if name in systems.__all__:
         return about_system(name)
-    return word(parse_table(shipped(name).encode(), name), "about", name)
+    return word(parse_table(shipped(name).encode(), name), "about")
 
 
 def scene_text(name: str) -> str:
@@ -115,9 +115,9 @@ def _scene_of(table, where):
         table = scene_table(table, where)
     refuse_unknown(table, (*COMMON, *NONDIMENSIONAL, *PHYSICAL, *SYSTEM), where)
     entries = {key: value for key, value in table.items() if key != "about"}
-    entries["name"] = word(table, "name", where, Path(where).stem)
-    word(table, "about", where)
     try:
+        word(table, "about")
+        entries["name"] = word(table, "name", Path(where).stem)
         return {SYSTEM: _of_system, PHYSICAL: _from_rod, NONDIMENSIONAL: _nondimensional}[keys_of(table)](entries)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None

@@ -54,9 +54,9 @@ def nearest(word: str, known: Iterable[str]) -> str:
     return found[0] if found else next(iter(known))
 
 
-def word(table: Mapping[str, Any], key: str, where: str | Path, default: str = "") -> str:
+def word(table: Mapping[str, Any], key: str, default: str = "") -> str:
     """Return the string ``table[key]``; raises ``InputError`` when it is something else."""
     value = table.get(key, default)
     if not isinstance(value, str):
-        raise InputError(f"{where}: {key} = {value!r:.60}: it must be a string")
+        raise InputError(f"{key} = {value!r:.60}: it must be a string")
     return value

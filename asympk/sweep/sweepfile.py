@@ -158,12 +158,12 @@ def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:
     """Return the ``Sweep`` in a table of TOML."""
     refuse_unknown(table, _KEYS, where)
     try:
-        return _sweep(table, where)
+        return _sweep(table)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 
 
-def _sweep(table, where):
+def _sweep(table):
     family = _family(table)
     given = family.given(table)
     axes = {field: _axis(family, field, given[field]) for field in family.fields if field in given}
@@ -174,9 +174,9 @@ def _sweep(table, where):
         whole("count", table.get("count", 1), 1, _MOST),
         whole("seed", table.get("seed", 0), 0, 2**64 - 1),
         whole("chunk", table.get("chunk", family.chunk(axes)), 1, 2**24),
-        word(table, "format", where, "npz"),
+        word(table, "format", "npz"),
         table.get("itineraries", True),
-        word(table, "name", where),
+        word(table, "name"),
     )
     _check(sweep, table)
     return sweep

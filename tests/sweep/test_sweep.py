@@ -494,6 +494,7 @@ GOOD = {"sigma": "1", "mu": "1e-3", "start": "[0, 0, -1]", "until": "5"}
         ({"until": "-1"}, "until reaches -1"),
         ({"format": "'csv'"}, "one of npz, parquet"),
         ({"itineraries": "1"}, "true or false"),
+        ({"format": "3"}, "format = 3: it must be a string"),
         ({"chunk": "0"}, "chunk = 0"),
         ({"seed": "-1"}, "seed = -1"),
         ({"seed": "true"}, "seed = True"),
@@ -504,3 +505,4 @@ def test_what_is_not_a_sweep_is_refused_by_name(entries, said):
     with pytest.raises(InputError) as caught:
         parse_sweep("".join(f"{key} = {value}\n" for key, value in {**GOOD, **entries}.items()))
     assert said in str(caught.value)
+    assert str(caught.value).count("sweep: ") == 1

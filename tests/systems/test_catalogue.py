@@ -183,6 +183,15 @@ def test_a_file_that_describes_no_mechanism_is_refused_in_one_line(change, match
     assert len(told.splitlines()) == 1
 
 
+@pytest.mark.parametrize(("change", "match"), [
+    (("m*l^2*theta'^2/6", "0"), "mass is singular"), (("about = ", "about = 1  # "), "about = 1: it must be"),
+    (("l*sin(theta)", "Y"), "gap = 0 does not depend on"), (('friction = "f"', ""), "friction missing")])  # fmt: skip
+def test_what_is_wrong_in_the_file_of_a_mechanism_is_told_of_that_file_once(change, match, screen):
+    told = screen(ROD.replace(*change), status=2)
+    assert f"rod.toml: {match}" in told
+    assert told.count("rod.toml") == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "match"),
     [
