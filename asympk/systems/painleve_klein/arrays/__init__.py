@@ -1,1 +1,1 @@
-"""The exact flow of many scenes: common courses by branch-free kernels, the rest by the safeguarded flow."""
+"""The exact flow of many scenes: common itineraries by branch-free kernels, the rest by the safeguarded flow."""

@@ -1,4 +1,4 @@
-"""Roots known to be alone in their brackets, for arrays: Newton's method inside each, for as long as it needs."""
+"""Roots that are known to be alone in their brackets, for arrays: Newton's method, safeguarded by each bracket."""
 
 from collections.abc import Callable
 
@@ -7,7 +7,7 @@ import numpy as np
 from asympk.numbers import Number
 
 MOST_STEPS = 400
-AT_REST = 1e-5
+AT_REST = 1e-5  # relative distance in t from the root of the rest r at which its own step ends
 
 
 def bracketed_roots(
@@ -15,9 +15,9 @@ def bracketed_roots(
 ) -> np.ndarray:
     """Return the root in each (lo, hi) of functions that are positive at ``hi`` where ``rising``, negative elsewhere.
 
-    ``step(rows, t)`` tells of some of the functions whether they are positive at ``t``, and where Newton's method
-    goes from there, or NaN. A step that leaves its bracket is replaced by a cut of the bracket, geometric where that
-    is long; the first cut of a bracket that starts at 0 is not beyond ``first``. A root that is not found is NaN.
+    ``step(rows, t)`` returns, for the functions ``rows``, whether they are positive at ``t``, and the next iterate of
+    Newton's method or NaN. An iterate outside the bracket is replaced by a cut of the bracket: the geometric mean of a
+    long bracket, the middle of others, and at most ``first`` where ``lo`` is 0. A root that is not found is NaN.
     """
     found = t.copy()
     rows, first = np.arange(t.size), np.broadcast_to(first, t.shape)
@@ -60,12 +60,13 @@ def newton_step(value_and_slope: Callable) -> Callable:
 def balance_step(
     value: Number, u: Number, k: Number, fast: Number, rate: Number, slow: Number, slow_rate: Number
 ) -> Callable:
-    r"""Return the ``step`` for ``value + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``; u is its constant.
+    r"""Return the ``step`` for ``value + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    Where the fast part can balance the rest r(t) = -(u + k t + slow e^{slow_rate t}), it is Newton's step for
-    ``rate t = log(r/fast)``; where it cannot, the rest itself must vanish first, and the step is towards that unless t
-    is there already; otherwise it is that of the whole. As long as the fast part has changed little, what it gains is
-    balanced instead: sums of large terms would cancel.
+    ``u`` is the constant, value - fast - slow. Where the fast part can balance the rest r(t) = -(u + k t + slow
+    e^{slow_rate t}) and is steeper, the step is Newton's for ``rate t = log(r/fast)``. Where r has the wrong sign and
+    is smaller than the fast part, r must vanish first: the step is Newton's for r, or NaN close to the root of r.
+    Otherwise the step is Newton's for the whole. While the fast part has changed little, its change is balanced
+    instead of its value, since large terms would cancel.
     """
     side, size = np.sign(fast), np.log(np.abs(fast))
 

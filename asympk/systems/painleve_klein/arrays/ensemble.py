@@ -1,12 +1,12 @@
 r"""The exact flow of many trajectories: arrays in, arrays out.
 
-    rows of the arguments -> common itineraries, by branch-free kernels
-                          -> the others, by the safeguarded flow over arrays
-                          -> what is left, one by one by the scalar flow
+    rows of the arguments -> common itineraries, by branch-free kernels (``itineraries``)
+                          -> the others, by the exact flow over arrays (``safeguarded``)
+                          -> doubtful ones, one by one by the scalar flow (``flow.exact``)
 
-Work goes through the rows in chunks, so that beyond the result the memory in use does not grow with their number. What
-happens to a trajectory depends on its own numbers alone: results are the same bit for bit however rows are grouped.
-A trajectory that no flow can follow to its end is left out, and its outcome says why.
+The rows are followed in chunks, so that the memory in use, apart from the result, does not grow with their number. The
+result of a trajectory depends on its own numbers alone: it is the same bit for bit however rows are grouped. A
+trajectory that no flow can follow to its end is left out, and its ``outcome`` says why.
 """
 
 from collections.abc import Callable, Iterator
@@ -28,8 +28,8 @@ from asympk.systems.painleve_klein.arrays.kernels import pick
 from asympk.systems.painleve_klein.flow import exact
 from asympk.systems.painleve_klein.flow.segments import MOST_EVENTS
 
-CHUNK = 131072
-BATCH = 16384
+CHUNK = 131072  # rows that are read and sorted by itinerary together
+BATCH = 16384  # rows that the safeguarded flow follows together
 _KINDS = np.array(KINDS)
 _REFUSALS = (TooManyEvents, TooLarge, Undecided)
 np.empty(2**21)  # freed at once: from then on the C library keeps blocks of such a size instead of mapping them anew
@@ -51,7 +51,7 @@ class Events(NamedTuple):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class RodEnsemble(Many):
-    """What became of many trajectories of the rod, as ``Many`` tells."""
+    """The results of many trajectories of the rod; ``Many`` describes them."""
 
     final: np.ndarray
     n_events: np.ndarray
@@ -61,7 +61,7 @@ class RodEnsemble(Many):
     names: tuple[str, ...] = ("x", "y", "z")
 
     def events(self) -> Events:
-        """Return the ``Events``; where they were not kept, the trajectories are followed once more for them.
+        """Return the ``Events``; if they were not kept, the trajectories are followed again to find them.
 
         Raises ``InputError`` when the arrays given to ``solve_many`` have been changed since.
         """
@@ -76,7 +76,7 @@ class RodEnsemble(Many):
         return found
 
     def events_in_chunks(self, rows: int = CHUNK) -> Iterator[Events]:
-        """Yield the ``Events`` of ``rows`` trajectories at a time, in memory that does not grow with their number.
+        """Yield the ``Events`` of ``rows`` trajectories at a time; the memory in use does not grow with their number.
 
         Raises ``InputError`` as ``events`` does, and for ``rows`` that are not a positive number.
         """
@@ -119,10 +119,10 @@ def solve_many(
 ) -> RodEnsemble:
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``events=True`` keeps the events, else ``Ensemble.events`` finds them anew from the arguments, which are not
-    copied. A trajectory that cannot be followed has an ``outcome`` that says why; with ``strict=True`` it is raised
-    as ``TooManyEvents``, ``TooLarge`` or ``Undecided``. ``progress(done, total)`` is called after each chunk. Raises
-    ``InputError``.
+    ``events=True`` keeps the events; otherwise ``RodEnsemble.events`` finds them again from the arguments, which are
+    not copied. A trajectory that cannot be followed has an ``outcome`` that says why; with ``strict=True`` the reason
+    is raised, as ``TooManyEvents``, ``TooLarge`` or ``Undecided``. ``progress(done, total)`` is called after each
+    chunk. Raises ``InputError``.
     """
     shape, arguments = scene_columns(sigma, mu, x, y, z, until, sigma0)
     found = _follow(arguments, 0, prod(shape), [] if events else None, strict, progress)
@@ -149,9 +149,9 @@ def _follow(arguments, first, last, notes, strict=False, progress=None):
 
 
 class _Result(NamedTuple):
-    """Where results go, by flat index less ``first``; ``notes`` are blocks (trajectory, kind, t, x, y, z) or None.
+    """The arrays of results, by flat index less ``first``; ``notes`` are blocks (trajectory, kind, t, x, y, z) or None.
 
-    ``left`` are the outcomes of the trajectories that are left out.
+    ``left`` maps the trajectories that are left out to their outcomes.
     """
 
     first: int
@@ -162,18 +162,18 @@ class _Result(NamedTuple):
     strict: bool
 
     def note(self, offset):
-        """Return the function that takes note of events of the rows from ``offset`` on, or None."""
+        """Return the function that appends the events of rows counted from ``offset`` to ``notes``, or None."""
         if self.notes is None:
             return None
         return lambda kind, rows, *state: self.notes.append((rows + offset, KINDS.index(kind), *state))
 
     def put(self, rows, final, count):
-        """Put in place what became of trajectories."""
+        """Store the final states and the numbers of events of ``rows``."""
         rows = rows - self.first
         self.final[:, rows], self.n_events[rows] = final, count
 
     def leave(self, row, reason):
-        """Leave out a trajectory for a reason, or raise it."""
+        """Leave out a trajectory for a reason, or raise the reason if ``strict``."""
         if self.strict:
             raise type(reason)(f"trajectory {row}: {reason}") from None
         at = row - self.first
@@ -182,7 +182,7 @@ class _Result(NamedTuple):
 
 
 def _common(arguments, start, stop, result):
-    """Follow those of the trajectories from ``start`` to ``stop`` that take a common itinerary; return the others."""
+    """Follow the trajectories from ``start`` to ``stop`` on common itineraries; return the rows of the others."""
     rows = slice(start, stop)
     own = slice(start - result.first, stop - result.first)
     sigma, sigma0, mu, until = (arguments[name].rows(rows) for name in ("sigma", "sigma0", "mu", "until"))
@@ -196,7 +196,7 @@ def _common(arguments, start, stop, result):
 
 
 def _uncommon(arguments, rows, result):
-    """Follow trajectories by the safeguarded flow, and those that it leaves in doubt one by one."""
+    """Follow trajectories by the safeguarded flow, and its doubtful ones by the scalar flow."""
     given = {name: arguments[name].array(rows) for name in ORDER}
     for name in "xyz":
         if not np.isfinite(given[name]).all():
@@ -222,7 +222,7 @@ def _too_many(followed, i):
 
 
 def _one_by_one(arguments, rows, result):
-    """Follow trajectories by the scalar flow."""
+    """Follow trajectories by the scalar flow of ``flow.exact``."""
     if not rows.size:
         return
     given = np.empty((rows.size, len(ORDER)))
@@ -253,7 +253,7 @@ def _equal(one, other):
 
 
 def _in_order(notes):
-    """Join blocks of events, in which and from each to the next the time of a trajectory grows."""
+    """Return the ``Events`` from blocks that already have the events of each trajectory in order of time."""
     empty = [np.zeros(0, np.intp), np.zeros(0, np.intp), *([np.zeros(0)] * 4)]
     blocks = [empty, *(np.broadcast_arrays(*block) for block in notes)]
     trajectory, kind, *state = (np.concatenate(parts) for parts in zip(*blocks, strict=True))

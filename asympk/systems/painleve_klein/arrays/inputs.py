@@ -1,4 +1,4 @@
-"""Arguments that broadcast: read, checked, and handed out a few rows at a time, without a copy of the whole."""
+"""Arguments that broadcast: they are read, checked, and given out a few rows at a time, without a full copy."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Column:
     shape: tuple
 
     def rows(self, which: np.ndarray | slice) -> Number:
-        """Return the rows of a slice or of an array of indices as contiguous doubles, or the one value of all."""
+        """Return the rows of a slice or of indices as contiguous doubles, or one double if all are equal."""
         if self.values.size == 1:
             return np.float64(self.values.reshape(-1)[0])
         if self.values.shape == self.shape and self.values.flags.c_contiguous:
@@ -38,7 +38,7 @@ class Column:
         return np.ascontiguousarray(found, dtype=float)
 
     def array(self, which: np.ndarray | slice) -> np.ndarray:
-        """Return the rows as an array, also of one value."""
+        """Return the rows as an array, also where all have the same value."""
         found = self.rows(which)
         if isinstance(found, float):
             size = len(range(*which.indices(prod(self.shape)))) if isinstance(which, slice) else len(which)
@@ -49,7 +49,7 @@ class Column:
 def scene_columns(
     sigma: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, sigma0: Number | None = None
 ) -> tuple[tuple[int, ...], dict[str, Column]]:
-    """Return (shape, {name: Column}) of many scenes; the states are not looked at. Raises ``InputError``."""
+    """Return (shape, {name: Column}) of many scenes; the values of x, y, z are not checked. Raises ``InputError``."""
     given = {"sigma": sigma, "mu": mu, "x": x, "y": y, "z": z, "until": until}
     shape, found = broadcast_columns(LIMITS, **given, **({} if sigma0 is None else {"sigma0": sigma0}))
     if sigma0 is None:
@@ -62,8 +62,8 @@ def scene_columns(
 def broadcast_columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tuple[int, ...], dict[str, Column]]:
     """Return (shape, {name: Column}) of arguments that broadcast.
 
-    ``limits[name]`` is (allowed, words) for the values of an argument beyond being finite; values of arguments without
-    limits are not looked at. Raises ``InputError``.
+    ``limits[name]`` is (condition on the values, words for it) beyond being finite; the values of arguments without
+    limits are not checked. Raises ``InputError``.
     """
     read = {name: numbers(name, value) for name, value in arguments.items()}
     for name, limit in limits.items():
@@ -82,7 +82,7 @@ def broadcast_columns(limits: Mapping[str, tuple], **arguments: Any) -> tuple[tu
 
 
 def require_finite(name: str, values: Number, allowed: Callable | None = None, words: str = "") -> None:
-    """Require that values are finite and allowed; the message has the place and the value of the first that is not."""
+    """Raise ``InputError`` with place and value of the first number that is not finite or not ``allowed``."""
     if not values.size:
         return
     ends = float(values.min()), float(values.max())
@@ -92,7 +92,7 @@ def require_finite(name: str, values: Number, allowed: Callable | None = None, w
 
 
 def require_order(name: str, column: Column, least_name: str, least: Column) -> None:
-    """Require ``column >= least``, row by row of what these two alone broadcast to."""
+    """Raise ``InputError`` unless ``column >= least``, for the rows to which these two alone broadcast."""
     above, below = np.broadcast_arrays(column.values, least.values)
     bad = above < below
     if bad.any():

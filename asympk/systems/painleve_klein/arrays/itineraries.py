@@ -10,10 +10,10 @@ The sign of sigma and, at the start, the signs of z and s = x + y and the side o
                                                                              passed: slip_opposite, slip_same
     z < 0 > s       turned: slip_same, and then as for z < 0 < s
 
-These are the claims C23-C26 and C30. What makes them certain is that the slow part of every s is small (``reach``).
-Trajectories are sorted by itinerary, in an order in which those that meet one kind of event lie side by side, so that
-each kernel runs once for all of them. On the way it is seen whether they fit their itinerary; nothing is promised of
-those that do not.
+These are the claims C23-C26 and C30. They hold because the slow part of every s is small (``Setting.reach``).
+``follow_itineraries`` sorts the trajectories by itinerary, in an order in which those that meet the same kind of event
+are adjacent, so that each kernel runs once for all of them. Every stage (``_turn``, ``_land``, ...) also tests whether
+its trajectories fit their itinerary. The results of those that do not are undefined; their rows are returned.
 """
 
 from collections.abc import Callable
@@ -42,12 +42,12 @@ from asympk.systems.painleve_klein.modes import coefficients, cone
 if TYPE_CHECKING:
     from asympk.systems.painleve_klein.arrays.kernels import ModeConstants
 
-SAFE = 1e-10
-NEAR = 1e-6
-SMALLEST = 1e-3
-SELDOM = 1e-3
-FINER = 1024.0
-BLOCK = 16384
+SAFE = 1e-10  # relative margin by which a trajectory must fit its itinerary
+NEAR = 1e-6  # a start with |s| or |z| up to this takes no common itinerary
+SMALLEST = 1e-3  # the smallest positive sigma with common itineraries
+SELDOM = 1e-3  # mu relative to min(sigma^2, 1) up to which misfits are rare
+FINER = 1024.0  # how much smaller rounding is in extended precision, with a factor 2 to spare
+BLOCK = 16384  # trajectories that are followed together
 NONE = np.array([], dtype=np.intp)
 
 
@@ -94,21 +94,21 @@ class Setting:
 
     @cached_property
     def holds(self) -> Number:
-        """Whether z = 0 is met within the static cone by what comes along Pi2, where s = -1/sigma."""
+        """Whether a motion along Pi2, where s = -1/sigma, meets z = 0 within the static cone."""
         return np.greater(cone(self.sigma0)[1], -self.sigma)
 
     @cached_property
     def seldom_misfits(self) -> Number:
-        """Whether so few starts of size one do not fit their itinerary that each may be followed alone."""
+        """Whether among starts of size one misfits are so rare that each is followed by the scalar flow."""
         return self.mu <= SELDOM * np.minimum(self.sigma * self.sigma, 1.0)
 
     @cached_property
     def reach(self) -> Number:
-        r"""Bound on |x|, |z| and mu |y| below which the itineraries hold, positive where they do at all.
+        r"""The bound on |x|, |z| and mu |y| below which the itineraries hold; not positive where no itinerary holds.
 
-        It keeps |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2, 2 (sigma+1) and 2/edge: then s
-        and s' have at most one zero in a mode of an itinerary, and so has z or it has none. For a small sigma the fast
-        part may change by so little that its logarithm tells no time.
+        The bound keeps the slow amplitude |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2,
+        2 (sigma+1) and 2/edge: then s, s' and z have at most one zero in a mode of an itinerary. A sigma below
+        ``SMALLEST`` is excluded, as the fast part may change too little there for its logarithm to give the time.
         """
         size = np.abs(self.sigma)
         apart = (self.mu <= 0.0625 * np.minimum(size * size, 1.0)) & (self.mu >= 1e-200)
@@ -123,10 +123,11 @@ EVENTS = np.array([1, 3, 2, 3, 2, 3, 2, 1, 0], dtype=np.int32)
 
 
 class _Bundle:
-    """Trajectories sorted by itinerary, under way: their states at the times ``t``, and which fit their itinerary.
+    """Trajectories sorted by itinerary while they are followed: states at the times ``t``, and which of them fit.
 
     ``ends`` are the rows where each itinerary begins, and where the last ends; ``events`` are (kind, rows, t, x, y, z)
-    if ``watched``. A state is one number where it is the same for all. ``w`` are deviations of the first rows.
+    if ``watched``. A state variable is a single number where it is equal for all rows. ``w`` are the deviations of the
+    raised and thrown rows, which come first, from the unstable line.
     """
 
     def __init__(self, p: Setting, ends: list[int], watched: bool, x: Number, y: Number, z: Number, until: Number):
@@ -136,7 +137,7 @@ class _Bundle:
         self.w, self.fits = NONE, np.ones(x.size, dtype=bool)
 
     def of(self, first: int, last: int | None = None) -> slice:
-        """Return the rows of an itinerary, or of those from one to another."""
+        """Return the rows of an itinerary, or of all itineraries from ``first`` to ``last``."""
         return slice(self.ends[first], self.ends[(first if last is None else last) + 1])
 
     def at(self, rows: slice) -> list[Number]:
@@ -144,7 +145,7 @@ class _Bundle:
         return pick(rows, self.x, self.y, self.z)
 
     def meet(self, kind: str, rows: slice, dt: Number, x: Number, y: Number, z: Number) -> None:
-        """Go on to the event after the time ``dt``."""
+        """Move ``rows`` to their event after the time ``dt``, at the state (x, y, z)."""
         t, size = pick(rows, self.t)[0] + dt, self.fits.size
         for name, values in (("t", t), ("x", x), ("y", y), ("z", z)):
             whole = getattr(self, name)
@@ -158,7 +159,7 @@ class _Bundle:
             self.events.append((kind, rows, *(1.0 * v for v in (t, x, y, z))))
 
     def report(self, note: Callable, known: np.ndarray) -> None:
-        """Tell ``note`` of the events of the trajectories that fit, which are ``known`` by numbers."""
+        """Call ``note`` with the events of the trajectories that fit; ``known`` are the numbers of the trajectories."""
         for kind, rows, *state in self.events:
             good = self.fits[rows].nonzero()[0]
             note(kind, known[rows][good], *pick(good, *state))
@@ -183,7 +184,7 @@ def _followed(b):
 def _turn(b, rows):
     """Slip until the load turns positive.
 
-    Where z comes to 0 before that, what follows is a run backwards in time that fits no itinerary.
+    Where z reaches 0 before the load does, the next stage runs backwards in time and the trajectory does not fit.
     """
     _lose_load(b, rows, b.p.same.rows(rows))
 
@@ -195,9 +196,9 @@ def _lose_load(b, rows, m, w=()):
 
 
 def _part(b, rows):
-    """Find the deviations from the unstable plane, and where rounding does not show in the side of it.
+    """Compute the deviations from the unstable plane; a row fits only if their sign is clear of rounding.
 
-    Where it would in doubles, they are taken in extended precision.
+    Where the sign is not clear in doubles, the deviation is computed in extended precision.
     """
     x, y, _ = b.at(rows)
     sigma, mu, steep = pick(rows, b.p.sigma, b.p.mu, b.p.steep)
@@ -213,14 +214,14 @@ def _part(b, rows):
 
 
 def _land(b, rows):
-    """Slip until z = 0, which the fast part reaches."""
+    """Slip until the fast part brings z to 0."""
     x, y, z = b.at(rows)
     dt, x, y = velocity_zero(b.p.opposite.rows(rows), x, y, z, b.w[b.of(THROWN)])
     b.meet("velocity_zero", rows, dt, x, y, 0.0)
 
 
 def _land_slowly(b, rows):
-    """Slip along Pi2 until z = 0; where it does not stick then, the load must be clearly outside of the static cone."""
+    """Slip along Pi2 until z = 0; rows that do not stick then must have a load clearly outside the static cone."""
     x, y, z = b.at(rows)
     dt, x, y = velocity_zero_slowly(b.p.opposite.rows(rows), x, y, z)
     b.meet("velocity_zero", rows, dt, x, y, 0.0)
@@ -230,7 +231,7 @@ def _land_slowly(b, rows):
 
 
 def _stick(b, rows):
-    """Stick until s is at an edge: the load that arrives is clearly in the static cone if that takes time."""
+    """Stick until s reaches an edge; rows fit if this takes time, as the load then began clearly in the static cone."""
     m, (x, y, _) = b.p.stick.rows(rows), b.at(rows)
     (edge,), thrown = pick(rows, b.p.upper_edge), b.of(THROWN)
     if thrown.start < thrown.stop:
@@ -242,7 +243,7 @@ def _stick(b, rows):
 
 
 def _rise(b, rows):
-    """Slip until the load, negative so far, is lost; what is raised, before z can have fallen as far as to 0."""
+    """Slip until the load, negative so far, vanishes; raised rows fit only if z cannot have fallen to 0 before."""
     raised = b.of(RAISED)
     sigma, mu, x, y, z = pick(raised, b.p.sigma, b.p.mu, b.x, b.y, b.z)
     s = x + y
@@ -254,7 +255,7 @@ def _rise(b, rows):
 
 
 def _slip(b):
-    """Slip on with s > 0 until the end, unless a first fall of z is too deep."""
+    """Slip with s > 0 until the end; direct rows fit only if z first falls by less than its value."""
     direct, m = b.of(DIRECT), b.p.same
     x, y, z = b.at(direct)
     b.fits[direct] &= z > deepest_fall(m.rows(direct), x, y)
@@ -275,10 +276,10 @@ def follow_itineraries(
     count: np.ndarray,
     note: Callable | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Put final states and numbers of events of the trajectories on common itineraries in place.
+    """Follow the trajectories on common itineraries; write final states and numbers of events to ``final``, ``count``.
 
-    Return the rows of no itinerary, and those that do not fit the itinerary that they seemed to take. ``note(kind,
-    rows, t, x, y, z)`` is told the events, those of a trajectory in order of time.
+    Return (rows of no common itinerary, rows that do not fit the itinerary that their start suggests). ``note(kind,
+    rows, t, x, y, z)`` is called with the events, in order of time for each trajectory.
     """
     if not (p.reach > 0).any():
         return np.arange(x.size), NONE
@@ -301,7 +302,7 @@ def follow_itineraries(
 
 
 def _sorted_out(p, x, y, z, until):
-    """Return (where each itinerary begins and the last ends, its rows in order or None, the rows of no itinerary)."""
+    """Return (where each itinerary begins and the last ends, all rows in this order or None, rows of no itinerary)."""
     s = x + y
     (x_least, y_least, z_least, s_least), (x_most, y_most, z_most, s_most) = (
         map(np.minimum.reduce, (x, y, z, s)), map(np.maximum.reduce, (x, y, z, s)))  # fmt: skip
@@ -329,7 +330,7 @@ def _sorted_out(p, x, y, z, until):
 
 
 def _by_sigma(p, mask):
-    """Return the rows that are steep, and of the others those that meet the static cone along Pi2 or do not."""
+    """Return the steep rows, the shallow rows that meet the static cone along Pi2, and the other shallow rows."""
     if p.steep.all():
         return [mask.nonzero()[0], NONE, NONE]
     kinds = p.steep, ~p.steep & p.holds, ~p.steep & ~p.holds

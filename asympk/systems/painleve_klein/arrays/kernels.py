@@ -9,10 +9,10 @@ and s and z are sums of the same exponentials. So an event is the root of
     F e^{fast t} = R(t),    R(t) = R(0) - drift t - p (e^{slow t} - 1),
 
 and Newton's method for ``fast t = log(R/F)`` is quadratic from its first step: fast is large, log R nearly constant.
-The fast exponential is then R/F, which no rounding of an exponent can spoil.
+The fast exponential at the event is then R/F, without the rounding error of an exponent.
 
-No element of an array has a say in what is done with another, so a trajectory does not depend on its neighbours.
-Where a kernel does not apply it gives NaN.
+Every element of an array is computed independently of the others, so a trajectory does not depend on its neighbours.
+Where a kernel does not apply its result is NaN. ``_time_of_zero`` and ``_time_of_load`` find the times of events.
 """
 
 from typing import Any, NamedTuple
@@ -21,12 +21,12 @@ import numpy as np
 
 from asympk.numbers import Number
 
-MOST_STEPS = 9
-DRIFT_STEPS = 3
-TIME_ERROR = 8e-17
-LOG_ERROR = 1e-12
-LONGEST = 40.0
-VANISHED = -746.0
+MOST_STEPS = 9  # of Newton's method for an event by the fast part, after its first
+DRIFT_STEPS = 3  # of Newton's method for z = 0 along a slow line
+TIME_ERROR = 8e-17  # admissible error of the time of an event
+LOG_ERROR = 1e-12  # admissible error of log(R/F)
+LONGEST = 40.0  # no event takes longer than (LONGEST - log mu) / |fast|
+VANISHED = -746.0  # exp of this is 0 in doubles
 
 
 class ModeConstants(NamedTuple):
@@ -52,9 +52,9 @@ class ModeConstants(NamedTuple):
 def mode_constants(a: Number, b: Number, mu: Number) -> ModeConstants:
     r"""Return the mode ``mu y' = a - b s``, for mu/b < 1/4.
 
-    ``lag`` is 1 + slow = 1/(1 + fast); ``to_x``, ``to_s``, ``to_z`` take w to the fast parts of x, s, z; ``bend`` is
-    mu (b-1)/b, which makes ``z = z0 + (a/b) t + bend (y - y0)``. ``doubt`` is by how much ``fast t - log(R/F)`` may be
-    off: as much as shows neither in the state nor in the time; no event takes more time than ``longest``.
+    ``lag`` is 1 + slow = 1/(1 + fast); ``to_x``, ``to_s``, ``to_z`` take w to the fast parts of x, s, z; ``bend`` is mu
+    (b-1)/b in ``z = z0 + (a/b) t + bend (y - y0)``. ``doubt`` is the admissible error of ``fast t - log(R/F)``, which
+    shows neither in the state nor in the time; no event takes more time than ``longest``.
     """
     k = mu / b
     root = np.sqrt(1 - 4 * k)
@@ -68,12 +68,12 @@ def mode_constants(a: Number, b: Number, mu: Number) -> ModeConstants:
 
 
 def deviation(m: ModeConstants, x: Number, y: Number) -> Number:
-    """Return w, by which y is off the slow line."""
+    """Return w, the deviation of y from the slow line."""
     return y - m.slow * (x - m.rest)
 
 
 def velocity_zero(m: ModeConstants, x: Number, y: Number, z: Number, w: Number = ()) -> tuple[Number, Number, Number]:
-    """Return (t, x, y) where z = 0 is reached by the fast part; of the first rows the deviation ``w`` is known."""
+    """Return (t, x, y) where the fast part brings z to 0; ``w`` gives the deviations of the first rows, if known."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_zero(m, m.to_z * w, z, slow_x)
     slow_x *= np.expm1(m.slow * t)
@@ -87,7 +87,7 @@ def velocity_zero(m: ModeConstants, x: Number, y: Number, z: Number, w: Number =
 
 
 def velocity_zero_slowly(m: ModeConstants, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """Return (t, x, y) where z = 0 is reached in a stable mode, along its slow line: Newton's method on z itself."""
+    """Return (t, x, y) where a stable mode reaches z = 0 along its slow line, by Newton's method on z itself."""
     w, slow_x = _parts(m, x, y)
     fast_x = m.to_x * w
     t = (m.bend * (y - m.slow * slow_x) - z) / m.rest
@@ -103,7 +103,7 @@ def velocity_zero_slowly(m: ModeConstants, x: Number, y: Number, z: Number) -> t
 
 
 def force_zero(m: ModeConstants, x: Number, y: Number, w: Number = ()) -> tuple[Number, Number]:
-    """Return (t, x) where s = x + y = 0 is reached by the fast part; there y = -x. ``w`` is as in velocity_zero."""
+    """Return (t, x) where the fast part brings s = x + y to 0, so that y = -x; ``w`` is as in ``velocity_zero``."""
     w, slow_x = _parts(m, x, y, w)
     t = _time_of_load(m, m.to_s * w, -m.rest, m.lag * slow_x)
     slow_x *= np.expm1(m.slow * t)
@@ -127,7 +127,7 @@ def release(m: ModeConstants, x: Number, y: Number, edge: Number) -> tuple[Numbe
 
 
 def _parts(m, x, y, known=()):
-    """Return the deviation w, of which that of the first rows is known, and the slow part of x - a/b."""
+    """Return the deviation w, with the ``known`` values in the first rows, and the slow part of x - a/b."""
     off = x - m.rest
     w = m.slow * off
     np.subtract(y, w, out=w)
@@ -137,7 +137,7 @@ def _parts(m, x, y, known=()):
 
 
 def slide(m: ModeConstants, x: Number, y: Number, left: Number) -> tuple[Number, Number, Number]:
-    """Return (x, y) at the end of the time ``left`` in a stable mode, and the way that z has come."""
+    """Return (x, y) at the end of the time ``left`` in a stable mode, and the change of z until then."""
     off = x - m.rest
     slow_x = off * (1 + m.to_x * m.slow)
     slow_x -= m.to_x * y
@@ -159,14 +159,14 @@ def slide(m: ModeConstants, x: Number, y: Number, left: Number) -> tuple[Number,
 
 
 def deepest_fall(m: ModeConstants, x: Number, y: Number) -> Number:
-    """Return by how much z falls in a stable mode, at most, before it rises."""
+    """Return a bound on the fall of z in a stable mode, before z rises."""
     return m.bend * m.fast * m.to_x * deviation(m, x, y)
 
 
 def _time_of_zero(m, fast, z, slow_x):
-    """Solve z = 0: Newton's step from t = 0, corrected for the turn u of log R to third order; more steps if need be.
+    """Solve z = 0: Newton's step from t = 0, corrected to third order for the change u of log R; more steps if needed.
 
-    What is left is of the order of u^4, and of u times the turn of the slow part's own.
+    The remaining error is of the order of u^4, and of u times the change of the slow part itself.
     """
     rest = fast - z
     falling = (m.bend * m.slow * m.slow) * slow_x
@@ -189,9 +189,9 @@ def _time_of_zero(m, fast, z, slow_x):
 
 
 def _time_of_load(m, fast, level, slow):
-    """Solve s = a/b + level: Newton's step from t = 0, and more steps where it may not do.
+    """Solve s = a/b + level: Newton's step from t = 0, and more steps where one may not be enough.
 
-    The slow part, of which the kernels are promised that it is below half the level, turns log R by what is left.
+    Requires |slow| < |level| / 2. The remaining error comes from the change of log R by the slow part.
     """
     rest = level - slow
     bent = m.slow * slow
@@ -205,7 +205,7 @@ def _time_of_load(m, fast, level, slow):
 
 
 def _better(late, fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps=MOST_STEPS):
-    """Return the times, by Newton's method where they are ``late``: NaN after the last of its steps."""
+    """Return the times, improved by Newton's method in the ``late`` rows; NaN where a row stays late to the end."""
     given = fast_rate, slow_rate, fast, rest, drift, slow, t, doubt
     many = np.count_nonzero(late)
     if many and not steps:
@@ -239,7 +239,7 @@ def _newton(fast_rate, slow_rate, fast, rest, drift, slow, t, doubt, steps):
 
 
 def pick(rows: np.ndarray | slice, *values: Number) -> list[Number]:
-    """Return the rows, a slice or indices, of those of the values that are arrays, the others as they are."""
+    """Return ``rows``, a slice or indices, of every value that is an array, and all other values unchanged."""
     if isinstance(rows, slice):
         return [value[rows] if isinstance(value, np.ndarray) else value for value in values]
     return [value.take(rows) if isinstance(value, np.ndarray) else value for value in values]

@@ -1,7 +1,7 @@
-r"""One mode in closed form for arrays of starts and parameters: the forms of ``fastslow`` and ``smooth``, row by row.
+r"""One mode in closed form for arrays of starts and parameters: ``fastslow`` and ``superposition``, row by row.
 
 A motion holds arrays of one length in the precision of its numbers; ``state(t)`` is (x, y, s, z) at times of that
-length. Rows are told apart by masks, never by what the other rows are.
+length. Masks choose the formula of each row, so that no row depends on the others.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,12 +13,12 @@ from asympk.systems.painleve_klein.arrays.brackets import balance_step, brackete
 from asympk.systems.painleve_klein.flow.fastslow import two_exponentials
 from asympk.systems.painleve_klein.flow.superposition import superposed
 
-MOST_TERMS = 64
-REFINED = 1e-9
+MOST_TERMS = 64  # of a Taylor series
+REFINED = 1e-9  # a Newton step, in units of the time scale, beyond which a second one follows
 
 
 class Segments:
-    """The motion from (x0, y0, s0, z0) in the mode ``mu y' = a - b s``; ``a`` is one number, all else is arrays."""
+    """The motions from (x0, y0, s0, z0) in the mode ``mu y' = a - b s``: ``a`` is one number, all else arrays."""
 
     pace: np.ndarray
     horizon: Callable[[np.ndarray], np.ndarray]
@@ -37,7 +37,7 @@ class Segments:
 
     @property
     def mode(self) -> "Segments":
-        """The mode, which has parameters of its own in every row: the motions themselves."""
+        """The motions themselves, which hold the parameters of the mode, as ``superposed`` asks for them."""
         return self
 
     def rows(self, which: np.ndarray) -> "Segments":
@@ -68,7 +68,7 @@ class Segments:
         return x, y, s, np.zeros_like(x)
 
     def refined(self, t: Number, axis: int, level: Number, again: bool = True) -> np.ndarray:
-        """Return better times, from nearly right ones, at which s (axis 2) or z (axis 3) is ``level``."""
+        """Return the times at which s (axis 2) or z (axis 3) is ``level``, by Newton's method from close times t."""
         value, slope = self._off(axis, level, t)
         step = value / slope
         t = t - step
@@ -78,13 +78,13 @@ class Segments:
         return t
 
     def _off(self, axis, level, t):
-        """Return by how much s (axis 2) or z (axis 3) is off its level at t, and its rate."""
+        """Return the distance of s (axis 2) or z (axis 3) from ``level`` at t, and its rate."""
         state = self.state(t)
         _, y, s, _ = state
         return state[axis] - level, self.a + self.fall * s if axis == 3 else y + (self.a - self.b * s) / self.mu
 
     def _soon(self, t, state):
-        """Replace the states at short times by those of the series."""
+        """Replace the states at short times by those from the Taylor series."""
         soon = np.flatnonzero(t < self.short)
         if soon.size:
             part = self.rows(soon)
@@ -105,7 +105,7 @@ class Segments:
 
 
 class SeparateSegments(Segments):
-    """Two real exponentials well apart, as in ``fastslow``."""
+    """Two well separated real exponentials, as in ``flow.fastslow``."""
 
     half_period = np.inf
 
@@ -121,7 +121,7 @@ class SeparateSegments(Segments):
         self.short = np.where(delicate, self.short, 0)
 
     def horizon(self, until: Number) -> np.ndarray:
-        """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
+        """Return ``until``, or the earlier time at which a growing fast part would overflow."""
         grows = (self.fast_rate * until > self.most_exponent) & (self.fast != 0)
         room = self.most_exponent - np.maximum(0, np.log(np.abs(self.fast)))
         return np.where(grows, np.minimum(until, room / self.fast_rate), until)
@@ -175,7 +175,7 @@ class SeparateSegments(Segments):
         return self._root(soon, Segments.z_root, terms, lo, hi, rising)
 
     def _early(self, value, lo, hi, rising):
-        """Tell where the root is at a short time, at which the exponentials would cancel."""
+        """Tell where the root is at a short time, at which the exponentials nearly cancel."""
         if not (lo < self.short).any():
             return np.zeros(lo.size, bool)
         return (lo < self.short) & ((hi <= self.short) | ((value(self.state(self.short)) > 0) == rising))
@@ -193,7 +193,7 @@ class SeparateSegments(Segments):
     def on_level(self, level: Number, t: Number) -> Sequence[np.ndarray]:
         """Return the state at the times t at which s = level.
 
-        A fast part that has changed by orders of magnitude is read off the equation, not off its exponent.
+        A fast part that has changed by orders of magnitude is computed from s = level: its exponent is too inaccurate.
         """
         p = self.fast_rate * t
         fast = self.fast * np.exp(p)
@@ -205,7 +205,7 @@ class SeparateSegments(Segments):
         return x, level - x, level, z
 
     def on_plane(self, t: Number) -> Sequence[np.ndarray]:
-        """Return the state at the times t at which z = 0, the fast part likewise."""
+        """Return the state at the times t at which z = 0, with the fast part from z = 0 as in ``on_level``."""
         p = self.fast_rate * t
         fast, gained = self.fast * np.exp(p), self.fast * np.expm1(p)
         drifted, lost = self.rest * t, self.slow_z * self.slow * np.expm1(self.slow_rate * t)
@@ -217,7 +217,7 @@ class SeparateSegments(Segments):
 
 
 class SmoothSegments(Segments):
-    """Superposed responses, as in ``smooth``: where exponentials are complex, coalesce or degenerate."""
+    """Superposed responses, as in ``flow.superposition``, where exponentials are complex, coalesce or degenerate."""
 
     def __init__(self, a: Number, b: Number, mu: Number, x: Number, y: Number, s: Number, z: Number):
         super().__init__(a, b, mu, x, y, s, z)
@@ -231,7 +231,7 @@ class SmoothSegments(Segments):
         self.half_period = np.where(self.real, np.inf, np.pi / self.omega)
 
     def horizon(self, until: Number) -> np.ndarray:
-        """Return ``until``, or the time at which growth would end the range of the numbers."""
+        """Return ``until``, or the earlier time at which a growing part would overflow."""
         grows = self.real & (self.tail * until > self.most_exponent - 300)
         return np.where(grows, (self.most_exponent - 300) / self.tail, until)
 
@@ -276,7 +276,7 @@ class SmoothSegments(Segments):
 
 
 def short_response_arrays(beta: Number, t: Number) -> tuple[np.ndarray, ...]:
-    """Return (g', g, h, h + H) at short times from the Taylor series of g, whose terms obey a recurrence of two."""
+    """Return (g', g, h, h + H) at short times from the Taylor series of g; each term follows from the two before it."""
     rate, g, h, k = np.ones_like(t), t.copy(), t * t / 2, t * t / 2 + t * t * t / 6
     older, term = np.zeros_like(t), np.ones_like(t)
     least = np.finfo(t.dtype).eps / 64

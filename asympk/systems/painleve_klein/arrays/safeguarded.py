@@ -1,9 +1,9 @@
-r"""The mode logic of ``flow`` for arrays: every event bracketed (Lemmas 1 and 2), every sign watched.
+r"""The exact flow for arrays: every event is bracketed (Lemmas 1 and 2), and every sign that decides is checked.
 
-``follow_arrays`` searches the events in doubles. ``certain`` then follows the same sequence of events in extended
-precision, which is 2048 times finer, from event times that are nearly right: where the states hardly change, they are
-now right to all digits of a double. A trajectory where they do, or which hangs on a sign that is hard to tell, is in
-doubt.
+``follow_arrays`` finds the events in doubles. ``certain`` then follows the same sequence of events in extended
+precision, which is 2048 times finer, from the event times found. Where the states hardly change by that, they are right
+to all digits of a double. A trajectory whose states do change, or which depends on a sign within rounding, is marked as
+doubtful. The logic is that of ``flow.segments``; ``slip_ends`` is the hard function.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
     from asympk.systems.painleve_klein.arrays.motions import Segments
 
 FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING = range(4)
-AGREED = 2e-14
-MARGIN = 1e-12
-EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None
+AGREED = 2e-14  # relative distance between both precisions up to which the finer result is accepted
+MARGIN = 1e-12  # relative size below which a sign is doubtful
+EXTENDED = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else None  # None where the machine has only doubles
 
 
 class FollowedArrays(NamedTuple):
-    """What became of trajectories: ``final`` (x, y, z) at the time ``reached``, number of events, and doubts.
+    """The result of trajectories: ``final`` (x, y, z) at the time ``reached``, number of events, and who is doubtful.
 
-    A trajectory with more than ``MOST_EVENTS`` events is left there.
+    A trajectory with more than ``MOST_EVENTS`` events is not followed further.
 
-    ``events`` are arrays (trajectory, kind, t, x, y, z) in order of trajectory and time; ``rounds`` are arrays (rows,
-    kind, duration), one of them for the first stretch of each trajectory, one for the second ...
+    ``events`` are arrays (trajectory, kind, t, x, y, z) in order of trajectory and time. ``rounds[k]`` are arrays
+    (rows, kind, duration) of the k-th segments of all trajectories that have one.
     """
 
     final: tuple
@@ -52,7 +52,7 @@ class FollowedArrays(NamedTuple):
 def certain(*given: np.ndarray) -> FollowedArrays:
     """Follow trajectories from (sigma, sigma0, mu, x, y, z, until), arrays of doubles of one length, in two precisions.
 
-    Return the ``FollowedArrays`` in the finer one.
+    Return the ``FollowedArrays`` in the finer precision; where the machine has none, all trajectories are doubtful.
     """
     coarse = follow_arrays(*given)
     if EXTENDED is None:
@@ -64,7 +64,10 @@ def certain(*given: np.ndarray) -> FollowedArrays:
 
 
 def _distance(coarse, fine, largest):
-    """Return the distance in x and z at events and the end, relative to the largest of 1, |x|, |z|; inf at odds."""
+    """Return the distance in x and z at events and the end, relative to the largest of 1, |x|, |z|.
+
+    The distance is inf where the events differ in number or kind.
+    """
     same = coarse.n_events == fine.n_events
     coarse_events, fine_events = ([v[same[events[0]]] for v in events] for events in (coarse.events, fine.events))
     rows = fine_events[0]
@@ -106,7 +109,7 @@ def follow_arrays(
 def starting_signs(
     sigma0: Number, mu: Number, x: Number, y: Number, s: Number, z: Number
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the signs of s and z just after the start, as in ``starts.first_signs``, and where they are in doubt."""
+    """Return the signs of s and z just after the start, as ``modes.first_signs`` does, and where they are doubtful."""
     rate = 1 + mu * y
     held = grip(sigma0, s)
     s_sign = np.where(s == 0, np.sign(rate), np.sign(s))
@@ -116,7 +119,7 @@ def starting_signs(
 
 
 class _Flight:
-    """Trajectories under way: ``state`` (x, y, s, z) at time ``t`` of each, and the events so far."""
+    """Trajectories while they are followed: ``state`` (x, y, s, z) at the time ``t`` of each, and the events so far."""
 
     def __init__(self, sigma, sigma0, mu, until, state, s_sign, z_sign, doubtful):
         self.sigma, self.sigma0, self.mu, self.until = sigma, sigma0, mu, until
@@ -126,7 +129,7 @@ class _Flight:
         self.blocks = []
 
     def groups(self, live):
-        """Yield (which of the live rows, form of the motion, a, b) for those that stick, or slip, in one form."""
+        """Yield (indices among the live rows, closed form, a, b) of those that stick, or slip, in each closed form."""
         side, sigma = self.z_sign[live] * self.s_sign[live], self.sigma[live]
         b = np.empty_like(sigma)
         for product, name in MODES.items():
@@ -139,7 +142,7 @@ class _Flight:
                     yield np.flatnonzero(mask), form, a, b[mask]
 
     def advance(self, rows, motion, known):
-        """Go on to the next event of the rows, or to their end; return its kind and the time until then."""
+        """Move the rows to their next event, or to their end; return its kind and the time until then."""
         left = self.until[rows] - self.t[rows]
         if known:
             found = settled_ends(motion, self.sigma0[rows], left, *_of_rows(rows, *known))
@@ -158,7 +161,7 @@ class _Flight:
         return kind, span
 
     def _watch_end(self, rows, motion, left):
-        """Put in doubt the rows in which an end that is wrong by the rounding of the time changes the events."""
+        """Mark as doubtful the rows in which an error of the final time, by rounding, may change the events."""
         late, slips = MARGIN * self.until[rows], self.z_sign[rows] != 0
         _, y, s, z = (v[rows] for v in self.state)
         moved = late * np.abs(y + (motion.a - motion.b * s) / motion.mu)
@@ -173,7 +176,7 @@ class _Flight:
         self.n_events[rows] += 1
 
     def _cross(self, rows, kind):
-        """Set the signs that hold after the events."""
+        """Set the signs of s and z to those after the events."""
         for code, name in enumerate(KINDS):
             at = rows[kind == code]
             s = self.state[2][at]
@@ -190,13 +193,13 @@ class _Flight:
 
 
 def edges(sigma0: Number, s: Number) -> tuple[np.ndarray, np.ndarray]:
-    """Return the edges (near zero, far from zero) of the static cone's part on the side of s, infinite for no edge."""
+    """Return the edges (near zero, far from zero) of the static cone on the side of s, infinite for no edge."""
     near, far = inverse_edges(sigma0, s)
     return 1 / near, np.where(far > 0, 1 / far, np.inf)
 
 
 def _sticks(sigma0, s):
-    """Tell whether s lies in the static cone, and where that is in doubt."""
+    """Tell whether s lies in the static cone, and where the answer is doubtful."""
     near, far = edges(sigma0, s)
     above, below = np.abs(s) - np.abs(near), far - s
     doubtful = ~(np.abs(above) > MARGIN * np.abs(s)) | ~(np.abs(below) > MARGIN * np.abs(s))
@@ -229,7 +232,10 @@ def slip_ends(
 
 
 def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
-    """Find z = 0 in (lo, hi); return (time, s, whether it is an event): times and s at hi where z keeps its side."""
+    """Return (time, s, whether z vanishes there as the next event): at the root of z in (lo, hi), or at hi without one.
+
+    Where s has lost its sign at the root of z, the load vanishes first and the root is no event.
+    """
     t, s, landed = hi.copy(), state[2].copy(), np.zeros(hi.size, bool)
     search.watch(rows, side * state[3], part.z_size(hi))
     crosses = side * state[3] < 0
@@ -255,7 +261,7 @@ def _landing(search, rows, part, own, side, lo, hi, state, opening, opens):
 
 
 def _leaving(search, rows, part, side, lo, hi, s, leaves):
-    """Return times in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
+    """Return lo, or for starts on z = 0 that leave it a time in (lo, hi) at which z is off it, before its root."""
     start = lo.copy()
     if leaves.any():
         some = part.rows(leaves)
@@ -292,7 +298,7 @@ def stick_ends(
 def settled_ends(
     motion: "Segments", sigma0: Number, left: Number, kind: np.ndarray, span: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[np.ndarray], np.ndarray]:
-    """Return (kind, time, state, doubt) of events, or ends, whose kinds and nearly right times are known."""
+    """Return (kind, time, state, doubt) of events, or ends, whose kinds and approximate times are known."""
     near, far = edges(sigma0, motion.s0)
     time, state = np.where(kind == NOTHING, left, span), [np.zeros_like(left) for _ in range(4)]
     for which in (FORCE_ZERO, VELOCITY_ZERO, SLIP_ONSET, NOTHING):
@@ -316,7 +322,7 @@ def settled_ends(
 
 
 def _nearest(part, t, near, far):
-    """Return the edge at which s is."""
+    """Return the edge of the static cone that is nearest to s."""
     s = part.state(t)[2]
     return np.where(np.abs(s - near) <= np.abs(s - far), near, far)
 
@@ -337,7 +343,7 @@ class _Search:
         self.doubtful = np.zeros(left.size, bool)
 
     def stretches(self, end):
-        """Yield (rows without an event so far, start, end) of the stretches, as far as they matter."""
+        """Yield (rows without an event so far, start, end) of the stretches between three extrema, and to the end."""
         turn, half = self.motion.turning(), self.motion.half_period
         lo = np.zeros_like(end)
         for hi in (*(np.minimum(t, end) for t in (turn, turn + half, turn + 2 * half)), end):
@@ -347,11 +353,11 @@ class _Search:
             lo = hi
 
     def watch(self, rows, value, size, asked=True):
-        """Put in doubt the rows whose value has no clear sign."""
+        """Mark as doubtful the rows whose value has no clear sign."""
         self.doubtful[rows] |= asked & ~(np.abs(value) > MARGIN * size)
 
     def opening(self, z_sign):
-        """Tell where z moves off the plane at first; close to the plane that must be clear."""
+        """Tell where z moves away from the plane at first; doubtful where z is close to it and z' has no clear sign."""
         motion = self.motion
         pull = motion.fall * motion.s0
         rate = motion.a + pull
@@ -360,7 +366,7 @@ class _Search:
         return (motion.z0 == 0) | (z_sign * rate > 0)
 
     def require_off(self, rows, off):
-        """Put in doubt the rows that pass a surface on which they started, and so begin on its other side."""
+        """Mark as doubtful the rows that pass a surface on which they started, and so begin on its other side."""
         self.doubtful[rows] |= ~off
 
     def found(self, rows, kind, time, state):
@@ -368,7 +374,7 @@ class _Search:
         self._put(rows, state)
 
     def passed(self, rows, hi, state):
-        """Keep the states at hi of the rows that met no event: the last ones are those at the end."""
+        """Keep the states at hi of the rows that met no event; after the last stretch these are the end states."""
         on = self.kind[rows] == NOTHING
         self._put(rows[on], [v[on] for v in state])
 

@@ -1,9 +1,9 @@
-r"""How far rounding carries a run in doubles: a first-order account that a run gives of itself.
+r"""The rounding error of a run in doubles: a first-order estimate from the segments of the run itself.
 
-Each closed form is a sum, and is wrong by the rounding of its largest terms; it also runs on a clock that is wrong in
-proportion, because its exponents are rounded. An event turns the error of what vanishes there into one of the time;
-at ``until`` time is exact again. The derivative of the final state is carried from the end to the start, so that each
-error is weighed by what becomes of it: bounds carried forward would grow without reason over many events.
+Each closed form is a sum, whose error is the rounding of its largest terms; the rounding of its exponents acts like a
+relative error of the time. At an event the error of the quantity that vanishes becomes an error of the time; the final
+time ``until`` is exact. The derivative of the final state is carried backwards from the end to the start, so that each
+error is weighted by its effect on the end: bounds carried forward would grow without reason over many events.
 """
 
 from collections.abc import Sequence
@@ -16,14 +16,14 @@ from asympk.systems.painleve_klein.flow.fastslow import FastSlowSegment
 if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.segments import RodMode, SolvedSegment
 
-CALM_SEGMENTS = 6
+CALM_SEGMENTS = 6  # a run with more is never taken as calm
 
 
 def calm(segments: "Sequence[SolvedSegment]", until: Number) -> bool:
-    """Tell whether nothing in a run can amplify rounding: a quick look that spares the ordinary run its account.
+    """Tell whether nothing in a run can amplify rounding: a quick test that makes ``estimated_error`` unnecessary.
 
-    Few segments, all of two exponentials well apart; a growing part that does not come from a cancellation; events met
-    at speed; drifts and final rates that are in proportion to the path.
+    A calm run has few segments, each of two well separated exponentials; no growing part of it comes from a
+    cancellation; it meets events at a speed that is not small; drifts and final rates are in proportion to the path.
     """
     if len(segments) > CALM_SEGMENTS:
         return False
@@ -61,7 +61,7 @@ def rates_at(mode: "RodMode", state: tuple[Number, ...]) -> tuple[Number, Number
 
 
 def _rounded(segment, t, state):
-    """Return the rounding errors of x, s, z that a segment makes by itself, and that of its clock."""
+    """Return the rounding errors of x, s and z that a segment itself adds, and the error of its time."""
     mode = segment.mode
     if type(segment) is FastSlowSegment and t >= segment.short:
         fast_x, _, fast_z, slow_z, lift, _, rest, rate = mode.sizes
@@ -81,7 +81,7 @@ def _rounded(segment, t, state):
 
 
 def estimated_error(segments: "Sequence[SolvedSegment]") -> float:
-    """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|; NaN beyond the doubles."""
+    """Estimate the error of (x, z) at the end, relative to the largest of 1, |x|, |z|; NaN where doubles overflow."""
     dx, _, dz = rates_at(segments[-1].segment.mode, segments[-1].end)
     of_x, of_z = (_weighed(segments, row) for row in ((1.0, 0.0, 0.0, -dx), (0.0, 0.0, 1.0, -dz)))
     return (max(of_x, of_z) + 0 * (of_x + of_z)) / largest_state(segments)
@@ -107,7 +107,7 @@ def _weighed(segments, row):
 
 
 def _derivatives(segment, t):
-    """Return (g', g, h) at t: the derivatives of the state by the start are made of them."""
+    """Return (g', g, h) at t, from which the derivatives of the state by the start follow."""
     mode = segment.mode
     if type(segment) is not FastSlowSegment or t < segment.short:
         return segment.responses(t)[:3]
@@ -118,7 +118,7 @@ def _derivatives(segment, t):
 
 
 def _misplaced(segment):
-    """Return the error of s at the start that rounding the deviation from the slow line amounts to."""
+    """Return the error of s at the start that is equivalent to rounding the deviation from the slow line."""
     if type(segment) is not FastSlowSegment:
         return UNIT * abs(segment.s0)
     if segment.known:

@@ -1,11 +1,12 @@
-r"""The exact flow: one closed form per mode, and event times from roots that are alone in their brackets.
+r"""The exact flow: one closed form per mode, and event times as roots that are alone in their brackets.
 
-The trajectory is linear in each mode, and one text follows it in doubles and in mpmath numbers. What makes it exact is
-that nothing is searched by sampling: between the extrema of s, which are known in closed form, signs bracket every
-event alone (Lemma 1), and where s oscillates its first three extrema are enough (Lemma 2).
+The equations are linear in each mode, and the same code follows them in doubles and in mpmath numbers. No event is
+searched for by sampling: between the extrema of s, which are known in closed form, signs bracket every event alone
+(Lemma 1), and where s oscillates its first three extrema are enough (Lemma 2).
 
-At an event the quantity that vanishes is set, not computed; what follows is decided by derivatives. A sign that the
-numbers in use cannot decide raises ``Undecided``, and the flow is followed again with more digits.
+At an event the quantity that vanishes is set, not computed; derivatives decide which mode follows. A sign that the
+numbers in use cannot decide raises ``Undecided``, and the caller follows the flow again with more digits.
+``follow_rod`` is the loop over segments; ``slip_event``, the hard function, and ``stick_event`` end a segment.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,9 +30,9 @@ from asympk.systems.painleve_klein.modes import (
 
 RodMode: TypeAlias = FastSlow | SmoothMode
 RodSegment: TypeAlias = FastSlowSegment | SmoothSegment
-MOST_EVENTS = 1000
-WIDEST = 1e100
-MOST_STEPS = 60
+MOST_EVENTS = 1000  # of one run
+WIDEST = 1e100  # of mu/|b|, whose square must be a double
+MOST_STEPS = 60  # of Newton's method onto an event
 
 
 class RodFlow:
@@ -47,7 +48,7 @@ class RodFlow:
         return coefficients(name, self.sigma)
 
     def mode(self, name: str) -> RodMode:
-        """Return the closed form of the mode that suits its parameters."""
+        """Return the closed form of the mode: two exponentials where mu/b is in [-2, 1/8], else ``SmoothMode``."""
         if name not in self._modes:
             a, b = self.load(name)
             form = FastSlow if b and -2 <= self.mu / b <= 0.125 else SmoothMode
@@ -57,7 +58,7 @@ class RodFlow:
     def split(self, name: str) -> FastSlow:
         """Return the closed form by two real exponentials, for starts given relative to the slow line.
 
-        Raises ``Undecided`` where doubles cannot hold the squares of its constants, or the gap between its roots.
+        Raises ``Undecided`` where doubles cannot hold the squares of the constants, or the gap between the exponents.
         """
         usual = self.mode(name)
         if type(usual) is FastSlow:
@@ -93,17 +94,17 @@ def decided(m: Arithmetic, value: Number, size: Number) -> int:
 
 
 def lost(m: Arithmetic, value: Number, size: Number) -> bool:
-    """Tell whether a value, positive inside its mode, is negative; not where it is ``vanishing``."""
+    """Tell whether a value, positive inside its mode, is negative; False where the value is ``vanishing``."""
     return decided(m, value, size) < 0 and value < -m.slack * size
 
 
 def vanishing(m: Arithmetic, value: Number, size: Number) -> bool:
-    """Tell whether a value is zero but for rounding, where signs are taken as they are."""
+    """Tell whether a value is zero to rounding, in numbers ``m`` that take signs as they are (``margin`` 0)."""
     return not m.margin and abs(value) <= m.slack * size
 
 
 class SolvedSegment(NamedTuple):
-    """One segment of a solution: mode, start time, closed form, the event that ends it or "", duration, last state."""
+    """One segment of a solution: mode, start time, closed form, kind of the event that ends it or "", duration, end."""
 
     mode: str
     start: Any
@@ -117,10 +118,12 @@ def follow_rod(
     flow: RodFlow, start: tuple[Number, ...], until: Number, deviation: Number | None = None,
     known: Sequence[SolvedSegment] | None = None, on_event: Callable[[Number], None] | None = None,
 ) -> list[SolvedSegment]:  # fmt: skip
-    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, both signs those just after the start.
+    """Follow the flow from ``start = (x, y, s, z, sign of s, sign of z)``, with both signs just after the start.
 
-    Return the segments of the solution; a state is (x, y, s, z, mu y'). ``known`` are those of the same motion in
-    coarser numbers, to be refined; ``on_event`` is called with the time of every event.
+    Return the segments of the solution; a state is (x, y, s, z, mu y'). ``deviation`` is the start's distance in s from
+    the slow line, if known better than the state. ``known`` are the segments of the same motion in coarser numbers,
+    which are refined; ``on_event`` is called with the time of every event. Raises ``Undecided``, ``TooManyEvents``,
+    and ``TooLarge`` where y exceeds the range of the numbers.
     """
     x, y, s, z, s_sign, z_sign = start
     m, t = flow.m, 0 * until
@@ -152,7 +155,7 @@ def follow_rod(
 
 
 def _after(flow, kind, s_sign, z_sign, s, y, size):
-    """Return s, and its sign and that of z, just after an event at the load s, a sum of terms up to ``size``."""
+    """Return (s, sign of s, sign of z) just after an event at the load s, a sum of terms up to ``size``."""
     if kind != "velocity_zero":
         return s, *signs_after(kind, s_sign, z_sign, s, False)
     m = flow.m
@@ -168,7 +171,7 @@ def _sign(m, value, size):
 
 
 def _next_event(flow, segment, s_sign, z_sign, left):
-    """Return (kind, time, state) of the event that ends a segment, in doubles by its shortcut where that is sure."""
+    """Return (kind, time, state) of the event that ends a segment, in doubles by ``shortcut`` where that gives one."""
     if z_sign:
         quick = flow.m is Doubles and shortcut.slip_end(segment, s_sign, z_sign, left)
         return quick or slip_event(flow, segment, s_sign, z_sign, left)
@@ -177,7 +180,7 @@ def _next_event(flow, segment, s_sign, z_sign, left):
 
 
 def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
-    """Require that an end which is wrong by ``late`` changes no event; ``since`` is the time after the last one."""
+    """Raise ``Undecided`` if an error ``late`` of the final time may change an event; ``since`` is the last span."""
     mode, (_, y, s, z, thrust) = segment.mode, state
     moved = late * abs(y + thrust / mode.mu)
     if z_sign:
@@ -193,7 +196,8 @@ def slip_event(
 ) -> tuple[str, Number, tuple[Number, ...]]:
     """Return (kind, time, state) of the event that ends a slip, or ("", left, state) when the time ends first.
 
-    A load that only touches zero keeps its sign; a velocity that does sticks if static friction exceeds the kinetic.
+    A load that only touches zero keeps its sign. A velocity that only touches zero ends the slip if static friction
+    exceeds kinetic friction.
     """
     mode = segment.mode
     a, fall = mode.a, mode.fall
@@ -214,7 +218,7 @@ def slip_event(
 
 
 def _slip_end(flow, segment, s_sign, z_sign, left):
-    """Return the event that a slip meets just where the time ends, or ("", left, state)."""
+    """Return the event that a slip meets exactly at the end of the time, or ("", left, state)."""
     mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
     if mode.m.margin:
         return "", left, (x, y, s, z, thrust)
@@ -226,7 +230,7 @@ def _slip_end(flow, segment, s_sign, z_sign, left):
 
 
 def _side(m, side, one, other):
-    """Return the sign of ``side`` times the sum of two terms, 0 where it is zero but for rounding."""
+    """Return the sign of ``side`` times the sum of two terms, or 0 where the sum is zero to rounding."""
     value = side * (one + other)
     return sign_of(value) * (abs(value) > m.slack * (abs(one) + abs(other)))
 
@@ -237,7 +241,7 @@ def _vanishes(segment, t, z):
 
 
 def _opening(segment, z_sign):
-    """Tell whether z moves off the plane; where z' is zero its next derivatives tell, if z is not near the plane."""
+    """Tell whether z moves away from the plane at the start; where z' = 0 and z is off the plane, by z'' or z'''."""
     mode = segment.mode
     pull = mode.fall * segment.s0
     rate, margin = mode.a + pull, mode.m.margin
@@ -251,7 +255,7 @@ def _opening(segment, z_sign):
 def _slip_event(flow, segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
     """Return the event in (lo, hi], a stretch on which s is monotone, or None.
 
-    ``opening`` and ``opens`` tell whether z moves off the plane at lo and at hi.
+    ``opening`` and ``opens`` tell whether z moves away from the plane at lo and at hi.
     """
     m, t = segment.mode.m, None
     if lost(m, z_sign * z, segment.z_size(hi)):
@@ -270,13 +274,13 @@ def _slip_event(flow, segment, s_sign, z_sign, lo, hi, s, z, opening, opens):
 
 
 def _require_off(start):
-    """Require that a motion which passes a surface did not start on it: one that did begins on its other side."""
+    """Raise ``Undecided`` if a motion that passes a surface started on it, and so begins on the other side."""
     if not start:
         raise Undecided
 
 
 def _leaving(segment, z_sign, lo, hi, s):
-    """Return a time in (lo, hi), before the root of z there, at which z is off a plane that it starts on."""
+    """Return lo, or for a start on the plane z = 0 a time in (lo, hi) at which z is off it, before its root there."""
     if lo or segment.z0:
         return lo
     t = segment.s_root(segment.mode.a / (segment.mode.b - 1), lo, hi, 1 if s > segment.s0 else -1)
@@ -285,7 +289,7 @@ def _leaving(segment, z_sign, lo, hi, s):
 
 
 def _dip(flow, segment, z_sign, lo, hi):
-    """Return the time in (lo, hi) at which z leaves its side though it is back at hi, or sticks; or None."""
+    """Return the time in (lo, hi) at which z crosses the plane, to be back at hi, or touches it and sticks; or None."""
     mode = segment.mode
     least = segment.s_root(mode.a / (mode.b - 1), lo, hi, z_sign if mode.b < 1 else -z_sign)
     z = segment.state(least)[3]
@@ -311,7 +315,7 @@ def stick_event(
 
 
 def _stick_end(flow, segment, s_sign, left):
-    """Return the slip onset that stick meets just where the time ends, or ("", left, state)."""
+    """Return the slip onset that stick meets exactly at the end of the time, or ("", left, state)."""
     mode, (x, y, s, z, thrust) = segment.mode, segment.state(left)
     near, far = (None, None) if mode.m.margin else flow.edges(s_sign)
     for edge, side in ((near, -s_sign), (far, 1)):
@@ -324,7 +328,7 @@ def _stick_end(flow, segment, s_sign, left):
 def refined_event(
     flow: RodFlow, segment: RodSegment, known: SolvedSegment, s_sign: int, left: Number
 ) -> tuple[str, Number, tuple[Number, ...]]:
-    """Return (kind, time, state) of the event, or of the end, of a segment that is ``known`` in coarser numbers."""
+    """Return (kind, time, state) of the event or end of a segment, refined from ``known`` in coarser numbers."""
     if not known.kind:
         return "", left, segment.state(left)
     t = flow.m.number(known.span)
@@ -335,14 +339,14 @@ def refined_event(
 
 
 def _counterpart(known, done, name):
-    """Return the known segment that the one after ``done``, in the mode ``name``, must be."""
+    """Return the known segment after those ``done``; raises ``Undecided`` unless its mode is ``name``."""
     if len(done) == len(known) or known[len(done)].mode != name:
         raise Undecided
     return known[len(done)]
 
 
 def on_plane(segment: RodSegment, t: Number) -> tuple[Number, tuple[Number, ...]]:
-    """Return the time and the state where z = 0: those at the root t, moved by the step that t is too coarse for."""
+    """Return the time and the state where z = 0: from t by Newton's method, the last step taken in the state itself."""
     mode = segment.mode
     for _ in range(MOST_STEPS):
         x, y, s, z, thrust = segment.state(t)
@@ -360,7 +364,7 @@ def on_plane(segment: RodSegment, t: Number) -> tuple[Number, tuple[Number, ...]
 
 
 def on_level(segment: RodSegment, level: Number, t: Number) -> tuple[Number, tuple[Number, ...]]:
-    """Return the time and the state where s = level, likewise."""
+    """Return the time and the state where s = level, as ``on_plane`` does where z = 0."""
     mode = segment.mode
     for _ in range(MOST_STEPS):
         x, y, s, z, thrust = segment.state(t)
@@ -378,7 +382,7 @@ def on_level(segment: RodSegment, level: Number, t: Number) -> tuple[Number, tup
 
 
 def stretches(segment: RodSegment, end: Number) -> tuple[Number, ...]:
-    """Return the ends of the stretches of (0, end) on which s is monotone, as far as they matter."""
+    """Return the ends of the stretches of (0, end) on which s is monotone: its first three extrema, and ``end``."""
     turn = segment.turning()
     if turn is None or turn >= end:
         return (end,)
