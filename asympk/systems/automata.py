@@ -1,4 +1,4 @@
-"""The automaton of a scene: of its own system, or of the Painlevé-Klein rod where it names none."""
+"""The automaton of a scene: of the scene's system, or of the Painlevé-Klein rod for a scene without a system."""
 
 from typing import Any
 

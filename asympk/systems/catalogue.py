@@ -1,8 +1,8 @@
-"""What the mechanisms of the catalogue share: their symbols, and a scene from names and numbers.
+"""The shared part of the mechanisms of the catalogue: their common symbols, and a scene from names and numbers.
 
 A module of the catalogue has ``mechanism()``, ``system()``, ``scenes()``, the numbers of an example, ``VALUES`` and
-``STATE``, and ``TURN``, what its paradox is told over: a coordinate or parameter, the ends of its range, and, as
-functions of it, the coordinates that the closed contact ties to it.
+``STATE``, and ``TURN``, the variable over which its paradox is shown: a coordinate or parameter, the ends of its range,
+and the coordinates that the closed contact determines, as functions of that variable.
 """
 
 from collections.abc import Callable, Mapping
@@ -37,18 +37,18 @@ def example_scene(
 def start_at(
     mechanism: Mechanism, system: System, values: Mapping[str, Any], state: Mapping[str, Any]
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the start of an elastic or rigid ``system`` at a ``state``; ``values`` may have those of other symbols."""
+    """Return the start of an elastic or rigid ``system`` at a ``state``; ``values`` may contain further symbols."""
     own = {str(s) for s in (*mechanism.plain.parameters, system.small)}
     return mechanism.start(system, {**{k: v for k, v in values.items() if k in own}, **state})
 
 
 def about_system(name: str) -> str:
-    """Return the line on a system of the catalogue."""
+    """Return the first line of the module of a system of the catalogue, which describes it."""
     return str(import_module(f"asympk.systems.{name}").__doc__).partition("\n")[0]
 
 
 def example_scenes(name: str) -> tuple[Scene, ...]:
-    """Return the scenes of a system of the catalogue, those of the Painlevé-Klein rod for its kernel."""
+    """Return the scenes of a system of the catalogue; for the Painlevé-Klein rod, in the form that its kernel takes."""
     return tuple(kernel_scene(scene) or scene for scene in import_module(f"asympk.systems.{name}").scenes())
 
 

@@ -1,8 +1,8 @@
-"""The kernel of the Painlevé-Klein rod: what follows its scenes faster than the general engine.
+"""The kernel of the Painlevé-Klein rod: the modules that follow its scenes faster than the general engine.
 
-One test of ``tests/affine/test_affine_scenes.py`` holds it to the general engine over random scenes. It offers every
-method in the first table for one scene, as ``run(scene, method, **options) -> Path``, and every method in the second
-for arrays, as ``solve_many(*columns, method, **options)``. A method that it does not offer is the general one.
+``FOR_SCENES`` names the module of a method for one scene, with ``run(scene, method, **options) -> Path``, and
+``FOR_ARRAYS`` for arrays, with ``solve_many(*columns, method, **options)``. The general engine runs a method that is
+not in the table. A test in ``tests/affine/test_affine_scenes.py`` compares both over random scenes.
 """
 
 from dataclasses import replace
@@ -26,7 +26,7 @@ FOR_ARRAYS = {
 
 
 def is_rod(system: Any) -> bool:
-    """Tell whether a ``System`` is the Painlevé-Klein rod's."""
+    """Tell whether a ``System`` is that of the Painlevé-Klein rod."""
     if tuple(s.name for s in system.parameters) != ("mu", "sigma", "sigma0"):
         return False
     from asympk.systems import painleve_klein
@@ -35,7 +35,7 @@ def is_rod(system: Any) -> bool:
 
 
 def kernel_scene(scene: Any) -> Scene | None:
-    """Return ``scene`` as one of the Painlevé-Klein rod, where its system is the rod's; else None."""
+    """Return ``scene`` as a scene of the Painlevé-Klein rod if its system is that of the rod, else None."""
     if scene.system is None:
         return scene
     if not is_rod(scene.system):
@@ -45,5 +45,5 @@ def kernel_scene(scene: Any) -> Scene | None:
 
 
 def as_asked(path: Any, scene: Any) -> Any:
-    """Return a path of a kernel as one of the scene that was asked for."""
+    """Return the path of a kernel with ``scene``, as the caller gave it, for its scene."""
     return path if path.scene is scene else replace(path, scene=scene)

@@ -1,6 +1,6 @@
 r"""The rod of (2.1) with its geometry kept: Fufaev's system before the small-angle step (2.2).
 
-With delta = x_1 - x_2 = l cos(alpha) g x, the part of its span by which the rod is shorter, the length of the rod is
+With delta = x_1 - x_2 = l cos(alpha) g x, by which the span of the rod is shorter, the length of the rod is
 l q with q^2 = 1 - cos(alpha)^2 (2 g x - g^2 x^2), and
 
     r = R cos(alpha) / P = (2 x - g x^2) / (1 + q) + C y,    C = cos(alpha + beta) / cos(alpha) = (1 - g x) / q,
@@ -8,7 +8,7 @@ l q with q^2 = 1 - cos(alpha)^2 (2 g x - g^2 x^2), and
 
 The states and scales are those of (2.7): delta is Hooke's law (2.2) for the elastic reaction x = rho. g = kappa mu with
 kappa = P l h^2 / (m cos(alpha)), which does not depend on the stiffness: the terms that (2.2) drops are of the order
-kappa mu, as are those that mu itself brings.
+kappa mu, the same order in mu as the first corrections by mu itself.
 """
 
 from functools import cache
@@ -25,7 +25,7 @@ _COSINE, _SHORTER, _LENGTH = sp.symbols("c g q", positive=True)
 
 
 def span_ratio() -> sp.Expr:
-    """Return kappa in physical quantities: kappa mu x is what (2.2) makes of delta / (l cos(alpha))."""
+    """Return kappa in physical quantities, from kappa mu x = delta / (l cos(alpha)) with delta by (2.2)."""
     return sp.cancel(_displacement() / (rod.l * sp.cos(rod.alpha) * x * rod.find_scales(rod.elastic_rod()).mu))
 
 
@@ -75,7 +75,7 @@ def exact_reaction() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 
 
 def _nondimensional(expr):
-    """Put the length l q and the scales in; 1 - q becomes (1 - q^2) / (1 + q), which does not cancel for small g."""
+    """Substitute the length l q and scales; 1 - q becomes (1 - q^2) / (1 + q), which does not cancel for small g."""
     shorter = rod.l * _COSINE * _SHORTER * x
     stiffness = sp.solve(sp.Eq(_displacement().subs(sp.cos(rod.alpha), _COSINE), shorter), rod.k)[0]
     expr = expr.replace(_is_root, lambda root: (rod.l * _LENGTH) ** (2 * root.exp))

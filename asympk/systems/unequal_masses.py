@@ -26,7 +26,7 @@ TURN: Turn = ("alpha", "1/20", "3/2", {})
 
 @cache
 def mechanism() -> Mechanism:
-    """Return the two masses; the gap is by how much the rod is longer than unloaded, for small changes (2.2)."""
+    """Return the two masses; the gap is the lengthening of the rod, to first order (2.2)."""
     t = dynamicsymbols._t
     kinetic = (m1 * x1.diff(t) ** 2 + m2 * x2.diff(t) ** 2) / 2
     rod = Contact(gap=(x2 - x1) * sp.cos(alpha), slip=x1, friction=f, load=sp.sin(alpha))

@@ -3,9 +3,9 @@
     rod -> equations -> units        in symbols, from first principles
     modes -> flow -> arrays          in numbers: the kernel that ``systems.kernels`` plugs in
 
-The names of ``equations`` are those of this package; they are loaded when one is asked for, since the kernel follows a
-scene without any symbols. Source: N. A. Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of
-Solids (1991), in Russian.
+The package offers the names of ``equations``, and loads that module at their first use, since the kernel follows a
+scene without symbols. Source: N. A. Fufaev, Dynamics of the system in the Painlevé-Klein example, Mechanics of Solids
+(1991), in Russian.
 """
 
 from importlib import import_module

@@ -32,7 +32,7 @@ ASSUMPTIONS = sp.And(sigma > -2, sigma0 >= sigma)
 
 @dataclass(frozen=True)
 class Group:
-    """A nondimensional quantity of section 2: its symbol, its definition in physical quantities, what it means."""
+    """A nondimensional quantity of section 2: its symbol, its definition in physical quantities, and its meaning."""
 
     symbol: sp.Symbol
     definition: sp.Expr

@@ -1,8 +1,8 @@
-r"""The modes of the Painlevé-Klein rod in numbers of any kind, floats, mpf and arrays alike.
+r"""The modes of the Painlevé-Klein rod in numbers of any kind: floats, mpf and arrays.
 
 With s = x + y every mode is ``mu y' = a - b s``, ``z' = a - (b - 1) s`` (2.7)-(2.9). Stick holds on z = 0 where s
 lies in the static cone |1 - s| <= (sigma0 + 2)|s|, which is an interval of 1/s. The proofs in ``asympk.certify`` have
-their own text; a test compares both with the ``System`` that is derived from the rod.
+code of their own; a test compares both with the ``System`` that is derived from the rod.
 """
 
 from collections.abc import Callable
@@ -27,18 +27,18 @@ def cone(sigma0: Any) -> tuple[Any, Any]:
 
 
 def inverse_edges(sigma0: Any, s: Any) -> tuple[Any, Any]:
-    """Return the inverses of the edges (near zero, far from zero) that the cone has on the side of s; 0 for no edge."""
+    """Return the inverses of the cone's edges (near zero, far from zero) on the side of s, with 0 for no edge."""
     low, high = cone(sigma0)
     return low * (low < 0) * (s < 0) + high * (s >= 0), low * (low > 0) * (s > 0)
 
 
 def grip(sigma0: Any, s: Any) -> Any:
-    """Return ``(sigma0 + 2)|s| - |1 - s|``: what static friction can hold less what it must, positive in the cone."""
+    """Return ``(sigma0 + 2)|s| - |1 - s|``, the largest static friction less the friction needed; > 0 in the cone."""
     return (sigma0 + 2) * abs(s) - abs(1 - s)
 
 
 def leaving(s: Any) -> Any:
-    """Return the sign of z after z = 0 outside the static cone: that of z' = 1 - s - F, where 1 - s outweighs F."""
+    """Return the sign of z just after z = 0 outside the static cone: the sign of 1 - s, which exceeds the friction."""
     return 2 * (s < 1) - 1
 
 
@@ -50,10 +50,11 @@ def signs_after(kind: str, s_sign: Any, z_sign: Any, s: Any, sticks: Any) -> tup
 
 
 def first_signs(sign: Callable[[Any, Any], int], sigma0: Any, mu: Any, s: Any, y: Any, z: Any) -> tuple[int, int, bool]:
-    r"""Return the signs of s and z just after a state, and whether it sticks on an edge; ``sign(value, size)``.
+    r"""Return the signs of s and z just after a state, and whether the state sticks on an edge of the static cone.
 
-    At s = 0 the sign is that of s' = y + 1/mu, then of s'' = 1/mu. At z = 0 the static cone decides, and on its edge
-    the rate s' = y - s/mu at which sticking moves s, then s'' = -s/mu.
+    ``sign(value, size)`` returns the sign of a sum of terms up to ``size``. At s = 0 the sign of s is that of
+    s' = y + 1/mu, then that of s'' = 1/mu. At z = 0 the static cone decides; on its edge the rate in stick decides,
+    s' = y - s/mu, and then s'' = -s/mu.
     """
     s_sign = sign_of(s) or sign(1 + mu * y, 1) or 1
     if z:

@@ -2,7 +2,8 @@ r"""The rod of the Painlevé-Klein example in physical quantities, rigid (sectio
 
 Masses M_1 (rough guide) and M_2 (smooth guide) slide along parallel lines; a massless rod at the angle alpha joins
 them; P pushes M_1. The reaction R > 0 means a compressed rod. Everything here follows from Newton's law for the two
-masses, Coulomb's law on M_1, the rod's geometry and the rod's law.
+masses, Coulomb's law on M_1, the rod's geometry and the rod's law. ``rigid_motions`` decides which motions the rigid
+rod has, ``elastic_rod`` derives (2.4), and ``find_scales`` finds its nondimensional form.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ R, F, N1, N2 = sp.symbols("R F N_1 N_2", real=True)
 R1, dR1, ddR1 = sp.symbols("R_1 Rdot_1 Rddot_1", real=True)
 a1, a2 = sp.symbols("xddot_1 xddot_2", real=True)
 kappa = sp.Symbol("kappa", real=True)  # the paper's mu = +-f in section 1, where it is not yet the small parameter
-delta = sp.Symbol("delta", real=True)  # x_1 - x_2, by how much the masses have come closer
+delta = sp.Symbol("delta", real=True)  # x_1 - x_2, the approach of the masses
 steepness = sp.Symbol("w", real=True)
 
 MASS, LENGTH, TIME = sp.symbols("M L T", positive=True)
@@ -125,21 +126,21 @@ def count_motions(velocity: int, position: sp.Expr) -> int:
 
 
 def geometry() -> tuple[sp.Expr, sp.Expr]:
-    r"""Compression Delta l and turn beta of the rod after M_1 has gained delta on M_2, without approximation."""
+    r"""Return the compression Delta l and the turn beta of the rod for x_1 - x_2 = delta, without approximation."""
     gap, height = l * sp.cos(alpha) - delta, l * sp.sin(alpha)
     return l - sp.sqrt(gap**2 + height**2), sp.atan2(height, gap) - alpha
 
 
 @cache
 def small_angle() -> tuple[sp.Expr, sp.Expr]:
-    r"""Keep the terms linear in delta: Delta l = delta cos(alpha), l beta = delta sin(alpha) (2.2)."""
+    r"""Return Delta l and beta to first order in delta: Delta l = delta cos(alpha), l beta = delta sin(alpha) (2.2)."""
     compression, turn = geometry()
     first = (sp.diff(part, delta).subs(delta, 0) for part in (compression, turn))
     return tuple(sp.trigsimp(rate) * delta for rate in first)
 
 
 def kelvin_voigt() -> sp.Expr:
-    """Return the reaction of a spring k Delta l / l beside a damper h k (Delta l)': R = R_1 + h l R_1' (2.3)."""
+    """Return the reaction of a spring k Delta l / l parallel to a damper h k (Delta l)': R = R_1 + h l R_1' (2.3)."""
     stretch_rate = dR1 * l / k  # of Delta l = l R_1 / k
     return R1 + h * k * stretch_rate
 
@@ -148,9 +149,9 @@ def kelvin_voigt() -> sp.Expr:
 class ElasticRod:
     """The elastic rod in physical quantities.
 
-    ``law`` is R in terms of R_1 and R_1'; ``balance`` the left minus the right of the first equation of (2.4);
-    ``acceleration`` is u'; ``dropped`` the term neglected beside 1 in cos(alpha + beta) / cos(alpha), and
-    ``dropped_friction`` the one in sin(alpha + beta) / sin(alpha). F is the friction force on M_1.
+    ``law`` is R in terms of R_1 and R_1'; ``balance`` is the left minus the right side of the first equation of (2.4);
+    ``acceleration`` is u'. ``dropped`` is the term neglected against 1 in cos(alpha + beta) / cos(alpha), and
+    ``dropped_friction`` the term neglected in sin(alpha + beta) / sin(alpha). F is the friction force on M_1.
     """
 
     law: sp.Expr
@@ -173,9 +174,9 @@ class ElasticRod:
 def elastic_rod(law: sp.Expr | None = None) -> "ElasticRod":
     r"""Derive (2.4) from Newton's law at alpha + beta, the small angle (2.2) and the rod's ``law`` (default (2.3)).
 
-    With delta = l R_1 / (k cos(alpha)) from Hooke's law, m delta'' = P + F - 2 R cos(alpha + beta); then
-    cos(alpha + beta) = cos(alpha) (1 - dropped + ...). Raises ``InputError`` for a law in other symbols than R_1,
-    R_1' and constants of known dimension, or one that is not a force.
+    With delta = l R_1 / (k cos(alpha)) from Hooke's law, m delta'' = P + F - 2 R cos(alpha + beta), and
+    cos(alpha + beta) = cos(alpha) (1 - dropped + ...). Raises ``InputError`` for a law that is not a force, or that
+    contains other symbols than R_1, R_1' and constants of known dimension.
     """
     law = kelvin_voigt() if law is None else expression("law", law)
     if dimension(law) != _FORCE or law.has(ddR1, R, F):
@@ -224,8 +225,8 @@ class Scales:
 def find_scales(rod: "ElasticRod") -> "Scales":
     r"""Find the scales that make the equations canonical.
 
-    The load R cos(alpha) / P must begin rho + rho', and v' must begin with 1, the force P; mu is what then
-    multiplies rho''. Raises ``NotDerivable`` when the rod's law cannot be made so, as without damping.
+    In canonical form the load R cos(alpha) / P is rho + rho', and the force P contributes 1 to v'; mu is then the
+    coefficient of rho''. Raises ``NotDerivable`` for a law without this form, such as one without damping.
     """
     time, reaction, velocity = sp.symbols("T_ R_ V_", positive=True)
     elastic, viscous = (rod.law.diff(rate).subs({R1: 0, dR1: 0}) for rate in (R1, dR1))

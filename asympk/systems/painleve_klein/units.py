@@ -1,8 +1,8 @@
-r"""Physical quantities of the rod to nondimensional ones and back, by the groups of section 2.
+r"""Conversion of the rod's physical quantities to nondimensional ones and back, by the groups of section 2.
 
 The quantities are the mass m, the force P, the friction coefficients f and f0, the angle alpha, and the rod's length
-l, stiffness k and damping h, in any consistent units (SI: kg, N, 1, 1, rad, m, N, s/m). Every formula is that of
-``painleve_klein.groups()``, lowered; nothing is typed in here.
+l, stiffness k and damping h, in any consistent units (SI: kg, N, 1, 1, rad, m, N, s/m). All formulas come from
+``painleve_klein.groups()``, lowered to numbers; none is written a second time here.
 """
 
 from collections.abc import Iterable, Mapping
@@ -23,7 +23,7 @@ from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
 from asympk.systems.painleve_klein import rod
 
-DIGITS = 100
+DIGITS = 100  # of the nondimensional numbers, most of which are irrational functions of the angle
 STATE = ("R1", "dR1", "u", "t")
 RESULTS = ("sigma", "mu", "sigma0", "x", "y", "z", "until")
 SI = {"m": "kg", "P": "N", "f": "", "f0": "", "alpha": "", "l": "m", "k": "N", "h": "s/m", "R1": "N", "dR1": "N/s",
@@ -51,7 +51,7 @@ class Degrees:
 
 @dataclass(frozen=True)
 class Units:
-    """What one nondimensional unit is in physical ones: of time, of reaction and of velocity."""
+    """The nondimensional units of time, reaction and velocity, each as a physical quantity."""
 
     time: Fraction
     reaction: Fraction
@@ -85,7 +85,7 @@ class RodInUnits:
 
 @dataclass(frozen=True)
 class PhysicalScene:
-    """What a path told in physical quantities has for a scene: the start and the horizon, and the rod."""
+    """The scene of a path in physical quantities: start, horizon, and ``delay`` = h l, the unit of time."""
 
     name: str
     start: tuple[Any, ...]
@@ -110,7 +110,7 @@ class PhysicalScene:
 
 @dataclass(frozen=True)
 class PhysicalDense:
-    """The dense output of a path, told in physical quantities."""
+    """The dense output of a path in physical quantities."""
 
     path: Path
     units: Units
@@ -125,7 +125,7 @@ class PhysicalDense:
 
 @cache
 def formulas() -> dict[str, sp.Expr]:
-    """Return the nondimensional parameters, start and horizon as expressions of ``SYMBOLS``, by name."""
+    """Return the nondimensional parameters, start and horizon by name, as expressions in ``SYMBOLS``."""
     group = {g.symbol.name: g.definition for g in painleve_klein.groups()}
     time = 1 / sp.diff(group["tau"], SYMBOLS["t"])
     return {
@@ -165,7 +165,7 @@ def _angle(value):
 
 
 def nondimensional(quantities: Mapping[str, Number]) -> tuple[dict[str, Number], "Units"]:
-    """Return ``RESULTS`` and the ``Units``, as fractions right to 100 digits, from exact quantities by name."""
+    """Return ``RESULTS`` and the ``Units``, as fractions correct to 100 digits, from exact quantities by name."""
     values = [_value(quantities[name]) for name in SYMBOLS]
     found = _lowered("mpmath").to_digits(DIGITS, *values)
     found = [number(name, value) for name, value in zip((*RESULTS, "time", "reaction", "velocity"), found, strict=True)]
@@ -199,13 +199,13 @@ def scene(given: dict[str, Any], start: Any, until: Any, name: str = "") -> Scen
 
 
 def scene_in_units(scene: Scene) -> PhysicalScene:
-    """Return the names, the start and the horizon of a scene of a physical rod in its units."""
+    """Return the scene of a physical rod in its physical units, as a ``PhysicalScene``."""
     units = scene.rod.units
     return PhysicalScene(scene.name, units.state(*scene.start), units.moment(scene.until), float(units.time))
 
 
 def physical(path: Path) -> Path:
-    """Return ``path`` told in physical quantities: times, and (R_1, R_1', u) in place of (x, y, z)."""
+    """Return ``path`` in physical quantities: physical times, and (R_1, R_1', u) in place of (x, y, z)."""
     scene = path.scene
     if getattr(scene, "rod", None) is None:
         raise InputError("the path has no physical quantities; give its scene or file in m, P, f, alpha, l, k, h")

@@ -64,7 +64,7 @@ def balance_step(
 
     ``u`` is the constant, value - fast - slow. Where the fast part can balance the rest r(t) = -(u + k t + slow
     e^{slow_rate t}) and is steeper, the step is Newton's for ``rate t = log(r/fast)``. Where r has the wrong sign and
-    is smaller than the fast part, r must vanish first: the step is Newton's for r, or NaN close to the root of r.
+    is smaller than the fast part, r must vanish first: the step is Newton's for r, NaN near it or if rate > 0.
     Otherwise the step is Newton's for the whole. While the fast part has changed little, its change is balanced
     instead of its value, since large terms would cancel.
     """

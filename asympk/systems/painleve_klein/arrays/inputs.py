@@ -28,7 +28,7 @@ class Column:
     shape: tuple
 
     def rows(self, which: np.ndarray | slice) -> Number:
-        """Return the rows of a slice or of indices as contiguous doubles, or one double if all are equal."""
+        """Return the rows of a slice or of indices as contiguous doubles, or one double if ``values`` has one entry."""
         if self.values.size == 1:
             return np.float64(self.values.reshape(-1)[0])
         if self.values.shape == self.shape and self.values.flags.c_contiguous:
@@ -38,7 +38,7 @@ class Column:
         return np.ascontiguousarray(found, dtype=float)
 
     def array(self, which: np.ndarray | slice) -> np.ndarray:
-        """Return the rows as an array, also where all have the same value."""
+        """Return the rows as an array, also where ``values`` has one entry."""
         found = self.rows(which)
         if isinstance(found, float):
             size = len(range(*which.indices(prod(self.shape)))) if isinstance(which, slice) else len(which)

@@ -1,8 +1,9 @@
 """``method="exact"``: the exact flow in doubles, and on mpmath numbers to any number of digits.
 
-A run in doubles keeps account of its own rounding errors. Where they may show in the result its events are refined on
-mpmath numbers, and the result is rounded from there; where they may show in the course of events, where a sign cannot
-be told, or where the range of doubles ends, the flow is followed on mpmath numbers from the start.
+A run in doubles estimates its own rounding error (``rounding``). If this error may show in the result, the events are
+refined on mpmath numbers, and the result is rounded to doubles. If it may change the sequence of events, if a sign
+cannot be decided, or if doubles overflow, the flow is followed on mpmath numbers from the start.
+``followed_in_doubles`` makes this choice.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,17 +23,17 @@ if TYPE_CHECKING:
     from asympk.scene import Scene
     from asympk.systems.painleve_klein.flow.segments import SolvedSegment
 
-MOST_SPARE = 1200
-DIGITS_OF_DOUBLES = 20  # the distance to what is rounded does not add to the error of rounding
-SHOWN_OF_ERRORS = 3
-TRUSTED = 2e-15
-SAFETY = 4  # of an account to the first order
-REFINABLE = 2e-14  # well below the margin at which doubles decide a sign
-REFINED_DIGITS = 34
+MOST_SPARE = 1200  # digits at work beyond four times those asked for
+DIGITS_OF_DOUBLES = 20  # of a run that is rounded to doubles: its own error does not add to that of rounding
+SHOWN_OF_ERRORS = 3  # digits of an error
+TRUSTED = 2e-15  # estimated error up to which a run in doubles is the result
+SAFETY = 4  # factor on an error that is estimated to first order
+REFINABLE = 2e-14  # estimated error up to which events may be refined: doubles decide signs at a larger margin
+REFINED_DIGITS = 34  # at work when events are refined
 
 
 class RodNumbers(NamedTuple):
-    """The numbers of a scene, each exact in itself."""
+    """The numbers of a scene, each of them exact; ``near`` is (manifold, offset) for a start beside a slow line."""
 
     sigma: Any
     sigma0: Any
@@ -53,9 +54,9 @@ def run(
 ) -> Path:
     """Follow ``scene`` in closed form: in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
-    ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``.
-    With ``digits``, ``progress(t, until, working)`` is called after every event with the time reached and the digits
-    at work, of which there are two runs or more; what it raises ends the run.
+    The ``error`` of the path is an estimate in doubles; with ``digits`` it is the distance to a run of less precision.
+    With ``digits`` there are two runs or more, and ``progress(t, until, working)`` is called after every event with the
+    time reached and the digits at work; an exception from ``progress`` ends the run.
     """
     if digits is None:
         return _path(scene, None, *followed_in_doubles(_case(scene)))
@@ -72,7 +73,7 @@ def _case(scene):
 
 
 def followed_in_doubles(case: RodNumbers) -> "tuple[list[SolvedSegment], list[SolvedSegment], float, Callable]":
-    """Return (segments rounded to doubles, as they were followed, error, conversion to doubles) of a ``RodNumbers``."""
+    """Return (segments rounded to doubles, segments as followed, error, conversion to doubles) of a ``RodNumbers``."""
     try:
         solved = segments_of(Doubles, case)
         error = 0.0 if calm(solved, float(case.until)) else estimated_error(solved)
@@ -108,7 +109,7 @@ def _refining():
 def segments_of(
     m: Arithmetic, case: RodNumbers, known: "Sequence[SolvedSegment] | None" = None, on_event: Any = None
 ) -> "list[SolvedSegment]":
-    """Return the segments of the solution of ``case`` in the numbers of ``m``; the rest is as in ``follow_rod``."""
+    """Return the segments of the solution of ``case`` in the numbers of ``m``; ``follow_rod`` has the other options."""
     parameters = m.number(case.sigma), m.number(case.sigma0), m.number(case.mu)
     flow = _flow_in_doubles(*parameters) if m is Doubles else RodFlow(m, *parameters)
     start, deviation = beginning(flow, case)
@@ -116,7 +117,7 @@ def segments_of(
 
 
 def _certified(case, digits, largest=None, progress=None):
-    """Return (segments, error) right to ``digits`` digits."""
+    """Return (segments, error), correct to ``digits`` digits."""
     most = 4 * digits + MOST_SPARE
     m, until = flow_context(largest or most), float(case.until)
 
@@ -128,7 +129,7 @@ def _certified(case, digits, largest=None, progress=None):
 
 
 def _distance(coarse, fine):
-    """Return the distance of the final (x, z), relative to the largest on the path; None when the events differ."""
+    """Return the distance of the final (x, z), relative to the largest state on the path; None if the modes differ."""
     if [segment.mode for segment in coarse] != [segment.mode for segment in fine]:
         return None
     there, here = coarse[-1].end, fine[-1].end

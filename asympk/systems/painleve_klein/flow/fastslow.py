@@ -1,8 +1,8 @@
 r"""One mode in closed form where mu is small against b: a fast and a slow exponential, however small mu is.
 
-With k = mu/b, ``rho = (1 + sqrt(1 - 4k))/2`` the roots of ``mu l^2 + b l + b = 0`` are ``l1 = -rho/k`` (fast) and
+With k = mu/b and ``rho = (1 + sqrt(1 - 4k))/2`` the roots of ``mu l^2 + b l + b = 0`` are ``l1 = -rho/k`` (fast) and
 ``l2 = -1/rho`` (slow), and ``1 + l2 = -k/rho^2``, ``l1 - l2 = -sqrt(1 - 4k)/k``: nothing cancels. The exact slow line
-is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from it at the start, and C the rest of x; then
+is ``s = a/(b rho) + (1 + l2) x``. Let F be the deviation of s from this line at the start, and C the rest of x; then
 
     x = a/b + F e^{l1 t}/(l1 - l2) + C e^{l2 t},    s = a/b + (1 + l1) F e^{l1 t}/(l1 - l2) + (1 + l2) C e^{l2 t},
     z = z0 + (a/b) t + k (b-1)(y - y0).
@@ -26,7 +26,7 @@ SOON = 2.0**-10
 
 
 def two_exponentials(a: Any, b: Any, mu: Any, sqrt: Callable) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """Return (a/b, a/(b rho), l1, l2, l1 - l2, 1 + l2), and the shares of F in x, y, s, z and of C in z; arrays too."""
+    """Return (a/b, a/(b rho), l1, l2, l1 - l2, 1 + l2), and the coefficients of F in x, y, s, z and of C in z."""
     k = mu / b
     root = sqrt(1 - 4 * k)
     rho = (1 + root) / 2
@@ -36,7 +36,7 @@ def two_exponentials(a: Any, b: Any, mu: Any, sqrt: Callable) -> tuple[tuple[Any
 
 
 class FastSlow:
-    """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the share of F in x, and so on."""
+    """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``fast_x`` is the coefficient of F in x, and so on."""
 
     __slots__ = ("a", "b", "beta", "delicate", "fall", "fast_rate", "fast_s", "fast_x", "fast_y", "fast_z", "gap",
                  "lift", "line", "load", "m", "mu", "rest", "short", "sizes", "slight", "slow_rate", "slow_z", "turn")
@@ -54,7 +54,7 @@ class FastSlow:
         self.turn = m.log(abs(self.lift * self.slow_rate)) - m.log(abs(self.fast_s * self.fast_rate))
 
     def start(self, x: Number, y: Number, s: Number, z: Number, deviation: Number | None = None) -> "FastSlowSegment":
-        """Return the motion from a state; its ``deviation`` from the slow line may be known better than the state."""
+        """Return the motion from a state; give its ``deviation`` from the slow line if known better than the state."""
         return FastSlowSegment(self, x, y, s, z, deviation)
 
 
@@ -71,7 +71,7 @@ class FastSlowSegment:
         self.fast = fast = deviation if self.known else s - mode.line - mode.lift * x
         self.slow = slow = x - mode.rest - fast * mode.fast_x
         self.slow_s = slow_s = mode.lift * slow
-        # at short times the two exponentials nearly cancel where the rest a/b or the slow part is large, or s is small
+        # at short times the two exponentials nearly cancel if a/b or the slow part is large, or s is small
         delicate = mode.delicate or abs(slow_s) > abs(s) + abs(mode.rest) or 0 < abs(s) < mode.slight
         self.short = mode.short if delicate and not self.known else 0
 
@@ -82,7 +82,7 @@ class FastSlowSegment:
         return FastSlow(m, mode.a, number(mode.b), number(mode.mu)).start(*map(number, state))
 
     def horizon(self, until: Number) -> Number:
-        """Return ``until``, or the time at which a growing fast part would end the range of the numbers."""
+        """Return ``until``, or the earlier time at which a growing fast part would overflow."""
         m, rate = self.mode.m, self.mode.fast_rate
         if rate * until < m.most_exponent or not self.fast:
             return until

@@ -1,7 +1,7 @@
-r"""Roots known to be alone between two times: Newton's method inside a bracket.
+r"""Roots that are known to be alone between two times: Newton's method inside a bracket.
 
-The equation of a fast and a slow exponential is solved for the exponent, ``rate t = log(r(t)/fast)``: that is nearly
-linear in t, however small mu is, so the first steps are quadratic already.
+The equation of a fast and a slow exponential is solved for the exponent, ``rate t = log(r(t)/fast)``. This form is
+nearly linear in t, however small mu is, so that Newton's method converges quadratically from the first steps.
 """
 
 from collections.abc import Callable
@@ -10,7 +10,7 @@ from asympk.errors import Undecided
 from asympk.numbers import Arithmetic, Number
 
 MOST_STEPS = 400
-PATIENCE = 24
+PATIENCE = 24  # steps after which a long bracket is cut
 
 
 def smooth_root(
@@ -54,9 +54,10 @@ def fast_slow_root(
 ) -> Number:  # fmt: skip
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    ``base`` is ``start - fast``, known better than both. Let r(t) = -(base + k t + slow (e^{slow_rate t} - 1)) be what
-    the fast part must balance. The step is Newton's for ``rate t = log(r/fast)`` where the fast part changes by e or
-    more, that of r alone where r must change its sign first, and otherwise that of the whole.
+    ``base`` is ``start - fast``, given apart since the difference may cancel. The fast part must balance
+    r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). The step is Newton's for ``rate t = log(r/fast)`` where the fast
+    part changes by a factor e or more, Newton's for r alone where r must change its sign first, and otherwise Newton's
+    for the whole function. Raises ``Undecided`` if there is no convergence.
     """
     positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent

@@ -180,7 +180,7 @@ def _next_event(flow, segment, s_sign, z_sign, left):
 
 
 def _require_clear_end(flow, segment, state, s_sign, z_sign, late, since):
-    """Raise ``Undecided`` if an error ``late`` of the final time may change an event; ``since`` is the last span."""
+    """Raise ``Undecided`` if an error ``late`` of the end, a time ``since`` after the last event, may change events."""
     mode, (_, y, s, z, thrust) = segment.mode, state
     moved = late * abs(y + thrust / mode.mu)
     if z_sign:

@@ -1,10 +1,10 @@
-r"""The usual segment in doubles: an event in the fast layer of two well separated exponentials, or none at all.
+r"""The usual segment in doubles: an event in the fast layer of two well separated exponentials, or no event.
 
-A short cut, nothing else: what it finds is what ``segments`` finds. Whatever is unusual it leaves to ``segments``, by
-returning None. A root is that of ``rate t = log(r/fast)``, where the fast part balances the rest
-r(t) = -(base + k t + slow (e^{slow_rate t} - 1)); so the fast part at the event is known from r, and no exponential of
-it is needed. The root is the first event if s is monotone before it, z is on its way to the plane there, and what does
-not vanish has kept its sign.
+This is a shortcut for speed: it finds the same event as ``segments``, and returns None in every unusual case, which
+``segments`` then treats. An event is a root of ``rate t = log(r/fast)``, where the fast part balances the rest
+r(t) = -(base + k t + slow (e^{slow_rate t} - 1)); so r gives the fast part at the event without an exponential. The
+root is the first event if s is monotone before it, z moves towards the plane there, and the quantity that does not
+vanish has kept its sign.
 """
 
 from math import expm1, log
@@ -15,10 +15,10 @@ from asympk.numbers import Number
 if TYPE_CHECKING:
     from asympk.systems.painleve_klein.flow.segments import RodSegment
 
-MARGIN = 1e-13
-SMALL = 1e-8
-STEPS = 5
-LEAST = 0.05  # change of the fast exponent
+MARGIN = 1e-13  # relative size below which a sign is not trusted
+SMALL = 1e-8  # a Newton step whose square is below rounding
+STEPS = 5  # of Newton's method
+LEAST = 0.05  # change of the fast exponent until the event
 
 
 def slip_end(
@@ -73,7 +73,7 @@ def _nothing(segment, s_sign, z_sign, turn, left, opening):
 
 
 def _above(segment, z_sign):
-    """Tell whether what decays in z cannot carry it to the plane, nor can the drift."""
+    """Tell whether z cannot reach the plane: its decaying parts are too small, and its drift leads away."""
     mode = segment.mode
     reach = abs(mode.fast_z * segment.fast) + abs(mode.slow_z * segment.slow)
     return mode.fast_rate < 0 < z_sign * mode.rest and z_sign * segment.z0 > 1.01 * reach
@@ -110,7 +110,7 @@ def _level(segment, level, end):
 
 
 def _balance(base, k, fast, rate, slow, slow_rate, end):
-    """Return (t, r, e^{slow_rate t} - 1) at the root, if it is in (0, end) and the fast part has changed much."""
+    """Return (t, r, e^{slow_rate t} - 1) at the root, or None unless it is in (0, end) and past ``LEAST``."""
     t, r, dr, lost = 0.0, -base, -(k + slow_rate * slow), 0.0
     for _ in range(STEPS):
         if r == 0.0 or (r > 0.0) != (fast > 0.0):

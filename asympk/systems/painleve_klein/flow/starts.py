@@ -1,7 +1,7 @@
 r"""How a solution begins: anywhere, on z = 0, on s = 0, on an edge of the static cone, beside a slow line or on it.
 
-What holds just after a start on a boundary is decided by derivatives; what a sum of doubles cannot decide, by exact
-fractions.
+Derivatives decide the signs of s and z just after a start on a boundary; where a sum of doubles cannot decide, exact
+fractions do.
 """
 
 from fractions import Fraction
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 def beginning(flow: "RodFlow", case: "RodNumbers") -> tuple[tuple[Number, ...], Number | None]:
     """Return ((x, y, s, z, sign of s, sign of z), deviation) just after the start of ``case``.
 
-    The deviation from the slow line is None unless the state cannot give it as well: a ``near`` start has it from
-    the scene, and one that is close to an unstable line from exact arithmetic.
+    The deviation from the slow line is None where the state gives it accurately. For a ``near`` start the deviation
+    comes from the scene, and for a start close to an unstable line from exact arithmetic.
     """
     m = flow.m
     x, y, z = m.number(case.x), m.number(case.y), m.number(case.z)
@@ -46,7 +46,7 @@ def beside_line(
 ) -> tuple[tuple[Number, ...], Number | None]:
     """Return the start at ``offset`` in s from the slow line of the manifold's mode, and the offset as deviation.
 
-    There is no deviation where s turns out to have the other sign, which is that of another mode.
+    The deviation is None where the sign of s is not that of the manifold's mode.
     """
     name, _ = MANIFOLDS[manifold]
     line = flow.split(name)
@@ -59,15 +59,15 @@ def beside_line(
 
 
 def _first_signs(flow, case, s, y, z):
-    """Return the signs of s and z just after a start on a boundary, and s, snapped to the edge that it is on."""
+    """Return (sign of s, sign of z, s) just after a start on a boundary, with s set to the edge if s is on one."""
     s_sign, z_sign, on_edge = _signs(flow, case, s, y, z)
     return s_sign, z_sign, s if z_sign else _beside_edge(flow, s, on_edge)
 
 
 def _signs(flow, case, s, y, z):
-    """Return the ``first_signs`` as doubles tell them, or else as exact fractions do.
+    """Return the ``first_signs`` by doubles if these decide, else by exact fractions.
 
-    A quantity is zero or told by the numbers in use: what follows is computed in them, and they must see it too.
+    Even then a quantity must be exactly zero, or have a clear sign in the numbers ``m`` that the flow is computed in.
     """
     m = flow.m
     if m is Doubles and (s or not case.x + case.y) and (z or not case.z):
@@ -81,7 +81,7 @@ def _signs(flow, case, s, y, z):
 
 
 def _beside_edge(flow, s, on_edge):
-    """Return s, snapped to the edge of the static cone that it lies on; off the edge it must be so clearly."""
+    """Return the nearest edge of the static cone if s is on it, else s, which must clearly differ from the edge."""
     nearest = flow.nearest_edge(sign_of(s), s)
     if on_edge:
         return nearest
@@ -111,7 +111,7 @@ def _from_unstable_line(flow, case, x, s):
 def _unstable_slope(sigma, mu, bits):
     """Return (slope, x at rest) of ``y = slope (x - rest)``, the slow line of slip_opposite where sigma > 0.
 
-    As a Fraction the slope is exact where it is rational, else dyadic and right to about ``bits`` bits: quick to use.
+    The slope is a Fraction: exact where it is rational, else dyadic, for speed, and correct to about ``bits`` bits.
     """
     sigma = Fraction(sigma)
     square = 1 + 4 * Fraction(mu) / sigma

@@ -1,4 +1,4 @@
-r"""One mode in closed form where mu is not small against b: superposed responses to the start and to the load.
+r"""One mode in closed form where mu is not small against b: the sum of responses to the start and to the load.
 
 A mode is ``mu x'' + b x' + b x = a`` with ``s = x + x'`` and ``z' = a - (b-1) s``. Let g solve the homogeneous
 equation with g = 0, g' = 1 at t = 0, and let h and H be its first and second integrals, beta = b/mu. Then
@@ -6,8 +6,9 @@ equation with g = 0, g' = 1 at t = 0, and let h and H be its first and second in
     x = x0 (1 - beta h) + y0 g + (a/mu) h,    s = s0 g' + y0 g + (a/mu)(g + h),
     z = z0 + a t + (1-b)(s0 g + y0 h + (a/mu)(h + H)),
 
-whatever the roots: real, complex, coalescing at 4 mu = b, or all zero at b = 0. For short times Taylor series give
-g, h and H without cancellation, otherwise exponentials or sines do.
+whatever the characteristic roots: real, complex, coalescing at 4 mu = b, or all zero at b = 0. For short times Taylor
+series give g, h and H without cancellation, for other times exponentials or sines. Where mu is small against b,
+``fastslow`` is used instead.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class SmoothMode:
-    """A mode ``mu y' = a - b s`` in the numbers of ``m``; ``short`` is the time for which the series converge fast."""
+    """A mode ``mu y' = a - b s`` in the numbers of ``m``; up to the time ``short`` the Taylor series converge fast."""
 
     __slots__ = ("a", "b", "beta", "fall", "gamma", "half_period", "load", "m", "mu", "omega", "real", "short", "tail")
 
@@ -36,7 +37,7 @@ class SmoothMode:
         self.half_period = None if self.real else m.pi / self.omega
 
     def start(self, x: Number, y: Number, s: Number, z: Number) -> "SmoothSegment":
-        """Return the motion from a state."""
+        """Return the motion that starts at a state."""
         return SmoothSegment(self, x, y, s, z)
 
     def responses(self, t: Number) -> tuple[Number, ...]:
@@ -59,7 +60,7 @@ def short_time(m: Arithmetic, b: Number, mu: Number) -> Number:
 
 
 def short_responses(m: Arithmetic, beta: Number, t: Number) -> tuple[Number, ...]:
-    """Return (g', g, h, h + H) at t from the Taylor series of g, whose terms obey a recurrence of two."""
+    """Return (g', g, h, h + H) at t from the Taylor series of g; each term follows from the two before it."""
     if not t:
         return 1, t, t, t
     rate, g, h, k = 1, t, t * t / 2, t * t / 2 + t * t * t / 6
@@ -76,7 +77,7 @@ def short_responses(m: Arithmetic, beta: Number, t: Number) -> tuple[Number, ...
 
 
 def slope(segment: "RodSegment") -> Number:
-    """Return the rate of s at the start of a segment; zero where it is no more than what its terms are rounded by."""
+    """Return the rate of s at the start of a segment, or zero where the rate is within the rounding of its terms."""
     mode, y = segment.mode, segment.y0
     pull = mode.beta * segment.s0
     rate = y + mode.load - pull
@@ -126,7 +127,7 @@ class SmoothSegment:
     """The motion in one smooth mode from ``(x0, y0, s0, z0)`` at t = 0."""
 
     __slots__ = ("mode", "s0", "short", "x0", "y0", "z0")
-    fast: Number = 0  # no part of it is
+    fast: Number = 0  # this form has no separate fast part
 
     def __init__(self, mode: SmoothMode, x: Number, y: Number, s: Number, z: Number):
         self.mode, self.x0, self.y0, self.s0, self.z0 = mode, x, y, s, z
