@@ -1,11 +1,11 @@
-"""Conditions on parameters, reduced under what is assumed of them (sigma > -2, mu > 0, ...)."""
+"""Conditions on parameters, reduced under the assumptions on these (sigma > -2, mu > 0, ...)."""
 
 from functools import lru_cache
 
 import sympy as sp
 from sympy.solvers.inequalities import reduce_rational_inequalities
 
-_ANYTHING = sp.Dummy(real=True)  # in the place of a symbol whose own assumptions would hide a part of the line
+_ANYTHING = sp.Dummy(real=True)  # replaces a symbol whose own assumptions would exclude a part of the real line
 
 
 @lru_cache(maxsize=1024)
@@ -29,7 +29,7 @@ def reduce_under(condition: sp.Basic, assumptions: sp.Basic) -> sp.Basic:
 
 
 def with_implied_bounds(assumptions: sp.Basic) -> sp.Basic:
-    """Return ``assumptions`` with the bounds on single parameters that follow from a >= b between two.
+    """Return ``assumptions`` with the bounds on single parameters that follow from relations a >= b between two.
 
     >>> a, b = sp.symbols("a b", real=True)
     >>> with_implied_bounds(sp.And(b > -2, a >= b))
@@ -47,13 +47,13 @@ def with_implied_bounds(assumptions: sp.Basic) -> sp.Basic:
 
 @lru_cache(maxsize=256)
 def assumed_range(parameter: sp.Symbol, assumptions: sp.Basic) -> sp.Set:
-    """Return the set of reals that the assumptions, those that name only ``parameter``, leave to it."""
+    """Return the set of values of ``parameter`` that the assumptions on ``parameter`` alone allow."""
     alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter}]
     return sp.Intersection(_declared(parameter), _solutions(alone, parameter))
 
 
 def _declared(parameter):
-    """Return the reals that the symbol's own assumptions leave to it."""
+    """Return the set of values that the symbol's own assumptions allow."""
     declared = {"positive": (0, sp.oo, True), "negative": (-sp.oo, 0, True),
                 "nonnegative": (0, sp.oo), "nonpositive": (-sp.oo, 0)}  # fmt: skip
     for word, (start, end, *is_open) in declared.items():
@@ -112,7 +112,7 @@ def _solution(condition):
 
 
 def _has_roots_in_radicals(value):
-    """Tell whether the real zeros and poles of a rational function are rational, or those of quadratics."""
+    """Tell whether all real zeros and poles of a rational function are rational or roots of quadratics."""
     parts = [sp.Poly(part, _ANYTHING) for part in sp.fraction(sp.together(value))]
     if not all(part.domain.is_ZZ or part.domain.is_QQ for part in parts):
         return False

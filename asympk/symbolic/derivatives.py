@@ -1,9 +1,9 @@
-r"""Derivatives of expressions that share parts, by the chain rule through the parts: no expression is written out.
+r"""Derivatives of expressions that share parts, by the chain rule: no part is substituted into another.
 
 A part is a pair (symbol, expression in the arguments and in earlier symbols), as ``sympy.cse`` gives them. Where the
 arguments have rates, the part u = e(v_1, v_2, ..) has the rate u' = sum_j (de/dv_j) v_j': forward differentiation.
 
-A derivative is that between jumps, where signs, steps, whole parts and conditions stand still.
+Derivatives are those between jumps, where signs, steps, whole parts and conditions are constant.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -22,7 +22,7 @@ def directional_derivatives(
 ) -> tuple[Parts, list[sp.Expr]]:  # fmt: skip
     """Return (parts, the derivatives of every output along every direction, output by output).
 
-    A direction has the rates of the arguments that move. New parts take their symbols from ``spare``.
+    A direction maps the arguments that move to their rates. New parts take their symbols from ``spare``.
     """
     found = [*parts]
     moving = {*(s for rates in directions for s in rates)}
@@ -41,12 +41,12 @@ def directional_derivatives(
 
 
 def _slopes(expr: sp.Expr, moving: Iterable, found: Parts, spare: Iterator[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
-    """Return the partial derivatives by what moves, each a part of its own."""
+    """Return the partial derivatives by the ``moving`` symbols, each as a new part in ``found``."""
     return {s: _named(slope_by(expr, s), found, spare) for s in sorted(expr.free_symbols & {*moving}, key=str)}
 
 
 def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
-    """Return the derivative between jumps, by the rules for sums, products and powers where they are all it needs."""
+    """Return the derivative of ``expr`` by ``s`` between jumps, by SymPy only where simple rules do not do."""
     if expr == s:
         return sp.S.One
     if not expr.has_free(s) or isinstance(expr, _STANDING):
@@ -72,7 +72,7 @@ def slope_by(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
 
 
 def _slope_of_power(base: sp.Expr, exponent: sp.Expr, slope: sp.Expr) -> sp.Expr:
-    """Return the slope of a power; that of a root, infinite where the base vanishes, is 0 where that stands still."""
+    """Return the derivative of a power; that of a root is 0 where ``slope`` is 0, even if its base vanishes."""
     finite = exponent.is_integer or exponent.is_negative or (exponent - 1).is_nonnegative or base.is_positive
     if finite or isinstance(base, Penetration) or slope == 0:
         return exponent * base ** (exponent - 1) * slope

@@ -5,10 +5,10 @@ derivative only raises the exponents:
 
     d/dx (N / D^e) = (N_x D - e N D_x) / D^(e+1).
 
-So (Lemma 7) the denominators are found once, from the equations; after that nothing is simplified: sums and products
-act on the numerators, and what cancels is found by trial division by the known D_i. Functions that are not rational
-(sqrt(x), sin(x), tanh(y), ...) are generators too; their derivatives, and the functions that appear in those, are found
-by differentiating, as far as the order asked for needs them.
+So (Lemma 7) the denominators are found once, from the equations. After that nothing is simplified: sums and products
+act on the numerators, and trial division by the known D_i finds what cancels. Functions that are not rational (sqrt(x),
+sin(x), tanh(y), ...) are generators too. Differentiation gives their derivatives and the functions in these, as often
+as the order of the expansion needs.
 
 A numerator is a dict {monomial: integer}. A monomial is its exponents packed into one integer, so that a product
 of monomials is a sum of integers, and the lexicographically leading one is the largest key. Rational numbers are
@@ -26,7 +26,7 @@ from sympy.polys.fields import FracField
 
 from asympk.errors import InputError
 
-WIDTH = 32  # bits for one exponent; the highest one is a guard that shows a borrow
+WIDTH = 32  # bits for one exponent; the highest bit is a guard that shows a borrow
 _CANONICAL = cmp_to_key(sp.Basic.compare)
 NOT_SMOOTH = (sp.Piecewise, sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling)
 
@@ -81,7 +81,7 @@ class DifferentialRing:
         self._base_rates = {name: self._rates_of_bases(name) for name in derivations}
 
     def __call__(self, expr: sp.Expr) -> Fraction:
-        """Return ``expr``, which must be rational in the generators with known denominators, as an element."""
+        """Return ``expr`` as an element; it must be rational in the generators, with the ring's denominators."""
         value = self._rational(sp.sympify(expr, strict=True))
         content, denominator = value.denom.primitive()
         exponents = [0]
@@ -114,7 +114,7 @@ class DifferentialRing:
         return self.dot(pairs)
 
     def expr(self, a: Fraction) -> sp.Expr:
-        """Return ``a`` as an expression: content, common monomial, expanded rest, denominators."""
+        """Return ``a`` as an expression: the product of content, common monomial, expanded rest and denominators."""
         if not a.numerator:
             return sp.S.Zero
         content = gcd(*a.numerator.values())
@@ -162,7 +162,7 @@ class DifferentialRing:
         return WIDTH * (len(self.atoms) - 1 - self.atoms.index(atom))
 
     def _term(self, coefficient, exponents):
-        """Return ``Mul(coefficient, *factors)``; powers of symbols are already flat and need but be sorted."""
+        """Return ``Mul(coefficient, *factors)``; powers of symbols are flat already and only need sorting."""
         factors = self._factors(exponents)
         if not all(atom.is_Symbol for atom in self.atoms):
             return sp.Mul(coefficient, *factors)
@@ -170,7 +170,7 @@ class DifferentialRing:
         return sp.Mul._from_args(([] if coefficient == 1 else [sp.Integer(coefficient)]) + factors)
 
     def _total(self, terms):
-        """Return ``Add(*terms)``; different monomials in symbols need but be sorted, a number first."""
+        """Return ``Add(*terms)``; different monomials in symbols only need sorting, a number first."""
         if not all(atom.is_Symbol for atom in self.atoms):
             return sp.Add(*terms)
         return sp.Add._from_args(sorted(terms, key=lambda term: (not term.is_Number, _CANONICAL(term))))
@@ -225,7 +225,10 @@ def _closure(exprs, derivations, depth):
 
 
 def atoms_of(expr: sp.Expr) -> set[sp.Expr]:
-    """Return what ``expr`` is a rational function of: symbols, roots, and other functions."""
+    """Return the symbols, roots and other functions of which ``expr`` is a rational function.
+
+    Raises ``InputError`` for an expression that is not smooth or contains a float.
+    """
     if expr.has(sp.Float):
         raise InputError(f"{expr} contains a float; give exact numbers, such as sp.Rational(1, 5) for 0.2")
     if expr.has(*NOT_SMOOTH):
@@ -253,7 +256,7 @@ def _function_relations(atoms):
 
 
 def _late_first(atom):
-    """Sort functions before symbols, and larger ones before what they may be made of."""
+    """Return the sort key of a generator: functions before symbols, and a function before those inside it."""
     return atom.is_Symbol, -sp.count_ops(atom), str(atom)
 
 
@@ -315,7 +318,7 @@ def _split(n, shift, degree):
 
 
 def _quotient(n, d, guard):
-    """Return n/d, or None when d does not divide n: division from the leading term on, a heap for the order."""
+    """Return n/d, or None when d does not divide n: division from the leading term, with a heap of the monomials."""
     lead = max(d)
     top, rest = d[lead], [(m, c) for m, c in d.items() if m != lead]
     n, quotient = dict(n), {}

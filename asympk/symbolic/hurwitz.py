@@ -1,9 +1,9 @@
 r"""Where the roots of a real polynomial lie in the complex plane, as conditions on its coefficients.
 
-For p = c_n s^n + ... + c_0, c_n > 0, all real parts are negative where the determinants of Hurwitz are positive. With
-p(i w) = E(u) + i w O(u), u = -w^2, a root lies on the imaginary axis where c_0 = 0 or E and O share a root u < 0: their
-resultant vanishes there, and the lowest of their subresultants that does not is what they share (Gantmacher, The Theory
-of Matrices, chapter XV).
+For p = c_n s^n + ... + c_0, c_n > 0, all real parts are negative where the Hurwitz determinants are positive. With
+p(i w) = E(u) + i w O(u), u = -w^2, a root lies on the imaginary axis where c_0 = 0 or E and O share a root u < 0. Their
+resultant vanishes there, and their lowest subresultant that does not vanish is their greatest common divisor
+(Gantmacher, The Theory of Matrices, chapter XV). ``off_axis`` is the hard function.
 """
 
 import sympy as sp
@@ -39,8 +39,8 @@ def split(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) ->
 def off_axis(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which no root lies on the imaginary axis, False where one always does.
 
-    With seven roots or more the condition leaves out the parameters at which three pairs +-s appear at once. Raises
-    ``NotDerivable`` where for all parameters there are three such pairs or more.
+    With seven roots or more the condition is False also where E and O share three roots u at the same parameters, even
+    if none is negative. Raises ``NotDerivable`` where they always share three roots or more, not all numbers.
     """
     coefficients = tuple(map(sp.sympify, coefficients))
     last = coefficients[-1]
@@ -60,7 +60,7 @@ def off_axis(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true)
 
 
 def _no_common_negative_root(sequence, assumptions):
-    """Tell from the subresultants of E and O: the lowest that does not vanish is their greatest common divisor."""
+    """Return the condition under which E and O, whose subresultants are given, share at most two roots and none < 0."""
     cases = [nonzero(sequence[-1].as_expr(), assumptions)]
     for degree in (1, 2):
         vanish = [sp.Eq(c, 0) for r in sequence if 0 < r.degree() < degree for c in r.all_coeffs()]
@@ -91,7 +91,7 @@ def _no_negative_root(poly, assumptions):
 
 
 def _determinants(coefficients):
-    """Return the determinants of Hurwitz; all but the last, and c_0."""
+    """Return the Hurwitz determinants of orders 1 to n - 1, and c_0 in place of the last."""
     a, n = coefficients, len(coefficients) - 1
     table = sp.Matrix(n, n, lambda i, j: a[2 * j - i + 1] if 0 <= 2 * j - i + 1 <= n else 0)
     return *(table[:k, :k].det(method="berkowitz") for k in range(1, n)), a[n]

@@ -1,4 +1,4 @@
-"""Long expressions, which contain the same part many times: how to walk through them without meeting it as often."""
+"""Long expressions, which contain the same part many times: functions that visit each distinct part only once."""
 
 from collections.abc import Mapping
 from itertools import islice
@@ -6,12 +6,12 @@ from typing import Any
 
 import sympy as sp
 
-PARTS = 4  # of a tree, atoms left out, for one operation: -a/b in a sum has two parts and two operations
-REGULAR = 1e9  # a condition number that fifteen digits tell from that of a singular matrix
+PARTS = 4  # a bound on the parts of a tree, without atoms, for one operation: -a/b in a sum has two and two
+REGULAR = 1e9  # a condition number clearly below that of a singular matrix in fifteen digits
 
 
 def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
-    """Return ``expr.xreplace(rule)``, each part rebuilt once however often it occurs."""
+    """Return ``expr.xreplace(rule)``; each part is rebuilt once, however often it occurs."""
     found = dict(rule)
 
     def rebuilt(part: sp.Basic) -> sp.Basic:
@@ -25,7 +25,7 @@ def replaced(expr: sp.Basic, rule: Mapping[sp.Basic, sp.Basic]) -> sp.Basic:
 
 
 def atoms(expr: sp.Basic, *types: type) -> set[Any]:
-    """Return ``expr.atoms(*types)``, each part met once however often it occurs."""
+    """Return ``expr.atoms(*types)``; each part is visited once, however often it occurs."""
     seen, left = set[sp.Basic](), [expr]
     while left:
         if (part := left.pop()) not in seen:
@@ -35,19 +35,19 @@ def atoms(expr: sp.Basic, *types: type) -> set[Any]:
 
 
 def is_longer(expr: sp.Basic, operations: int) -> bool:
-    """Tell whether an expression has more operations than these; one of very many parts is not counted out."""
+    """Tell whether an expression has more operations than ``operations``, without counting all parts of a long one."""
     parts = (part for part in sp.preorder_traversal(expr) if part.args)
     many = PARTS * operations + 1
     return sum(1 for _ in islice(parts, many)) == many or expr.count_ops() > operations
 
 
 def generic_place(expr: Any) -> dict[sp.Symbol, sp.Expr]:
-    """Return numbers for the symbols of an expression or matrix, at which hardly anything vanishes by chance."""
+    """Return generic rational numbers for the symbols of an expression or matrix: hardly anything vanishes there."""
     return {s: sp.Rational(2 * k + 5, k + 7) for k, s in enumerate(sorted(expr.free_symbols, key=str))}
 
 
 def is_regular(matrix: sp.Matrix) -> bool:
-    """Tell whether a matrix is clearly regular at one place, in fifteen digits; what is not may be singular."""
+    """Tell whether a matrix is clearly regular at one generic place, in fifteen digits; else it may be singular."""
     import numpy as np
 
     found = matrix.evalf(subs=generic_place(matrix))

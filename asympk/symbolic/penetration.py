@@ -1,9 +1,9 @@
-r"""The penetration of a contact, max(0, -g) of its gap g, whose powers are loads: that of Hertz is one of them.
+r"""The penetration of a contact, max(0, -g) of its gap g, whose powers are loads, as in Hertz's contact.
 
-(-g)^(3/2) is no real number while the contact is open, where there is no load; nor is it where the last step in a
-closed mode ends, shortly beyond the opening. The penetration is real everywhere. Its derivative is that of the closed
-contact, as a load counts in that alone. Where a slope of the load is infinite at the opening, as that of Kuwabara and
-Kono's damping is, it is left out there.
+(-g)^(3/2) is not real while the contact is open, and not real at the end of a step from a closed mode that ends shortly
+beyond the opening. The penetration is real everywhere. Its derivative is that of a closed contact, since the load
+matters only there. Where the derivative of a load is infinite at the opening, as for Kuwabara and Kono's damping, it is
+0 there. ``with_penetration`` puts the penetration into a formula of -g, ``computed`` makes it safe to evaluate.
 """
 
 from functools import lru_cache, partialmethod
@@ -13,7 +13,7 @@ import sympy as sp
 
 
 class Penetration(sp.Function):
-    """b where that is positive, else 0; its derivative by b is 1, as in a closed contact."""
+    """b where b is positive, else 0; the derivative by b is 1, as in a closed contact."""
 
     nargs = 1
 
@@ -47,7 +47,7 @@ class Penetration(sp.Function):
 
 
 class PenetrationPower(sp.Function):
-    """b^e where b is positive, else 0, whatever e: a power of the penetration as it is computed."""
+    """b^e where b is positive, else 0, also for e <= 0: the form in which a power of the penetration is evaluated."""
 
     nargs = 2
 
@@ -68,7 +68,7 @@ class PenetrationPower(sp.Function):
 
 
 class RootSlope(sp.Function):
-    """c b^e, and 0 where c vanishes, whatever b^e is: what a root of b with the slope b^e gains as b moves by c."""
+    """c b^e, and 0 where c = 0 even if b^e is infinite: to a factor, the rate of a root of b that has the rate c."""
 
     nargs = 3
 
@@ -91,7 +91,7 @@ class RootSlope(sp.Function):
 
 
 def computed(expr: sp.Expr) -> sp.Expr:
-    """Return ``expr`` with the powers of the penetration as they are computed."""
+    """Return ``expr`` with ``PenetrationPower`` for every power of the penetration that is not a whole number > 0."""
 
     def is_power(e):
         return e.is_Pow and isinstance(e.base, Penetration) and not (e.exp.is_Integer and e.exp.is_positive)
@@ -100,10 +100,10 @@ def computed(expr: sp.Expr) -> sp.Expr:
 
 
 def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
-    """Return ``expr`` with the penetration where -gap, times a constant, has a power that is not whole, or a size."""
+    """Return ``expr`` with the penetration in fractional powers, Abs, Max and Min of constant multiples of the gap."""
 
     def times_gap(factor):
-        """Return the constant that the gap has in ``factor``, a multiple of it; of all else 0."""
+        """Return factor / gap if that is free of the symbols of the gap, else 0."""
         ratio = sp.cancel(factor / gap)
         return sp.S.Zero if ratio.free_symbols & gap.free_symbols else ratio
 
@@ -120,7 +120,7 @@ def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
         return Penetration(power.base) ** power.exp if times_gap(power.base).could_extract_minus_sign() else power
 
     def of_product(product):
-        """Return a product with the penetration for its factors -gap, too: its slope is never 0/0 at the opening."""
+        """Return a product with the penetration for its factors gap too: its slope is then never 0/0 at the opening."""
         known = min(product.atoms(Penetration), key=sp.default_sort_key)
         parts = [factor.as_base_exp() for factor in product.args]
         bases = (sp.cancel(b / known.args[0]) * known if times_gap(b) else b for b, _ in parts)
@@ -133,7 +133,7 @@ def with_penetration(expr: sp.Expr, gap: sp.Expr) -> sp.Expr:
 
 @lru_cache(maxsize=1024)
 def with_finite_powers(expr: sp.Expr) -> sp.Expr:
-    """Return ``expr`` times powers of the penetration that leave none of its own infinite."""
+    """Return ``expr`` times those powers of the penetration that remove its negative powers."""
     powers = [power for power in expr.atoms(sp.Pow) if isinstance(power.base, Penetration) and power.exp.is_negative]
     for base in sorted({power.base for power in powers}, key=sp.default_sort_key):
         largest = min((power.exp for power in powers if power.base == base), key=float)
@@ -142,7 +142,7 @@ def with_finite_powers(expr: sp.Expr) -> sp.Expr:
 
 
 def without_penetration(expr: sp.Expr) -> sp.Expr:
-    """Return ``expr`` without factors that are powers of the penetration, positive while the contact is closed."""
+    """Return ``expr`` without factors that are powers of the penetration, which are positive in a closed contact."""
     if not expr.has(Penetration):
         return expr
     factors = sp.Mul.make_args(sp.factor_terms(expr))

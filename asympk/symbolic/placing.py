@@ -1,4 +1,4 @@
-"""Numbers for the symbols of a system: by symbol or by name, exact, and within what is assumed of them."""
+"""Numbers for the symbols of a system: by symbol or by name, exact, and within the system's assumptions."""
 
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from asympk.symbolic.values import by_symbol
 if TYPE_CHECKING:
     from asympk.symbolic.system import System
 
-_DOUBLE = 53  # bits; a number of SymPy with more keeps its digits
+_DOUBLE = 53  # bits; a SymPy Float of at most this precision is read as a float, a longer one keeps its digits
 
 
 def place(system: "System", values: Any, start: Any) -> tuple[tuple, tuple]:
@@ -52,7 +52,7 @@ def _number(what: str, name: str, value: Any) -> Any:
 
 
 def _require_kind(what: str, symbol: sp.Symbol, value: Any) -> None:
-    """Hold a number to what its symbol is declared to be."""
+    """Raise ``InputError`` for a number that contradicts the declaration of its symbol, such as positive."""
     rules = {"positive": value > 0, "negative": value < 0, "nonnegative": value >= 0, "nonpositive": value <= 0,
              "nonzero": value != 0, "integer": value == int(value)}  # fmt: skip
     for word, holds in rules.items():

@@ -24,7 +24,7 @@ def require_names(symbols: Iterable[sp.Symbol]) -> None:
 
 
 def spare(name: str, taken: Iterable[sp.Symbol], **assumptions: bool) -> sp.Symbol:
-    """Return a Symbol of this ``name``, with underscores where one of ``taken`` has it already."""
+    """Return a Symbol of this ``name``, with underscores added if a symbol in ``taken`` has the name."""
     names = {*map(str, taken)}
     while name in names:
         name += "_"
@@ -40,7 +40,7 @@ def exact_value(name: str, value: Any) -> sp.Expr:
 
 
 def exact_constant(name: str, value: Any) -> sp.Expr:
-    """Return a number as the rational that it is, an exact SymPy constant as it stands; raises ``InputError``."""
+    """Return a number as the rational that it is exactly, an exact SymPy constant unchanged; raises ``InputError``."""
     if isinstance(value, sp.Expr) and value.is_number and not value.has(sp.Float):
         return value
     return rational(name, float(value) if isinstance(value, sp.Float) else value)
@@ -64,7 +64,7 @@ def as_floats(name: str, value: Any) -> Any:
 
 
 def entries_of(name: str, value: Any, entries: str) -> tuple:
-    """Return the entries of a sequence or a set; raises ``InputError`` for what is neither, naming its ``entries``."""
+    """Return the entries of a sequence or a set; raises ``InputError`` that asks for ``entries`` for anything else."""
     try:
         if isinstance(value, (str, bytes, dict)):
             raise TypeError
@@ -74,7 +74,7 @@ def entries_of(name: str, value: Any, entries: str) -> tuple:
 
 
 def expression(name: str, value: Any) -> sp.Basic:
-    """Return a SymPy object or a plain number as SymPy has it; raises ``InputError`` for a string or a container."""
+    """Return a SymPy object, or a number as one; raises ``InputError`` for a string or a container."""
     try:
         if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
             raise sp.SympifyError(value)

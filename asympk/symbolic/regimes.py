@@ -1,8 +1,8 @@
-r"""The regime table: how the phase space changes with sigma, with static friction equal to the kinetic one.
+r"""The regime table: how the phase space changes with sigma, with static friction equal to kinetic friction.
 
 A threshold is a sigma at which a slow manifold loses normal hyperbolicity, an edge of the stick region goes to
-infinity, or a slow manifold meets the plane z = 0 on an edge. Between thresholds, and on them, one exact sample tells
-the rest.
+infinity, or a slow manifold meets the plane z = 0 on an edge. Between neighbouring thresholds, and on each, the phase
+space does not change, so one exact sample determines its ``Regime``.
 """
 
 from dataclasses import dataclass
@@ -24,8 +24,9 @@ from asympk.symbolic.values import in_words
 class Passage:
     """A slow manifold in one regime.
 
-    ``side`` is the sign of z where it lives (0: it does not exist), ``stable`` whether it attracts, ``drift`` the sign
-    of z' on it, and ``meets`` the part of z = 0 that its motions reach: "stick", "up", "down", or None if they recede.
+    ``side`` is the sign of z on the manifold (0: it does not exist), ``stable`` tells whether the manifold attracts,
+    ``drift`` is the sign of z' on it, and ``meets`` is the region of z = 0 that its motions reach: "stick", "up" or
+    "down", or None if they move away from z = 0.
     """
 
     name: str
@@ -37,7 +38,7 @@ class Passage:
 
 @dataclass(frozen=True)
 class Regime:
-    """One range of sigma, an interval or a value: the stick region on z = 0, and what each slow manifold does."""
+    """One range of sigma, an interval or a single value: its stick region on z = 0, and its slow manifolds."""
 
     sigma: sp.Symbol
     values: sp.Set

@@ -1,4 +1,4 @@
-r"""Spectra: fast and slow eigenvalues of a mode, on a branch or at a rest state, and where they change their kind.
+r"""Spectra: the fast and slow eigenvalues of a mode, on a branch or at a rest state, and where their kind changes.
 
 For x' = f, mu y' = g the characteristic polynomial p(lambda, mu) = det(M - lambda diag(1, .., mu, ..)), M the Jacobian
 of (f, g), stays polynomial in mu. Its roots at mu = 0 are the slow eigenvalues to leading order, those of the reduced
@@ -101,8 +101,8 @@ class Spectrum(ShownAsFormulas):
 class Eigenvalues(Spectrum):
     r"""A spectrum of one slow and one fast eigenvalue, both exact.
 
-    ``coalescence`` is the mu at which they meet, node turning to focus; the series in mu of both converge for
-    |mu| < ``radius`` = |coalescence|.
+    ``coalescence`` is the mu at which both eigenvalues meet and a node becomes a focus; the series in mu of both
+    converge for |mu| < ``radius`` = |coalescence|.
     """
 
     slow: sp.Expr
@@ -126,10 +126,10 @@ def eigenvalues(
     """Return the ``Spectrum`` of every mode, as ``Eigenvalues`` where one slow and one fast eigenvalue are active.
 
     ``on`` is a manifold, or a branch {fast state: expression}, on which the Jacobian is taken; ``at`` is a rest state,
-    or a mapping from states to values at which their rates vanish; ``mode`` names the one mode that is meant. States
-    that enter no field are neutral. Raises ``NotDerivable`` for a mode whose spectrum depends on the state unless
-    ``on`` or ``at`` is given, ``InputError`` for what is no branch or no rest state, and ``NotNormallyHyperbolic``
-    where det g_y vanishes identically.
+    or a mapping from states to values at which their rates vanish; ``mode`` names a single mode. States that enter no
+    field are neutral. Raises ``NotDerivable`` for a mode whose spectrum depends on the state unless ``on`` or ``at`` is
+    given, ``InputError`` for a wrong branch or rest state, and ``NotNormallyHyperbolic`` where det g_y vanishes
+    identically.
     """
     if on is not None and at is not None:
         raise InputError("on= and at= are both given; give a branch or a rest state")
@@ -148,17 +148,17 @@ def eigenvalues(
 
 
 def characteristic_polynomial(mode: Mode, small: sp.Symbol | None, jacobian: sp.Matrix | None = None) -> sp.Expr:
-    r"""Return p(lambda, mu) = det(M - lambda diag(1, .., mu, ..)), expanded, neutral factors of lambda included."""
+    r"""Return p(lambda, mu) = det(M - lambda diag(1, .., mu, ..)), expanded, with the factors of neutral states."""
     weights = sp.diag(*[1] * len(mode.slow), *[small] * len(mode.fast))
     matrix = _jacobian(mode) if jacobian is None else jacobian
     return sp.expand((matrix - LAMBDA * weights).det(method="berkowitz"))
 
 
 def series_in_mu(value: str, spectrum: Eigenvalues, order: int) -> tuple[sp.Expr, ...]:
-    r"""Expand the ``"slow"`` or ``"fast"`` eigenvalue in mu: coefficients c_0.. of lambda, or of mu lambda if fast.
+    r"""Return the coefficients c_0, c_1, ... in mu of the ``"slow"`` eigenvalue, or of mu times the ``"fast"`` one.
 
-    The coefficients follow from p = 0 one linear equation at a time. Raises ``OrderError`` for an order that is not
-    a whole number >= 0, ``InputError`` for another value.
+    Each coefficient follows from p = 0 by one linear equation. Raises ``OrderError`` for an order that is not a whole
+    number >= 0, ``InputError`` for a ``value`` other than these two.
     """
     order = known_order(order)
     if value not in ("slow", "fast") or not isinstance(spectrum, Eigenvalues):
@@ -221,7 +221,7 @@ def _at_rest(system, modes, at):
 
 
 def _around(rates, states, place):
-    """Return the rates and their Jacobian, side by side, on every side of what switches at a place; none of teeth."""
+    """Return {[rates, Jacobian]} at a place, one matrix for each side of the switches there; empty with sawtooths."""
     opened = phases(rates, states)
     if any(measured(phase) != phase for phase in opened):
         return set()
@@ -253,7 +253,7 @@ def _spectrum(system, mode, jacobian):
 
 
 def _roots(poly):
-    """Return the roots of a polynomial in closed form, with multiplicity, or () where one of them has none."""
+    """Return the roots of a polynomial in closed form, with multiplicity, or () if a root has no closed form."""
     found = []
     for factor, power in sp.factor_list(poly.as_expr(), *poly.gens)[1]:
         part = sp.Poly(factor, *poly.gens)
@@ -265,7 +265,7 @@ def _roots(poly):
 
 
 def _pair(spectrum, inertia, damping, stiffness):
-    """Return both eigenvalues, the slow one without cancellation, and the mu at which they meet."""
+    """Return ``Eigenvalues``, the slow one in a form without cancellation, or ``spectrum`` if ``_meeting`` is None."""
     root = sp.sqrt(1 - sp.cancel(4 * inertia * stiffness / damping**2))
     meeting = _meeting(sp.cancel(damping**2 - 4 * inertia * stiffness), spectrum.small)
     if meeting is None:
@@ -280,7 +280,7 @@ def _pair(spectrum, inertia, damping, stiffness):
 
 
 def _meeting(discriminant, small):
-    """Return the root in mu of the discriminant that is nearest to 0, or None where it is of a higher degree."""
+    """Return the root in mu of the discriminant that is nearest to 0, or None if its degree is not 1 or 2."""
     poly = sp.Poly(discriminant, small)
     if poly.degree() == 1:
         return sp.cancel(-poly.nth(0) / poly.nth(1))
@@ -291,7 +291,7 @@ def _meeting(discriminant, small):
 
 
 def _kinds(coefficients, small, assumptions):
-    """Return the kinds and their conditions; those of two eigenvalues tell nodes from foci."""
+    """Return the kinds and their conditions; with two eigenvalues the kinds distinguish nodes from foci."""
     coefficients = [sp.factor(c) for c in coefficients]
     if len(coefficients) == 3:
         cases = _planar_cases(*coefficients)
@@ -306,7 +306,7 @@ def _kinds(coefficients, small, assumptions):
 
 
 def _on_axis(coefficients, assumptions):
-    """Return the condition under which a pair of eigenvalues, not 0, is imaginary."""
+    """Return the condition under which a pair of eigenvalues is imaginary, and none is 0."""
     return sp.And(nonzero(coefficients[-1], assumptions), sp.Not(off_axis(coefficients, assumptions)))
 
 
@@ -320,7 +320,7 @@ def _planar_cases(inertia, damping, stiffness):
 
 
 def _about(condition, small, assumptions):
-    """Write the relations that are linear in mu as bounds on it, where the sign of its coefficient is known."""
+    """Write the relations that are linear in mu as bounds on mu, where the sign of the coefficient of mu is known."""
     parts = [_bound(part, small, assumptions) for part in sp.And.make_args(condition)]
     return sp.And(*parts)
 

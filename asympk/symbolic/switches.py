@@ -1,7 +1,7 @@
-r"""What switches by the time alone: a ``Piecewise`` pulse, a step, a ramp that ends, a saw-tooth, a root.
+r"""Switches by the time alone: a ``Piecewise`` pulse, a step, a ramp that ends, a sawtooth, a root.
 
-A rate is not smooth there, and an integrator whose steps grow in between would step over a pulse. A switch is a phase,
-linear in the time, that passes 0, or any whole number.
+The rates are not smooth at a switch, and an integrator whose steps have grown since the last one would step over a
+pulse. A switch occurs where a phase, linear in the time, passes 0, or any whole number.
 """
 
 from collections.abc import Collection, Iterable, Iterator
@@ -18,7 +18,7 @@ _JUMPING = (*SWITCHING, sp.Pow, sp.core.relational.Relational)
 
 
 class Switch(NamedTuple):
-    """A phase, linear in the time, and whether it switches at every whole number, or at 0 alone."""
+    """A phase, linear in the time, and whether the rates switch at each of its whole values, or at 0 alone."""
 
     phase: sp.Expr
     every: bool
@@ -32,13 +32,13 @@ def switches_of(system: System) -> tuple[Switch, ...]:
 
 @lru_cache(maxsize=256)
 def slopes_and_phases(known: tuple[Switch, ...], time: sp.Symbol) -> tuple[sp.Expr, ...]:
-    """Return the slope and the phase of every switch, one after the other."""
+    """Return the slope in time and the phase of every switch, one after the other."""
     return tuple(e for switch in known for e in (switch.phase.diff(time), switch.phase))
 
 
 @lru_cache(maxsize=256)
 def sideless_of(system: System) -> tuple[Switch, ...]:
-    """Return those of the switches that are no phases, for whose sides a run might have a mode."""
+    """Return the switches that are not among the ``phases`` of the system: a run has no modes for their sides."""
     exprs = exprs_of(system)
     own = phases(exprs, (), system.time)
     return tuple(switches(exprs, system.time, system.parameters, own))
@@ -46,10 +46,10 @@ def sideless_of(system: System) -> tuple[Switch, ...]:
 
 @lru_cache(maxsize=256)
 def peaks_of(system: System) -> tuple[Switch, ...]:
-    """Return where smooth parts of a system may rise and fall by the time alone, between steps that see nothing of it.
+    """Return the possible middles of smooth bumps in time, which a long step could miss, as ``Switch``.
 
-    A bump, as exp(-100 (t - 5)^2), a resonance or a steep ramp has its middle where an argument linear in the time
-    vanishes, or a square has its vertex.
+    A bump such as exp(-100 (t - 5)^2), a resonance or a steep ramp has its middle where an argument linear in the time
+    vanishes, or where a square has its vertex.
     """
     known, time = {system.time, *system.parameters}, system.time
     parts = atoms(sp.Tuple(*exprs_of(system)), sp.Pow, sp.Add, sp.Function) if time else ()
@@ -67,7 +67,7 @@ def exprs_of(system: System) -> tuple[sp.Expr, ...]:
 def switches(
     exprs: Iterable[sp.Basic], time: sp.Symbol | None, parameters: Iterable[sp.Symbol], but: Collection[sp.Expr] = ()
 ) -> list[Switch]:
-    """Return the switches of expressions, as far as their phases are linear in the time, without the phases ``but``."""
+    """Return the switches of expressions whose phases are linear in the time, without the phases ``but``."""
     if time is None:
         return []
     known = {time, *parameters}
@@ -77,7 +77,7 @@ def switches(
 
 
 def _of(atom: sp.Basic, but: Collection[sp.Expr]) -> Iterator[Switch]:
-    if isinstance(atom, sp.Pow):  # the slope of a root is infinite where it vanishes
+    if isinstance(atom, sp.Pow):  # where a root vanishes, its slope is infinite
         root = atom.exp.is_positive and not atom.exp.is_integer
         yield from (_zero(factor) for factor in sp.Mul.make_args(atom.base) if root)
         return
@@ -89,7 +89,7 @@ def _of(atom: sp.Basic, but: Collection[sp.Expr]) -> Iterator[Switch]:
 
 
 def _zero(expr: sp.Expr) -> Switch:
-    """Return where an expression vanishes; a sine or a cosine does so again and again."""
+    """Return the switch at the zeros of an expression; for a sine or a cosine, at every whole value of a phase."""
     wave = expr.as_independent(sp.sin, sp.cos, as_Add=False)[1]
     if isinstance(wave, sp.sin | sp.cos):
         return Switch(wave.args[0] / sp.pi + sp.Rational(int(isinstance(wave, sp.cos)), 2), every=True)

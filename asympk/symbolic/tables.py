@@ -1,7 +1,7 @@
 r"""Tables: a ``Piecewise`` of many pieces along one variable, such as a record of the ground's motion.
 
-Asked one after the other, its conditions take a time proportional to its length. As a tree, every condition of which
-leaves half of the pieces, they take its logarithm.
+Testing the conditions in turn takes a time proportional to the number of pieces. In a binary tree, in which every
+condition excludes half of the pieces, the time is proportional to the logarithm.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -17,7 +17,7 @@ SHORTEST = 8  # pieces of a table that is worth a tree
 def without_tables(
     exprs: Iterable[sp.Expr], spare: Iterator[sp.Symbol]
 ) -> tuple[list[tuple[sp.Symbol, sp.Expr]], list[sp.Expr]]:
-    """Return the tables of ``exprs``, each with a symbol from ``spare``, and ``exprs`` in these."""
+    """Return the tables in ``exprs``, each with a symbol from ``spare``, and ``exprs`` with these symbols."""
     exprs = list(exprs)
     symbols: dict[sp.Basic, sp.Symbol] = {}
     for expr in exprs:
@@ -38,7 +38,7 @@ def _outermost(expr: sp.Expr) -> Iterator[sp.Basic]:
 
 @lru_cache(maxsize=256)
 def is_table(expr: sp.Piecewise) -> bool:
-    """Tell whether the pieces of a ``Piecewise`` are many intervals, each of which begins before the last one ends."""
+    """Tell whether the pieces of a ``Piecewise`` are many intervals, each beginning before the one before it ends."""
     if len(expr.args) < SHORTEST:
         return False
     bounds = [_bounds(piece.cond) for piece in expr.args]
@@ -67,7 +67,7 @@ def _bounds(condition: sp.Basic) -> tuple[Any, Any]:
 
 
 def _joined(sides: list[tuple[Any, Any]]) -> tuple[Any, Any]:
-    """Return the bounds of intervals that overlap or are side by side."""
+    """Return the bounds of the union of intervals that overlap or touch, or (None, None) for other intervals."""
     if any(end is None for _, end in sides):
         return None, None
     sides = sorted(sides, key=lambda side: (side[1].rhs, str(side)))
@@ -79,7 +79,7 @@ def _joined(sides: list[tuple[Any, Any]]) -> tuple[Any, Any]:
 
 
 def as_tree(table: sp.Expr) -> sp.Expr:
-    """Return a table as a tree of ``Piecewise`` of two pieces each, equal wherever it is defined; else ``table``."""
+    """Return a table as a tree of ``Piecewise`` of two pieces each, with equal values; else return ``table``."""
     if not (isinstance(table, sp.Piecewise) and is_table(table)):
         return table
     begins, ends = zip(*(_bounds(piece.cond) for piece in table.args), strict=True)

@@ -41,7 +41,7 @@ def as_arrays(given: Mapping[sp.Symbol, Any]) -> dict:
 
 
 def with_default(numbers: Mapping, wanted: set, default: Mapping) -> dict:
-    """Add the default, an expression in the others, of each symbol that is wanted and not given."""
+    """Add the default of each symbol that is wanted and not given: an expression in the given ones."""
     found = dict(numbers)
     for symbol, expr in default.items():
         if symbol in wanted and symbol not in numbers and expr.free_symbols <= numbers.keys():
@@ -65,7 +65,7 @@ def require_relations(allowed: sp.Basic, numbers: Mapping) -> None:
 
 @lru_cache(maxsize=256)
 def array_function(expr: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Any:
-    """Return ``expr`` as a function of arrays in place of ``symbols``, whatever their names, a prime among them."""
+    """Return ``expr`` as a function of arrays for ``symbols``, which may have any names, also with a prime."""
     plain = {symbol: sp.Symbol(f"q{k}", real=True) for k, symbol in enumerate(symbols)}
     return lower(tuple(plain.values()), replaced(expr, plain), "numpy", branching=True)
 
@@ -89,7 +89,7 @@ def _value(expr, numbers):
     """Evaluate an expression at exact numbers or at arrays."""
     used = tuple(sorted(expr.free_symbols, key=str))
     if all(isinstance(numbers[s], sp.Basic) for s in used):
-        found = expr.xreplace({s: numbers[s] for s in used})  # all at once, so that 0/0 is not taken for 0
+        found = expr.xreplace({s: numbers[s] for s in used})  # one substitution for all: else 0/0 could become 0
         if found.is_extended_real is False or found is sp.nan:
             raise InputError(f"{expr} has no value at {_equations({s: numbers[s] for s in used})}")
         return found
@@ -97,7 +97,7 @@ def _value(expr, numbers):
 
 
 def _first(value, good):
-    """Return the number, or the first of an array, that is not good."""
+    """Return the number, or the first entry of an array at which ``good`` is False."""
     import numpy as np
 
     return value if isinstance(value, sp.Basic) else np.broadcast_to(value, good.shape)[~good].flat[0]

@@ -15,9 +15,9 @@ from asympk.symbolic.reading import exact_value
 
 
 def by_symbol(values: Mapping, symbols: Iterable[sp.Symbol], owner: str, kind: str = "parameter") -> dict:
-    """Return ``values`` keyed by symbol; a name stands for every symbol so called.
+    """Return ``values`` keyed by symbol; a name as key stands for every symbol of that name.
 
-    Raises ``InputError`` for a key that is none of ``symbols``, with the nearest name, and for one given twice.
+    Raises ``InputError`` for a key that is not in ``symbols``, with the nearest name, and for a symbol given twice.
 
     >>> by_symbol({"a": 1}, sp.symbols("a b"), "this system")
     {a: 1}
@@ -58,12 +58,12 @@ def is_exact(value: Any) -> bool:
 
 
 def in_words(symbols: Iterable) -> str:
-    """Return the names in order, as a list in words."""
+    """Return the names in order, joined by commas, or ``nothing``."""
     return ", ".join(sorted(map(str, symbols))) or "nothing"
 
 
 def did_you_mean(word: Any, known: Iterable) -> str:
-    """Return ``; did you mean ...?`` for the one of ``known`` that is spelt most like ``word``, or nothing."""
+    """Return ``; did you mean ...?`` with the entry of ``known`` spelt most like ``word``, or an empty string."""
     close = get_close_matches(str(word)[:60], [str(k) for k in known], n=1)
     return f"; did you mean {close[0]}?" if close else ""
 
