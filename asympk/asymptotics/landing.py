@@ -1,7 +1,9 @@
-r"""Where the layer carries a start of a smooth slow-fast system: the attracting branch, and the base point as a series.
+r"""Where the layer of a smooth slow-fast system lands: the attracting branch, and the base point as a series in mu.
 
-The layer is followed in tau = t/mu until it is over to rounding, and its series X(T) carried back along the slow motion
-to tau = 0 (``fibre``). A start whose layer does not settle on an attracting branch is refused.
+``land`` integrates the series of the layer, whose equations are in ``fibre``, in the fast time tau = t/mu until the
+layer is over to rounding at tau = T. The slow motion through X(T), a polynomial in tau, is then taken back to tau = 0,
+which gives the base point. ``affinelayer`` gives some layers in closed form. The hard function is ``_settled``, which
+finds the branch and decides when the layer is over. ``OutOfRange`` is raised where no attracting branch is found.
 """
 
 import math
@@ -20,24 +22,24 @@ from asympk.asymptotics.nonstiff import Trajectory, steps
 from asympk.asymptotics.stiff import StiffStep, jacobian
 from asympk.errors import OutOfRange
 
-NEAR = 1e-3  # a Newton step to a root of g, relative to the state, from which on the layer is taken to approach it
-OVER = math.log(1e17)
-SETTLED = 1e-7
-STILL = 10  # tolerances from its branch within which a layer stands still
-STEPS, SEARCHING = 20000, 4000  # of a layer, and until it is near a branch: a fifth of what its decay takes
-IMPLICIT = 10  # explicit steps that take as long as an implicit one
-FAR = 1e6
+NEAR = 1e-3  # the Newton step to a root of g, relative to the state, below which a layer is taken to approach the root
+OVER = math.log(1e17)  # the time, times the rate of decay, after which a decaying term is rounding
+SETTLED = 1e-7  # the largest distance from its branch, relative to the state, at which a layer may be over
+STILL = 10  # the same distance in units of the tolerance, if that is more
+STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before it is near a branch
+IMPLICIT = 10  # the number of explicit steps that take as long as an implicit one
+FAR = 1e6  # the size of the state, relative to the start, beyond which a layer counts as unbounded
 ROOT = 1e-12  # the error of a root, relative to the state
-ROUNDED = 2.0**-51  # the error of g, relative to its terms
-LOOSEST, ROUGHEST = 1e-3, 1e-8  # tolerances, of later terms and of the first
+ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms
+LOOSEST, ROUGHEST = 1e-3, 1e-8  # the largest tolerances of the terms 1 .. n of a layer, and of its term 0
 
 
 @dataclass(frozen=True)
 class Landing:
-    """A layer in numbers: it is over at the fast time ``end``, when the fast states have come to ``branch`` at x_0.
+    """A layer in numbers: by the fast time ``end`` it has settled on ``branch``, a root y of g(x_0, y, 0).
 
-    ``base[k]`` multiplies mu**k in the base point, for k = 0 .. order, and ``rest[k]`` in the fast states at rest
-    there. ``during(tau)`` is what ``corrections`` are until the layer is over.
+    ``base[k]``, for k = 0 .. order, is the coefficient of mu**k in the base point, and ``rest[k]`` in the fast states
+    on the slow manifold there. ``during(tau)`` returns the ``corrections`` for tau < ``end``.
     """
 
     order: int
@@ -48,7 +50,7 @@ class Landing:
     during: Callable[[np.ndarray], np.ndarray]
 
     def corrections(self, tau: Any) -> np.ndarray:
-        """Return X_k - S_k and Y_k - H_k at the array ``tau``: (order + 1, states) + tau.shape; 0 after the layer."""
+        """Return X_k - S_k and Y_k - H_k at the array ``tau``: (order + 1, states) + tau.shape; 0 from ``end`` on."""
         tau = np.asarray(tau, dtype=float)
         if (tau >= self.end).all():
             return np.zeros((self.order + 1, self.base.shape[1] + len(self.branch), *tau.shape))
@@ -60,10 +62,10 @@ def land(
 ) -> Landing:
     """Return the ``Landing`` to ``order`` of the layer from (x, y) with the parameters ``values``.
 
-    It is in closed form where that is known (``affinelayer``), else followed: the term k is right to ``rtol`` / mu**k,
-    to ``rtol`` each, or as much of their sum at ``mu``. The term 0, from which the base point learns through mu alone,
-    is followed finely only where the layer itself is asked for. Raises ``OutOfRange`` where the layer does not settle
-    on an attracting branch.
+    The layer is in closed form where ``affinelayer`` has one, and is integrated otherwise. The tolerance of the term k
+    is ``rtol`` / mu**k, so that each term has the error ``rtol`` in the sum at ``mu``. Term 0 affects the base point
+    through mu alone: its tolerance is ``rtol`` / mu until ``corrections`` are asked for, which repeat the integration.
+    Raises ``OutOfRange`` where the layer does not settle on an attracting branch.
     """
     if formulas.field.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
         raise OutOfRange(f"the branch at {listed(formulas.mode.slow, x)} does not attract, so no layer fades there: "
@@ -90,7 +92,7 @@ def _in_closed_form(rate, table, y):
 
 
 def _over(order, far=1.0):
-    """Return the time, in units of the rate, after which a layer is over to rounding."""
+    """Return the time, times the rate of decay, after which a layer is over to rounding."""
     return OVER + math.log(far) + (order + 1) * math.log1p(OVER)
 
 
@@ -110,7 +112,7 @@ def _followed(formulas, order, x, y, values, fine, coarse):
         return Trajectory(first, _settled(formulas, first, x, y, values, order, fine)[1])
 
     def during(tau):
-        # the terms X_k and Y_k less the slow motion fade
+        # X_k and Y_k less the slow motion, which decay
         levels = zip(motion[:count], motion[count:], strict=True)
         slowly = np.array([[_padded(c, count) for c in (*s, *h)] for s, h in levels])
         at_rest, fine = np.broadcast_to(np.array(x)[:, None], (len(x), tau.size)), finely()
@@ -122,7 +124,7 @@ def _followed(formulas, order, x, y, values, fine, coarse):
 
 
 def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tuple | None:
-    """Return the root b of g(x, b, 0) that Newton's method finds from ``guess``, or None."""
+    """Return the root b of g(x, b, 0) that Newton's method finds from ``guess``, or None if it does not converge."""
     b, size, scale = tuple(map(float, guess)), math.inf, 1.0
     for k in range(50):
         step = newton(formulas, x, b, values)
@@ -136,7 +138,7 @@ def root(formulas: Formulas, x: Sequence, guess: Sequence, values: tuple) -> tup
 
 
 def newton(formulas: Formulas, x: Sequence, y: Sequence, values: tuple) -> Sequence[float] | None:
-    """Return g_y^-1 g, or None where g_y is singular."""
+    """Return the Newton step g_y^-1 g, to be subtracted from y, or None where it cannot be computed."""
     try:
         force = formulas.force(*x, *y, *values)
         if len(y) == 1:
@@ -154,12 +156,13 @@ def abscissa(formulas: Formulas, x: Any, y: Any, values: tuple) -> float:
 
 
 def attraction(formulas: Formulas, x: Sequence, branch: Sequence, values: tuple) -> float:
-    """Return the rate at which a branch attracts; 0 where it is less than its change within the error of the root.
+    """Return the rate at which a branch attracts, or 0 where the error of the root leaves the sign of the rate open.
 
-    The rounding of g moves a root the farther the less it attracts, a double one by the square root of that.
+    The error of the root is the rounding error of g over the rate, and large where the root is nearly double. The rate
+    is rejected where it changes by its own size within this error. It is negative where the branch repels.
     """
     rate, off = -abscissa(formulas, x, branch, values), ROOT * max(1, *map(abs, branch))
-    with suppress(ArithmeticError, ValueError):  # the terms of g, which cancel at the root
+    with suppress(ArithmeticError, ValueError):  # g at 2 b has the size of the terms of g, which cancel at the root b
         terms = max(map(abs, formulas.force(*x, *(2 * v for v in branch), *values)))
         off = max(off, ROUNDED * terms / abs(rate))
     moved = (-abscissa(formulas, x, [v + d for v in branch], values) for d in (-off, off))
@@ -178,7 +181,7 @@ def _tolerances(rtol, mu, order, slow, fast, first):
 
 
 def _settled(formulas, first, x, y, values, order, tolerances):
-    """Step until the layer is over; return the branch's value and the steps."""
+    """Integrate the series of the layer until the layer is over; return the value of the branch and the steps."""
     known, until, found, now = None, math.inf, [], y
     settled = max(SETTLED, STILL * tolerances[0])
     ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances,
@@ -208,9 +211,9 @@ def _settled(formulas, first, x, y, values, order, tolerances):
 
 
 def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:
-    """Return the attracting branch that a layer has come near to at y = ``now``, and its rate; or None.
+    """Return the attracting branch that a layer is near at y = ``now``, or None if there is none, and its rate.
 
-    Raises ``OutOfRange`` on a branch that does not attract.
+    Raises ``OutOfRange`` where ``now`` is on a branch that does not attract.
     """
     step = newton(formulas, x, now, values)
     size = max(map(abs, step)) if step is not None else math.inf
@@ -228,7 +231,7 @@ def _reached(found):
 
 
 def listed(states: Iterable[sp.Symbol], numbers: Iterable[float]) -> str:
-    """Return states and their numbers for a message."""
+    """Return "state = number, ..." for a message."""
     return ", ".join(f"{s} = {v:.6g}" for s, v in zip(states, numbers, strict=True))
 
 

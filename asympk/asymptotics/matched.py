@@ -1,11 +1,13 @@
-r"""The asymptotic model of any system with friction or edges: layers in their fast time, slow motion to order n.
+r"""The asymptotic model of any system with friction or edges: layers in fast time, and slow motion to order n between.
 
-A layer takes a time O(mu log(1/mu)), in which it is no longer stiff: its modes are followed in the time t/mu, at the
-value of mu that is asked for, until what is left of the fast motion moves the slow states by less than the tolerance.
-Nothing is omitted there: all powers of mu and log(1/mu) are included. Where the layer goes matters, and not quite when:
-an error along the fast motion is one in time, which the slow motion after it hardly feels. The slow motion goes on from
-where the layer ends, on the manifold to order n, until a guard of its mode vanishes; there the next layer begins. What
-is omitted is O(mu^(n + 1)), and the motion to the order n + 1 tells how much; where terms fall slowly, that to n + 2.
+A layer lasts a time O(mu log(1/mu)), and over so short a time its equations are not stiff. ``through_layer`` integrates
+the full equations at the given mu, and therefore all powers of mu and log(1/mu), until the remaining fast motion moves
+the slow states by less than the tolerance. The step control of a layer lets an error along the flow pass: such an error
+is one in time, which the slow motion after the layer hardly feels.
+``slowly`` follows the slow motion from the end of the layer, on the manifold to order n, until a guard of its mode
+vanishes, where the next layer begins. ``onward`` alternates the two. The omitted terms are O(mu^(n + 1)). ``end_to``
+gives the motion to order n + 1, which tells their size, and to n + 2 where successive terms fall slowly (``decay``).
+The hard functions are ``_in_mode``, which integrates a layer through one mode, and ``_over``, which predicts its end.
 """
 
 import math
@@ -37,17 +39,17 @@ from asympk.symbolic.system import Mode, System
 
 STEPS = 3000
 FAR = 1e12
-FAR_OFF = 0.5  # a Newton step to the manifold, relative to the state, beyond which a layer is not nearly over
-IN_FAST = 0.01  # a fast state changes the slow ones through mu alone, but decides when a layer ends
-LATE = 0.01  # of the tolerance, for the error in time of one step of a layer
+FAR_OFF = 0.5  # the largest Newton step to the manifold, relative to the fast states, at which a layer may soon be over
+IN_FAST = 0.01  # mu times the error of a fast state, in units of the tolerance: the slow states feel this product
+LATE = 0.01  # the allowed error in time of one step of a layer, in units of the tolerance
 STRETCHES = 3000
-SIDE_BY_SIDE = 1e-6  # the tolerance of motions of which only the difference matters
+SIDE_BY_SIDE = 1e-6  # the tolerance of slow motions to two orders: their difference, in which errors cancel, is used
 
 
 class Stretch(NamedTuple):
-    """Motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since then.
+    """The motion in one mode from the time ``began`` on; ``states(t)`` takes an array of times since ``began``.
 
-    ``points`` are (x, b) at both ends of a slow motion; a layer has none.
+    ``points`` are the two ends (x, b) of a slow motion, b the value of the branch where it is carried; () for a layer.
     """
 
     began: float
@@ -58,7 +60,7 @@ class Stretch(NamedTuple):
 
 @dataclass(frozen=True)
 class MatchedPath:
-    """A motion so far: its time, its state, the mode that it is in, and what led there."""
+    """A motion up to the time ``t``: its state and mode at ``t``, and its events, modes and stretches until then."""
 
     t: float
     state: tuple
@@ -68,7 +70,7 @@ class MatchedPath:
     stretches: tuple[Stretch, ...] = ()
 
     def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "MatchedPath":
-        """Return the path beyond a guard that vanishes at (t, state)."""
+        """Return the path continued into the mode that follows when ``guard`` vanishes at (t, state)."""
         if len(self.stretches) == STRETCHES:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
                                 f"{listed(automaton.system.states, state)}")  # fmt: skip
@@ -81,15 +83,17 @@ class MatchedPath:
 
 
 def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> NumericMode:
-    """Return the mode of a branch that begins at (t, state), on the sides on which it does."""
+    """Return the mode of a branch at (t, state), on the sides of the switching surfaces that the motion enters."""
     return mode_on_sides(automaton, branch, None, t, state, automaton.edges_at(t, state, ROUNDED), fixed=True)
 
 
 @dataclass(frozen=True)
 class Slow:
-    """The slow motion of one mode in numbers: ``places`` are the states of the system among those of the mode.
+    """The slow motion of one mode in numbers; ``slow`` counts its slow states, ``values`` are all parameters but mu.
 
-    ``sources`` are the states of the mode among those of the system, the time after them.
+    The mode lists its states as (*slow, *fast), and the time of the system, if any, is one of its slow states.
+    ``places[i]`` is the index in that list of state i of the system. ``sources[j]`` is the index of state j of that
+    list in (*states of the system, time).
     """
 
     formulas: Formulas
@@ -109,13 +113,13 @@ class Slow:
         return tuple(whole[k] for k in self.places)
 
     def distance(self, order: int, x: tuple, y: tuple, branch: tuple, mu: float) -> float:
-        """Return the largest distance of y from the manifold to ``order``; ``branch`` is its value at x."""
+        """Return max |y - h(x, mu)| for the manifold to ``order``; ``branch`` is h(x, 0)."""
         height = self.formulas.height[order](*self.formulas.on_branch(x, branch), mu, *self.values)
         return max(abs(v - h) for v, h in zip(y, height, strict=True))
 
 
 def slow_of(mode: NumericMode, order: int) -> Slow:
-    """Return the slow motion of a mode, its formulas to ``order``."""
+    """Return the slow motion of a mode with its formulas to ``order``."""
     system, known = mode.mode.system, _formulas(mode.mode, order)
     small = system.parameters.index(system.small)
     return Slow(known, len(known.mode.slow), mode.p[:small] + mode.p[small + 1 :], *_places(system, known.mode))
@@ -135,7 +139,7 @@ def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...
 
 @lru_cache(maxsize=256)
 def bare_mode(mode: GuardedMode) -> Mode:
-    """Return a mode on its sides without the condition under which it holds; the time is a slow state of it."""
+    """Return the rates of a mode on its sides, without its guards and with the time as one of its slow states."""
     fields = branches.fields(mode.system, mode.branch)
     slow, fast = (sp.Dict({s: on_sides(rate, mode.all_sides) for s, rate in rates.items()}) for rates in fields)
     return mode.system.autonomous(Mode(mode.name, slow, fast))
@@ -144,9 +148,9 @@ def bare_mode(mode: GuardedMode) -> Mode:
 def through_layer(
     automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> MatchedPath:
-    """Follow a path through its layer, to where only slow motion is left, or to ``until``.
+    """Follow a path through its layer until only slow motion is left, or to ``until``.
 
-    Raises ``OutOfRange`` where the fast motion does not settle, and what the next mode of the automaton raises.
+    Raises ``OutOfRange`` where the fast motion does not settle, and every error of ``mode_after``.
     """
     while True:
         slow, mode = slow_of(path.mode, order), path.mode
@@ -165,19 +169,19 @@ def through_layer(
 
 
 def late_by(rtol: float, until: float) -> float:
-    """Return the error in time that a step of a layer is allowed: slow motion does less than ``rtol`` meanwhile."""
+    """Return the allowed error in time of one step of a layer: slow states change by less than ``rtol`` in it."""
     return LATE * rtol * min(1.0, until)
 
 
 def off_by(rtol: float, mu: float) -> float:
-    """Return the error of the fast states that a step of a layer is allowed."""
+    """Return the allowed error of the fast states in one step of a layer."""
     return IN_FAST * rtol / mu
 
 
 def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
-    """Return what a layer grows from where the manifold repels, the distance to it, at most 1; 1 where it attracts.
+    """Return the distance of the state from a repelling manifold, at most 1, or 1 where the manifold attracts.
 
-    An error of the fast states is one in time by its ratio to that distance.
+    The layer amplifies this distance, so an error of the fast states relative to it is an error in time.
     """
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
@@ -194,7 +198,10 @@ def _fastest(slow: Slow, t: float, state: tuple) -> float:
 def _in_mode(
     mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
-    """Return the steps in one mode, and the time and the guard lost in the last, or None where the layer is over."""
+    """Return the steps in one mode, and the time and index of the guard that ends them.
+
+    Instead of time and guard, the second value is None where the layer is over or ``until`` is reached in this mode.
+    """
     system = mode.mode.system
     fast = {system.states.index(s) for s in system.fast}
     off = off_by(rtol, mu) * _growing(slow, order, path.t, path.state, mu, rtol)
@@ -223,7 +230,7 @@ def _in_mode(
 
 
 def _slopes(mode, now):
-    """Return the Jacobian matrix of ``_timed``, as far as states move the rates; the time alone stiffens none."""
+    """Return the Jacobian matrix of ``_timed`` with zero derivatives by the time, which cause no stiffness."""
     size = len(mode.mode.system.states)
     found = np.zeros((len(now), len(now)))
     found[:size, :size] = mode.jac(now[-1], now[:size])
@@ -235,7 +242,7 @@ def _during(trajectory, began, size):
 
 
 def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
-    """Return the time at which the fast motion is over, once it is near an attracting manifold to ``order``."""
+    """Return the time at which the layer will be over if it is near an attracting manifold to ``order``, else inf."""
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
     scale, step = max(1.0, *map(abs, y)), newton(slow.formulas, x, y, slow.values)
@@ -252,21 +259,21 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
 
 @lru_cache(maxsize=256)
 def _timed(mode):
-    """Return a field as that of an autonomous flow, the time its last state."""
+    """Return the rates of a mode as an autonomous field whose last state is the time."""
     size = len(mode.mode.system.states)
     return lambda *arguments: (*mode.field(arguments[size], *arguments[:size], *arguments[size + 1 :]), 1.0)
 
 
 def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
-    """Follow a path by slow motion to ``order`` from where its layer ends, to ``until`` or through the next edge.
+    """Follow a path by slow motion to ``order`` from the end of its layer, to ``until`` or into the next mode.
 
-    Raises ``NotDerivable`` where the time alone switches a mode too often for edges, or its motion stays on an edge;
-    ``NotNormallyHyperbolic`` and ``OutOfRange``.
+    Raises ``NotDerivable`` where a mode switches in time more often than edges can follow or the motion stays on an
+    edge, ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
     """
-    known = max(order, 1)  # the rate of a fast state, which tells what follows an edge, is not known to order 0
+    known = max(order, 1)  # the next mode depends on the rates of the fast states, which order 0 does not give
     slow, mode = slow_of(path.mode, known), path.mode
     mode.require_smooth(path.t, until)
-    orders = [order if kind == "slip_onset" else known for kind, _ in mode.kinds]  # where slip to an order begins
+    orders = [order if kind == "slip_onset" else known for kind, _ in mode.kinds]  # stick ends to the order asked
     distinct = {*orders}
 
     def guards(span, at):
@@ -289,9 +296,10 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
 
 
 def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> None:
-    """Raise ``OutOfRange`` where slow motion from where a path is passes a pole of the rates, which it need not feel.
+    """Raise ``OutOfRange`` where the slow motion ``found``, which starts at the end of ``path``, passes a pole.
 
-    A step is taken to pass no two poles of a kind.
+    The integration need not notice a pole of the rates, so the signs of their divisors are compared at the ends of
+    every step. Two sign changes of one divisor within one step go unnoticed.
     """
     values, width = path.mode.pole_values(path.t, path.state), len(found.trajectory.start) // len(found.orders)
     for step in found.trajectory.steps if values else ():
@@ -304,7 +312,7 @@ def _reduced(
     slow: Slow, path: MatchedPath, orders: tuple[int, ...], until: float, mu: float, rtol: float,
     guards: Callable | None = None,
 ) -> reduced.Reduced:  # fmt: skip
-    """Return the reduced flow of a path's mode to ``orders``, from where the path is."""
+    """Return the reduced flow to ``orders`` in the mode of a path, from the end of the path to ``until``."""
     point, left = slow.point(path.t, path.state), until - path.t
     branch = reduced.branch_at(slow.formulas, point[: slow.slow], point[slow.slow :], slow.values)
     return reduced.follow_reduced_flow(
@@ -322,7 +330,7 @@ def begun(automaton: Automaton, start: tuple) -> MatchedPath:
 def onward(
     automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable
 ) -> MatchedPath:
-    """Follow a path from where a layer has landed to ``until``; ``layer(path)`` follows it through a later one."""
+    """Follow a path from the end of a layer to ``until``; ``layer(path)`` follows each later layer."""
     while path.t < until:
         path = slowly(automaton, path, until, mu, order, rtol)
         if path.t < until:
@@ -334,10 +342,11 @@ def end_to(
     automaton: Automaton, landed: MatchedPath, path: MatchedPath, until: float, mu: float, orders: tuple[int, int],
     rtol: float,
 ) -> np.ndarray:  # fmt: skip
-    """Return the states at ``until`` to the second of two ``orders``; ``path`` is that to the first from ``landed`` on.
+    """Return the states at ``until`` to the second of two ``orders``; ``path`` continues ``landed`` to the first.
 
-    Where it has met no event since, slow motions to both orders side by side tell by how much they differ. What their
-    steps are wrong by is nearly the same in both, so that these may be long.
+    Where ``path`` meets no guard after ``landed``, the slow motions to both orders are integrated side by side, and
+    their difference is added to the states of ``path``. The errors of their common steps nearly cancel in the
+    difference, so these steps may be long.
     """
     if len(path.stretches) != len(landed.stretches) + 1:
         layer = partial(through_layer, automaton, until=until, mu=mu, order=orders[1], rtol=rtol)
@@ -349,7 +358,7 @@ def end_to(
 
 
 def decay(scene: Any, path: MatchedPath, order: int) -> float:
-    """Return the second term of slow motion that ``order`` omits over the first, the largest at the ends of a path."""
+    """Return the second term of the slow motion that ``order`` omits over the first, the largest at stretches' ends."""
     mu, worst = small_number(scene), 0.0
     for stretch in path.stretches:
         slow = slow_of(stretch.mode, order + 2)
@@ -361,17 +370,17 @@ def decay(scene: Any, path: MatchedPath, order: int) -> float:
 
 
 def _slow_motion(slow: Slow, order: int, at: tuple, mu: float) -> tuple:
-    """Return y and the rates of (x, b) on the manifold to ``order``."""
+    """Return y and the rates of (x, b) on the manifold to ``order`` at the point ``at`` = (x, b)."""
     return *slow.formulas.height[order](*at, mu, *slow.values), *slow.formulas.flow[order](*at, mu, *slow.values)
 
 
 def small_number(scene: Any) -> float:
-    """Return the value of the small parameter."""
+    """Return the value of the small parameter of a scene."""
     return float(dict(zip(scene.system.parameters, scene.values, strict=True))[scene.system.small])
 
 
 def require_landed(method: str, landed: MatchedPath) -> None:
-    """Raise ``NoManifold`` for ``"slow"`` where the first layer meets an event."""
+    """Raise ``NoManifold`` if ``method`` is ``"slow"`` and the first layer meets an event."""
     if method == "slow" and landed.events:
         t = landed.events[0].t
         raise NoManifold(f"the fast motion passes {' -> '.join(landed.modes)} from t = {t:.6g}; use method='jump'")

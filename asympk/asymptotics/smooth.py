@@ -1,13 +1,16 @@
-r"""The asymptotic models of a smooth slow-fast system: slow motion from the base point, and its layer composed with it.
+r"""The asymptotic models of a smooth slow-fast system: the slow motion from the base point, alone or with its layer.
 
-``"slow"`` of order n is the motion on the slow manifold to order n from the base point to order n; it holds after the
-layer. ``"jump"`` is the uniform composite: layer + slow - common part,
+``"slow"`` of order n is the motion on the slow manifold to order n that starts at the base point to order n. This model
+holds after the layer. ``"jump"`` is the uniform composite expansion, layer + slow motion - common part,
 
     x = S(t) + sum mu^k (X_k - S_k)(t/mu),    y = h(S(t)) + sum mu^k (Y_k - H_k)(t/mu),    error O(mu^(n+1)).
 
-The error that a path carries is what the next order changes at ``until``, and what the one after that may still add.
-Where the terms do not fall, they may be small at ``until`` by chance. By how much a composite misses the start is known
-exactly, and tells so.
+where S is the slow motion, X_k and Y_k are the terms of the layer, and S_k and H_k those of S and h(S) at fixed t/mu.
+``landing`` finds the layer and the base point, ``reduced`` follows S, and ``layered_motion`` puts the two together.
+
+The hard functions are ``_expected`` and ``predicted_error``, which predict the error of a path from the terms of orders
+n + 1 and n + 2 at ``until``. Terms that do not decrease may be small at ``until`` by chance. The known distance
+by which the composite of order n + 2 misses the start covers this case.
 """
 
 import math
@@ -26,17 +29,17 @@ from asympk.automaton.automaton import Automaton
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
-EXTRA = 2  # the orders beyond the one asked for, which tell its error
-STEADY, STALLED = 0.1, 0.5  # between them the ratio of omitted terms tells how the series goes on
-FINEST, COARSEST = 1e-13, 1e-7
-FINER = 1e-5  # how much finer than mu^(n + 1) the integrations are
-WATCHED = 1e-9  # the tolerance of the motion that tells whether the sides of a system are left
-ROUNDING = 50  # what the integrations lose, in units of their tolerance
+EXTRA = 2  # the number of orders beyond the one asked for, from which its error is predicted
+STEADY, STALLED = 0.1, 0.5  # bounds of the ratio of successive omitted terms from which the rest of them is estimated
+FINEST, COARSEST = 1e-13, 1e-7  # bounds of the tolerance of the integrations
+FINER = 1e-5  # the tolerance of the integrations in units of mu^(n + 1)
+WATCHED = 1e-9  # the tolerance of the motion that tells whether a switching surface is crossed
+ROUNDING = 50  # the error of the integrations in units of their tolerance
 
 
 @dataclass(frozen=True)
 class LayeredMotion:
-    """The slow motion and its layer to the orders n, n + 1, n + 2, of the states ``kept``."""
+    """The slow motion and its layer to the orders n, n + 1, n + 2; ``kept`` are the indices of the states returned."""
 
     landing: Landing
     reduced: Reduced
@@ -44,21 +47,21 @@ class LayeredMotion:
     kept: tuple[int, ...]
 
     def states(self, t: Any) -> np.ndarray:
-        """Return the states on the slow manifold at the array ``t``, for every order: (orders, states) + t.shape."""
+        """Return the slow motion to every order at the array ``t`` of times: (orders, states) + t.shape."""
         return self.reduced.states(t)[:, self.kept]
 
     def layer(self, t: Any) -> np.ndarray:
-        """Return what the layer adds at ``t``, for every order."""
+        """Return the layer less the common part to every order at ``t``, in the shape of ``states(t)``."""
         terms = self.landing.corrections(np.asarray(t, dtype=float) / self.reduced.mu)
         return (self._sums @ terms.reshape(len(terms), -1)).reshape(-1, *terms.shape[1:])[:, self.kept]
 
     def misses(self) -> np.ndarray:
-        """Return what the composite of every order misses of the start, in the fast states: (orders, fast states)."""
+        """Return composite - start of the fast states at t = 0, for every order: (orders, fast states)."""
         return self.reduced.states(0.0)[:, self.reduced.slow :] - self._sums @ self.landing.rest
 
     @cached_property
     def _sums(self) -> np.ndarray:
-        """Return the factors that the terms of a layer have in its sum to every order."""
+        """Return the matrix that sums the terms of a layer: the row of order m is 1, mu, ..., mu^m, 0, ..., 0."""
         powers = np.arange(self.landing.order + 1)
         return self.reduced.mu**powers * (powers <= np.array(self.reduced.orders)[:, None])
 
@@ -66,10 +69,10 @@ class LayeredMotion:
 def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
-    The motion keeps to one side of what switches. ``path.info["omitted"]`` is the composite's first omitted term at
-    ``until``, state by state. Raises ``InputError`` for functions without series, ``OutOfRange`` where the layer
-    settles on no attracting branch, the expansion does not hold or a pole of the rates is passed, and
-    ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
+    The motion must cross no switching surface (``leaves_its_sides``). ``path.info["omitted"]`` is the first term
+    that the composite omits at ``until``, state by state. Raises ``InputError`` for functions that have no series,
+    ``OutOfRange`` where the layer settles on no attracting branch, the expansion does not hold or a pole of the rates
+    is passed, and ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
     """
     mu, until = matched.small_number(scene), float(scene.until)
     begun = matched.begun(Automaton(scene.system, scene.values), scene.start)
@@ -93,7 +96,7 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
 
 
 def leaves_its_sides(scene: Any, order: int) -> bool:
-    """Tell whether the motion of a smooth system leaves the sides, of what switches, on which it begins."""
+    """Tell whether the motion of a smooth system crosses a switching surface; slow motion is to ``order`` + 2."""
     until, mu, automaton = float(scene.until), matched.small_number(scene), Automaton(scene.system, scene.values)
     path = matched.begun(automaton, scene.start)
     begun, rest = path.mode, (until, mu, order + EXTRA, WATCHED)
@@ -120,12 +123,13 @@ def layered_motion(
 
 
 def expected_error(motion: LayeredMotion, layered: bool, until: float, units: Any = 1.0) -> float:
-    """Return the error to expect of a motion, with its layer or without, at ``until``; its states are in ``units``."""
+    """Return the predicted error at ``until`` of a motion, ``layered`` or not; ``units`` are factors of its states."""
     return _expected(motion, layered, motion.states(until) * units, motion.layer(until) * units, units)
 
 
 def _expected(motion, layered, slow, layer, units=1.0):
-    # a layer that fades no faster than the slow motion moves cancels its terms, but not what they leave out
+    # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
+    # of the slow motion that do not decrease are judged on their own, too
     first, second = _terms(slow)
     told, misses = [slow + layer, *[slow] * bool(second > STALLED * first)], motion.misses()
     misses = misses * np.broadcast_to(units, len(motion.kept))[len(motion.kept) - misses.shape[1] :]
@@ -134,17 +138,17 @@ def _expected(motion, layered, slow, layer, units=1.0):
 
 
 def tolerance(mu: float, order: int, finer: float = FINER) -> float:
-    """Return the tolerance of the integrations of a model that is wrong by O(mu^(order + 1))."""
+    """Return the tolerance of the integrations of a model whose error is O(mu^(order + 1))."""
     return min(max(finer * mu ** (order + 1), FINEST), COARSEST)
 
 
 def predicted_error(
     composites: Sequence[np.ndarray] | np.ndarray, left: Any = 0.0, rtol: float = 0.0, misses: Any = ((0.0,),)
 ) -> float:
-    """Return the error to expect of the first of three composites, relative to the largest of 1 and the states.
+    """Return the predicted error of the first of three composites, relative to the largest of 1 and the true states.
 
-    ``left`` is what a motion without its layer lacks, ``rtol`` the tolerance of the integrations, ``misses`` what each
-    composite misses of the start.
+    The composites are of successive orders. ``left`` is the layer where the first leaves it out, ``rtol`` the tolerance
+    of the integrations, and ``misses`` the difference of each composite from the start.
     """
     first, second = _terms(composites)
     ratio = min(STALLED, max(STEADY, second / first)) if first > 0 else STALLED
@@ -155,15 +159,16 @@ def predicted_error(
 
 
 def _terms(motions: Sequence[np.ndarray] | np.ndarray) -> tuple[float, float]:
-    """Return the largest parts of the two terms between three motions."""
+    """Return the largest moduli of the two differences between three motions of successive orders."""
     now, next_, last = motions
     return np.abs(next_ - now).max(), np.abs(last - next_).max()
 
 
 def _beyond(omitted: float, misses: np.ndarray) -> float:
-    """Return the error of the last composite, which misses the start by ``misses[-1]``.
+    """Return the estimated error of the last composite, whose error at the start is ``misses[-1]``.
 
-    It is taken to fade half as fast as the terms that were omitted at the start and are now ``omitted``.
+    This error is assumed to decay half as fast as the omitted terms, whose size was that of the differences of
+    ``misses`` at the start and is ``omitted`` now.
     """
     begun = np.abs(misses[1:] - misses[:-1]).max(initial=0)
     return math.sqrt(min(1.0, omitted / begun) if begun > 0 else 1.0) * np.abs(misses[-1]).max()
