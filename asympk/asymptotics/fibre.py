@@ -1,16 +1,19 @@
-r"""The fast fibre of a smooth slow-fast system, in numbers: its layer, and the slow motion from its base point.
+r"""The fast fibre of a smooth slow-fast system, compiled: its layer, and the slow motion from its base point.
 
 In the fast time tau = t/mu the motion from (x_0, y_0) is X_0 + mu X_1 + ..., Y_0 + mu Y_1 + ... with X_0 = x_0 and
 
     Y_0' = g(x_0, Y_0, 0),    X_k' = [mu^(k-1)] f(X, Y, mu),    Y_k' = [mu^k] g(X, Y, mu).
 
-Where Y_0 tends to an attracting branch b = h_0(x_0), X_k and Y_k tend to polynomials S_k and H_k in tau. They are the
-slow motion x' = F(x, mu), y = h(x, mu) in powers of mu at fixed tau; S(0) is the base point of the fibre.
-The slow motion is the Taylor series in mu and t that solves x' = f, mu y' = g, coefficient by coefficient,
+Where Y_0 tends to an attracting branch b = h_0(x_0), X_k and Y_k tend to polynomials S_k and H_k in tau. S_k and H_k
+are the coefficients of the slow motion x' = F(x, mu), y = h(x, mu) in powers of mu at fixed tau. The base point of the
+fibre is S(0). The slow motion is the Taylor series in mu and t that solves x' = f, mu y' = g, coefficient by
+coefficient,
 
-    (j + 1) x_(k,j+1) = f_kj,    (j + 1) y_(k-1,j+1) = g_kj,    S_m = sum_(k+j=m) x_kj tau^j,
+    (j + 1) x_(k,j+1) = f_kj,    (j + 1) y_(k-1,j+1) = g_kj,    S_m = sum_(k+j=m) x_kj tau^j.
 
-the second of which gives y_kj, so that no derivative of h is needed. All is straight-line code, derived once.
+The second equation is linear in y_kj and gives it, so that no derivative of h is needed. ``Formulas`` names the
+compiled functions. ``_Field`` derives each of them once, on a ``Tape``; its hard method is ``motion``, which solves
+these equations.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,22 +36,26 @@ NUMPY_NAMES = {f"a{f}": f"arc{f}" for f in ("sin", "cos", "tan", "sinh", "cosh",
 
 @dataclass(frozen=True)
 class Formulas:
-    """One smooth mode as compiled functions, to one order; x are slow states, y fast ones, b the branch's value.
+    """One smooth mode as compiled functions to one order n: x the slow states, y the fast ones, b the branch's value.
 
-    All take numbers one by one, p the parameters. A series is X_0, Y_0, X_1, Y_1, ..., X_n, Y_n, state by state.
+    Every argument is one number: x, y, b and the parameters p stand for as many arguments as they have components. A
+    series is X_0, Y_0, X_1, Y_1, ..., X_n, Y_n, state by state.
 
-    1. ``layer(series, p)`` returns the rates of the series in tau, those of X_0 left out.
-    2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each by state and power of tau.
-    3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m]`` of the same returns y.
-    4. ``slow_rates(x, b, mu, p)`` is d log|det g_y| / dt on the manifold to order 0, h_x f_y and h_x f_x f_y.
-    5. ``force(x, y, p)`` is g at mu = 0, ``jacobian(x, y, p)`` g_y by rows.
-    6. ``series`` are definitions of symbols, one after the other, and in these the coefficients of 1, mu, ..., mu^n of
-       the fast states on the manifold, order by order, where fast states stand for the branch's value.
+    1. ``layer(series, p)`` returns the derivatives of the series by tau, without X_0', which is 0.
+    2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each as (state, power of tau).
+    3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m](x, b, mu, p)`` returns y
+       there.
+    4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
+       -h_x f_x f_y by columns.
+    5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.
+    6. ``series`` is (definitions, coefficients): auxiliary symbols, each defined by those before it, and in them the
+       coefficients of 1, mu, ..., mu^n of y on the manifold, order by order. The symbols of fast states stand for b.
 
-    3 and 4 leave out b and b' where g is affine in y at mu = 0, since b = -g_y^-1 g(x, 0, 0) there: ``on_branch``.
+    Functions 3, 4 and 6 do without b and b' where g is affine in y at mu = 0: there b = -g_y^-1 g(x, 0, 0).
+    ``on_branch`` gives the arguments (x, b), or x alone, accordingly.
 
-    ``arrays`` is the same for arrays that broadcast, ``complexes`` for complex numbers. Raises ``InputError`` for a
-    function that has no series here.
+    ``arrays`` holds the same functions for arrays that broadcast, ``complexes`` for complex numbers. ``InputError`` is
+    raised for a function that has no series here.
     """
 
     mode: Mode
@@ -66,7 +73,7 @@ class Formulas:
         return formulas(self.mode, self.small, self.parameters, self.order, "cmath")
 
     def on_branch(self, x: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
-        """Return a point of the branch as ``flow``, ``height`` and ``slow_rates`` take it: x, and b where needed."""
+        """Return the arguments x, and b where needed, of ``flow``, ``height`` and ``slow_rates``."""
         return (*x,) if self.field.affine else (*x, *b)
 
     @cached_property
@@ -116,7 +123,7 @@ def _functions(target):
 
 
 class _Field:
-    """A mode, its states and parameters under names that can stand in a program."""
+    """The derivation of the functions of one mode; ``names`` are the names of its parameters in compiled code."""
 
     def __init__(self, mode, small, parameters, target):
         self.small = small
@@ -138,7 +145,7 @@ class _Field:
         self.functions = _functions(target)
 
     def tape(self, *inputs):
-        """Return a tape with ``inputs`` and the parameters, and the nodes of these."""
+        """Return a tape with ``inputs`` and the parameters as inputs, and {parameter: node}."""
         tape = Tape(*inputs, *self.names.values())
         return tape, {p: tape.node(name) for p, name in self.names.items()}
 
@@ -157,7 +164,7 @@ class _Field:
         return tape.function(tuple(rates), self.functions)
 
     def slow(self, order):
-        """Compile the slow motion in powers of mu at fixed tau, from the series of its start."""
+        """Compile the slow motion in powers of mu at fixed tau, from the series of its initial slow states."""
         n = len(self.slow_states)
         inputs = [f"v{i}_0" for i in range(n + len(self.fast_states))]
         inputs += [f"v{i}_{k}" for k in range(1, order + 1) for i in range(n)]
@@ -179,7 +186,7 @@ class _Field:
         return tape.function(tuple(rates), self.functions), height
 
     def series(self, order):
-        """Return the lines that define the coefficients of the manifold, and these."""
+        """Return the definitions of auxiliary symbols, and the coefficients of the manifold in them."""
         tape, _, _, y = self._at_rest(order)
         functions = {f: getattr(sp, f) for f in (*FUNCTIONS, "pi", "E")}
         states = self.slow_states if self.affine else (*self.slow_states, *self.fast_states)
@@ -187,7 +194,7 @@ class _Field:
         return tape.definitions(tuple(c[k, 0] for k in range(order + 1) for c in y), functions, inputs)
 
     def slow_rates(self):
-        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, and h_x f_y and h_x f_x f_y."""
+        """Compile the logarithmic rate of det g_y along the slow motion at mu = 0, -h_x f_y and -h_x f_x f_y."""
         tape, values, _, _ = self._at_rest(1)
         (found,) = self._along([self.jacobian.det()], values, tape, 1)
         point, drift = _first(values), [f.subs(self.small, 0) for f in self.drift]
@@ -209,7 +216,7 @@ class _Field:
         return tape.function(tuple(evaluated(exprs, values, tape)), self.functions)
 
     def _at_rest(self, order):
-        """Return a tape for (x, b, mu), the values on it, and x' and y of the slow motion as series."""
+        """Return a tape for (x, b, mu), {symbol: value on the tape}, and x' and y of the slow motion as series."""
         n, carried = len(self.slow_states), 0 if self.affine else len(self.fast_states)
         names = [f"v{i}_0" for i in range(n + carried)]
         tape, values = self.tape(*names, "mu")
@@ -225,7 +232,7 @@ class _Field:
         return [-1 * c for c in _product(self._inverse(point, tape), force)]
 
     def motion(self, tape, values, start, branch, order):
-        """Return x, y and x' of the slow motion as series; ``start`` gives the terms of x at t = 0."""
+        """Return x, y and x' of the slow motion as series in mu and t; ``start`` gives the terms of x at t = 0."""
         x = [{index: c for index, c in terms.items() if sum(index) <= order} for terms in start]
         y = [{(0, 0): c} for c in branch]
         self._put(values, x, y, order)
@@ -254,7 +261,7 @@ class _Field:
         return [as_taylor(value, degree) for value in evaluated(exprs, cut, tape)]
 
     def _inverse(self, values, tape):
-        """Return g_y^-1 at the start, by cofactors: nothing is compared."""
+        """Return g_y^-1 at the start, by cofactors: pivoting would compare numbers, which a tape cannot."""
         point = _first(values)
         entries = _matrix(self.jacobian, point, tape)
         symbols = sp.Matrix(len(entries), len(entries), lambda i, j: sp.Symbol(f"j{i}_{j}"))
@@ -265,7 +272,7 @@ class _Field:
 
 
 def _first(values):
-    """Return the values at mu = 0, t = 0."""
+    """Return the values, series among them, at mu = 0 and t = 0."""
     return {s: v[0, 0] if isinstance(v, Taylor) else v for s, v in values.items()}
 
 

@@ -1,10 +1,11 @@
 r"""The asymptotic models of a system with friction, or through edges: layers, jumps and slow motion in turn.
 
-Higher orders are those of ``matched``, and so is order 0 of several frictions or fast states, or of none, and of layers
-and jumps that have no law in the limit. To order 0 of one friction and one fast state the start's layer lands on the
-critical manifold of a mode (``impact``), the reduced flow goes on from there until a guard of the mode vanishes, a new
-layer begins at that edge, and so on. Layers take no time in this limit: what their events have in common is the time of
-the layer. Errors are O(mu log(1/mu)); the path tells none of its own.
+``follow_stretches`` chooses between two models. ``_to_order`` follows whole layers and slow motion to order n, as
+``matched`` describes, and predicts the error. ``_in_limit`` is the limit mu -> 0 of order 0, for one friction and one
+fast state: the layer from the start lands on the critical manifold of a mode (``impact``), the reduced flow continues
+until a guard of the mode vanishes, the next layer begins there, and so on. Layers take no time in this limit, so all
+events of a layer have the same time. The errors are O(mu log(1/mu)), and the path carries no prediction of its error.
+Order 0 uses ``_to_order`` where a layer or a jump has no law in the limit (``NoLaw``).
 """
 
 from contextlib import suppress
@@ -22,18 +23,19 @@ from asympk.automaton.automaton import Automaton
 from asympk.errors import OutOfRange
 from asympk.path import Path, times_within
 
-RTOL = 1e-9
-FINER, COARSEST = 1e-2, 1e-8  # how much finer than mu^(n + 1) layers are followed
-FALLING, TAKEN = 0.1, 0.22  # ratio of terms of slow motion that spares a third run, and what it is taken for then
-SLIGHT = 0.01  # of the states, terms that do not change how these grow
-SEVERAL = 5  # steps of a layer as wrong as they may be
+RTOL = 1e-9  # the tolerance of the reduced flow in the limit
+FINER, COARSEST = 1e-2, 1e-8  # the tolerance in units of mu^(n + 1), and the largest tolerance
+FALLING, TAKEN = 0.1, 0.22  # up to the first ratio of omitted terms, no run to order n + 2 is made: the second is used
+SLIGHT = 0.01  # the largest omitted term, relative to the states, for which that run may be spared
+SEVERAL = 5  # the error at the end of a layer, in units of the error allowed in one step
 
 
 def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
-    """Follow a ``scene`` with friction, or through edges of what switches, by its layers and slow motions to ``order``.
+    """Follow a ``scene`` with friction, or through switching surfaces, by layers and slow motion to ``order``.
 
-    ``"slow"`` refuses, with ``NoManifold``, a first layer that meets an event. Raises ``NotDerivable``, ``OutOfRange``
-    where a layer does not settle, ``NotNormallyHyperbolic``, ``NoMotion``, ``TooManyEvents``.
+    Raises ``NoManifold`` for ``"slow"`` if the first layer meets an event, ``OutOfRange`` where a layer does not settle
+    or the omitted terms are not small, ``NotNormallyHyperbolic`` where a slow manifold is lost, ``NotDerivable``,
+    ``NoMotion`` and ``TooManyEvents``.
     """
     if order == 0 and len(scene.system.frictions) == len(scene.system.fast) == 1:
         with suppress(NoLaw):
@@ -53,16 +55,16 @@ def _in_limit(scene: Any, method: str) -> Path:
 
 
 def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
-    """Return the path after its layer in the limit, where that takes no time."""
+    """Return the path after its layer in the limit mu -> 0, in which the layer takes no time."""
     landed = layers.arrive(path.t, path.state, path.mode)
     return replace(path, state=landed.state, mode=landed.mode, events=path.events + landed.events,
                    modes=path.modes + landed.modes[1:])  # fmt: skip
 
 
 def _to_order(scene: Any, method: str, order: int) -> Path:
-    """Follow a scene through whole layers, and slowly to ``order``.
+    """Follow a scene by whole layers, and by slow motion to ``order``.
 
-    ``path.info["omitted"]`` is what the next order changes at ``until``.
+    ``path.info["omitted"]`` is the change of the states at ``until`` by the next order.
     """
     automaton, until, mu = Automaton(scene.system, scene.values), float(scene.until), matched.small_number(scene)
     rtol = min(tolerance(mu, order, FINER), COARSEST)
@@ -84,9 +86,10 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
 
 
 def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: float) -> float:
-    """Return the error to expect in a layer that is not over, relative to ``scale``: in the fast states, and in time.
+    """Return the predicted error of a layer that is not over at the end of a path, relative to ``scale``; else 0.
 
-    What the fast states grow by, their errors grow by as well.
+    The error is that allowed in the fast states plus an error in time times the largest rate, which covers errors that
+    grow with the fast states.
     """
     if not path.stretches or path.stretches[-1].points:
         return 0.0

@@ -1,13 +1,17 @@
 r"""The jump map: where the fast layers carry a start, as series in mu and L = log(1/mu).
 
-A start (x, y, z) off the slow manifolds passes, within a time O(mu L), through a few modes and lands on one. The map
-gives the slow motion that it lands on by its (x, z) at t = 0, so that the jump is instantaneous: after the layers the
-trajectory is the slow motion from there, for the time t. One integral is common to all modes up to a slow drift,
+The motion from a start (x, y, z) off the slow manifolds passes through a few modes within a time O(mu L) and lands on a
+slow manifold. The slow motion on which it lands, extended back to t = 0, has the values (x, z) there that the map
+gives. The jump is thus instantaneous: after the layers the trajectory at t is the slow motion from this (x, z) after
+the time t. One linear combination of the states changes slowly in every mode,
 
     I = z - mu y - x,    I' = x      (Painlevé-Klein),
 
-and fixes the limit (Lemma 3): over the layer the drift vanishes and mu y returns to zero, so with z -> 0 it leaves x ->
-x - z.
+and fixes the limit (Lemma 3): as mu -> 0 the change of I over the layer vanishes and mu y returns to 0, so that z -> 0
+implies x -> x - z.
+
+``jump_map`` takes a sample point, finds the itinerary from it (``itinerary``), expands the layers (``layers``), and
+collects in the domain of the map the signs on which the itinerary depends.
 """
 
 from collections.abc import Mapping
@@ -34,17 +38,18 @@ from asympk.symbolic.values import as_exact, by_symbol
 
 HIGHEST_ORDER = 3
 LOAD, OFFSET = sp.Dummy("s", real=True), sp.Symbol("delta", real=True)
-SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))
+SAMPLES = tuple(map(sp.Rational, ("1", "-1/2", "-6/5", "-17/10", "2", "1/2")))  # values tried for missing parameters
 
 
 @dataclass(frozen=True, repr=False)
 class JumpMap(ShownAsFormulas):
     """The slow motion that a layer lands on, ``(x, z)`` at t = 0, as series whose coefficients are expressions.
 
-    ``domain`` is the condition on start and parameters (as mu -> 0), the region, in which the map holds; ``sample`` is
-    the point of it that decided the itinerary, and ``chosen`` names what of that point was not given in ``start``.
-    ``events`` are the mid-jump states. ``order`` counts powers of mu, all powers of L with each: x, z and mu y are
-    known to mu^order, times to mu^(order + 1).
+    The map holds for all starts and parameters that satisfy ``domain``, as mu -> 0. ``sample`` is the point of this
+    region that decided the itinerary, and ``chosen`` names those of its values that ``start`` did not give.
+    ``events`` are the states at the events within the layer, and ``lands_on`` is the load where the layer ends, in the
+    limit. ``order`` counts powers of mu, each with all powers of L: x, z and mu y are known to mu^order, times to
+    mu^(order + 1).
     """
 
     x: Series
@@ -59,7 +64,7 @@ class JumpMap(ShownAsFormulas):
 
     @property
     def region(self) -> str:
-        """The region in words: the domain, and, where a part of the point was chosen, how to choose another."""
+        """The region in words: the domain, the values chosen for the sample, and how to choose others."""
         if not self.chosen:
             return f"for {self.domain}"
         values = {symbol.name: value for symbol, value in self.sample.items()}
@@ -96,14 +101,14 @@ class JumpMap(ShownAsFormulas):
 
 @dataclass(frozen=True)
 class Integral:
-    """A linear combination of the states that changes slowly in every mode: ``expr' = rate``, free of fast states."""
+    """A linear combination of the states that changes slowly in every mode: ``expr' = rate``, without fast states."""
 
     expr: sp.Expr
     rate: sp.Expr
 
 
 def first_integral(system: System) -> Integral:
-    """Find ``z + mu beta y + gamma x`` whose rate is the same in all modes and free of y; or raise ``NotDerivable``."""
+    """Find ``z + mu beta y + gamma x`` whose rate is free of y and the same in all modes, or raise ``NotDerivable``."""
     model = linear(system)
     x, y, z = model.states
     beta, gamma = sp.symbols("beta gamma", cls=sp.Dummy)
@@ -125,13 +130,13 @@ def jump_map(
 ) -> Any:
     """Derive the jump map of the layer that contains ``start``, to ``order`` in mu with all powers of L.
 
-    ``start`` gives numbers for some of the states and parameters, by symbol or name: a point inside the layer. What is
-    missing is chosen (velocity -1, load 1/5); the first lines of the result say in which region that is. With
-    ``arrival`` the layer begins on z = 0, where the slow motion in the mode of that name reaches it, and the map
-    depends on x alone. With ``near`` the load at the start is given by its ``OFFSET`` from the slow line of the mode of
-    that name, so the map holds however small the offset is. A smooth system has the ``BasePoint`` of ``base_point``,
-    for any start. Raises ``OrderError``, ``InputError`` for a start that is no mapping to numbers or outside the
-    assumptions, ``OutOfRange`` on a divide, ``NotDerivable``.
+    ``start`` maps states and parameters, by symbol or name, to the numbers of a sample point inside the layer. Values
+    that are missing are chosen (velocity -1, load 1/5), and the first lines of the printed result name the region of
+    the sample. With ``arrival`` the layer begins where the slow motion in the mode of that name reaches z = 0, and the
+    map depends on x alone. With ``near`` the load at the start is that of the slow line of the mode of that name plus
+    ``OFFSET``, and the map holds for any small offset. For a system without friction, ``base_point(system, order)`` is
+    returned. Raises ``OrderError``, ``InputError`` for a start that is no mapping to numbers or violates the
+    assumptions, ``OutOfRange`` for a sample on the boundary between two itineraries, and ``NotDerivable``.
 
     >>> from asympk.systems import painleve_klein
     >>> jump = jump_map(painleve_klein.system(), order=0)
@@ -162,7 +167,10 @@ def jump_map(
 
 
 class Beginning(NamedTuple):
-    """How a layer begins: from any load, or on or near the slow line of a mode; and its velocity, z or 0."""
+    """How a layer begins: on the slow line of the mode ``arrival``, near that of ``near``, or else at any load.
+
+    ``velocity`` is the symbol z, or 0.
+    """
 
     arrival: str | None
     near: str | None
@@ -184,7 +192,7 @@ class Beginning(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _expansion(system, steps, order, begins):
-    """Return x and z after the layer, and its events, in symbols: they depend on the itinerary alone."""
+    """Return x and z after the layer, and its events, in symbols; they depend on the itinerary alone."""
     model = linear(system)
     x, _, z = model.states
     names = (*model.parameters, x, LOAD, z, OFFSET)
@@ -205,7 +213,7 @@ def _load(model):
 
 
 def _given(model, start):
-    """Return the start as {symbol: Rational}, with an ``OFFSET`` among them."""
+    """Return the start as {symbol: Rational}; it may contain ``OFFSET``."""
     values = by_symbol(start, (*model.states, *model.parameters, OFFSET), "start", "state or parameter")
     return {s: as_exact(str(v) if isinstance(v, float | sp.Float) else v, s) for s, v in values.items()}
 
@@ -235,7 +243,7 @@ def _allowed(system, values):
 
 @lru_cache(maxsize=256)
 def _domain(asked, assumptions):
-    """Return the conjunction of what was asked for, without what follows from the rest."""
+    """Return the conjunction of the relations ``asked``, without those that follow from the others."""
     kept = list(sp.And.make_args(reduce_under(sp.And(*asked), assumptions)))
     for relation in sorted(kept, key=lambda r: (-r.count_ops(), str(r))):
         others = [r for r in kept if r != relation]
@@ -245,7 +253,7 @@ def _domain(asked, assumptions):
 
 
 class _Signs:
-    """The sign of an expression at the sample; the conditions asked for are kept."""
+    """The sign of an expression at the sample; ``asked`` collects the relations that fix these signs."""
 
     def __init__(self, values):
         self.values, self.asked = values, []

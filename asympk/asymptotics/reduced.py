@@ -1,13 +1,17 @@
-r"""The reduced flow: x' = F(x, mu) on a slow manifold, integrated as what it is, a flow that is not stiff.
+r"""The reduced flow x' = F(x, mu) on a slow manifold, a flow that is not stiff.
 
-The branch is carried by its value b, with b' = -g_y^-1 g_x x', so no closed form of it is needed. Where g is affine in
-the fast states, b is a function of x and is not carried.
+``follow_reduced_flow`` integrates x together with the value b of the branch, where b' = -g_y^-1 g_x x', so that no
+closed form of b is needed. Where g is affine in the fast states, b is a function of x and is not integrated. The flows
+to several orders share their steps, and their differences are the terms that the lower orders omit.
 
-The flow to several orders is integrated side by side, on the same steps: their differences are the terms that the lower
-orders omit. It stops where the manifold is lost: where an eigenvalue of g_y no longer attracts, where g_y changes
-within its own time, mu |d log|det g_y| / dt| = |largest real part|, as it does at a distance of mu^(2/3) before a fold,
-or where fast and slow rates meet, 4 mu |h_x f_y| or mu sqrt(27 |h_x f_x f_y| / 4) = |largest real part|, as where a
-node turns to a focus. No units of states are in either: the size of a matrix is sqrt(sum |m_ij m_ji|) here.
+The manifold is lost where ``margin`` is not positive. With r the largest real part of an eigenvalue of g_y, this is
+where
+
+    r >= 0,    mu |d log|det g_y| / dt| >= |r|,    4 mu |h_x f_y| >= |r|    or    mu sqrt(27 |h_x f_x f_y| / 4) >= |r|.
+
+The first is a loss of attraction. In the second g_y changes within its own relaxation time, as it does at a distance of
+order mu^(2/3) before a fold. In the last two the fast and the slow rates meet, as where a node turns into a focus. The
+size of a matrix is sqrt(sum |m_ij m_ji|), so that no condition depends on the units of the states.
 """
 
 import math
@@ -28,15 +32,15 @@ from asympk.errors import NotNormallyHyperbolic, OutOfRange
 
 STEPS = 20000
 FAR = 1e12
-MEETING = 4  # mu y' = g with constant coefficients and x' = y have real rates below 4 mu |h_x f_y| = |g_y|
-AGAIN = math.sqrt(27 / 4)  # and with x'' = y below mu sqrt(27 |h_x f_x f_y| / 4) = |g_y|
+MEETING = 4  # mu y' = g, linear, and x' = y have real eigenvalues as long as 4 mu |h_x f_y| < |g_y|
+AGAIN = math.sqrt(27 / 4)  # with x'' = y, as long as mu sqrt(27 |h_x f_x f_y| / 4) < |g_y|
 
 
 @dataclass(frozen=True)
 class Reduced:
-    """The flow to the orders ``orders`` of a manifold, side by side: (x, b) of each along ``trajectory``.
+    """The reduced flows to the orders ``orders``: ``trajectory`` holds the points (x, b) of each, one after the other.
 
-    ``guard`` is the one that is lost at ``end``, or None.
+    ``guard`` is the index of the guard that is lost at the time ``end``, or None.
     """
 
     formulas: Formulas
@@ -49,7 +53,7 @@ class Reduced:
     trajectory: Trajectory = field(repr=False)
 
     def states(self, t: Any) -> np.ndarray:
-        """Return x and y on the manifold at the array ``t``, for every order: (orders, states) + t.shape."""
+        """Return x and y on the manifold at the array ``t`` of times for every order: (orders, states) + t.shape."""
         t = np.asarray(t, dtype=float)
         motion, known = self.trajectory(t.ravel()), self.formulas.arrays
         spread: Callable = partial(np.broadcast_to, shape=t.size)
@@ -66,11 +70,12 @@ def follow_reduced_flow(
     formulas: Formulas, orders: tuple[int, ...], starts: list[np.ndarray], slow: int, mu: float, values: tuple,
     until: float, rtol: float = 1e-12, guards: Callable | None = None, began: float = 0.0, within: float = math.inf,
 ) -> Reduced:  # fmt: skip
-    """Integrate the flow to every order of ``orders`` from its start, what ``Formulas.on_branch`` returns.
+    """Integrate the flow to each order of ``orders`` from its point of ``starts``, (x, b) of ``Formulas.on_branch``.
 
-    ``guards`` returns those of a mode at the time and such a point; the flow of the first order ends where one becomes
-    negative. Steps are at most ``within``. Raises ``NotNormallyHyperbolic`` where the manifold is lost, ``OutOfRange``
-    where the flow leaves for infinity; both tell the time, ``began`` at the start, and the state reached.
+    ``guards(t, point)`` returns the guards of a mode at a point (x, b); the integration ends where a guard becomes
+    negative along the flow of the first order. No step is longer than ``within``. Raises ``NotNormallyHyperbolic``
+    where the manifold is lost and ``OutOfRange`` where the states grow beyond bounds; both name the state reached and
+    the time, counted from ``began``.
     """
     first, size = tuple(float(v) for start in starts for v in start), len(starts[0])
     found, end, guard, far = list[Any](), until, None, FAR * max([1.0, *map(abs, first)])
@@ -79,7 +84,7 @@ def follow_reduced_flow(
     if not first:  # no slow states, no slow motion
         return Reduced(formulas, orders, slow, mu, values, until, None, Trajectory((), ()))
     flows, slopes = tuple(formulas.flow[m] for m in orders), partial(_slopes, formulas, orders, (mu, *values))
-    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # driven by a clock
+    within = until / LOOKS if any(rate == 1 for rate in formulas.mode.slow.values()) else within  # a clock may drive it
     along = steps(flows, (mu, *values), first, until, rtol, (rtol,) * len(first), within=within, slopes=slopes)
     for step, lost in watched(_held(along, check, size), guards, size):
         if len(found) == STEPS or not max(map(abs, step.end)) < far:
@@ -90,7 +95,7 @@ def follow_reduced_flow(
             break
     if until > 0 and (not found or found[-1].after < end):
         t, last = (found[-1].after, found[-1].end[:size]) if found else (0.0, first[:size])
-        if any(orders):  # higher terms grow without bound where a manifold is nearly lost, which order 0 tells
+        if any(orders):  # terms of higher order are unbounded near the loss of a manifold; order 0 raises it
             later = guards and (lambda span, at: guards(t + span, at))
             follow_reduced_flow(formulas, (0,), [np.array(last)], slow, mu, values, until - t, rtol, later, began + t)
         raise _unbounded(formulas, last, mu, values, began + t)
@@ -109,7 +114,7 @@ def _unbounded(formulas, last, mu, values, t):
 
 
 def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], values: tuple) -> np.ndarray:
-    """Return the point of the branch at x, its value found from ``near`` where it is carried; raises ``OutOfRange``."""
+    """Return (x, b), b a root of g found from ``near``, or x where b is not integrated; raises ``OutOfRange``."""
     b = () if formulas.field.affine else root(formulas, x, near, values)
     if b is None:
         raise OutOfRange(f"the base point {listed(formulas.mode.slow, x)} is off the branch that the layer settles on; "
@@ -118,7 +123,7 @@ def branch_at(formulas: Formulas, x: Sequence[float], near: Sequence[float], val
 
 
 def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, values: tuple) -> float:
-    """Return by how much the fast rate exceeds the slow ones: positive where the manifold attracts."""
+    """Return the rate of attraction of the manifold less its least admissible value, or -inf if undefined."""
     try:
         turning, once, twice = formulas.slow_rates(*state, mu, *values)
         _, largest = _attraction(formulas, state, slow, mu, values)
@@ -129,7 +134,7 @@ def margin(formulas: Formulas, state: Sequence[float], slow: int, mu: float, val
 
 
 def _size(entries):
-    """Return the size of a square matrix, that of its diagonal where it is a column times a row."""
+    """Return sqrt(sum |m_ij m_ji|) of a square matrix, which is sum |m_ii| for a column times a row."""
     matrix = np.array(entries).reshape(math.isqrt(len(entries)), -1)
     return math.sqrt(np.abs(matrix * matrix.T).sum()) if len(entries) > 1 else abs(entries[0])
 
@@ -141,14 +146,14 @@ def _attraction(formulas, state, slow, mu, values):
 
 
 def _held(along, check, size):
-    """Yield the steps, each after the check that the manifold is not lost in it before an edge."""
+    """Yield each step after the check that the manifold is not lost in it, unless a guard is lost before."""
     for step in along:
         check(step, step.end[:size])
         yield step
 
 
 def _check(formulas, slow, mu, values, guards, began, step, state):
-    """Raise where the manifold is lost, at the time within a step to ``state`` where it is, if no guard is before."""
+    """Raise ``NotNormallyHyperbolic`` if the manifold is lost in ``step`` to ``state`` before a guard is."""
     if margin(formulas, state, slow, mu, values) > 0:
         return
     t, size = 0.0, len(state)
@@ -169,7 +174,7 @@ def _check(formulas, slow, mu, values, guards, began, step, state):
 
 
 def _place(formulas, state, y, t):
-    """Return the time and the states for a message, without what only repeats the time."""
+    """Return the time and the states for a message, without those states that equal the time."""
     mode = formulas.mode
     states = zip((*mode.slow.items(), *mode.fast.items()), (*state[: len(mode.slow)], *y), strict=True)
     told = [(s, v) for (s, rate), v in states if rate != 1 or f"{v:.6g}" != f"{t:.6g}"]
