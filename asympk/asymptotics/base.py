@@ -4,9 +4,11 @@ The corrections of the layer xi_k = X_k - S_k and eta_k = Y_k - H_k obey, with A
 
     D eta_0 = A eta_0,    D xi_k = [mu^(k-1)] (f - f on the slow motion),    D eta_k = A eta_k + R_k(tau, eta_0, ...).
 
-D maps polynomials in tau and the eta that vanish with these to such polynomials, and where A attracts it is one to one:
-on the monomials of given degrees in each eta it is what A induces on them, up to monomials that come later in the order
-of their degrees. So xi_k is a polynomial, found by linear algebra (``antiderivative``), and the base point is -xi_k(0).
+Consider the polynomials in tau and the eta_k that vanish where all eta_k do. D maps this space into itself. Where A
+attracts, D is one to one: on the monomials of given degrees in every eta_k, D is the linear map that A induces on these
+monomials, plus monomials that come later in the order of their degrees. So xi_k is a polynomial, which
+``antiderivative``, the hard method, finds by linear algebra. The coefficient of mu^k, k > 0, in the base point is
+-xi_k(0).
 """
 
 from collections.abc import Mapping
@@ -31,10 +33,11 @@ TAU = sp.Dummy("tau")
 
 @dataclass(frozen=True)
 class BasePoint:
-    """The base point of the fast fibre through (x, y), where the slow motion starts that the layer of (x, y) ends on.
+    """The base point of the fast fibre through (x, y): the start of the slow motion that its layer approaches.
 
-    ``states`` gives every slow state as a series in mu whose coefficients are expressions in the start, for which the
-    symbols of the states stand. It is None where there is no closed form; ``at`` gives numbers for any system.
+    ``states`` maps every slow state to a series in mu, whose coefficients are expressions in the symbols of the states;
+    these stand for the start (x, y). ``states`` is None where there is no closed form. ``at`` gives numbers in all
+    cases.
     """
 
     system: System
@@ -44,7 +47,7 @@ class BasePoint:
     def __getitem__(self, state: sp.Symbol | str) -> Series:
         """Return the series of a slow state, by symbol or name.
 
-        Raises ``NotDerivable`` where there is no closed form, ``UnknownName`` for what is no slow state.
+        Raises ``NotDerivable`` where there is no closed form, ``UnknownName`` if ``state`` is no slow state.
         """
         if self.states is None:
             raise NotDerivable("a base point has a closed form where g is affine and f polynomial in the fast states, "
@@ -55,9 +58,9 @@ class BasePoint:
         return found[str(state)]
 
     def at(self, values: Mapping, start: Mapping, rtol: float = 1e-10) -> dict[str, tuple[float, ...]]:
-        """Return {name: (c_0, ..., c_n)}, the coefficients at numbers, by quadrature along the layer to ``rtol``.
+        """Return {name: (c_0, ..., c_n)}, the coefficients in numbers, by integration along the layer to ``rtol``.
 
-        Raises ``InputError`` and ``OutOfRange``, the latter where the layer settles on no attracting branch.
+        Raises ``InputError``, and ``OutOfRange`` where the layer settles on no attracting branch.
         """
         placed, begins = place(self.system, {self.system.small: 1, **values}, start)
         numbers = {s: float(v) for s, v in zip(self.system.parameters, placed, strict=True) if s != self.system.small}
@@ -71,8 +74,8 @@ class BasePoint:
 def base_point(system: System, order: int = 1) -> BasePoint:
     """Derive the ``BasePoint`` of a smooth slow-fast ``system`` to ``order``.
 
-    In closed form to order 3 with one fast state and to order 1 with several, where g is affine in them and f a
-    polynomial; numbers to order 3 for any.
+    The closed form exists where g is affine and f is a polynomial in the fast states, to order 3 with one fast state
+    and to order 1 with several. ``BasePoint.at`` gives numbers to order 3 for any system.
     Raises ``OrderError``, and ``NotDerivable`` for a system that has no fast states, or whose layers do not settle.
 
     >>> x, y, mu = sp.symbols("x y mu")
@@ -113,7 +116,7 @@ def _is_closed(mode, order):
 
 
 class _Symbols:
-    """What a ``Tape`` is asked for, answered in symbols."""
+    """The interface of a ``Tape``, which returns SymPy expressions instead of nodes."""
 
     def node(self, name):
         return sp.Symbol(name)
@@ -123,9 +126,10 @@ class _Symbols:
 
 
 class _Corrections:
-    """The corrections of a layer, polynomials in tau and the eta, level by level; ``rates`` gives D of every eta.
+    """The corrections of a layer, polynomials in tau and the eta_k, level by level; ``rates`` is {eta_k: D eta_k}.
 
-    The slow motion stands in symbols: v_k for the terms of its base point, h for the value of the branch.
+    Symbols stand for the slow motion: ``start`` for the terms of its base point, ``branch`` for the value of the
+    branch.
     """
 
     def __init__(self, mode, small, order):
@@ -139,7 +143,7 @@ class _Corrections:
         self.motion, self.rates = self._slow_motion(), {}
 
     def base(self):
-        """Return the coefficients of the base point, each a list by slow state."""
+        """Return the coefficients of 1, mu, ..., mu^n of the base point, each a list over the slow states."""
         known = dict(zip(self.branch, self._critical(), strict=True))
         at_start, found = {TAU: 0}, [list(self.slow)]
         for k in range(self.order):
@@ -160,7 +164,7 @@ class _Corrections:
         return [sp.cancel(-c) for c in force.jacobian(self.fast).LUsolve(rest)]
 
     def antiderivative(self, expr):
-        """Return the polynomial P, without a part free of the eta, that has D P = ``expr``."""
+        """Return the polynomial P with D P = ``expr`` in which every monomial contains an eta."""
         names = [e for level in reversed(self.eta) for e in level]
         rest, found = sp.Poly(expr, *names, TAU), sp.S.Zero
         while rest:
@@ -171,7 +175,7 @@ class _Corrections:
         return found
 
     def _leading(self, poly):
-        """Return the degrees in each level of eta and in tau of the leading terms, and these terms."""
+        """Return the leading degrees, one for each level of eta and one for tau, and the terms of these degrees."""
         m, by_degrees = len(self.fast), {}
         for monomial, c in poly.terms():
             degrees = (*(sum(monomial[i : i + m]) for i in range(0, len(monomial) - 1, m)), monomial[-1])
@@ -180,7 +184,7 @@ class _Corrections:
         return leading, by_degrees[leading]
 
     def _inverted(self, degrees, terms, names):
-        """Invert on the monomials of ``degrees`` what A induces on them."""
+        """Return the preimage of ``terms`` under the map that A induces on the monomials of ``degrees``."""
         monomials = [sum(parts, ()) for parts in product(*(_monomials(d, len(self.fast)) for d in degrees[:-1]))]
         exprs = [sp.Mul(*(e**p for e, p in zip(names, monomial, strict=True))) for monomial in monomials]
         columns = []
@@ -192,7 +196,7 @@ class _Corrections:
         return sum(sp.cancel(c) * e for c, e in zip(solved, exprs, strict=True))
 
     def _linear(self, expr):
-        """Return D of a monomial in the eta, of every D eta_k its part A eta_k alone."""
+        """Return D of a monomial in the eta_k, with A eta_k alone in place of every D eta_k."""
         matrix = sp.Matrix([self.rates[e] for e in self.eta[0]]).jacobian(self.eta[0])
         return sp.expand(sum(
             expr.diff(e) * rate for level in self.eta if level[0] in self.rates
@@ -203,7 +207,7 @@ class _Corrections:
         return sp.expand(expr.diff(TAU) + sum(expr.diff(e) * rate for e, rate in self.rates.items()))
 
     def _differences(self, rates, k):
-        """Return [mu^k] of the rates on the motion less that on the slow motion."""
+        """Return the coefficient of mu^k in the rates on the motion less the same on the slow motion."""
         eta = [self.eta[j] if j < len(self.eta) else [0] * len(self.fast) for j in range(k + 1)]
         added = {s: [xi[i] for xi in self.xi[: k + 1]] for i, s in enumerate(self.slow)}
         added |= {s: [level[i] for level in eta] for i, s in enumerate(self.fast)}
@@ -217,7 +221,7 @@ class _Corrections:
         return [as_taylor(value, k)[k, 0] for value in evaluated(exprs, values, _Symbols())]
 
     def _slow_motion(self):
-        """Return {state: (S_0, S_1, ...)}, polynomials in tau."""
+        """Return {state: [S_0, S_1, ...]}, polynomials in tau; for fast states [H_0, H_1, ...]."""
         field = Formulas(self.mode, self.small, (), self.order).field
         begin = [{(0, 0): s} | {(k, 0): v[i] for k, v in enumerate(self.start, 1)} for i, s in enumerate(self.slow)]
         x, y, _ = field.motion(_Symbols(), {p: p for p in self._parameters()}, begin, self.branch, self.order)
@@ -239,5 +243,5 @@ def _monomials(degree, count):
 
 
 def _reduced(poly):
-    """Return the polynomial with what vanishes dropped."""
+    """Return the polynomial without the terms whose coefficients vanish when cancelled."""
     return sp.Poly.from_dict({m: c for m, c in ((m, sp.cancel(c)) for m, c in poly.terms()) if c != 0}, *poly.gens)

@@ -1,10 +1,11 @@
-r"""A composite expansion in numbers: states, and the error to expect.
+r"""The composite expansion of the Painlevé-Klein system in numbers: its states and its predicted error.
 
-A ``CompositeMotion`` strings the segments of its layers together, in absolute time. All functions take one text for
-floats, mpmath numbers and arrays: ``m`` gives exp, expm1, log, where and eps.
+``composite_motions`` makes the ``CompositeMotion`` of three successive orders: the segments of the layers one after the
+other, in absolute time. ``state`` and ``states`` evaluate a motion, and ``chosen`` adds the predicted error. The same
+code serves floats, mpmath numbers and arrays; the argument ``m`` supplies exp, expm1, log, where, pick and eps.
 
-The predicted error is what the next order changes at the time asked for, and several times what the one after it does,
-so that a first omitted term that happens to vanish, or a series that converges slowly, does not hide the rest.
+``predicted_error``, the hard function, adds the change by the next order at the given time and several times the change
+by the order after it. A first omitted term that happens to vanish and a slowly convergent series are thereby covered.
 """
 
 from collections.abc import Callable
@@ -14,11 +15,11 @@ from typing import Any, NamedTuple
 from asympk.asymptotics.compiledlayers import EventNumbers, SegmentNumbers, compiled_layers
 from asympk.asymptotics.itinerary import LoadLine, itinerary
 
-STALLED = 0.9  # the ratio of omitted terms beyond which nothing is learnt from it
+STALLED = 0.9  # the largest ratio of omitted terms from which the later terms are estimated
 
 
 class CompositeMotion(NamedTuple):
-    """Segments and the events between them, to one order; ``residual`` is that of a layer on the next arrival."""
+    """Segments and the events between them, to one order; ``residual`` is None where no second layer follows."""
 
     segments: tuple[SegmentNumbers, ...]
     turns: tuple[EventNumbers, ...]
@@ -26,7 +27,10 @@ class CompositeMotion(NamedTuple):
 
 
 class Residual(NamedTuple):
-    """What an arrival at ``t`` finds of the fast motion before it: in x and z for good, in y while it ``fades``."""
+    """The fast motion left when the slow motion meets z = 0 at ``t``: an error ``lasting`` in x, z, ``passing`` in y.
+
+    The error in y lasts a time ``fades`` after ``t``.
+    """
 
     t: Any
     fades: Any
@@ -35,14 +39,14 @@ class Residual(NamedTuple):
 
 
 class LayerItineraries(NamedTuple):
-    """The steps of the first layer, and those of a second one where the slow motion after it meets z = 0, if any."""
+    """The steps of the first layer, and of the second one where the slow motion meets z = 0, or () if none follows."""
 
     steps: tuple
     then: tuple = ()
 
 
 def itineraries_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> LayerItineraries:
-    """Return the itineraries from a start: the layer, and the one that follows if the slow motion meets z = 0."""
+    """Return the itineraries of the layer from a start, and of a second layer if the slow motion meets z = 0."""
     steps = itinerary(line, load, velocity, sign)
     last = steps[-1].mode
     then = itinerary(line, line.rest(last), 0, sign) if line.returns(last, sign) else ()
@@ -52,9 +56,9 @@ def itineraries_of(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any
 def composite_motions(
     itineraries: LayerItineraries, order: int, start: tuple, m: Any
 ) -> list[tuple[CompositeMotion, CompositeMotion]]:
-    """Return the motions to ``order`` and the next two from ``start`` = (sigma, sigma0, mu, x, s, z).
+    """Return the motions to ``order`` and the next two orders from ``start`` = (sigma, sigma0, mu, x, s, z).
 
-    Each comes twice, with the layers and without them: the slow motion alone.
+    For each order these are two motions: the composite expansion, and the slow motion alone.
     """
     sigma, sigma0, mu, x, s, z = start
     large = -m.log(mu)
@@ -65,7 +69,7 @@ def composite_motions(
     second = compiled_layers(itineraries.then, order, 2, itineraries.steps[-1].mode)
     found = []
     for k, (layer, finer) in enumerate(pairwise(layers)):
-        # a time right to mu^n is right to mu^(n - 1) in the units of a layer, which takes the next order therefore
+        # an error mu^n of the arrival is mu^(n - 1) in the fast time of the second layer, hence the order n + 1 here
         (t, left), (slow_t, _) = _arrival(finer, m), _arrival(layer, m)
         places = [(u, *state_of(layer.landing, u, m)) for u in (t, slow_t)]
         there, slowly = (EventNumbers("velocity_zero", u, x_there, y_there, 0 * u, left)
@@ -88,7 +92,7 @@ def _left(last, t, part):
 
 
 def _arrival(layer, m):
-    """Return when a slow motion meets z = 0, by Newton's method on a nearly straight line, and e^(fast t) by then."""
+    """Return the time at which the slow motion meets z = 0, by Newton's method, and e^(fast t) at that time."""
     _, rate, part, _, centre = layer.landing.z
     slow, last = layer.landing.slow, layer.segments[-1]
     t = -centre / rate
@@ -102,7 +106,7 @@ def state_of(segment: SegmentNumbers, t: Any, m: Any) -> tuple:
     """Return (x, y, z) of a segment at the time ``t``."""
     local = t - segment.began
     p, q = segment.slow * local, segment.fast * local
-    early = q > -1  # two forms of one sum, each free of cancellation on its side
+    early = q > -1  # two forms of the same sum, each without cancellation in its range
     fade = m.where(early, m.expm1(p), m.exp(p))
     jump = m.where(early, m.expm1(q), m.exp(m.where(early, 0, q)))
     return tuple(
@@ -119,7 +123,7 @@ def state(motion: CompositeMotion, t: Any, m: Any) -> tuple:
 
 
 def states(motion: CompositeMotion, t: Any, m: Any) -> tuple:
-    """Return (x, y, z) at the array ``t``: of every segment at a time within it, then of the right one."""
+    """Return (x, y, z) at the array ``t``: every segment is evaluated at times within it, then one is selected."""
     found: Any = None
     for segment, end in zip(motion.segments, ends(motion, t, m), strict=True):
         here = state_of(segment, end, m)
@@ -128,7 +132,7 @@ def states(motion: CompositeMotion, t: Any, m: Any) -> tuple:
 
 
 def predicted_error(found: list[CompositeMotion], t: Any, m: Any) -> Any:
-    """Return the absolute error at ``t`` to expect of the first of three motions."""
+    """Return the predicted absolute error at ``t`` of the first of three motions of successive orders."""
     now, next_, last = (m.pick(motion, t, m) for motion in found)
     first, second = _distance(now, next_, m), _distance(next_, last, m)
     spread = largest(0, *(m.where(t <= turn.t, 0, turn.spread) for turn in found[0].turns),
@@ -146,19 +150,19 @@ def predicted_error(found: list[CompositeMotion], t: Any, m: Any) -> Any:
 
 
 def _rest(ratio, m):
-    """Return what to take the second omitted term times, for all that follow, when it is ``ratio`` of the first."""
+    """Return the factor of the second omitted term that accounts for all later ones; ``ratio`` is second over first."""
     near = m.where(ratio < STALLED, ratio, STALLED)
     return 2 / (1 - m.where(near > 0.5, near, 0.5))
 
 
 def _relative(error, state, m):
-    """Return an absolute error relative to the largest of 1, |x|, |z| of the true state, which it leaves uncertain."""
+    """Return an absolute error relative to the largest of 1, |x|, |z|, of the true state: ``state`` less the error."""
     scale = largest(1, state[0], state[2], m=m) - error
     return error / m.where(scale > 1, scale, 1)
 
 
 def _at_event(segments, when, window, t, m):
-    """Return by how much the two segments at an event differ at ``t``, if it is within ``window`` of the event."""
+    """Return the difference at ``t`` of the two segments at an event if ``t`` is within ``window`` of it, else 0."""
     near = abs(t - when) <= window
     within = m.where(near, t, when)
     before, after = (state_of(segment, within, m) for segment in segments)
@@ -168,7 +172,7 @@ def _at_event(segments, when, window, t, m):
 def chosen(
     found: list[tuple[CompositeMotion, CompositeMotion]], layers: bool, t: Any, m: Any
 ) -> tuple[CompositeMotion, Any]:
-    """Return the motion to the lowest order, with or without its layers, and the error to expect at ``t``."""
+    """Return the motion of the lowest order, with or without its layers, and its predicted error at ``t``."""
     error = predicted_error([motion for motion, _ in found], t, m)
     now, slowly = (m.pick(motion, t, m) for motion in found[0])
     if layers:
@@ -177,7 +181,7 @@ def chosen(
 
 
 def ends(motion: CompositeMotion, t: Any, m: Any) -> list:
-    """Return the end of each segment, none after ``t`` and none before the segment begins."""
+    """Return the end of each segment, but at most ``t``, and at least the time at which the segment begins."""
     ends = [m.where(p.began < t, p.began, t) for p in motion.segments[1:]] + [t]
     return [m.where(end > p.began, end, p.began) for p, end in zip(motion.segments, ends, strict=True)]
 

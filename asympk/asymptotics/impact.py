@@ -1,17 +1,21 @@
-r"""The layers of a system with friction to order 0: which modes they pass, and the impulses where the load grows.
+r"""The layers of a system with one friction and one fast state to order 0: their modes, and their impulses.
 
-In a layer the slow states stand still and the fast state y of one mode obeys mu y' = g_0 + g_1 y. It settles on the
-branch y = -g_0/g_1, or meets a guard of its mode, or, where g_1 > 0, grows beyond all bounds. Then the impulse
-J = int |y| dt carries the slow states, dx/dJ = +-dx'/dy, and mu y, until sliding stops; in stick mu y returns to 0. So
+In a layer the slow states are constant, and the fast state y of a mode obeys mu y' = g_0 + g_1 y. The state y settles
+on the branch y = -g_0/g_1, or meets a guard of its mode, or, where g_1 > 0, grows without bound. A growing load makes
+an impulse J = int |y| dt, which changes the slow states, dx/dJ = sign(y) dx'/dy, and likewise mu y, until sliding
+stops. In stick the impulse continues until mu y has returned to 0. The jump is therefore
 
     velocity -> 0,    mu y -> 0,    x -> x + (impulses),    errors O(mu log(1/mu)),
 
-which is the jump law of a mechanism with a stiff damped contact. Afterwards y falls in stick from infinity on.
+which is the jump law of a mechanism with a stiff damped contact. After the jump y decays in stick from a large value.
 
-A velocity that leaves 0 in a layer is of order mu there, V = mu s, and may come back. Its rate r is affine in y, and
-y - y_* = (y_0 - y_*) e^(q tau) with the rest y_*, so that with r_0 and r_* at y_0 and y_*
+A velocity V that leaves 0 in a layer is of order mu there, V = mu s, and may return to 0. The rate r of V is affine in
+y, and y - y_* = (y_0 - y_*) e^(q tau) with the rest point y_*. With r_0 and r_* the rates at y_0 and y_*,
 
     s = s_0 + r_* tau + (r_0 - r_*) (e^(q tau) - 1)/q.
+
+``LimitLayers.arrive`` follows a layer through its modes. The hard methods are ``_ahead``, which decides how a mode
+ends, and ``_stop``, which carries the state through the impulse.
 """
 
 import math
@@ -33,19 +37,19 @@ from asympk.errors import NotDerivable, OutOfRange
 from asympk.path import Event
 from asympk.symbolic.branches import Phase
 
-PASSAGES = 20  # modes that one layer may pass
-AT_REST = 1e-9  # a velocity that is 0, relative to the state
-OVER = 36  # fast times q tau after which a layer is over to rounding
-REACH = 1e6  # of an impulse, in units of the state
+PASSAGES = 20  # the most modes of one layer
+AT_REST = 1e-9  # the velocity, relative to the state, up to which a contact is at rest
+OVER = 36  # the time |q| tau after which a layer is over to rounding, e^-36 = 2e-16
+REACH = 1e6  # the largest impulse, in units of the state
 
 
 class NoLaw(NotDerivable):
-    """A layer or a jump has no law in the limit: it is to be followed."""
+    """A layer or a jump has no law in the limit mu -> 0 and must be integrated at the given mu (``matched``)."""
 
 
 @dataclass(frozen=True)
 class Arrival:
-    """Where a layer lands: its last mode, the state with y on its critical manifold, and its events."""
+    """Where a layer lands: its last mode, the state with y on the critical manifold of this mode, and its events."""
 
     mode: NumericMode
     state: tuple
@@ -55,7 +59,7 @@ class Arrival:
 
 @dataclass(frozen=True)
 class Creep:
-    """A velocity over mu within a layer, as a function of tau: that at its start, its rates, and q."""
+    """The velocity over mu in a layer as a function of tau: s_0, r_0, r_* and q of the module docstring."""
 
     start: float
     rate: float
@@ -69,7 +73,7 @@ class Creep:
     def returns(self, end: float) -> float | None:
         """Return the first tau within (0, end] at which the velocity falls to 0, or None.
 
-        Its rate is monotone, so that it is least or largest where that vanishes, at the turn.
+        The rate of the velocity is monotone and vanishes at most once, at ``turn``, the extremum of the velocity.
         """
         if self.start == 0 and self.rate <= 0:
             return None
@@ -98,7 +102,7 @@ class LimitLayers:
         return self.automaton.system.states.index(y)
 
     def arrive(self, t: float, state: tuple, mode: NumericMode) -> Arrival:
-        """Follow the layer that begins at ``t``; raises ``OutOfRange`` where it does not settle, ``NoLaw``."""
+        """Follow the layer from (t, state) in ``mode``; raises ``OutOfRange`` where it never settles, ``NoLaw``."""
         events: list[Event] = []
         modes, speed = [mode.name], 0.0
         event: Event | None
@@ -117,9 +121,10 @@ class LimitLayers:
         raise OutOfRange(f"the layer at t = {t:.6g} passes more than {PASSAGES} modes: {' -> '.join(modes[:6])} ...")
 
     def _ahead(self, mode: NumericMode, t: float, state: tuple, speed: float) -> tuple[float, int | None, float]:
-        """Return where y goes, and the guard that it meets before, if any: then y is that of the guard.
+        """Return the limit of y in a mode and None, or y at the first guard that y meets and this guard.
 
-        ``speed`` is the velocity over mu, if that is of this order; the one that is left at the guard comes last.
+        The limit is infinite where y grows without bound. ``speed`` is the velocity over mu at the start where the
+        velocity is of order mu. The third value is the same at the guard.
         """
         y = state[self.fast]
         mode.require_smooth(t, t)
@@ -146,12 +151,12 @@ class LimitLayers:
         return rest + (y - rest) * math.exp(slope * back), sliding, 0.0
 
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
-        """Return the values of the guards, and their slopes in y, of which they are affine functions."""
+        """Return the values of the guards and their derivatives by y, in which they are affine."""
         values = np.array(mode.guard_values(t, state))
         return values, np.array(mode.guard_values(t, self._with(state, state[self.fast] + 1))) - values
 
     def _sliding(self, mode: Any, values: np.ndarray, slopes: np.ndarray, state: tuple) -> int | None:
-        """Return the guard of a velocity that is 0, and no function of y, in a mode that slides; else None."""
+        """Return the guard of the sliding velocity if the velocity is 0 and does not depend on y, else None."""
         k = _of_velocity(mode)
         still = k is not None and slopes[k] == 0 and abs(values[k]) <= AT_REST * max(1.0, *map(abs, state))
         return k if still else None
@@ -168,7 +173,7 @@ class LimitLayers:
         return y + direction * float(distance), guard
 
     def _stop(self, slip: NumericMode, t: float, state: tuple, side: float) -> tuple[NumericMode, tuple, Event]:
-        """Carry the state by the impulse of a load that grows on one ``side``, through the stop, and into stick."""
+        """Return stick, the state after the impulse of a load that grows with the sign ``side``, and the stop."""
         (phase,) = slip.branch
         if not phase.velocity:
             raise OutOfRange(f"the load grows without bounds in stick at t = {t:.6g}; the contact law does not hold it")
@@ -182,9 +187,9 @@ class LimitLayers:
         return stick, self._with(after, self._from_infinity(stick, t, after, side)), event
 
     def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
-        """Return the state and mu y where ``level`` of both falls to 0, along dJ = |y| dt.
+        """Return the state and mu y at the impulse J at which ``level((*state, mu y))`` falls to 0.
 
-        Raises ``NoLaw`` where a side of the mode ends before, or its end depends on y.
+        Raises ``NoLaw`` where the mode reaches a switching surface before, or where such a surface depends on y.
         """
         edges = [k for k, (kind, _) in enumerate(mode.kinds) if kind == SWITCH]
         _require_affine(mode.mode, 0)
@@ -220,7 +225,7 @@ class LimitLayers:
             raise OutOfRange(f"static friction does not hold the impulse at t = {t:.6g}: the contact slips on")
 
     def _from_infinity(self, mode: NumericMode, t: float, state: tuple, side: float) -> float:
-        """Return a y beyond every guard of stick."""
+        """Return a value of y on ``side`` beyond the zeros of all guards, which stands for infinity."""
         values, slopes = self._guards(mode, t, self._with(state, 0.0))
         roots = [abs(v / s) for v, s in zip(values, slopes, strict=True) if s != 0]
         return side * 2 * (1 + float(max([*roots, *map(abs, state)])))
@@ -231,7 +236,7 @@ class LimitLayers:
 
 @lru_cache(maxsize=256)
 def _require_affine(mode: GuardedMode, degree: int = 1) -> None:
-    """Refuse a mode with rates that are not affine in y in the limit, or with edges of a higher ``degree`` in it."""
+    """Raise ``NoLaw`` if a rate is not affine in y in the limit, or a switching function of more than ``degree``."""
     (y,), bare = mode.system.fast, bare_mode(mode)
     for s, rate in {**bare.slow, **bare.fast}.items():
         if not _is_affine_in_limit(rate, y, mode.system.small):
@@ -242,9 +247,10 @@ def _require_affine(mode: GuardedMode, degree: int = 1) -> None:
 
 
 def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
-    """Tell whether a rate is affine in y in the limit mu = 0, and, times mu, in mu y where y is large.
+    """Tell whether in the limit mu = 0 a rate is affine in y, and mu times the rate is affine in mu y.
 
-    The second matters in a jump. Squares of velocities, which contain (mu y)^2, vanish in both.
+    The second condition matters in a jump, where mu y is finite. Squares of velocities, which contain (mu y)^2, vanish
+    in both limits.
     """
     large = sp.Dummy("large")
     limits = (rate.subs(small, 0).diff(y, 2), (small * rate.subs(y, large / small)).diff(large, 2))
@@ -252,5 +258,5 @@ def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
 
 
 def _of_velocity(mode: Any) -> Any:
-    """Return the guard of the sliding velocity of a mode; None where it does not slide."""
+    """Return the index of the guard on the sliding velocity, or None in a mode that does not slide."""
     return next((k for k, (kind, _) in enumerate(mode.kinds) if kind == "velocity_zero"), None)
