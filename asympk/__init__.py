@@ -27,7 +27,7 @@ command line has the same parts: asympk --help.
 
 from importlib import import_module
 
-TYPE_CHECKING = False  # as that of typing, whose loading would take longer than that of all else here
+TYPE_CHECKING = False  # stands for typing.TYPE_CHECKING: to import typing would take longer than all the rest here
 if TYPE_CHECKING:  # what a type checker and an editor see; at run time a name is loaded when it is asked for
     from typing import Any
 

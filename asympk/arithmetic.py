@@ -1,4 +1,8 @@
-"""The numbers a flow is computed in: doubles, or mpmath numbers of a private context of any precision."""
+"""The numbers in which a flow is computed: doubles, or mpmath numbers of a private context of any precision.
+
+A flow is written once, with the functions and tolerances of an object ``m``. ``Doubles`` is this object for doubles,
+``flow_context`` makes it for mpmath. ``agreed`` doubles the precision until two runs agree.
+"""
 
 import math
 from collections.abc import Callable
@@ -8,16 +12,17 @@ from typing import Any
 from asympk.errors import Undecided
 from asympk.numbers import Arithmetic, Number
 
-SPARE_DIGITS = 30  # beyond those asked for, of the first run
-MOST_DIGITS = 1000  # that may be asked of a closed form
-LARGEST_DOUBLE = 308  # a power of ten
-UNIT = 2.0**-53  # by which rounding makes a double wrong at most, relative to it
+SPARE_DIGITS = 30  # digits of the first run beyond those asked for
+MOST_DIGITS = 1000  # most digits that may be asked of a closed form
+LARGEST_DOUBLE = 308  # the power of ten beyond which there are no doubles
+UNIT = 2.0**-53  # unit roundoff: the largest relative error of rounding to a double
 
 
 class Doubles:
-    """Python's floats and ``math``; ``margin`` is the relative size below which a sign is not trusted.
+    """Python's floats and ``math`` as the object ``m`` of a flow.
 
-    ``slack`` is what rounding may have made of a state at an event, relative to it.
+    ``margin`` is the relative size below which a sign is not trusted. ``slack`` is the relative error that rounding may
+    cause in a state at an event, ``root_tol`` that at which the search for a root ends.
     """
 
     exp, expm1, log, log1p, sqrt = math.exp, math.expm1, math.log, math.log1p, math.sqrt
@@ -32,9 +37,9 @@ class Doubles:
 
 
 def flow_context(largest: int) -> Arithmetic:
-    """Return a private mpmath context that can serve as ``m``; mpmath's own precision is not touched.
+    """Return a private mpmath context as the object ``m`` of a flow; the precision of mpmath itself is not changed.
 
-    Numbers beyond ``largest`` (a power of ten) are refused by the flow.
+    The flow refuses numbers larger than ten to the power ``largest``.
     """
     from asympk import multiprecision
 
@@ -49,7 +54,7 @@ def flow_context(largest: int) -> Arithmetic:
 
 
 def set_digits(m: Arithmetic, digits: int, tie: bool = False) -> None:
-    """Let the context work with ``digits`` digits from now on; with ``tie`` every sign counts as it is."""
+    """Set the precision of the context to ``digits`` digits; with ``tie`` the margin is 0: every sign is trusted."""
     m.dps = digits
     m.root_tol = m.mpf(10) ** (-0.35 * digits)
     m.slack = m.mpf(10) ** (-0.8 * digits)
@@ -59,11 +64,12 @@ def set_digits(m: Arithmetic, digits: int, tie: bool = False) -> None:
 def agreed(
     follow: Callable[[int, bool], Any], distance: Callable[[Any, Any], Number | None], digits: int, most: int
 ) -> tuple[Any, Number]:
-    """Return (run, error): runs at two precisions agree to ``digits`` digits, and the error is their distance.
+    """Return (run, error): two runs of different precision agree to ``digits`` digits, and the error is their distance.
 
-    ``follow(working, tie)`` runs with so many digits, or raises ``Undecided``; ``distance`` of two runs is None where
-    their events differ. The digits at work are doubled until the runs agree; with ``most`` of them or more, ``tie``
-    takes a sign within the margin of rounding as it is. Raises ``Undecided`` where no runs agree.
+    ``follow(working, tie)`` returns the run with ``working`` digits, or raises ``Undecided``. ``distance`` of two runs
+    is None if their events differ. The number of working digits is doubled until the runs agree. From ``most`` working
+    digits on, ``tie`` is True, and a sign within the margin of rounding is trusted. Raises ``Undecided`` where no two
+    runs agree.
     """
     working = digits + SPARE_DIGITS
     while working < 2 * most:
@@ -87,7 +93,7 @@ def _expm1(m, p):
 
 
 def _guess(m, segment, find, *arguments):
-    """Return the root that doubles find for the same motion, or None where they cannot."""
+    """Return the root that the same motion has in doubles, or None where doubles fail."""
     try:
         shadow = segment.rounded(Doubles)
         return m.mpf(getattr(shadow, find)(*map(float, arguments)))

@@ -1,8 +1,9 @@
-"""Numbers that carry their digits: mpf that print, compute and pickle at a precision of their own, in any thread.
+"""Carriers: numbers that carry their digits. They print, compute and pickle at their own precision in any thread.
 
 An ``mpmath.mpf`` rounds to the precision of the module ``mpmath``, which any thread may change at any time. A carrier
-is an ``mpmath.mpf`` too, but belongs to a context of its own, whose precision nobody changes: it prints as many digits
-as it has, and arithmetic with it, from the right too, keeps them. ``value.context`` has the functions, ``sin`` and all.
+is an ``mpmath.mpf``, too, but its context is private and has a fixed precision. A carrier prints as many digits as it
+has, and arithmetic with a carrier on either side of an operator keeps them. The functions of this precision, such as
+``sin``, are attributes of ``value.context``.
 """
 
 from collections.abc import Iterable
@@ -13,14 +14,14 @@ from typing import Any, NamedTuple
 from asympk import multiprecision
 from asympk.errors import TooLarge
 
-LEAST = 15  # digits at which carriers of fewer compute
-GUARD_BITS = 16  # of a vector's whole multiples, beyond the precision of its numbers
+LEAST = 15  # digits with which a carrier of fewer digits computes
+GUARD_BITS = 16  # bits of a vector in fixed point beyond the precision of its numbers
 _REFLECTED = ("__radd__", "__rsub__", "__rmul__", "__rtruediv__", "__rpow__", "__rmod__")
 
 
 @lru_cache(maxsize=256)
 def carrier_context(digits: int) -> Any:
-    """Return the mpmath context of carriers of ``digits`` digits; leave its precision as it is."""
+    """Return the mpmath context of carriers of ``digits`` digits; a caller must not change its precision."""
     import mpmath
 
     found = multiprecision.private_context(max(digits, LEAST))
@@ -39,16 +40,16 @@ def carried(value: Any, digits: int) -> Any:
 
 
 class FixedPoint(NamedTuple):
-    """A vector of numbers as whole ``multiples`` of 2**exponent."""
+    """A vector of numbers as integer ``multiples`` of 2**exponent."""
 
     multiples: tuple[int, ...]
     exponent: int
 
 
 def fixed_point(ctx: Any, values: Iterable) -> FixedPoint:
-    """Return numbers in fixed point, right to some bits more than the largest of them has in ``ctx``.
+    """Return numbers in fixed point, with ``GUARD_BITS`` more bits than the largest of them has in ``ctx``.
 
-    Raises ``ZeroDivisionError`` for infinite ones, and ``TypeError`` for complex ones.
+    Raises ``ZeroDivisionError`` for infinite numbers, and ``TypeError`` for complex numbers.
     """
     parts = [_finite(ctx.convert(value)) for value in values]
     lowest = max((exponent + bits for _, mantissa, exponent, bits in parts if mantissa), default=0)
@@ -58,7 +59,7 @@ def fixed_point(ctx: Any, values: Iterable) -> FixedPoint:
 
 
 def dot(ctx: Any, left: FixedPoint, right: FixedPoint) -> Any:
-    """Return the scalar product as a carrier of ``ctx``: whole numbers are multiplied far faster than carriers."""
+    """Return the scalar product as a carrier of ``ctx``; integers are multiplied far faster than carriers."""
     from mpmath.libmp import from_man_exp
 
     total = sum(map(mul, left.multiples, right.multiples))
@@ -69,7 +70,7 @@ def _finite(value: Any) -> tuple[int, int, int, int]:
     """Return the sign, the mantissa, the exponent and the bits of an mpf."""
     if not hasattr(value, "_mpf_"):
         raise TypeError(f"{value} is complex")
-    if value._mpf_[2] and not value._mpf_[1]:  # so libmp writes what is infinite or no number
+    if value._mpf_[2] and not value._mpf_[1]:  # the form of an infinity or a NaN in libmp
         raise ZeroDivisionError(f"{value} is not finite")
     return value._mpf_
 
@@ -79,7 +80,7 @@ def _shifted(mantissa: int, places: int) -> int:
 
 
 def double(value: Any) -> float:
-    """Return an mpf as a double; raises ``TooLarge`` beyond their range."""
+    """Return an mpf as a double; raises ``TooLarge`` beyond the range of doubles."""
     rounded = float(value)
     if abs(rounded) == float("inf"):
         raise TooLarge(f"the path reaches 1e{int(value.context.log10(abs(value)))}, beyond the range of doubles: "
@@ -88,7 +89,7 @@ def double(value: Any) -> float:
 
 
 def _reflected(name: str) -> Any:
-    """Return a reflected operator; Python prefers one of the right operand's own to that of a plain mpf on the left."""
+    """Return a reflected operator: Python calls it in place of the operator of a plain mpf on the left."""
 
     def operator(self: Any, other: Any) -> Any:
         return getattr(self.context.mpf.__base__, name)(self, other)

@@ -1,8 +1,8 @@
-"""Doors: what a noun offers as a method although it is built upon the noun.
+"""Doors: methods of a class whose code lies in modules that import this class.
 
-Imports go one way, so a noun cannot import the pictures of it; yet a person looks for them on the noun, as in
-``path.plot()``. Such a method is one line that goes through a door, a name of ``DOORS``, and its home is loaded when it
-is called. All doors stand in this table: the arrow of imports has no other exception, and a test follows each one.
+Imports go one way, so ``Path`` cannot import the module that draws a path; yet a user expects ``path.plot()``. Such a
+method is one line that calls ``through`` with a name of ``DOORS``, and the module is loaded only when the method is
+called. The table ``DOORS`` holds all exceptions to the arrow of imports, and a test follows each of them.
 """
 
 from importlib import import_module
@@ -22,6 +22,6 @@ DOORS = {
 
 
 def through(door: str, *arguments: Any, **options: Any) -> Any:
-    """Call the function behind a door, such as ``"Path.plot"``."""
+    """Call the function that ``DOORS`` names for ``door``, such as ``"Path.plot"``, and return its result."""
     module, name = DOORS[door]
     return getattr(import_module(f"asympk.{module}"), name)(*arguments, **options)

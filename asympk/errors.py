@@ -1,4 +1,4 @@
-"""The errors of asympk: one class per kind, each also the builtin a caller would expect.
+"""The errors of asympk: one class per kind, each also a subclass of the builtin error that a caller would expect.
 
 A message is one line and says what was found, where, and what to do.
 """
@@ -11,7 +11,7 @@ class AsympkError(Exception):
 
 
 class InputError(AsympkError, ValueError):
-    """An argument is not of the kind or the range it must be."""
+    """An argument has a wrong type or is out of its range."""
 
 
 class UnknownName(AsympkError, LookupError):
@@ -39,7 +39,7 @@ class NoManifold(AsympkError, ArithmeticError):
 
 
 class Stopped(AsympkError, ArithmeticError):
-    """A motion of the model ends; ``t`` and ``state`` are those reached, None where the error names no point."""
+    """The motion of the model ends at the point ``t``, ``state``, which are None where the error names no point."""
 
     def __init__(self, message: str, t: Any = None, state: Any = None):
         super().__init__(message)
@@ -67,19 +67,19 @@ class TooLarge(AsympkError, OverflowError):
 
 
 class Undecided(AsympkError, ArithmeticError):
-    """A sign on which the course of events hangs is within the rounding errors: only more digits can tell."""
+    """A sign that decides the sequence of events is within the rounding errors: only more digits can decide it."""
 
 
 class NotDerivable(AsympkError, ValueError):
-    """A derivation does not go through for the model it was given."""
+    """A derivation is not possible for the given model."""
 
 
 class WorkersLost(AsympkError, RuntimeError):
-    """Worker processes die again and again without getting anything done."""
+    """Worker processes die again and again without finishing any work."""
 
 
 class Accumulation(AsympkError, RuntimeError):
-    """Events accumulate at a point in time: no mode of the system lasts beyond it."""
+    """Events accumulate at a time beyond which no mode of the system continues."""
 
 
 class UnboundedReaction(Stopped):
@@ -87,7 +87,7 @@ class UnboundedReaction(Stopped):
 
 
 class Unfinished(AsympkError, RuntimeError):
-    """A run did not reach its end; ``path`` is what it did follow, and its ``info`` says why it stopped."""
+    """A run did not reach its end; ``path`` is the part that was followed, and ``path.info`` says why it stopped."""
 
     def __init__(self, message: str, path: Any = None):
         super().__init__(message)

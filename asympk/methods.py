@@ -1,4 +1,8 @@
-"""The doors to every model: ``solve`` and ``solve_many`` look the method up and load its module only then."""
+"""``solve`` and ``solve_many``: they look up a method in a table and load the module that follows it only then.
+
+``METHODS`` names the module of each method for any system. The Painlevé-Klein rod has faster modules of its own, in
+``asympk.systems.kernels``.
+"""
 
 from dataclasses import replace
 from functools import cache
@@ -12,9 +16,8 @@ from asympk.path import Path
 from asympk.scene import Scene, require_scene
 from asympk.systems.kernels import FOR_ARRAYS, FOR_SCENES, as_asked, kernel_scene
 
-# method -> module of asympk that has ``run(scene, method, **options) -> Path`` for the scene of any system, or
-# module:function; the rod's kernel has modules of its own (``asympk.systems.kernels``), and "rigid" and "moreau" are
-# offered by it alone
+# method -> module of asympk with ``run(scene, method, **options) -> Path`` for a scene of any system, or
+# module:function; "" where only the kernel of the rod has the method
 METHODS = {
     "exact": "integrators.stepped",
     "rigid": "",
@@ -37,11 +40,12 @@ METHODS = {
 def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     """Follow ``scene`` from its start to ``until`` and return a ``Path``.
 
-    ``method="exact"`` is the event-driven closed form of the rod and of every system whose modes are all affine, on
-    each side of what the state switches. For other systems it is a stiff integrator with steps wrong by some 1e-10:
-    ``path.model`` tells, and ``path.info["why"]`` says what is not affine. ``digits=n`` runs on mpmath numbers.
-    Options belong to the method. Raises ``UnknownName`` for a method that does not exist, ``InputError`` for an option
-    it does not have and for what is no ``Scene``.
+    ``method="exact"`` is the event-driven closed form for the rod and for every system whose modes are all affine, on
+    each side of its switching surfaces. For other systems ``"exact"`` is a stiff integrator whose steps have errors of
+    about 1e-10; ``path.model`` then names the integrator, and ``path.info["why"]`` says what is not affine. With
+    ``digits=n`` the run is computed in mpmath numbers. Options belong to the method. Raises ``UnknownName`` for a
+    method that does not exist, and ``InputError`` for an option that the method does not have or if ``scene`` is no
+    ``Scene``.
     """
     require_scene(scene, "solve")
     name = named("method", method, METHODS)
@@ -73,14 +77,18 @@ def solve_many(
 ) -> Any:  # fmt: skip
     """Follow trajectories from (x, y, z) to ``until``; all arguments broadcast. Results equal those of ``solve``.
 
-    ``method="exact"`` returns a ``RodEnsemble``: ``final`` (3, ...), ``n_events``, ``events()``, and ``outcome`` where
-    a trajectory cannot be followed to its end. Its options are ``events=True``, to keep the events,
-    ``strict=True``, to raise instead, and ``progress(done, total)``, called after each chunk. The models ``"jump"``,
-    ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``FinalStates``: ``final``, the relative ``error`` to expect,
-    and, where a model refuses and both are inf, ``reason``, an index of ``reasons``. With ``system`` an affine one is
-    followed, ``values`` and ``start`` mapping its parameters and states, by symbol or by name, to numbers or arrays;
-    ``final`` is (n, ...) then, and its options are ``strict`` and ``progress``. Raises ``UnknownName``, ``InputError``;
-    strict ones also what ``solve`` raises, the models ``OrderError``.
+    ``method="exact"`` returns a ``RodEnsemble`` with ``final`` (3, ...), ``n_events``, ``events()`` and ``outcome``,
+    which says why a trajectory could not be followed to its end. The options are ``events=True`` to keep the events,
+    ``strict=True`` to raise an error for such a trajectory, and ``progress(done, total)``, called after each chunk.
+
+    The models ``"jump"``, ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``FinalStates``: ``final``, the
+    expected relative ``error``, and ``reason``, an index of ``reasons``, where a model refuses and ``final`` and
+    ``error`` are inf.
+
+    With ``system``, an affine ``System`` is followed. ``values`` and ``start`` map its parameters and states, by symbol
+    or by name, to numbers or arrays. Then ``final`` is (n, ...), and the options are ``strict`` and ``progress``.
+
+    Raises ``UnknownName`` and ``InputError``, with ``strict`` also the errors of ``solve``, for a model ``OrderError``.
     """
     method = named("method", method, METHODS)
     if system is not None:

@@ -1,7 +1,8 @@
-"""Numbers of many digits, in mpmath contexts of their own: mpmath's own precision belongs to the user.
+"""Numbers of many digits in private mpmath contexts: the precision of mpmath itself belongs to the user.
 
-mpmath keeps pi, log 2 and their like at the most digits asked for so far, and a thread that reads them while another
-extends them gets a wrong number. They are therefore extended at once, under a lock, beyond what is usual here.
+mpmath stores pi, log 2 and other constants with the most digits asked for so far. A thread that reads a constant while
+another thread extends it gets a wrong number. ``extend`` therefore computes the constants under a lock, with more
+digits than usual runs need.
 """
 
 from threading import Lock
@@ -14,8 +15,8 @@ if TYPE_CHECKING:
     from mpmath.ctx_mp import MPContext
 
 _EXTENDING = Lock()
-_BITS = 12_000  # of the constants, from the start
-_APART = 1 << 16  # bits between numbers that are added as whole ones
+_BITS = 12_000  # least number of bits with which the constants are computed
+_APART = 1 << 16  # largest difference of the exponents of numbers that are added as integers
 _extended = 0
 
 
@@ -30,7 +31,7 @@ def private_context(digits: int) -> "MPContext":
 
 
 def extend(bits: int) -> None:
-    """Let mpmath know its constants to ``bits`` bits, before several threads ask for them."""
+    """Compute the constants of mpmath to ``bits`` bits before several threads read them."""
     global _extended
     from mpmath.libmp import e_fixed, ln2_fixed, ln10_fixed, pi_fixed
 
@@ -49,7 +50,7 @@ def in_context(m: "MPContext", value: Number) -> Number:
 
 
 def as_mpf(value: Number) -> Number:
-    """Return a number of a private context as one of mpmath's own, with all its digits."""
+    """Return a number of a private context as an ``mpf`` of ``mpmath.mp``, with all its digits."""
     import mpmath
 
     return mpmath.mp.make_mpf(value._mpf_)
@@ -58,8 +59,9 @@ def as_mpf(value: Number) -> Number:
 def whole_product(m: "MPContext", matrix: "np.ndarray", bits: int, vector: "np.ndarray") -> "np.ndarray":
     """Return ``matrix @ vector`` in numbers of the context ``m``, each entry rounded once.
 
-    ``matrix`` (rows, n) is an array of whole numbers, 2^bits being 1, and ``vector`` (n,) one of numbers of ``m``.
-    Numbers of the vector that are smaller than the largest by far are added as numbers of ``m``.
+    ``matrix`` (rows, n) is an array of integers in units of 2^-bits, and ``vector`` (n,) an array of numbers of ``m``.
+    Entries of the vector that are smaller than the largest by more than 2^65536 are added separately as numbers of
+    ``m``.
     """
     import numpy as np
     from mpmath.libmp import from_man_exp

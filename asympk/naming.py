@@ -1,4 +1,4 @@
-"""The one reader of names out of a list: methods, targets, mechanisms, claims, in any case."""
+"""The reader of a name from a list of known names (methods, targets, mechanisms, claims), in upper or lower case."""
 
 from collections.abc import Collection
 from typing import Any
@@ -8,9 +8,9 @@ from asympk.numbers import short
 
 
 def named(kind: str, word: Any, known: Collection[str], beyond: str = "") -> str:
-    """Return the one of ``known`` that ``word`` spells, in any case.
+    """Return the name of ``known`` that ``word`` spells, in upper or lower case.
 
-    Raises ``UnknownName`` with the nearest and all there are; ``beyond`` tells what else might be given.
+    Raises ``UnknownName``, which names the nearest name and all known ones; ``beyond`` is appended to its message.
 
     >>> named("method", "LSODA", ("exact", "lsoda"))
     'lsoda'

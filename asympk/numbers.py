@@ -1,7 +1,7 @@
-"""The one reader of numbers: what a caller gives becomes an exact int, float or Fraction, or is refused in one line.
+"""The reader of numbers: an argument becomes an exact int, float or Fraction, or is refused with a message of one line.
 
-Strings are read here and nowhere else: a decimal or a ratio of integers, of bounded length and exponent, and never a
-formula.
+Strings are read here and nowhere else. A string is a decimal or a ratio of integers, of bounded length and exponent,
+and never a formula.
 """
 
 import re
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 Number: TypeAlias = Any  # a float, an mpf, a Fraction or a ball, or an array of such numbers
 Arithmetic: TypeAlias = Any  # the functions of one kind of numbers: ``Doubles``, an mpmath context, NumPy
 
-HIGHEST = 1000  # order of an expansion
+HIGHEST = 1000  # highest order of an expansion
 _SPELT = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?|[+-]?\d+/\d+", re.ASCII)
-_LONGEST = 4000  # digits
-_FARTHEST = 9999  # powers of ten
-_WIDEST = 40000  # powers of two in an mpf
+_LONGEST = 4000  # most characters of a string, and most digits of a Decimal
+_FARTHEST = 9999  # largest power of ten of a Decimal, up or down
+_WIDEST = 40000  # largest power of two of an mpf, up or down
 _LARGEST = 2.0**1023
 _RANGE = "it must be finite, and a double must be able to hold it"
 _MOST_DIMENSIONS = 30  # NumPy iterates over 32, and a result has one or two more
@@ -37,7 +37,7 @@ def number(
     """Return ``value`` as an exact int, float or Fraction; raise ``InputError`` unless it is finite and allowed.
 
     ``value`` is an int, float, Fraction, Decimal, mpf, a NumPy scalar, or a string that spells a decimal ("0.2" is
-    1/5) or a ratio ("1/3"). ``allowed`` is the condition, ``words`` what it says after "it must be".
+    1/5) or a ratio ("1/3"). ``allowed`` is a condition, and ``words`` its wording in the message after "it must be".
     """
     exact = _exact(name, value)
     if not -_LARGEST <= exact <= _LARGEST:
@@ -48,10 +48,10 @@ def number(
 
 
 def numbers(name: str, value: Any) -> "np.ndarray":
-    """Return ``value`` as an array of real numbers; integers and short floats stay as they are, the rest are doubles.
+    """Return ``value`` as an array of real numbers; arrays of integers or floats keep their type, others are doubles.
 
-    Strings, Fractions and Decimals are read one by one, as ``number`` reads them. Raises ``InputError`` for what is
-    not numbers, and for a masked array: nothing here would honour its mask.
+    Strings, Fractions and Decimals are read one by one by ``number``. Raises ``InputError`` for anything that is not
+    a number, and for a masked array, whose mask would be lost.
     """
     values = _array(name, value, None)
     if values.dtype.kind in "OUS":
@@ -62,13 +62,13 @@ def numbers(name: str, value: Any) -> "np.ndarray":
 
 
 def unread(name: str, value: Any) -> "np.ndarray":
-    """Return ``value`` as an array of what it holds, for ``number`` to read; raises ``InputError`` as ``numbers``."""
+    """Return ``value`` as an array of its unread entries, for ``number``; raises ``InputError`` as ``numbers`` does."""
     values = _array(name, value, None)
     return values if values.dtype.kind in "iuf" else _array(name, value, object)
 
 
 def common_shape(names: Iterable[Any], arrays: Collection[Any]) -> tuple[int, ...]:
-    """Return the shape that arrays broadcast to; raises ``InputError`` telling their shapes by name."""
+    """Return the shape that arrays broadcast to; raises ``InputError``, which gives the shape of each named array."""
     import numpy as np
 
     try:
@@ -91,7 +91,7 @@ def whole(name: str, value: Any, least: int, most: int) -> int:
 
 
 def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
-    """Return the order of an expansion as an int from 0, at most ``highest``; raises ``OrderError``, saying of what."""
+    """Return the order of an expansion as an int from 0 to ``highest``; raises ``OrderError``, worded with ``what``."""
     counts = isinstance(order, Integral) and not isinstance(order, bool)
     if highest is None and not (counts and 0 <= order <= HIGHEST):
         raise OrderError(f"order = {short(order)} is not a whole number >= 0, or beyond {HIGHEST}")
@@ -101,7 +101,7 @@ def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
 
 
 def mantissa_and_exponent(value: Number) -> tuple[int, int]:
-    """Return (n, e) of an mpf, which is n 2^e: integers of Python's own, though mpmath may compute with gmpy2's."""
+    """Return (n, e) of an mpf, which is n 2^e, as Python integers, also where mpmath computes with those of gmpy2."""
     sign, size, exponent, _ = value._mpf_
     return -int(size) if sign else int(size), int(exponent)
 
@@ -142,7 +142,7 @@ def _exact(name, value):
 
 
 def _from_scalar(name, value):
-    """Return what NumPy holds in a scalar; a long double, which Python has not, as the Fraction that it is."""
+    """Return the value of a NumPy scalar; the value of a long double is an exact Fraction."""
     if type(value) in (float, int):
         return value
     if not abs(value) < float("inf"):

@@ -1,4 +1,7 @@
-"""Path: what every model returns, whether exact, integrated or asymptotic."""
+"""``Path``: the trajectory that every model returns, whether exact, integrated or asymptotic, and its ``Event``s.
+
+``ClosedForm`` evaluates the state of a closed form at any time.
+"""
 
 from abc import ABC, abstractmethod
 from bisect import bisect_right
@@ -25,9 +28,9 @@ KINDS = ("force_zero", "velocity_zero", "slip_onset")  # those of the rod
 class Event(NamedTuple):
     """A change of mode at time ``t``, with the state there.
 
-    ``force_zero``: the load vanishes (x + y = 0 on the rod); ``velocity_zero``: the sliding velocity does (z = 0);
-    ``slip_onset``: stick ends; ``lift_off`` and ``touch_down``: a contact opens and closes. ``friction`` is the index
-    of the friction whose phase changes.
+    ``kind`` is one of the following. ``force_zero``: the load vanishes (x + y = 0 on the rod). ``velocity_zero``: the
+    sliding velocity vanishes (z = 0 on the rod). ``slip_onset``: stick ends. ``lift_off``: a contact opens.
+    ``touch_down``: a contact closes. ``friction`` is the index of the friction whose phase changes.
     """
 
     kind: str
@@ -53,14 +56,13 @@ class Event(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Path(ShownAsTable):
-    """A trajectory on [0, until]: events in order of time, and the mode before, between and after them.
+    """A trajectory on [0, until]: its events in order of time, and the modes before, between and after the events.
 
-    ``final`` is the state at ``until`` in the order of ``names``, (x, y, z) for the rod; ``modes`` is one longer than
-    ``events``; calling the path at times ``t`` gives an array of shape ``(n,) + t.shape``. ``error`` is an estimate of
-    the error of ``final``, relative to the largest of 1, |x|, |z|, or None when the model makes none.
-    ``info`` is what the model tells of its own run; an integrator gives "status", "reached", "work" and "options", and
-    "why" where it took the place of the exact flow.
-    Paths are equal when scene, model, states, events and modes are.
+    ``final`` is the state at ``until`` in the order of ``names``, (x, y, z) for the rod. ``modes`` is one longer than
+    ``events``. Calling the path at times ``t`` gives an array of shape ``(n,) + t.shape``. ``error`` is an estimate of
+    the error of ``final``, relative to the largest of 1, |x|, |z|, or None if the model gives none. ``info`` is a
+    mapping of further results of the model: an integrator gives "status", "reached", "work" and "options", and "why"
+    if it replaces the exact flow. Paths are equal if their scene, model, ``final``, events, modes and ``error`` are.
     """
 
     scene: Any
@@ -86,19 +88,18 @@ class Path(ShownAsTable):
         return self.info.get("reached", self.scene.until)
 
     def plot(self, file: "str | File | None" = None) -> "Figure":
-        """Draw every state against time, modes as shades and events as marks; return the matplotlib ``Figure``.
+        """Draw every state over time, modes as shades and events as marks; return the matplotlib ``Figure``.
 
-        A ``file`` that ends in .pdf, .svg or .png is written too. Raises ``InputError`` for another kind of file,
-        ``MissingPackage`` where matplotlib is not installed.
+        With a ``file`` that ends in .pdf, .svg or .png, the figure is also written to it. Raises ``InputError`` for
+        another kind of file, ``MissingPackage`` where matplotlib is not installed.
         """
         return through("Path.plot", self, file)
 
     def frame(self, samples: int | None = None) -> "DataFrame":
-        """Return a pandas ``DataFrame`` of t, the states, and the mode, dense at the events.
+        """Return a pandas ``DataFrame`` with the columns t, the states, and the mode; its rows are dense at the events.
 
-        There are some ``samples`` rows, by default 4000, or 400 where the numbers have digits.
-
-        Raises ``MissingPackage`` where pandas is not installed.
+        It has about ``samples`` rows: by default 4000, or 400 if the path was computed with ``digits``. Raises
+        ``MissingPackage`` where pandas is not installed.
         """
         return through("Path.frame", self, samples)
 
@@ -107,9 +108,9 @@ class Path(ShownAsTable):
         return through("Path.to_csv", self, file, samples)
 
     def physical(self) -> "Path":
-        """Return the path told in physical quantities, where its scene was: (R_1, R_1', u) over the time in seconds.
+        """Return the path in physical quantities, (R_1, R_1', u) over the time in seconds, of a scene that has these.
 
-        Raises ``InputError`` where the scene has no physical quantities.
+        Raises ``InputError`` where the scene was not given in physical quantities.
         """
         return through("Path.physical", self)
 
@@ -129,7 +130,7 @@ class Path(ShownAsTable):
 
 
 def within(first: Any, last: Any, until: Any) -> bool:
-    """Tell whether times from ``first`` to ``last`` lie in [0, until], or end at the double next to ``until``."""
+    """Tell whether the times from ``first`` to ``last`` lie in [0, until], with ``until`` exact or as a double."""
     return bool(first >= 0 and (last <= until or last <= float(until)))
 
 
@@ -149,8 +150,8 @@ def times_within(t: Any, until: Any) -> "np.ndarray":
 class ClosedForm(ABC):
     """The state of a scene that ``run`` has solved, in the numbers of ``m``, as a function of time.
 
-    It is pickled as the scene, which ``run`` solves again. ``state_within`` gives the state at a time after the start
-    of one of the ``segments``.
+    Only the scene is pickled, and ``run`` solves it again on loading. A subclass defines ``state_within``, the state at
+    a time after the start of one of the ``segments``; ``convert`` makes results of the numbers of ``m``.
     """
 
     __slots__ = ("convert", "digits", "m", "run", "scene", "segments")
@@ -163,7 +164,10 @@ class ClosedForm(ABC):
         return _solved, (self.run, self.scene, self.digits)
 
     def __call__(self, t: Any) -> Any:
-        """Return an array of shape ``(n,) + t.shape``, of objects with digits; for one time and digits, a tuple."""
+        """Return the states at times ``t``, an array of shape ``(n,) + t.shape``; with ``digits`` it holds objects.
+
+        With ``digits`` and a single time, the result is a tuple.
+        """
         starts = [segment.start for segment in self.segments]
         if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):
             return self._state(t, starts)

@@ -101,13 +101,10 @@ def _follow_on(
 ) -> Branch:
     """Return the branch that follows; if the state is on edges, by the law of the side into which the motion leads.
 
-    An edge that the motion leaves at a rate without forces has only the side on which it is left (``_led_to``). Of the
-    other edges every choice of sides, 0 for rest on the edge, is ranked by its own law, from the best to the worst:
-    rest on all edges; motion into the sides; rest on an edge by the law of a side; motion out of the side (excluded).
-
-    If several branches have the best rank, or every choice is excluded, the law on the edges themselves decides. But if
-    every choice is excluded and a law leads into a side on which no motion or several follow, the error of that side is
-    raised.
+    An edge that the motion leaves at a rate without forces has only the side on which it is left (``_led_to``). Every
+    choice of sides of the other edges, 0 for rest on the edge, is ranked by its own law (``_rank``). If several
+    branches share the best rank, or all choices are excluded, the law on the edges themselves decides. But where a law
+    of an excluded choice leads into a side on which no motion or several follow, the error of that side is raised.
     """
     at = automaton.sides_at(t, state, slack)
     edges = _edges(at)
@@ -160,7 +157,10 @@ def _edges(sides: Sides) -> tuple[sp.Expr, ...]:
 
 
 def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, slack: Any) -> int:
-    """Return 0 for rest on an edge by its own law, 1 for motion into the side, 2 for rest by the law of the side."""
+    """Return 0 for rest on an edge by its own law, 1 for motion into the side, 2 for rest by the law of the side.
+
+    Otherwise the motion leaves the side by the law of this side, and the choice is excluded: ``_NEVER``.
+    """
     if mode.leaves(phase, side, t, state, slack):
         return int(side != 0)
     return 2 if mode.leaves(phase, 0, t, state, slack) else _NEVER
