@@ -1,9 +1,9 @@
-"""Formulas read from text, safely: through the syntax tree, by a white list of names, functions and sizes.
+"""Formulas read safely from text: the syntax tree is walked with a white list of names, functions and sizes.
 
-Nothing is ever evaluated as code. A formula is what Python calls an expression, made of the names that the caller
-allows, numbers that mean what they spell (``0.2`` is 1/5), ``+ - * / **`` and the functions below; ``^`` is a power,
-too. Piecewise((a, x < 1), (b, True)) is a where its relation holds, else b; relations are joined by ``and``, ``or``
-and ``not``. What it may cost is bounded before anything is computed.
+Nothing is ever evaluated as code. A formula is a Python expression made of the names that the caller allows, exact
+numbers (``0.2`` is 1/5), ``+ - * / **`` and the ``FUNCTIONS`` below; ``^`` is a power, too. The value of
+Piecewise((a, x < 1), (b, True)) is a where x < 1 holds, else b; relations are joined by ``and``, ``or`` and ``not``.
+The size of a result is bounded before anything is computed.
 """
 
 import ast
@@ -22,12 +22,12 @@ FUNCTIONS = {
     for name in ("sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
                  "asinh", "acosh", "atanh", "sign", "cbrt", "Heaviside", "floor", "ceiling", "frac", "erf", "Piecewise")
 } | {name: getattr(sp, name.capitalize()) for name in ("abs", "Abs", "max", "Max", "min", "Min", "mod", "Mod")}
-TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # what takes two arguments
+TWO = (sp.Max, sp.Min, sp.Mod, sp.atan2)  # functions that take two arguments
 CONSTANTS = {"pi": sp.pi}
-LONGEST = 4000  # characters
-DEEPEST = 60  # levels of the tree
+LONGEST = 4000  # most characters of a formula
+DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
-_LARGEST_NUMBER = 1000  # digits
+_LARGEST_NUMBER = 1000  # most digits of a power of numbers
 _OPERATORS = {
     ast.Add: lambda a, b: a + b,
     ast.Sub: lambda a, b: a - b,
@@ -38,10 +38,10 @@ _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?(?![\w.])",
 
 
 def read_formula(text: object, symbols: Mapping[str, sp.Expr], what: str = "formula") -> sp.Expr:
-    """Return the SymPy expression that ``text`` spells in the names of ``symbols``, its decimals exact.
+    """Return the SymPy expression that ``text`` spells in the names of ``symbols``; its decimals are exact.
 
-    A number is taken, too. Raises ``InputError`` for other names and functions, what is no formula, and what is too
-    large.
+    ``text`` may also be an int or a Fraction. Raises ``InputError`` for unknown names and functions, for text that is
+    no formula, and for a formula that is too large.
 
     >>> x = sp.Symbol("x")
     >>> read_formula("0.2*x^2 - sin(x)/3", {"x": x})
@@ -80,7 +80,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
 
 
 def _degree(expr: sp.Expr) -> int:
-    """Return a bound on the degree of ``expr`` once it is expanded; a number counts as 1, as a function does."""
+    """Return a bound on the degree of ``expr`` after expansion; a number or a function counts as 1."""
     if expr.is_Add:
         return max(map(_degree, expr.args))
     if expr.is_Mul:
@@ -91,7 +91,7 @@ def _degree(expr: sp.Expr) -> int:
 
 
 def _plain(text: str) -> str:
-    """Spell primes and the word lambda as Python's grammar has names."""
+    """Replace primes, and the word lambda, which are no names in Python's grammar."""
     text = re.sub(r"(?<=\w)'+", lambda primes: "_prime" * len(primes[0]), text)
     return re.sub(r"\blambda\b", "lambda_", text)
 
@@ -101,7 +101,7 @@ def _as_written(name: str) -> str:
 
 
 class _Reader:
-    """One formula: its names, and what a message calls it."""
+    """The reader of one formula, with its symbols and the words ``what`` that a message calls it by."""
 
     def __init__(self, symbols: Mapping[str, sp.Expr], what: str, text: str, source: str):
         self.symbols, self.what, self.text, self.source = symbols, what, text, source

@@ -1,4 +1,4 @@
-"""Many trajectories at once: which itinerary each has, and their picture, whatever has followed them."""
+"""Results of many trajectories at once: final states, outcomes and itineraries, whichever engine followed them."""
 
 from abc import abstractmethod
 from functools import cached_property
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 STICK = "stick"
-PHASES = (*MODES, "open")  # what a friction does
-# the errors by which a flow tells that it does not reach the end, and the words for them
+PHASES = (*MODES, "open")  # the phases of a friction
+# the errors of a flow that does not reach the end of a trajectory, and the words for them
 REFUSALS = {
     errors.TooManyEvents: "too many events",
     errors.TooLarge: "beyond the range of doubles",
@@ -29,20 +29,20 @@ REFUSALS = {
     errors.OutOfRange: "a rate is not finite",
     errors.InputError: "refused",
 }
-# what became of a trajectory: the words that ``outcome`` is an index of
+# the outcomes of a trajectory in words; ``outcome`` is an index of this tuple
 OUTCOMES = ("followed", *REFUSALS.values())
 
 
 def outcome_of(reason: Exception) -> int:
-    """Return the index in ``OUTCOMES`` of an error of ``REFUSALS``."""
+    """Return the index in ``OUTCOMES`` of an error that is listed in ``REFUSALS``."""
     return next(k for k, kind in enumerate(REFUSALS, start=1) if isinstance(reason, kind))
 
 
 class Itineraries(NamedTuple):
-    """The ``sequences`` of events that occur, the most frequent first, and the ``index`` of each trajectory's own.
+    """The ``sequences`` of events that occur, the most frequent first, and the ``index`` of that of each trajectory.
 
-    A sequence of kinds of events ends with "stick" where the trajectory is at rest at the end; ``index`` has the
-    broadcast shape of the arguments.
+    A sequence consists of kinds of events. It ends with "stick" if the trajectory is at rest at the end. ``index`` has
+    the broadcast shape of the arguments.
     """
 
     sequences: tuple[tuple[str, ...], ...]
@@ -50,17 +50,17 @@ class Itineraries(NamedTuple):
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """How many trajectories have each of the sequences."""
+        """The number of trajectories with each of the sequences."""
         import numpy as np
 
         return tuple(np.bincount(self.index.ravel(), minlength=len(self.sequences)).tolist())
 
 
 class Many(ShownAsTable):
-    """What became of many trajectories: ``names``, ``final`` (n, ...), ``n_events``, ``outcome`` and ``events()``.
+    """The results of many trajectories: ``names``, ``final`` (n, ...), ``n_events``, ``outcome`` and ``events()``.
 
-    ``n_events`` and ``outcome`` have the broadcast shape (...). ``outcome`` is an index of ``outcomes``, the words;
-    where it is not 0, "followed", ``final`` is NaN, ``n_events`` is 0 and there are no events.
+    ``n_events`` and ``outcome`` have the broadcast shape (...). ``outcome`` is an index of the words ``outcomes``; 0 is
+    "followed". For every other outcome ``final`` is NaN, ``n_events`` is 0 and there are no events.
     """
 
     outcomes = OUTCOMES
@@ -72,7 +72,7 @@ class Many(ShownAsTable):
 
     @cached_property
     def outcome(self) -> Any:
-        """What became of each trajectory, an index of ``outcomes``."""
+        """The outcome of each trajectory, an index of ``outcomes``."""
         import numpy as np
 
         found = np.zeros(self.n_events.size, dtype=np.uint8)
@@ -84,7 +84,7 @@ class Many(ShownAsTable):
         """Return the events: arrays ``trajectory``, ``kind``, ``t``, in order of time per trajectory."""
 
     def itineraries(self) -> Itineraries:
-        """Return which sequence of events each trajectory has."""
+        """Return the sequences of events that occur, and which of them each trajectory has."""
         import numpy as np
 
         flat = self.n_events.ravel()
@@ -102,20 +102,20 @@ class Many(ShownAsTable):
         return Itineraries(tuple(order), index.reshape(self.n_events.shape))
 
     def plot(self, file: "str | File | None" = None) -> "Figure":
-        """Draw the itineraries over two arguments that broadcast, or else the final states one after the other.
+        """Draw the itineraries over two arguments that vary along one axis each, or otherwise the final states.
 
         Raises ``InputError`` for another kind of file than .pdf, .svg or .png, ``MissingPackage`` without matplotlib.
         """
         return through("Many.plot", self, file)
 
     def _at_rest(self) -> Any:
-        """Return which trajectories are at rest at the end; none where that is not known."""
+        """Return which trajectories are at rest at the end; by default none, as this is not known."""
         import numpy as np
 
         return np.zeros(self.n_events.shape, dtype=bool)
 
     def _axes(self) -> tuple[tuple[str, Any], ...]:
-        """Return (name, values) of the argument that varies along each axis: by default the count."""
+        """Return (name, values) of the argument that varies along each axis; by default the count along the axis."""
         return axes_of(self.n_events.shape, {})
 
     def _card(self) -> Card:
@@ -132,7 +132,7 @@ class Many(ShownAsTable):
 
 
 def axes_of(shape: tuple[int, ...], arguments: dict[str, Any]) -> tuple[tuple[str, Any], ...]:
-    """Return (name, values) of the first argument that varies along each axis and no other, or the count there."""
+    """Return, for each axis, (name, values) of the first argument that varies along this axis only, or the count."""
     import numpy as np
 
     found = []

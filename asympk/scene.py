@@ -1,4 +1,4 @@
-"""Scene: parameters, start and horizon of one trajectory, kept exactly as they were given."""
+"""``Scene``: the parameters, start and horizon of one trajectory, kept exactly as they were given."""
 
 import math
 from dataclasses import dataclass
@@ -20,12 +20,15 @@ MANIFOLDS = {"Pi1": ("slip_same", 1), "Pi2": ("slip_opposite", -1)}
 class Scene(ShownAsTable):
     """One trajectory to follow: parameters, start and horizon.
 
-    Without ``system`` it is the Painlevé-Klein rod in nondimensional quantities: ``start`` is (x, y, z) = (rho, rho',
-    v), ``sigma0 >= sigma`` the static friction, by default ``sigma``. With a ``System``, ``values`` maps its
-    parameters and ``start`` its states, by symbol or by name, to numbers; they are kept as tuples in the order of
-    ``system.parameters`` and ``system.states``. Numbers are int, float, Fraction, Decimal, str ("0.2" means 1/5) or
-    mpf, and are kept without rounding: int and float as they are, all others as Fraction. ``near_to`` is set by
-    ``Scene.near`` alone, ``rod`` by ``Scene.physical``: the physical quantities, kept while the numbers are theirs.
+    Without ``system`` the scene is one of the Painlevé-Klein rod in nondimensional quantities: ``start`` is (x, y, z) =
+    (rho, rho', v), and ``sigma0 >= sigma`` is the static friction, by default ``sigma``. With a ``System``, ``values``
+    maps its parameters and ``start`` its states, by symbol or by name, to numbers; both are stored as tuples in the
+    order of ``system.parameters`` and ``system.states``.
+
+    A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5) or mpf. It is stored without rounding: an int or
+    a float as it is, all others as a Fraction. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
+    ``rod``, the physical quantities; ``rod`` becomes None when a number of the scene is replaced.
+
     Raises ``InputError``.
     """
 
@@ -75,12 +78,12 @@ class Scene(ShownAsTable):
 
     @property
     def combinations(self) -> tuple[tuple[str, tuple], ...]:
-        """Linear combinations of the states that are told beside them, as (name, coefficients): the rod's load."""
+        """Linear combinations of the states shown beside them, as (name, coefficients): for the rod, its load."""
         return (("s", (1, 1, 0)),) if self.system is None else ()
 
     @property
     def units(self) -> dict[str, str]:
-        """The units of time and states by name; empty, since a scene is told without dimensions."""
+        """The units of time and states by name; empty, since a scene is nondimensional."""
         return {}
 
     @classmethod
@@ -88,11 +91,11 @@ class Scene(ShownAsTable):
         cls, *, m: Any, P: Any, f: Any, alpha: Any, l: Any, k: Any, h: Any, start: Any, until: Any, f0: Any = None,
         name: str = "",
     ) -> "Scene":
-        r"""Tell the rod in physical quantities: ``path.physical()`` tells the path in them again.
+        r"""Return the scene of a rod given in physical quantities; ``path.physical()`` converts its path back to them.
 
         Mass m (kg), force P (N), friction coefficients f and f0 (static, by default f), angle alpha (rad, or
         "60 deg"), length l (m), stiffness k (N) and damping h (s/m); ``start`` is (R_1, R_1', u) in N, N/s and m/s,
-        ``until`` in s. Other consistent units do as well. Raises ``InputError``.
+        ``until`` in s. Any other consistent units may be used. Raises ``InputError``.
         """
         given = {"m": m, "P": P, "f": f, "f0": f if f0 is None else f0, "alpha": alpha, "l": l, "k": k, "h": h}
         return through("Scene.physical", given, start, until, name)
@@ -102,12 +105,13 @@ class Scene(ShownAsTable):
         cls, manifold: str, *, x: Any, offset: Any, z: Any, sigma: Any, mu: Any, until: Any, sigma0: Any = None,
         name: str = "",
     ) -> "Scene":
-        r"""Start at ``s = s_slow(x) + offset``, relative to the exact slow line of ``"Pi1"`` or ``"Pi2"``.
+        r"""Return a scene that starts at ``s = s_slow(x) + offset`` near the exact slow line of ``"Pi1"`` or ``"Pi2"``.
 
         The slow line of a mode ``mu y' = 1 - b s`` is ``y = lambda (x - 1/b)`` with the slow root ``lambda`` of
-        ``mu lambda^2 + b lambda + b = 0``; b = sigma + 4 on Pi1, b = -sigma on Pi2. The offset is kept exactly, so
-        0 stays on the line and 1e-300 leaves it at its own time; ``start`` shows the nearest doubles. Raises
-        ``NoManifold`` where the mode has no slow line, ``InputError`` where the start is not in its mode.
+        ``mu lambda^2 + b lambda + b = 0``; b = sigma + 4 on Pi1, b = -sigma on Pi2. The offset is stored exactly: with
+        the offset 0 the motion stays on the line, and even after the offset 1e-300 it leaves the line at the right
+        time. ``start`` shows the nearest doubles. Raises ``NoManifold`` if the mode has no slow line, and
+        ``InputError`` if the start is not in the mode of the line.
         """
         if not isinstance(manifold, str) or manifold not in MANIFOLDS:
             raise InputError(f"manifold = {short(manifold)}: it must be one of {', '.join(MANIFOLDS)}")
@@ -144,7 +148,7 @@ def _slow_y(manifold: str, sigma: Any, mu: Any, x: Any) -> float:
 
 
 def in_doubles(scene: Scene) -> tuple[float, float, float]:
-    """Return (sigma, sigma0, mu) as doubles; raises ``InputError`` where rounding takes them out of their ranges."""
+    """Return (sigma, sigma0, mu) as doubles; raises ``InputError`` where they round to a value out of their ranges."""
     sigma, sigma0, mu = float(scene.sigma), float(scene.sigma0), float(scene.mu)
     if sigma == -2 or mu == 0:
         raise InputError(f"sigma and mu: as doubles they are {sigma} and {mu}, out of range; ask for digits=")
@@ -152,7 +156,7 @@ def in_doubles(scene: Scene) -> tuple[float, float, float]:
 
 
 def triple(start: Any, names: str) -> tuple:
-    """Return a start of the rod as three values, not read yet; raises ``InputError``, which tells their ``names``."""
+    """Return a start of the rod as three values that are not read yet; raises ``InputError``, worded with ``names``."""
     try:
         values = () if isinstance(start, str) else tuple(start)
     except TypeError:
@@ -163,7 +167,7 @@ def triple(start: Any, names: str) -> tuple:
 
 
 def require_scene(scene: Any, verb: str) -> None:
-    """Raise ``InputError`` unless ``scene`` is one, saying how ``verb`` is given one."""
+    """Raise ``InputError`` unless ``scene`` is a ``Scene``; the message says how to give one to ``verb``."""
     if isinstance(scene, Scene):
         return
     if isinstance(scene, str):

@@ -1,7 +1,7 @@
-"""How a noun shows itself: a card of a title and a few rows, as text at the prompt and as HTML or LaTeX in a notebook.
+"""Cards, as which objects are shown: a title and a few rows, as text at the prompt, as HTML or LaTeX in a notebook.
 
-A noun derives from ``ShownAsTable`` or ``ShownAsFormulas``, is a dataclass with ``repr=False``, and has ``_card()``.
-The values of a card are words, numbers, or formulas: anything that SymPy's LaTeX printer knows.
+A public class derives from ``ShownAsTable`` or ``ShownAsFormulas``, is a dataclass with ``repr=False``, and defines
+``_card()``. A value of a card is a word, a number, or a formula: anything that SymPy's LaTeX printer knows.
 """
 
 import re
@@ -11,21 +11,21 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple, TypeVar
 
-WIDTH = 100  # characters of a line of text
-ROWS = 10  # rows of a card as text
-LONGEST = 60  # characters of a number
+WIDTH = 100  # most characters of a line of text
+ROWS = 10  # most rows of a card as text
+LONGEST = 60  # most characters of a number
 _LINE = "text-align:left;white-space:nowrap"
 
 
 class Card(NamedTuple):
-    """What a noun tells of itself: a title, and rows of a label and a value."""
+    """The summary of an object: a title, and rows of a label and a value."""
 
     title: str
     rows: tuple[tuple[str, Any], ...] = ()
 
 
 class Shown(ABC):
-    """A noun whose ``repr`` is its card, a few lines of text."""
+    """An object whose ``repr`` is its card, a few lines of text."""
 
     @abstractmethod
     def _card(self) -> Card: ...
@@ -35,14 +35,14 @@ class Shown(ABC):
 
 
 class ShownAsTable(Shown):
-    """A noun that a notebook shows as a table."""
+    """An object that a notebook shows as a table."""
 
     def _repr_html_(self) -> str:
         return as_html(self._card())
 
 
 class ShownAsFormulas(Shown):
-    """A noun that a notebook shows as formulas; ``sympy.latex`` knows it."""
+    """An object that a notebook, and ``sympy.latex``, show as formulas."""
 
     def _latex(self, printer: Any, **options: Any) -> str:
         return as_latex(self._card())
@@ -55,7 +55,7 @@ NOUN = TypeVar("NOUN", bound=ShownAsFormulas)
 
 
 class Several(tuple[NOUN, ...]):
-    """Nouns of formulas in a tuple, shown one below the other."""
+    """A tuple of objects with formulas, shown one below the other."""
 
     __slots__ = ()
 
@@ -68,9 +68,10 @@ class Several(tuple[NOUN, ...]):
 
 
 def number_as_text(value: Any) -> str:
-    """Return a number in few characters: a double with ten digits, a number that carries its digits with all of them.
+    """Return a number in few characters: a double with ten digits, an mpf that carries its digits with all of them.
 
-    A fraction is a decimal where a short one is exact, and else spelled as one where that is short.
+    An int or a Fraction is written as a decimal if one of ten digits is exact, otherwise as a ratio if this is short,
+    and otherwise as a decimal that is rounded.
     """
     if value is None:
         return "-"
@@ -86,7 +87,7 @@ def number_as_text(value: Any) -> str:
 
 
 def cut(line: str, most: int = WIDTH) -> str:
-    """Return a line, or what fits of it and three dots."""
+    """Return a line, shortened with three dots to at most ``most`` characters."""
     return line if len(line) <= most else f"{line[: most - 3]}..."
 
 
@@ -110,7 +111,7 @@ def as_html(card: Card) -> str:
 
 
 def as_latex(card: Card) -> str:
-    """Return a card as LaTeX for mathematics: the title, and the rows below it."""
+    """Return a card as a LaTeX array: the title, and the rows below it."""
     rows = [rf"{_text(label)} & {_formula(value)}" for label, value in card.rows]
     body = r" \\ ".join([rf"\rlap{{{_text(card.title)}}} &", *rows])
     return rf"\begin{{array}}{{ll}} {body} \end{{array}}"
@@ -130,7 +131,7 @@ def is_formula(value: Any) -> bool:
 
 
 def few(rows: Sequence[tuple[str, Any]], most: int = ROWS) -> list[tuple[str, Any]]:
-    """Return the rows, or the first and the last of them and how many are left out, ``most`` in all."""
+    """Return at most ``most`` rows: where there are more, the first ones, the number left out, and the last one."""
     if len(rows) <= most:
         return list(rows)
     return [*rows[: most - 2], ("...", f"{len(rows) - most + 1} more"), rows[-1]]
@@ -151,6 +152,6 @@ def _formula(value: Any) -> str:
 
 
 def _text(words: str) -> str:
-    """Return words as text for mathematics; MathJax knows escaped characters outside of text alone."""
+    r"""Return words as LaTeX \text; special characters are escaped outside of it, as MathJax requires."""
     parts = re.split(r"([{}$&#_%])", re.sub(r"[\\^~]", " ", words))
     return "".join(rf"\{part}" if k % 2 else rf"\text{{{part}}}" for k, part in enumerate(parts) if part) or r"\text{}"
