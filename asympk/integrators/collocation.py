@@ -1,11 +1,13 @@
 r"""Reference solutions by Radau IIA collocation of high order, in any number of digits, for any System.
 
-A step h with s stages puts polynomials through the stage derivatives K_i = f(t_i, w_i), w_i = w_0 + h sum_j a_ij K_j.
-The residual is computed in many digits, its correction by the Jacobian in doubles: every sweep gains up to 15 digits,
-and no large linear system is solved in many digits. Steps are chosen so that the last Legendre coefficients of K vanish
-to the digits asked for; a guard is met on the polynomial of the step.
+A step h with s stages is a polynomial through the stage derivatives K_i = f(t_i, w_i), w_i = w_0 + h sum_j a_ij K_j
+(Hairer and Wanner, Solving ODEs II, IV.5 and IV.8). A sweep computes the residual of these equations in many digits and
+corrects the K_i by a Newton step in doubles. Every sweep so gains up to 15 digits, and no large linear system is solved
+in many digits. The length of a step is chosen so that the last two Legendre coefficients of K are below the tolerance.
+The zero of a guard is found on the polynomial of the step.
 
-Two runs of different order must agree to the digits asked for (Hairer and Wanner, Solving ODEs II, IV.5 and IV.8).
+``run`` compares two runs of different order, which must agree to the digits asked for. ``_segment`` follows one mode,
+``_step`` is one step, and ``_Tableau`` computes the coefficients of the method.
 """
 
 from bisect import bisect_left
@@ -34,28 +36,28 @@ from asympk.systems.automata import automaton_of
 
 STEPS = 5000
 MOST_DIGITS = 200
-RESOLVED = 1e-3  # of guards, beside 1, that the last polynomials may make of one
-GROW, SHRINK = 4, 0.4  # a step by the one before, at most, and one that is tried again
-SWEPT = 1e-4  # of the tolerance, to which sweeps go on
-PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which they were in vain
-HOPELESS = 1e9  # the time left by that gained, from which on steps must grow to end
-FEWER, LESS = 50, 1e-3  # of the first two where a divisor vanishes
-NEARLY = 1 - 2.0**-20  # of what is left: a step that long takes all of it
-PARTS = tuple(k / 16 for k in range(1, 16))  # of a step, which may be long: times at which guards are looked at within
-SPARE = 10
-SLACK = 100  # tolerances of a step, by which the state at an event may be wrong
-DOUBLE_DIGITS = 7  # to which a root that is found in doubles is surely right
-LARGEST = 1e300  # growth of errors, beyond which it is not told apart
-STAGES, PER_DIGIT = 20, 0.8  # the fewest, and how many for each digit: as it grows, more cost less than shorter steps
-ROUGH, ROUGH_SWEEPS = 1e-10, 12  # relative, to which sweeps in doubles get in so many, where they do
-STALLED = 8  # sweeps that have not halved what they change: Newton's method goes round there
+RESOLVED = 1e-3  # largest part of a guard, or of 1, that the last Legendre coefficients of a step may contribute
+GROW, SHRINK = 4, 0.4  # the largest ratio of a step to the one before, and that of a second try to a step that failed
+SWEPT = 1e-4  # part of the tolerance to which sweeps reduce the correction of a step
+PATIENCE, STANDSTILL = 150, 1e-9  # tries of a step, and the relative gain in time below which these were in vain
+HOPELESS = 1e9  # ratio of the time left to the time gained from which on steps must grow for the run to end
+FEWER, LESS = 50, 1e-3  # the same as PATIENCE and STANDSTILL where a divisor of the rates nearly vanishes
+NEARLY = 1 - 2.0**-20  # part of the time left: a step of this length or more is extended to the end
+PARTS = tuple(k / 16 for k in range(1, 16))  # the parts of a step at whose ends guards are evaluated in the search
+SPARE = 10  # digits of a computation beyond those of its result
+SLACK = 100  # multiple of the tolerance of a step by which the state at an event may be wrong
+DOUBLE_DIGITS = 7  # digits to which a root found in doubles is certainly right
+LARGEST = 1e300  # growth of errors above which larger growth is not distinguished
+STAGES, PER_DIGIT = 20, 0.8  # the least number, and that per digit: for many digits, stages cost less than steps
+ROUGH, ROUGH_SWEEPS = 1e-10, 12  # relative correction at which sweeps in doubles end, and their largest number
+STALLED = 8  # sweeps in which the correction must at least halve; otherwise Newton's method is cycling
 BLOCK = 32  # unknowns that are eliminated together
-ORDERS = ((0, 1), (6, 3))  # stages, and digits, beyond those, of the two runs
+ORDERS = ((0, 1), (6, 3))  # (additional stages, additional digits) of each of the two runs
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """A mode in digits and in doubles, the tableau, the tolerance and the greatest length of a step, the deadline."""
+    """A mode in many digits and in doubles, the tableau, the tolerance and largest length of a step, the deadline."""
 
     mode: NumericMode
     doubles: NumericMode
@@ -67,7 +69,7 @@ class Scheme:
 
 @dataclass(frozen=True)
 class CollocationStep:
-    """One step: its start, its length and the Legendre coefficients of its derivatives, state by state."""
+    """One step: its start, its length and, for each state, the Legendre coefficients of its derivative."""
 
     t: Any
     state: tuple
@@ -78,11 +80,12 @@ class CollocationStep:
 def run(
     scene: Any, method: str = "collocation", *, digits: int = 30, events: int = 1000, seconds: float = inf
 ) -> Path:
-    """Follow ``scene``, right to ``digits`` digits (1 to 200), by two runs of different order.
+    """Follow ``scene`` to an accuracy of ``digits`` digits (1 to 200), by two runs of different order.
 
-    ``path.error`` is their difference, relative to the largest of 1 and the states. Where errors grow on the way, the
-    runs carry as many digits more. Raises ``OutOfRange`` when they do not agree, or need too many steps, ``Undecided``
-    when they would have to carry more than 200 digits, ``TooManyEvents``, and ``Unfinished`` after so many ``seconds``.
+    ``path.error`` is the difference of the two runs, relative to the largest of 1 and the states. If errors grow along
+    the motion, the runs are repeated with as many more digits. Raises ``OutOfRange`` if the runs do not agree or need
+    too many steps, ``Undecided`` if more than 200 digits were needed, ``TooManyEvents``, and ``Unfinished`` after
+    ``seconds``.
     """
     digits = whole("digits", digits, 1, MOST_DIGITS)
     deadline, carried_digits = monotonic() + seconds, digits
@@ -111,7 +114,7 @@ def _with_steps(segment: Segment) -> Segment:
 
 
 def _references(scene: Scene, digits: int, events: int, deadline: float) -> tuple[Run, Any]:
-    """Return the finer one of two runs, and their difference; ``inf`` where their modes differ."""
+    """Return the finer of two runs, and their relative difference, which is ``inf`` if their modes differ."""
     automaton, ctx = automaton_of(scene), carrier_context(digits + SPARE)
     start, until = tuple(in_context(ctx, v) for v in scene.start), in_context(ctx, scene.until)
     first = automaton.first(scene.start, scene.until)
@@ -148,7 +151,7 @@ def _follow(
         try:
             end = mode.steps_until(t, until)
             return followed(doubles, t, state, end, lambda end: _segment(scheme, t, state, end))
-        except (ZeroDivisionError, TypeError) as error:  # infinite, or complex, which has no order
+        except (ZeroDivisionError, TypeError) as error:  # of infinite numbers, or of complex ones, which have no order
             if not is_of_numbers(error):
                 raise
             raise OutOfRange(f"a rate or its slope is not a finite real number in mode {mode.name} from "
@@ -173,7 +176,7 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
         tries.append(t)
         _require_gain(tries, mode.vanishing(poles, t, state))
         slopes = None
-        with suppress(OverflowError):  # an iterate beyond the range of doubles has left where the step converges
+        with suppress(OverflowError):  # beyond the range of doubles, the iterates of the step do not converge
             slopes = _step(scheme, t, state, h)
         left_out = _left_out(scheme, t, state, slopes, h) if slopes else inf
         if left_out > 1:
@@ -196,9 +199,10 @@ def _segment(scheme: Scheme, t: Any, state: tuple, until: Any) -> Segment:
 
 
 def _left_out(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h: Any) -> float:
-    """Return what the last polynomials of a step amount to, in units of what is allowed: above 1 it is not resolved.
+    """Return the error that a step leaves out, in units of the allowed one: the step is not resolved above 1.
 
-    Where the time switches modes, guards must be resolved as well, which vary more.
+    The error is that of the last Legendre coefficients (``_tail``). In a mode whose guards may vary faster than the
+    states, the guards must be resolved, too.
     """
     mode, tableau = scheme.mode, scheme.tableau
     found = _tail(slopes, tableau, h) / (scheme.tolerance * max(1, *map(abs, state)))
@@ -211,14 +215,14 @@ def _left_out(scheme: Scheme, t: Any, state: tuple, slopes: list[FixedPoint], h:
 
 
 def _without_rounding(end: tuple, before: tuple, slack: Any) -> tuple:
-    """Return the state at an event, what is no more than rounding of what it was before the step set to zero."""
+    """Return the state at an event, with 0 for each state that is rounding relative to its value before the step."""
     return tuple(w if abs(w) > slack * abs(was) else 0 * w for w, was in zip(end, before, strict=True))
 
 
 def _require_gain(tries: list, divisor: Any) -> None:
-    """Raise ``OutOfRange`` where many tries of a step, made at the times ``tries``, have gained hardly any time.
+    """Raise ``OutOfRange`` if many tries of a step, made at the times ``tries``, have gained hardly any time.
 
-    ``divisor`` is what the rates are divided by that is next to nothing, or None: there fewer tries tell.
+    ``divisor`` is a divisor of the rates that has nearly vanished, or None. With a divisor, fewer tries are allowed.
     """
     begun, t = tries[0], tries[-1]
     patience, gain = (PATIENCE, STANDSTILL) if divisor is None else (FEWER, LESS)
@@ -229,7 +233,7 @@ def _require_gain(tries: list, divisor: Any) -> None:
 
 
 def _is_hopeless(tries: list, until: Any) -> bool:
-    """Tell whether steps no longer grow far from the end, as in a motion that turns again and again."""
+    """Tell whether steps have stopped growing far from the end, as in a motion that oscillates fast."""
     if len(tries) <= 2 * PATIENCE:
         return False
     gained, earlier = (t - tries[0] for t in (tries[-1], tries[-PATIENCE]))
@@ -262,7 +266,7 @@ def _lost(scheme: Scheme, step: CollocationStep, before: tuple) -> tuple | None:
 
 
 def _root(function: Any, low: Any, high: Any, tolerance: Any) -> Any:
-    """Return where a function changes its sign between the ends, by the method of Illinois."""
+    """Return where a function changes its sign between the ends, by the Illinois method."""
     first, second, last = function(low), function(high), 0
     side = 1 if first > second else -1
     above, below = side * first, side * second
@@ -282,7 +286,7 @@ def _root(function: Any, low: Any, high: Any, tolerance: Any) -> Any:
 
 
 def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | None:
-    """Return the stage derivatives of a step, state by state, or None when the sweeps do not converge."""
+    """Return the stage derivatives of a step, state by state, or None if the sweeps do not converge."""
     a, mode = scheme.tableau.a, scheme.mode
     times = [t + h * c for c in scheme.tableau.nodes]
     slopes = _in_doubles(scheme, times, state, h) or [mode.rhs(t, state)] * len(a)
@@ -307,7 +311,7 @@ def _step(scheme: Scheme, t: Any, state: tuple, h: Any) -> list[FixedPoint] | No
 
 
 def _in_doubles(scheme: Scheme, times: list, state: tuple, h: Any) -> list | None:
-    """Return the stage derivatives as far as doubles tell them, or None; sweeps in many digits begin there."""
+    """Return the stage derivatives in doubles, from which the sweeps in many digits begin, or None if these diverge."""
     import numpy as np
 
     floats, moments = np.array([float(v) for v in state]), [float(t) for t in times]
@@ -324,7 +328,7 @@ def _in_doubles(scheme: Scheme, times: list, state: tuple, h: Any) -> list | Non
 
 
 def _correction(scheme: Scheme, times: list, stages: list, residual: Any, h: Any) -> Any:
-    """Return the Newton step of the stage derivatives in doubles: (stages, states)."""
+    """Return the Newton step of the stage derivatives, an array of doubles of shape (stages, states)."""
     import numpy as np
 
     jacobians = [scheme.doubles.jac(float(t), tuple(map(float, w))) for t, w in zip(times, stages, strict=True)]
@@ -334,9 +338,9 @@ def _correction(scheme: Scheme, times: list, stages: list, residual: Any, h: Any
 
 
 def _solved(matrix: Any, right: Any) -> Any:
-    """Return the solution of linear equations, eliminated by blocks that one thread of the linear algebra solves.
+    """Solve linear equations by elimination in blocks so small that the linear algebra uses one thread.
 
-    Several threads wait for one another wherever other processes run, up to a thousand times as long as they compute.
+    Where other processes run, several threads wait for one another, up to a thousand times as long as they compute.
     """
     import numpy as np
 
@@ -369,13 +373,13 @@ def _at(tableau: "_Tableau", step: CollocationStep, at: Any) -> tuple:
 
 
 def _tail(slopes: list[FixedPoint], tableau: "_Tableau", h: Any) -> Any:
-    """Return what the last two Legendre coefficients of the derivatives amount to over the step."""
+    """Return the largest of the last two Legendre coefficients of the derivatives, times the length of the step."""
     return h * max(abs(dot(h.context, row, column)) for row in tableau.legendre[-2:] for column in slopes)
 
 
 @dataclass(frozen=True)
 class CollocationDense:
-    """The collocation polynomials of a run, at any times in [0, until]: mpf in an array of shape ``(n,) + t.shape``."""
+    """The collocation polynomials of a run: at times in [0, until] an array of mpf of shape ``(n,) + t.shape``."""
 
     joined: Run
     digits: int
@@ -401,7 +405,7 @@ class CollocationDense:
 
 
 class _Tableau:
-    """Radau IIA with s stages: its nodes, its matrix a, and the rows of Legendre coefficients, from stages."""
+    """Radau IIA with s stages: nodes, matrix a, and the rows that give Legendre coefficients of stage derivatives."""
 
     def __init__(self, stages: int, digits: int):
         import numpy as np
@@ -434,7 +438,7 @@ def _legendre(u: Any, count: int) -> list:
 
 
 def _legendre_multiples(u: Any, count: int) -> FixedPoint:
-    """Return them in fixed point, in which their recurrence is far faster; they are 1 at most."""
+    """Return P_0(u) .. P_(count - 1)(u), at most 1, in fixed point, which makes their recurrence far faster."""
     from mpmath.libmp import to_fixed
 
     bits = u.context.prec + GUARD_BITS
@@ -446,17 +450,17 @@ def _legendre_multiples(u: Any, count: int) -> FixedPoint:
 
 
 def _lagrange(values: list, u: Any) -> list:
-    """Return the Legendre coefficients of the Lagrange polynomial of a Radau place u: (2 k + 1) w P_k(u).
+    """Return the Legendre coefficients of the Lagrange polynomial of a Radau node u: (2 k + 1) w P_k(u).
 
-    ``values`` are P_k(u), w = (1 + u)/(2 (s P_(s-1)(u))^2) is the weight of u: Radau's quadrature with s places is
-    exact to the degree 2 s - 2.
+    ``values`` are P_k(u), and w = (1 + u)/(2 (s P_(s-1)(u))^2) is the weight of u. The formula holds because the Radau
+    quadrature with s nodes is exact to the degree 2 s - 2.
     """
     weight = (1 + u) / (2 * (len(values) * values[-1]) ** 2)
     return [(2 * k + 1) * weight * value for k, value in enumerate(values)]
 
 
 def _radau_places(ctx: Any, stages: int) -> list:
-    """Return the Radau places in (-1, 1], the roots of P_s - P_(s-1), by Newton's method from doubles."""
+    """Return the Radau nodes in (-1, 1], the roots of P_s - P_(s-1), by Newton's method from doubles."""
     import numpy as np
 
     coefficients = np.zeros(stages + 1)
@@ -468,7 +472,7 @@ def _radau_places(ctx: Any, stages: int) -> list:
 
 
 def _newton(values: list, u: Any) -> Any:
-    """Return a better root of P_s - P_(s-1) than u; (u^2 - 1) P_k' = k (u P_k - P_(k-1))."""
+    """Return u after a Newton step to a root of P_s - P_(s-1); (u^2 - 1) P_k' = k (u P_k - P_(k-1))."""
     *_, before, low, high = values
     s = len(values) - 1
     return u - (high - low) * (u * u - 1) / (s * (u * high - low) - (s - 1) * (u * low - before))

@@ -1,7 +1,8 @@
-"""Kvaerno5 of diffrax (ESDIRK of order 5): a run of steps is compiled once for all modes, where they are few.
+"""Kvaerno5 of diffrax (ESDIRK of order 5): runs of many steps, compiled by JAX.
 
-A compiled run makes steps until one is of interest: a guard is lost or may be within it, a look is due, or their number
-is reached; the limit on time is looked at between runs.
+A system with one friction whose contact does not open has few modes, which are compiled together. A compiled run makes
+steps until one is of interest: a guard is lost or may be lost within it, the time of a sample is reached, or the run
+has its number of steps. The limit on seconds is checked between runs. ``_compiled`` is the hard function.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ from asympk.symbolic.branches import all_phases
 if TYPE_CHECKING:
     import numpy as np
 
-AT_ONCE = 1000  # steps of a run
+AT_ONCE = 1000  # most steps of a compiled run
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -60,7 +61,7 @@ class KvaernoSteps:
         self.t_old, self.t, self.y_old, self.y = t, t, w, w
 
     def step(self) -> str | None:
-        """Make steps until one is of interest; return why they failed, or None."""
+        """Make steps until one is of interest; return the reason if they fail, or None."""
         import jax
         import numpy as np
 
@@ -74,7 +75,7 @@ class KvaernoSteps:
         return "steps below the spacing of floats" if stalled else None
 
     def dense_output(self) -> "Callable[[float], np.ndarray]":
-        """Return the state as a function of the time within the last step: the cubic of Hermite, as diffrax has it."""
+        """Return the state as a function of the time within the last step: the Hermite cubic that diffrax uses."""
         import numpy as np
 
         h, (y_old, y) = self.t - self.t_old, (self.y_old, self.y)
@@ -94,7 +95,7 @@ def _split(found):
 
 @lru_cache(maxsize=64)
 def _together(mode):
-    """Return the modes that are compiled with a mode: all of its system, or itself alone."""
+    """Return the modes that are compiled together with a mode: all modes of its system, or this mode alone."""
     system = mode.system
     opens = any(f.gap is not None or f.constraint is not None for f in system.frictions)
     if mode.sides or len(system.frictions) != 1 or opens:
@@ -104,7 +105,7 @@ def _together(mode):
 
 @lru_cache(maxsize=24)
 def _compiled(modes):
-    """Return (template of what is carried, run of steps) for some modes, told apart by their index."""
+    """Return (template of the carried values, run of steps) for several modes, which are chosen by their index."""
     import diffrax
     import jax
     import jax.numpy as jnp
@@ -146,13 +147,13 @@ def _compiled(modes):
 
 
 def _equally_many(modes):
-    """Return a function of a mode: its guards, and ones after them, as many as any of the modes has."""
+    """Return a function of a mode: its guards, padded with the constant 1 to the largest number of guards."""
     most = max(1, *(len(m.guard_values) for m in modes))
     return lambda m: (*m.guard_values, *[sp.S.One] * (most - len(m.guard_values)))
 
 
 def _chosen(modes, outputs, directions=lambda m: ()):
-    """Return ``outputs`` of the modes, or their derivatives, as a function of (t, w, p, index of the mode)."""
+    """Return the ``outputs`` of a mode, or their derivatives, as a function of (t, w, p, index of the mode)."""
     import jax.numpy as jnp
 
     lowered = [function(m.system, outputs(m), "math", _functions(), directions(m)) for m in modes]
@@ -160,7 +161,7 @@ def _chosen(modes, outputs, directions=lambda m: ()):
 
 
 def _method(rtol, atol):
-    """Return (control of the step, Kvaerno5) at a tolerance."""
+    """Return (step size controller, Kvaerno5) for the given tolerances."""
     import diffrax
 
     control = diffrax.PIDController(rtol=rtol, atol=atol)
@@ -168,7 +169,7 @@ def _method(rtol, atol):
 
 
 def _begun(term, control, solver, t, w, until, args):
-    """Return what is carried from step to step, at the start: (t, end of the next step, w, states of the method)."""
+    """Return the initial values carried from step to step: (t, end of the next step, w, states of the method)."""
     import jax.numpy as jnp
 
     after, state = control.init(term, t, until, w, None, args, solver.func, solver.error_order(term))
@@ -177,7 +178,7 @@ def _begun(term, control, solver, t, w, until, args):
 
 
 def _attempt(term, control, solver, look, until, args):
-    """Return the function that tries one step, which is kept or made again shorter."""
+    """Return the function that tries one step, which is accepted or tried again with a smaller step size."""
     import jax
     import jax.numpy as jnp
 

@@ -1,12 +1,14 @@
-r"""How much an error that is made on the way has grown at the end of a run.
+r"""The growth of errors along a run: how much larger an error made at some step is at the end of the run.
 
-The error of one step is handed on by w' = J w along the motion, and through an event by the saltation matrix
-(Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7),
+Along the motion an error w obeys w' = J w. An event multiplies it by the saltation matrix (Leine and Nijmeijer,
+Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7),
 
     I + (f_after - f_before) (dg/dw)' / g',
 
-with g the guard that is lost. A motion that keeps to a repelling set, as one that is late to leave a branch that has
-lost its stability, hides such errors from every comparison of tolerances: they grow from below what is carried.
+with g the guard that is lost. A motion may stay near a repelling set, as in a delayed loss of stability. A comparison
+of tolerances does not show the errors of such a motion, because they grow from below the rounding of the numbers.
+
+``growth`` computes the factor. ``balances``, the hard function, estimates the size of each state's rounding error.
 """
 
 from collections.abc import Sequence
@@ -22,14 +24,14 @@ from asympk.errors import Undecided
 if TYPE_CHECKING:
     import numpy as np
 
-LOST = 1e-3  # relative error of the end from which a run is refused
-CARRIED = 1e180  # growth that digits can make up for
+LOST = 1e-3  # relative error at the end from which a run is refused
+CARRIED = 1e180  # growth of errors that more digits can compensate
 
 
 def require_kept(
     automaton: Automaton, segments: Sequence[Segment], tolerance: float, scales: Sequence[float], sizes: Sequence[float]
 ) -> None:
-    """Raise ``Undecided`` where errors of ``tolerance`` may have grown as large as the end; see ``growth``."""
+    """Raise ``Undecided`` if errors of size ``tolerance`` may have grown to the part ``LOST``; see ``growth``."""
     factor = growth(automaton, segments, scales, sizes)
     if factor * tolerance > LOST:
         raise grown(factor, segments[-1].t)
@@ -45,10 +47,11 @@ def grown(factor: float, t: Any) -> Undecided:
 def growth(
     automaton: Automaton, segments: Sequence[Segment], scales: Sequence[float], sizes: Sequence[float]
 ) -> float:
-    """Return how many times larger an error made on the way is at the end, relative to the ``sizes`` of states there.
+    """Return the largest growth of an error from any step of a run to its end.
 
-    An error is relative to its state, or to what ``scales`` has for the state, if that is larger. A state that is 0 and
-    stays so makes none. ``inf`` where the growth is beyond the range of doubles.
+    At its step the error is relative to the state, or to the state's entry of ``scales`` if this is larger; at the end
+    it is relative to the ``sizes`` of the states. A state that is 0 and stays 0 has no error. The growth is ``inf``
+    beyond the range of doubles, and 0 where rates have no derivative.
     """
     import numpy as np
 
@@ -68,11 +71,12 @@ def growth(
 
 
 def balances(automaton: Automaton, segments: Sequence[Segment]) -> "tuple[np.ndarray, np.ndarray]":
-    """Return how large every state is by what its rate is made of, in whatever units: its rounding is a part of that.
+    """Return (sizes, gains): each state's size by the terms of its rate, and its gain by an error of another state.
 
-    The change of the rate by a relative one of time, states and parameters tells it, by its rounding too where all of
-    it cancels. It acts for the time 1 / |J_ii| in which the state forgets, at most that of the run. The matrix tells
-    what each state gains by an error of another, as long as it neither forgets nor swings back.
+    The size holds in any units, and the rounding of the state is relative to it, also where the terms of the rate
+    cancel. It is the change of the rate by relative changes of time, states and parameters, divided by these, times the
+    time 1 / |J_ii| in which the state forgets an error, at most that of the run. The gains are |J_ij| times the time
+    until the state forgets the error or swings back.
     """
     import numpy as np
 
@@ -98,7 +102,7 @@ def balances(automaton: Automaton, segments: Sequence[Segment]) -> "tuple[np.nda
 
 
 def _halfway(segment: Segment) -> "tuple[np.ndarray, np.ndarray]":
-    """Return the times and states amid the steps of a segment: their ends may be zeros of a root."""
+    """Return the times and states in the middle of the steps of a segment: at the ends a root may vanish."""
     import numpy as np
 
     times, states = (np.array(part, dtype=float) for part in zip(*segment.steps, strict=True))
@@ -117,7 +121,7 @@ def _slopes(mode: NumericMode, times: "np.ndarray", states: "np.ndarray") -> "np
 def _passed(
     automaton: Automaton, segment: Segment, after: Segment | None, scales: "np.ndarray"
 ) -> "list[tuple[np.ndarray, np.ndarray]]":
-    """Return, step by step, what becomes of an error and how large one is; after them the event that ends them."""
+    """Return (transition matrix, sizes of errors) for each step of a segment, then for the event that ends it."""
     import numpy as np
 
     mode = automaton.mode(segment.branch, sides=segment.sides)
@@ -143,7 +147,7 @@ def _saltation(mode: NumericMode, after: NumericMode, hit: int, t: float, state:
 
 
 def _exponentials(matrices: "np.ndarray") -> "np.ndarray":
-    """Return the exponentials of many matrices, each by its Taylor series at a part of it and by squaring."""
+    """Return the exponentials of many matrices by scaling and squaring of their Taylor series."""
     import numpy as np
 
     size = np.abs(matrices).sum(axis=2).max(initial=0.5)

@@ -1,4 +1,4 @@
-"""Heyoka: Taylor series, compiled once per mode and tolerance; guards are roots of its polynomials."""
+"""Heyoka: Taylor series, compiled once per mode and tolerance; zeros of guards are found on its polynomials."""
 
 from functools import cache, lru_cache
 from time import monotonic
@@ -11,8 +11,8 @@ from asympk.integrators.integrate import Settings, Work, missing
 from asympk.integrators.watch import lost_with
 
 CHUNK = 1000  # steps between two looks at the clock
-FINEST = 2.3e-16
-MARGIN = 8 * 2.0**-52  # a guard that starts on its surface is lost this far below it: rounding is no event
+FINEST = 2.3e-16  # the smallest tolerance that is passed on: about the spacing of doubles
+MARGIN = 8 * 2.0**-52  # a guard that starts at 0 counts as lost only below -MARGIN, so that rounding is no event
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -49,7 +49,7 @@ def _reason(outcome):
 
 @lru_cache(maxsize=32)
 def _compiled(method, mode, tol):
-    """Return the integrator of a mode; its parameters are those of the system, then a margin for every guard."""
+    """Return the compiled integrator of a mode; its parameters are those of the system and a margin for every guard."""
     try:
         import heyoka as hy
     except ImportError as error:

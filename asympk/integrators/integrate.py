@@ -1,8 +1,8 @@
-"""General-purpose integrators behind one automaton, that of ``asympk.automaton``.
+"""General-purpose integrators that follow the modes of an automaton: their common interface and their runs.
 
-Every family of integrators is one small module of ``asympk.integrators`` with one function ``advance``, an ``Advance``;
-here the modes are joined. The work is bounded in steps, seconds and events, and a run that does not reach the end says
-why and where.
+Every family of integrators is one small module of ``asympk.integrators`` with one function ``advance``, which follows
+one mode as the protocol ``Advance`` requires. ``run`` joins the modes by the loop of ``asympk.automaton.loop``. The
+work is bounded in steps, seconds and events, and a run that does not reach the end reports why and where.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -47,7 +47,7 @@ PEERS = {  # method -> (module, package) where it needs one of the extra ``peers
 FINISHED = "finished"
 AT_REST = ("dry friction in a plane, -f v/|v|, stops there: end the run before, or write the speed |v| as "
            "sqrt(v**2 + e**2) with a small e")  # fmt: skip
-ADVICE = {  # how the status of a run begins that stops short -> what helps
+ADVICE = {  # beginning of the status of a run that stops early -> advice for the user
     "step limit": "allow more steps=, or take another method",
     "time limit": "allow more seconds=, or take another method",
     "limit of": "allow more events=",
@@ -61,7 +61,7 @@ STEPS, MOST_STEPS = 100_000, 10**12
 
 
 class Work(NamedTuple):
-    """What a run cost: right-hand sides, accepted steps, Jacobians (0 where the integrator does not tell)."""
+    """The cost of a run: right-hand sides, accepted steps, Jacobians (0 where the integrator does not count them)."""
 
     calls: int = 0
     steps: int = 0
@@ -69,10 +69,11 @@ class Work(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """How to follow one mode: a method of the family, bounds on the error of a step, and what is left to the run.
+    """The settings for one mode: a method of the family, bounds on the error of a step, and bounds on the work.
 
-    That is a number of steps, and the value of ``time.monotonic`` at which it ends. ``times`` are those to look in at;
-    with ``keep`` the segment holds all ``steps``. None is longer than ``longest`` where the method knows such a bound.
+    ``steps`` is the number of steps that the run has left, ``deadline`` the value of ``time.monotonic`` at which it
+    ends. ``times`` are the times at which the states are wanted. With ``keep`` the segment holds all ``steps``. No step
+    is longer than ``longest``, if the method has such a bound.
     """
 
     method: str
@@ -86,12 +87,12 @@ class Settings(NamedTuple):
 
 
 class Advance(Protocol):
-    """How a family of integrators follows one smooth mode.
+    """The function by which a family of integrators follows one smooth mode.
 
     1. It starts from ``state`` at ``t`` and ends at ``until``, or before at the first guard of ``mode`` that is lost.
     2. It keeps to the bounds of ``settings`` on the error of a step, the number of steps and the time on the clock.
     3. The ``Segment`` holds in ``samples`` the states at ``settings.times``, in order, and in ``work`` a ``Work``.
-    4. What stops it early stands in the segment's ``short``; raises ``MissingPackage`` where its package is missing.
+    4. If it stops early, the segment's ``short`` says why. It raises ``MissingPackage`` if its package is missing.
     """
 
     def __call__(
@@ -123,7 +124,7 @@ def run(
 
 
 def traced(scene: Scene, method: str, keep: bool = False, **options: Any) -> tuple[Path, Run]:
-    """Return the path as ``run`` does, and the run, with all of its steps to ``keep``; all ``options`` are given."""
+    """Return the path as ``run`` does, and its ``Run``, with all steps if ``keep``; ``options`` must be complete."""
     joined = _trace(scene, method, options, keep=keep)
     work = total(joined)
     info = report(joined.last, work, options)
@@ -133,7 +134,7 @@ def traced(scene: Scene, method: str, keep: bool = False, **options: Any) -> tup
 
 
 def _trace(scene, method, options, times=(), keep=False):
-    """Return the ``Run`` of a scene; one that looks in at ``times`` has no limit on its time."""
+    """Return the ``Run`` of a scene, with samples at ``times``; a run with ``times`` has no limit on its seconds."""
     start, until = endpoints(scene)
     advance: Advance = import_module(f"asympk.integrators.{FAMILIES[method]}").advance
     automaton = automaton_of(scene)
@@ -153,7 +154,7 @@ def _trace(scene, method, options, times=(), keep=False):
 
 
 def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment]) -> Segment:
-    """Return a segment from (t, state), or one of no length that says so where a rate there is no finite number."""
+    """Return a segment from (t, state), or an empty one whose ``short`` says that a rate there is no finite number."""
     try:
         return segment()
     except AsympkError:
@@ -163,7 +164,7 @@ def in_range(t: float, state: tuple[float, ...], segment: Callable[[], Segment])
 
 
 def _settled(mode, times, segment):
-    """Return a segment whose samples, and whose end if no event is there, lie where their mode is."""
+    """Return a segment whose samples, and whose end if it is no event, are on the zeros that the mode keeps."""
     samples = tuple(starmap(mode.settled, zip(times, segment.samples, strict=False)))
     state = mode.settled(segment.t, segment.state) if segment.hit is None and not segment.short else segment.state
     return segment._replace(samples=samples, state=state)
@@ -174,7 +175,7 @@ def _samples(scene, method, options, times):
 
 
 def finished(path: Path) -> Path:
-    """Return ``path``; raise ``Unfinished`` with it where it stopped short."""
+    """Return ``path``, or raise ``Unfinished`` with this path if it stopped early."""
     if path.info["status"] == FINISHED:
         return path
     advice = next(words for begin, words in ADVICE.items() if path.info["status"].startswith(begin))
@@ -188,7 +189,7 @@ def total(joined: Run) -> Work:
 
 @dataclass(frozen=True)
 class SteppedDense:
-    """The dense output of a run: ``sample(times)`` runs again, looking in at ``times`` > 0."""
+    """The dense output of a run: ``sample(times)`` repeats the run and returns its states at ``times`` > 0."""
 
     start: tuple
     reached: float
@@ -210,13 +211,16 @@ class SteppedDense:
 
 
 def report(last: Segment, work: Work, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a run tells of itself: status sentence, time reached, work, and the options used."""
+    """Return the ``info`` of a run: its status in words, the time reached, the work, and the options used."""
     status = f"{last.short} at t = {last.t:.6g}" if last.short else FINISHED
     return {"status": status, "reached": last.t, "work": work._asdict(), "options": options}
 
 
 def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
-    """Return the start and the horizon of a scene as floats; raises ``InputError`` for what steps are lost in."""
+    """Return the start and the horizon of a scene as floats.
+
+    Raises ``InputError`` where mu or the horizon is too small for integrators, ``TooLarge`` for too large a start.
+    """
     if scene.system is None and float(scene.mu) < LEAST_MU:
         raise InputError(
             f"mu = {float(scene.mu)}: integrators divide by it; give at least {LEAST_MU}, or method='exact'"
@@ -231,7 +235,7 @@ def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
 
 
 def tolerances(rtol: float, atol: float | None) -> tuple[float, float]:
-    """Return (rtol, atol) as floats; raises ``InputError`` where double precision cannot follow."""
+    """Return (rtol, atol) as floats; raises ``InputError`` for tolerances that double precision cannot meet."""
     rtol = float(number("rtol", rtol))
     atol = rtol if atol is None else float(number("atol", atol))
     if not 1e-13 <= rtol < 1 or atol <= 0:
@@ -240,7 +244,7 @@ def tolerances(rtol: float, atol: float | None) -> tuple[float, float]:
 
 
 def bounds(steps: int, seconds: float) -> tuple[int, float]:
-    """Return the bounds on the work, steps as an int and seconds as a float; raises ``InputError``."""
+    """Return (steps, seconds), the bounds on the work, as an int and a float; raises ``InputError``."""
     return whole("steps", steps, 1, MOST_STEPS), float(number("seconds", seconds, lambda v: v >= 0, "zero or positive"))
 
 

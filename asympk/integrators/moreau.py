@@ -2,9 +2,9 @@ r"""Moreau-Jean time stepping: implicit Euler steps with the friction impulse h 
 
     x+ = x + h y+,    mu (y+ - y) = h (1 - 2 s+ + F),    z+ - z = h (1 - s+ + F),    |F| <= (sigma + 2) |s+|,
 
-F opposing z+ with all its strength where z+ is not 0. One step has up to three solutions (slip_same,
-slip_opposite, stick) or none: for h (1 + h) > mu / sigma the determinant of slip_opposite, mu - h (1 + h)
-sigma, has changed its sign, and the paradox of the rigid rod is back (Lemma 9).
+where F opposes z+ and has its largest size if z+ is not 0. A step has up to three solutions (slip_same, slip_opposite,
+stick) or none. For h (1 + h) > mu / sigma the determinant of slip_opposite, mu - h (1 + h) sigma, is negative, and the
+steps have the paradox of the rigid rod again (Lemma 9).
 """
 
 from functools import partial
@@ -36,8 +36,8 @@ def run(
 ) -> Path:
     """Follow ``scene`` with steps h = ``step`` (by default ``rtol``: the scheme is of first order).
 
-    Where a step has several solutions ``prefer="present"`` keeps the present mode, ``prefer="stick"`` sticks.
-    ``path.info`` counts the steps with none, two and three solutions.
+    If a step has several solutions, ``prefer="present"`` chooses the present mode and ``prefer="stick"`` chooses stick.
+    ``path.info`` counts the steps with no, two and three solutions.
     """
     if scene.system is not None:
         raise InputError("method 'moreau' steps the Painlevé-Klein rod alone; use an integrator, such as 'lsoda'")

@@ -1,4 +1,4 @@
-"""The customary crude ways: one right-hand side with sign(v), or tanh(v / eps), in it; no modes, guards or events."""
+"""Two crude but common methods: one right-hand side with sign(v) or tanh(v / eps), without modes, guards or events."""
 
 import math
 from collections.abc import Callable
@@ -46,7 +46,7 @@ class OneField:
     guard_rates = pole_values = guard_values
 
     def require_one_side(self, before: tuple, t: float, state: tuple[float, ...]) -> tuple:
-        """Return the values of what the rates are divided by: it is not watched."""
+        """Return ``before``: divisors of the rates are not watched."""
         return before
 
 
@@ -60,7 +60,7 @@ def sign(
     steps: int = 20_000,
     seconds: float = 60.0,
 ) -> Path:
-    """Follow ``scene`` with F = -kinetic |load| sign(v): right until it sticks, where it chatters."""
+    """Follow ``scene`` with F = -kinetic |load| sign(v), which is right until stick begins, where the sign chatters."""
     return _follow(scene, method, None, solver, rtol, atol, steps, seconds)
 
 
@@ -77,7 +77,7 @@ def tanh(
 ) -> Path:
     """Follow ``scene`` with F = -kinetic |load| tanh(v / eps); ``eps`` is ``rtol`` by default.
 
-    The stick phase becomes a creep with |v| < eps, an error that no tolerance of the solver removes.
+    Stick becomes a creep with |v| < eps, an error that no tolerance of the solver removes.
     """
     eps = float(number("eps", rtol if eps is None else eps))
     if eps <= 0:
@@ -113,7 +113,7 @@ def _samples(scene, width, settings, times):
 
 @lru_cache(maxsize=64)
 def _functions(system, width):
-    """Return the field and its Jacobian with every force put in; an open contact has none."""
+    """Return the field and its Jacobian with the forces substituted; raises ``InputError`` for contacts that open."""
     def direction(velocity):
         return sp.sign(velocity) if width is None else sp.tanh(velocity / exact_constant("eps", width))
 

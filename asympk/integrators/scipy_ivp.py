@@ -1,4 +1,8 @@
-"""RK45, DOP853, Radau, BDF and LSODA of scipy, stepped one by one."""
+"""RK45, DOP853, Radau, BDF and LSODA of SciPy, stepped one by one.
+
+``_solver`` makes a solver of SciPy and changes three things: the rates are nan where they have no value (``Rates``),
+LSODA raises its reason instead of printing it (``Reasons``), and small linear systems go to LAPACK without checks.
+"""
 
 import math
 from collections.abc import Callable
@@ -31,7 +35,7 @@ def _solver(mode, t, state, until, settings):
     if jacobian and settings.method not in EXPLICIT:
         jac = {"jac": lambda t, w: np.array(jacobian(t, *w.tolist(), *p), dtype=float).reshape(n, n)}
     atol = settings.atol
-    if isinstance(atol, tuple):  # guards in time are states as well, of an unknown size
+    if isinstance(atol, tuple):  # guards that depend on the time are states as well, of an unknown size
         atol = (*atol, *[min(atol)] * (n - len(atol)))
     rates = Rates(field, p, t, start, told=settings.method == "lsoda")
     solver = getattr(integrate, CLASSES[settings.method])(
@@ -48,9 +52,10 @@ def _solver(mode, t, state, until, settings):
 
 
 class Rates:
-    """The rates of a mode as a function of (t, state): no numbers where a try of a step leaves their formulas.
+    """The rates of a mode as a function of (t, state), which are nan where their formulas have no real value.
 
-    Such a try is made shorter. There is none at the start, and LSODA would not see it: these are ``told`` by an error.
+    The solver then tries a shorter step. At the start there is no step to shorten, and LSODA does not notice nan: in
+    these two cases an error is raised (``told``: for LSODA). ``left`` records that the rates were nan.
     """
 
     __slots__ = ("field", "left", "nowhere", "p", "start", "told")
@@ -60,7 +65,7 @@ class Rates:
         self.nowhere, self.left = (math.nan,) * len(start), False
 
     def __call__(self, t: float, state: "np.ndarray") -> tuple:
-        """Return the rates, nan where they are no finite real numbers."""
+        """Return the rates, or nan where they are no finite real numbers."""
         try:
             return self.field(t, *state.tolist(), *self.p)
         except (ArithmeticError, ValueError):
@@ -71,7 +76,7 @@ class Rates:
 
 
 def _stepped(solver, step, rates):
-    """Make one step; raises ``ValueError`` where it fails, or ends, where rates have no values."""
+    """Make one step; raises ``ValueError`` if the step fails because of nan rates, or ends where the rates are nan."""
     try:
         reason = step()
     except GaveUp as why:
@@ -84,11 +89,11 @@ def _stepped(solver, step, rates):
 
 
 class GaveUp(Exception):
-    """LSODA gives up, for a reason that SciPy prints as a warning, to whoever is there."""
+    """LSODA gives up; SciPy would print the reason as a warning."""
 
 
 class Reasons(dict):
-    """The reasons for which LSODA gives up, by number; asking for one raises ``GaveUp``, for SciPy asks only then."""
+    """SciPy's messages for the failures of LSODA; looking one up, as SciPy does on failure, raises ``GaveUp``."""
 
     def get(self, number: int, unknown: Any = "") -> Any:
         """Raise ``GaveUp``."""
@@ -97,9 +102,10 @@ class Reasons(dict):
 
 @cache
 def _by_lapack():
-    """Return how matrices are factored, and equations solved, by LAPACK itself.
+    """Return the functions (factor a matrix, solve equations), which call LAPACK itself.
 
-    SciPy's checks take longer than a few states do. An error that is no number is infinite: its step is made shorter.
+    For a few states SciPy's checks take longer than LAPACK. For a right-hand side that is not finite the solution is
+    inf, so that the solver tries a shorter step.
     """
     import numpy as np
     from scipy.linalg import lapack

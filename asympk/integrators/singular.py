@@ -1,8 +1,9 @@
 r"""The approach to a point where the reaction of a rigid contact ceases to be determined: p -> 0 in R = -a / p.
 
-In the time s with dt = p ds the field is smooth and the point an equilibrium, into which p decays like an exponential
-and the states like powers of p. So the states at three levels of p in a geometric sequence give their limit. In the
-time t every integrator stalls there; it is followed only to a first level, before the point.
+In the time s with dt = p ds the field is smooth and the point is an equilibrium. Towards it p decays exponentially, and
+the distances of the states from their limits are powers of p. So the limits follow from the states at three levels of p
+in a geometric sequence. In the time t every integrator stalls at the point, and so it is used only up to a first level
+of p, before the point. ``approach`` is the hard function.
 """
 
 from collections.abc import Callable
@@ -12,12 +13,12 @@ from typing import Any
 from asympk.automaton.loop import Segment
 from asympk.automaton.numericmode import NumericMode
 
-LEVELS = (1e-2, 1e-5, 1e-7, 1e-9)  # of p, relative to its value at the start
-EVALUATIONS = 50_000  # of the field, after which no point is looked for further on
+LEVELS = (1e-2, 1e-5, 1e-7, 1e-9)  # levels of p relative to its value at the start
+EVALUATIONS = 50_000  # evaluations of the field after which the search for a point is given up
 
 
 def followed(mode: NumericMode, t: Any, state: tuple, until: Any, advance: Callable[[Any], Segment]) -> Segment:
-    """Follow a mode by ``advance(until)``; a reaction that grows beyond all bounds before ends it, at the limit."""
+    """Follow a mode by ``advance(until)``, or to the limit at which a reaction grows beyond all bounds before that."""
     guard = next((k for k, (kind, _) in enumerate(mode.kinds) if kind == "unbounded"), None)
     met = None if guard is None else approach(mode, guard, float(t), tuple(map(float, state)), float(until))
     if met is None:
@@ -28,7 +29,7 @@ def followed(mode: NumericMode, t: Any, state: tuple, until: Any, advance: Calla
 
 
 def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float) -> tuple | None:
-    """Return (t of the first level, t, state) where the guard p of ``mode`` vanishes before all else, else None."""
+    """Return (t of the first level, t, state) of the zero of the guard p, or None if it is not met first."""
     import numpy as np
     from scipy.integrate import solve_ivp
 
@@ -69,7 +70,7 @@ def approach(mode: NumericMode, guard: int, t: float, state: tuple, until: float
 
 
 def _level(mode, guard, value, terminal):
-    """Return the event at which the guard has fallen to a value."""
+    """Return the event function of a guard that falls to ``value``, as ``solve_ivp`` expects it."""
 
     def reached(_, w):
         return mode.guards(*map(float, w), *mode.p)[guard] - value
@@ -79,7 +80,7 @@ def _level(mode, guard, value, terminal):
 
 
 def _limit(first, second, third):
-    """Return the limit of three states whose distance from it is nearly geometric, each by itself."""
+    """Return the limits of the states from three of their values, whose distances from it are nearly geometric."""
     found = []
     for a, b, c in zip(*(map(float, w) for w in (first, second, third)), strict=True):
         bend = (c - b) - (b - a)

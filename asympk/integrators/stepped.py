@@ -1,4 +1,4 @@
-"""``method="exact"`` where no closed form is known: a stiff integrator of small tolerance, or collocation."""
+"""``method="exact"`` for systems without a closed form: a stiff integrator of small tolerance, or collocation."""
 
 from functools import partial
 from typing import Any
@@ -13,21 +13,21 @@ from asympk.systems.automata import automaton_of
 
 INTEGRATOR = "lsoda"
 TOLERANCE = 1e-10
-SMALL = 1e-4  # of its scale, a state's size from which on its errors count as large
-NOISE = 1e-7  # of what a state's rate is made of, a size of the state that may be rounding
-UNBOUNDED = 1e12  # seconds
+SMALL = 1e-4  # ratio of a state's size to its scale below which the run is repeated with a smaller atol
+NOISE = 1e-7  # ratio of a state's size to that by the terms of its rate below which the state may be rounding
+UNBOUNDED = 1e12  # seconds: in effect no limit
 
 
 def run(
     scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000, seconds: float = UNBOUNDED
 ) -> Path:
-    """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or by collocation right to ``digits`` digits.
+    """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
 
-    Where states stay small beside 1, as in units that are too large, the run is repeated with an atol of their size.
+    If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size.
 
-    ``path.model`` names what was used; ``seconds`` bounds the time. Raises ``Undecided`` where errors of the run may
-    have grown as large as its end, ``Unfinished``, ``Accumulation``, ``NoMotion``, ``TwoMotions`` and what
-    ``collocation.run`` raises.
+    ``path.model`` names the integrator; ``seconds`` bounds the time. Raises ``Undecided`` where errors may have grown
+    to a noticeable part of the final state, ``Unfinished``, ``Accumulation``, ``NoMotion``, ``TwoMotions`` and the
+    errors of ``collocation.run``.
     """
     if digits is not None:
         return collocation.run(scene, digits=digits, events=events, seconds=seconds)
@@ -46,10 +46,11 @@ def run(
 
 
 def _scales(automaton: Automaton, joined: Run) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return every state's largest size on a run, at most 1, and its size by what its rate is made of, if larger.
+    """Return two tuples: for each state its scale, at most 1, and the size to which errors at the end are relative.
 
-    For one that may be rounding, or what rounding moves, both are the latter, for one without any they are 1. What is
-    next to nothing beside the largest state has the size ``NOISE`` of that: its errors do not count as grown.
+    The scale is the state's largest size on the run; the size is at least that by the terms of its rate (``balances``).
+    For a state that may be rounding, or is moved only by such states, the scale is the latter, too; a state without
+    any size has 1. Sizes are at least ``NOISE`` times the largest size, so that tiny states do not count as wrong.
     """
     import numpy as np
 

@@ -1,4 +1,8 @@
-"""The loop over the steps of an integrator, whatever it is: guards are looked at after every step."""
+"""The loop over the steps of any integrator: after every step it checks guards, poles of the rates, and the limits.
+
+``follow_steps`` is the loop. The protocol ``Solver`` lists what an integrator must provide, ``Watch`` finds the first
+guard that is lost in a step, and ``field_and_start`` makes guards that depend on the time part of the state.
+"""
 
 from collections.abc import Callable
 from functools import cache
@@ -15,13 +19,13 @@ if TYPE_CHECKING:
     import numpy as np
 
 STEP_LIMIT = "step limit reached"
-PATIENCE, STANDSTILL = 500, 0.01  # steps at a zero of a divisor, and the gain in time, beside it, that is none
+PATIENCE, STANDSTILL = 500, 0.01  # steps near a zero of a divisor, and the relative gain in time that counts as none
 IDLE = 100  # steps without any gain in time after which a run is given up
-UNBOUNDED = 1e-8  # part of its first inverse at which a reaction counts as infinite: no step reaches the singular point
+UNBOUNDED = 1e-8  # part of the first value of p in R = -a / p at which R counts as infinite: no step reaches p = 0
 
 
 class Solver(Protocol):
-    """What the loop asks of an integrator: what the solvers of SciPy have, and ``made``.
+    """The interface that the loop requires of an integrator: that of SciPy's solvers, and ``made``.
 
     1. ``step()`` makes one step or several, ``made`` of them, and returns what stops it, or None.
     2. The last step went from ``t_old`` to ``t``, where the state is ``y``.
@@ -48,7 +52,7 @@ class Solver(Protocol):
 def follow_steps(
     solver: Solver, mode: NumericMode, t: float, state: tuple[float, ...], settings: Settings
 ) -> Segment:
-    """Follow ``mode`` by the steps of ``solver`` until a guard is lost or its end."""
+    """Follow ``mode`` by the steps of ``solver`` until a guard is lost or the solver is at its end."""
     from numpy import errstate
 
     with errstate(all="ignore"):  # the step control of scipy divides by errors that may be zero
@@ -61,7 +65,7 @@ def _followed(solver, mode, t, state, settings):
     samples: list[tuple[float, ...]] = []
     passed = [(t, state)] if settings.keep else []
     start, halfway, poles = t, t, mode.pole_values(t, state)
-    divisors, near = poles, []  # times of steps in a row at which a divisor is next to nothing
+    divisors, near = poles, []  # near: the times of consecutive steps at which a divisor has nearly vanished
     while solver.status == "running" and hit is None and not short:
         short = _step(solver, steps, settings)
         steps += solver.made * (not short)
@@ -97,7 +101,7 @@ def _divided(divisor):
 
 
 class Watch:
-    """The guards of a mode at the end of the last step; none starts outside its mode."""
+    """The guards of a mode at the end of the last step; at the start a negative guard counts as 0."""
 
     def __init__(self, mode: NumericMode, t: float, state: tuple[float, ...]):
         self.mode, self.size = mode, len(state)
@@ -132,7 +136,7 @@ class Watch:
 
 
 def _bracketed(function, low, high):
-    """Return the root of a function between two ends, or the end nearer to one where its sign does not change."""
+    """Return the root of a function between two ends, or the end of the smaller value if the signs do not differ."""
     from scipy.optimize import brentq
 
     ends = function(low), function(high)
@@ -146,7 +150,8 @@ def field_and_start(
 ) -> tuple[Callable[..., tuple], tuple[float, ...], Callable[..., tuple] | None]:
     """Return (field, start, Jacobian or None) of a mode as functions of ``(t, *w, *p)``.
 
-    Guards that depend on the time become states, so that the steps resolve them too.
+    In a mode with guards that may vary faster than the states, all guards become further states, so that the steps
+    resolve them, too; the Jacobian is then None.
     """
     if not mode.timed:
         return mode.field, state, mode.jacobian
@@ -160,7 +165,7 @@ def field_and_start(
 
 
 def _step(solver, steps, settings):
-    """Make one step; return what stops the run, or ""."""
+    """Make one step; return the reason that stops the run, or ""."""
     if steps >= settings.steps:
         return STEP_LIMIT
     if monotonic() > settings.deadline:

@@ -11,7 +11,7 @@ from asympk.integrators.stepwise import field_and_start, follow_steps
 if TYPE_CHECKING:
     import numpy as np
 
-MOST_TRIES = 100_000  # of CVODE for one step
+MOST_TRIES = 100_000  # internal steps that CVODE may take for one call
 
 
 def advance(mode: NumericMode, t: float, state: tuple[float, ...], until: float, settings: Settings) -> Segment:
@@ -49,7 +49,7 @@ class CvodeSteps:
         """Make one step; return why it failed, or None."""
         begin = self.t
         found = self.solver.step(self.until, method="onestep", tstop=self.until)
-        if found.success and found.t == begin:  # the end of the last step again, after its dense output was asked for
+        if found.success and found.t == begin:  # after a call for dense output, CVODE first returns the last step again
             found = self.solver.step(self.until, method="onestep", tstop=self.until)
         self.t_old, self.t, self.y = begin, float(found.t), found.y
         self.nfev, self.njev = found.nfev, found.njev

@@ -1,7 +1,8 @@
-"""Guards over one step of an integrator: the first one lost, where it also leaves and comes back within the step.
+"""The first guard that is lost in one step of an integrator, also if it is negative only between the ends of the step.
 
-What a guard does between the ends of a step is looked for on the polynomial of the step. A guard that does not turn and
-is far off its zero, against how fast it moves at the ends, is left alone: that spares nearly every step the search.
+Between the ends of a step a guard is evaluated on the polynomial of the step. This search is skipped for a guard that
+does not turn and is far from its zero, compared with its rates at the ends, and so for nearly every step.
+``first_lost`` is the entry, ``near`` the test that skips the search, and ``_falls`` the search.
 """
 
 from collections.abc import Callable, Iterable
@@ -11,13 +12,13 @@ from typing import Any, NamedTuple
 
 from asympk.automaton.numericmode import NumericMode
 
-PARTS = (0.25, 0.5, 0.75)  # of a step: the times at which the rates are looked at in the search
-STEEPER = 16
+PARTS = (0.25, 0.5, 0.75)  # the parts of a step at whose ends guards and rates are evaluated in the search
+STEEPER = 16  # largest ratio of a guard's rate within a step to its rates at the ends, if the guard turns within
 TOGETHER = 16  # spacings of doubles between the times of events that count as one
 
 
 class Look(NamedTuple):
-    """The guards and their rates at a time."""
+    """The values of the guards and their rates at one time."""
 
     t: Any
     values: Any
@@ -25,9 +26,10 @@ class Look(NamedTuple):
 
 
 def near(before: Look, after: Look, k: int) -> Any:
-    """Tell whether guard ``k`` may come to zero between two looks: the tangents at the two cross zero, or it turns.
+    """Tell whether guard ``k`` may reach zero between two looks.
 
-    One that turns so gently that it would have to fall ``STEEPER`` times as fast between the looks as at them does not.
+    It may if the sum of its two values is below its change over the span at one of its two rates; or, if it falls at
+    the first look and rises at the second, below ``STEEPER`` times such a change.
     """
     start, end, span = before.rates[k], after.rates[k], after.t - before.t
     above, fall, rise = before.values[k] + after.values[k], span * abs(start), span * abs(end)
@@ -41,10 +43,10 @@ def first_lost(
 ) -> tuple | None:
     """Return (time, guard) of the first guard lost between two looks, or None.
 
-    ``values(t)`` and ``rates(t)`` are the guards on the polynomial of the step, ``root(function, low, high)`` is where
-    a function changes its sign. A guard that starts at zero, or below it by the error of a step, is lost only where it
-    falls again: it may grow from there by its rounding, and so may the polynomial of a step as short as that of the
-    time. One that comes as near to zero as ``touch`` and turns counts as lost where it turns.
+    ``values(t)`` and ``rates(t)`` are those of the guards on the polynomial of the step, and
+    ``root(function, low, high)`` returns where a function changes its sign. A guard that starts at zero, or below zero
+    by the error of a step, is lost only where it falls from there, since at the start its sign may be rounding.
+    A guard that comes closer to zero than ``touch`` and turns is lost where it turns.
     """
     found: list[tuple[Any, int]] = []
     looks: list[Look] = []
@@ -57,9 +59,9 @@ def first_lost(
 
 
 def lost_with(mode: NumericMode, hit: int | None, t: Any, state: tuple, near: Any = None) -> tuple[int, ...]:
-    """Return the guards that fall through zero within the time ``near`` of the event at which guard ``hit`` is lost.
+    """Return the other guards that fall through zero within the time ``near`` of the event at which ``hit`` is lost.
 
-    It is by default as much as tells times in doubles apart.
+    By default ``near`` is ``TOGETHER`` spacings of doubles.
     """
     if hit is None:
         return ()
@@ -83,7 +85,7 @@ def _crosses(before: Look, after: Look, k: int) -> bool:
 def _falls(
     looks: list[Look], k: int, values: Callable, rates: Callable, root: Callable, crosses: bool, touch: Any
 ) -> Any:
-    """Return the first time at which guard ``k`` falls through zero, piece by piece of a step, or None."""
+    """Return the first time at which guard ``k`` falls through zero between two successive looks, or None."""
     for a, b in pairwise(looks):
         low = root(lambda t: rates(t)[k], a.t, b.t) if a.values[k] <= 0 and a.rates[k] > 0 > b.rates[k] else a.t
         if (b.values[k] < 0 and (a.values[k] > 0 or b.rates[k] < 0)) or (crosses and b is looks[-1]):
