@@ -107,10 +107,7 @@ def jump_macros() -> dict[str, str]:
 
 
 def escape_macros() -> dict[str, str]:
-    """Return a start at the divide, and the times to leave the divide for an offset delta of the load.
-
-    delta is fixed, of either sign, or exp(-q/mu).
-    """
+    """Return a start at the divide, and the times to leave the divide for load offsets delta and exp(-q/mu)."""
     found = divide(pk.system())
     above, below = found.escape_above, found.escape_below
     return {
@@ -220,10 +217,7 @@ def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_models(rows: Sequence[Row]) -> dict[str, str]:
-    """Return the least and the greatest cost over mu of the cheapest integrator that has the error of ``jump 1``.
-
-    A cost is in units of the cost of ``jump 1``, the jump model of order 1.
-    """
+    """Return the range over mu of the lowest cost of an integrator at the error of ``jump 1``, per that of ``jump 1``."""
     saved = modelwork.savings([*rows])
     mus = {mu for _, mu in saved}
     names = _names([row for row in rows if not row["method"].startswith("jump")])
@@ -340,10 +334,7 @@ def of_plane(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_nonlinear(rows: Sequence[Row]) -> dict[str, str]:
-    """Return errors of small-angle models of the geometrically nonlinear rod at the least mu, for two values of kappa.
-
-    The values are 1 and the largest.
-    """
+    """Return errors of small-angle models of the nonlinear rod at the least mu, for kappa = 1 and the largest kappa."""
     least, large = min(row["mu"] for row in rows if row["kappa"] == 1), max(row["kappa"] for row in rows)
     found = {"nonlinearMu": power(least), "nonlinearLarge": f"{large:g}", "nonlinearTolerance": power(ALONGSIDE)}
     for name, method, value in (("Exact", "exact", 1), ("Zero", "jump 0", 1), ("One", "jump 1", 1),
