@@ -5,7 +5,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError, NotDerivable
-from asympk.mechanics.evaluation import evaluate
+from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import cofactors, vanishes
 from asympk.symbolic.reading import as_floats, require_names
@@ -42,6 +42,22 @@ def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, fl
         if abs(value) > _OFF * (1 + max((abs(as_floats(str(s), placed[s])) for s in expr.free_symbols), default=0.0)):
             found[name] = value
     return found
+
+
+def require_positive_mass(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
+    """Raise ``InputError`` where the mass matrix is not positive definite at numbers or arrays that give all of it."""
+    import numpy as np
+
+    n = kinetics.mass.rows
+    if not kinetics.mass.free_symbols <= values.keys():
+        return
+    entries = np.array(np.broadcast_arrays(*evaluate(tuple(kinetics.mass), values)), dtype=float)
+    mass = np.moveaxis(entries, 0, -1).reshape(*entries.shape[1:], n, n)
+    diagonal = np.abs(np.diagonal(mass, axis1=-2, axis2=-1))
+    sizes = np.sqrt(np.where(diagonal == 0, 1, diagonal))[..., None]  # units do not matter
+    if (np.linalg.eigvalsh(mass / sizes / sizes.swapaxes(-1, -2)) < -n * ROUNDING).any():
+        raise InputError("the mass matrix is not positive at these values: every motion must have a positive kinetic "
+                         "energy; mend the signs of masses and moments of inertia")  # fmt: skip
 
 
 def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str) -> None:

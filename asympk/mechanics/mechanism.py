@@ -14,7 +14,7 @@ import sympy as sp
 
 from asympk.errors import InputError
 from asympk.mechanics import elastic, jump_law, paradox, rigid, rigid_system
-from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed
+from asympk.mechanics.checks import check_bounds, check_mechanism, require_closed, require_positive_mass
 from asympk.mechanics.evaluation import evaluate, evaluate_ahead
 from asympk.mechanics.jump_law import JumpLaw
 from asympk.mechanics.kinetics import Kinetics
@@ -250,6 +250,7 @@ class Mechanism(ShownAsFormulas):
         given = {self.plain.time: 0} | self.keyed(own)
         if any(f.constraint is not None and f.gap is None for f in system.frictions):
             require_closed(self.plain, given)
+        require_positive_mass(self.plain, given)
         moving = {*self.plain.coordinates, *self.plain.velocities}
         fixed = {s: 0 for s in system.states if s not in moving}
         sliding = [f.velocity for f in system.frictions if f.velocity in fixed]

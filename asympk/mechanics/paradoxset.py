@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 SAMPLES = 2001  # values of the first coordinate
 ROWS = 201  # and of the second one
+TURNS = 10_000  # of an angle: each has its own intervals
 _HALVINGS = 60  # of a bracket, to rounding
 
 
@@ -149,6 +150,9 @@ def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., 
         numbers = evaluate(coefficients, dict(zip(names[1:], fixed, strict=True)))
         roots = np.roots(np.array(numbers, dtype=float)).real
         if angle:
+            if high - low > 2 * np.pi * TURNS:
+                raise InputError(f"range of {names[0]} = ({low:g}, {high:g}): it is an angle, and they are more than "
+                                 f"{TURNS} turns; give one, which tells of all")  # fmt: skip
             turns = 2 * np.pi * np.arange(np.floor(low / (2 * np.pi)) - 1, np.ceil(high / (2 * np.pi)) + 2)
             roots = np.add.outer(np.append(2 * np.arctan(roots), np.pi), turns).ravel()
         cuts = np.unique(np.concatenate(([low], roots[(roots > low) & (roots < high)], [high])))

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from asympk.errors import InputError, Undecided
+from asympk.mechanics.checks import require_positive_mass
 from asympk.mechanics.evaluation import ROUNDING, evaluate_ahead
 from asympk.mechanics.kinetics import Kinetics
 from asympk.numbers import common_shape
@@ -105,8 +106,7 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     found = evaluate_ahead(kinetics, (*contact_terms(kinetics), size), values)
     shape = common_shape(values, values.values())  # of those that do not matter, too
     *terms, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
-    if (least := min(terms[0].min(initial=0), terms[2].min(initial=0))) < 0:
-        raise InputError(f"the mass matrix is not positive at these values: it gives G_NN or G_TT = {least:g}")
+    require_positive_mass(kinetics, values)
     if not np.all(terms[0]):
         raise InputError("the gap has no slope at these values, G_NN = 0: no reaction of its contact is determined; "
                          "write it as a distance, which grows evenly")  # fmt: skip

@@ -157,6 +157,7 @@ def test_over_a_parameter_the_edge_is_the_critical_friction():
         ({"theta": (0, [])}, "two numbers"),
         ({"theta": ([1, 2, 3], 4)}, "two numbers"),
         ({"theta": (0, float("nan"))}, "range of theta"),
+        ({"theta": (-1e7, 1e7)}, "range of theta = .* more than 10000 turns; give one"),
         ({"theta": (0, 1), "f": (0, 1), "m": (1, 2)}, "3 ranges"),
     ],
 )
