@@ -8,7 +8,7 @@ r"""What to sweep over, in TOML: a scene as in ``asympk.scenes.scenefile``, with
     until = 5
 
 A sweep in physical quantities has m, P, f, alpha, l, k, h in place of sigma and mu; one over any system has
-``[system]``, ``[values]`` and ``[start]``.
+``[system]``, ``[values]`` and ``[start]``; one over a mechanism may be its file, ``asympk.mechanics.described``.
 
 Trajectory i has grid point i // count. A random number depends on the seed, the quantity and i alone: it is the i-th
 output of a counter-based generator (Philox) with the key (seed, quantity), however the trajectories are cut up.
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from asympk.errors import InputError
+from asympk.mechanics.described import scene_table
 from asympk.numbers import number, short, whole
 from asympk.scenes.scenefile import NONDIMENSIONAL, PHYSICAL, SYSTEM, keys_of
 from asympk.storage.tomlfile import parse_table, read_table, refuse_unknown, word
@@ -32,8 +33,8 @@ from asympk.sweep.rods import PhysicalRodFamily, RodFamily
 
 FORMATS = ("npz", "parquet")
 _MOST, _MOST_POINTS, _MOST_BITS = 10**12, 10**5, 4000
-_KEYS = ("name", "about", "seed", "count", "chunk", "format", "itineraries", "sigma", "mu", "sigma0", "start", "until",
-         *PHYSICAL, *SYSTEM)  # fmt: skip
+_SETTINGS = ("name", "seed", "count", "chunk", "format", "itineraries")
+_KEYS = (*_SETTINGS, "about", "sigma", "mu", "sigma0", "start", "until", *PHYSICAL, *SYSTEM)
 _RANGES = ("grid", "log_grid", "uniform", "log_uniform")
 
 
@@ -155,7 +156,10 @@ def parse_sweep(text: str) -> Sweep:
 
 
 def sweep_of_table(table: Mapping[str, Any], where: str | Path) -> Sweep:
-    """Return the ``Sweep`` in a table of TOML."""
+    """Return the ``Sweep`` in a table of TOML, that of a mechanism that is a scene, too, included."""
+    if "coordinates" in table:
+        settings = {key: value for key, value in table.items() if key in _SETTINGS}
+        table = scene_table({key: table[key] for key in table.keys() - settings.keys()}, where) | settings
     refuse_unknown(table, _KEYS, where)
     try:
         return _sweep(table)

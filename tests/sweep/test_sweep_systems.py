@@ -317,6 +317,16 @@ def test_a_rigid_mechanism_ends_in_no_motion_beyond_the_critical_friction(tmp_pa
     assert other["outcome"].tolist() == found["outcome"].tolist()
 
 
+def test_the_file_of_a_mechanism_that_is_a_scene_is_a_sweep_too():
+    own = RIGID.replace("mechanism = {mechanism}\n", "").format(more=OWN)
+    numbers = own[own.index("[values]"):].replace("[start]", "[state]")
+    file = f'{SLENDER_ROD}contact = "rigid"\nuntil = 0.5\n{numbers}'
+    assert parse_sweep(file).digest == parse_sweep(own).digest
+    assert parse_sweep(f'chunk = 1\nname = "rod"\n{file}').chunks == 2
+    with pytest.raises(InputError, match="sweep: key 'cuont' is unknown"):
+        parse_sweep(f"cuont = 3\n{file}")
+
+
 def test_an_elastic_mechanism_and_the_catalogue_are_swept_over(tmp_path):
     elastic = RIGID.format(mechanism='"painleve_rod"', more='compliance = "c"\ndamping = "h"').replace(
         'contact = "rigid"', 'contact = "elastic"')  # fmt: skip
