@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from difflib import get_close_matches
 from fractions import Fraction
+from unicodedata import normalize
 
 import sympy as sp
 
@@ -34,6 +35,7 @@ _OPERATORS = {
     ast.Mult: lambda a, b: a * b,
 }
 _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
+_PRIME, _WORD = "\N{MODIFIER LETTER PRIME}", "\N{MODIFIER LETTER DOUBLE PRIME}"
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?(?![\w.])", re.ASCII)
 
 
@@ -70,7 +72,7 @@ def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
         raise InputError(f"{what} = {short(text)}: it must be a formula in text, such as 'x + 2*y'")
     if len(text) > LONGEST:
         raise InputError(f"{what}: a formula of {len(text)} characters; the longest that is read has {LONGEST}")
-    plain = {_plain(name): symbol for name, symbol in symbols.items()}
+    plain = {_plain(normalize("NFKC", name)): symbol for name, symbol in symbols.items()}  # as Python spells names
     source = _plain(text.replace("^", "**")).strip()
     try:
         tree = ast.parse(source, mode="eval")
@@ -91,13 +93,13 @@ def _degree(expr: sp.Expr) -> int:
 
 
 def _plain(text: str) -> str:
-    """Replace primes, and the word lambda, which are no names in Python's grammar."""
-    text = re.sub(r"(?<=\w)'+", lambda primes: "_prime" * len(primes[0]), text)
-    return re.sub(r"\blambda\b", "lambda_", text)
+    """Replace primes, and the word lambda, by names of Python's grammar that no bare key of a TOML file can spell."""
+    text = re.sub(r"(?<=\w)'+", lambda primes: _PRIME * len(primes[0]), text)
+    return re.sub(r"\blambda\b", f"lambda{_WORD}", text)
 
 
 def _as_written(name: str) -> str:
-    return "lambda" if name == "lambda_" else name.replace("_prime", "'")
+    return name.replace(_WORD, "").replace(_PRIME, "'")
 
 
 class _Reader:

@@ -62,6 +62,14 @@ def test_a_formula_that_switches_by_no_relation_is_refused_in_one_line(wrong):
         read_formula(wrong, {"x": sp.Symbol("x", real=True)})
 
 
+def test_names_of_a_formula_stand_for_their_own_symbols_however_they_are_spelt():
+    names = ("X", "X'", "X_prime", "lambda", "lambda_", "\N{MICRO SIGN}")
+    symbols = {name: sp.Symbol(name) for name in names}
+    assert read_formula(" + ".join(names), symbols) == sp.Add(*symbols.values())
+    with pytest.raises(InputError, match=r"the name Y'' is unknown; it has X, X', X_prime, lambda, lambda_, "):
+        read_formula("Y''", symbols)
+
+
 def test_a_byte_order_mark_is_passed_over(tmp_path):
     path = _file(tmp_path, {**PLAIN, "start": "[0, 0.2, -1]"})
     plain = ap.read_scene(path)
