@@ -344,8 +344,7 @@ def _unambiguous(system: "System", branch: Branch) -> list[Guard]:
 
     With one rigid contact the constraint is 0 = a + p N, and the motion is unique while p has the same sign as without
     friction (``unbounded``). A bilateral constraint also needs this of the p for the other sign of N (``several``).
-    With several rigid contacts p is the determinant of their equations, and a second motion is looked for at events
-    only.
+    With several rigid contacts p is the determinant of their equations, and second motions are sought at events only.
     """
     rigid = [k for k, f in enumerate(system.frictions) if f.constraint is not None]
     sliding = [k for k in rigid if branch[k].velocity]

@@ -59,7 +59,7 @@ class Plane:
     """The plane on which the velocity vanishes, and the variables in which its regions are given.
 
     ``load`` is the load in the states. ``symbol`` stands for the load where the load replaces one of the states, and is
-    None elsewhere; ``alone`` says that the regions depend on no other state. ``allowed`` is the condition on the
+    None otherwise; ``alone`` says that the regions depend on no other state. ``allowed`` is the condition on the
     parameters. ``default`` maps a parameter of static friction to the value at which static equals kinetic friction.
     """
 
@@ -104,7 +104,7 @@ class Region(ShownAsFormulas):
         """Tell whether a place on the plane is in the region: a load, or a mapping of the states; arrays broadcast.
 
         Parameters are given by name, or in a mapping by name or symbol. Parameters that the region does not depend on
-        may be left out; if the parameter of static friction is, static equals kinetic friction. Integers, fractions,
+        may be left out; without the parameter of static friction, static equals kinetic friction. Integers, fractions,
         decimals and strings ("1/4") are compared exactly, floats as doubles. Raises ``InputError`` for a value that is
         missing, not a number, or outside the assumptions.
 
@@ -135,8 +135,7 @@ class Region(ShownAsFormulas):
         """Return the spans, with symbolic ends, of the cell that holds the parameters, given as in ``contains``.
 
         Where the cells depend on further states, the values of these are given with the parameters. Raises
-        ``NotDerivable`` where the region is no union of spans, ``InputError`` for a value that is missing or not
-        allowed.
+        ``NotDerivable`` where the region is no union of spans, ``InputError`` for a missing or forbidden value.
         """
         if not self.cells:
             raise NotDerivable(f"{self.name}: {self.condition} is no union of intervals of the load; ask contains")

@@ -32,10 +32,10 @@ NU = sp.Symbol("nu")
 class Spectrum(ShownAsFormulas):
     r"""The spectrum of one mode, without its ``neutral`` zero eigenvalues.
 
-    ``polynomial`` is p(lambda, mu), its first coefficient positive. ``slow_polynomial`` is p(lambda, 0), and
-    ``fast_polynomial`` det(nu - g_y), nu = mu lambda; ``slow_rates`` and ``fast_rates`` are their roots, and ``roots``
-    those of p itself: each is empty where it has no closed form. ``kinds`` are stable node, stable focus, saddle, ...
-    with two eigenvalues; with more stable, unstable, saddle, and centre where a pair is imaginary.
+    ``polynomial`` is p(lambda, mu), its first coefficient positive. ``slow_polynomial`` is p(lambda, 0), with the roots
+    ``slow_rates``; ``fast_polynomial`` is det(nu - g_y), nu = mu lambda, with the roots ``fast_rates``; ``roots`` are
+    the roots of p itself. Each tuple of roots is empty if one of them has no closed form. ``kinds`` are stable node,
+    stable focus, saddle, ... for two eigenvalues; for more, stable, unstable, saddle, and centre for an imaginary pair.
     """
 
     mode: str
@@ -64,7 +64,7 @@ class Spectrum(ShownAsFormulas):
 
     @cached_property
     def roots(self) -> tuple[sp.Expr, ...]:
-        """The exact eigenvalues, in closed form where there are at most two."""
+        """The exact eigenvalues, if there are at most two or the polynomial has no parameters; else ()."""
         poly = sp.Poly(self.polynomial, LAMBDA)
         return _roots(poly) if poly.degree() <= 2 or not poly.free_symbols_in_domain else ()
 

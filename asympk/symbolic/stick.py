@@ -8,8 +8,7 @@ cones sticking and crossing are both consistent. An open contact has no load, so
 Where d = d_0 + d_1 s is linear in the load, the answer changes along the line of loads only at the zeros of d -+ hold.
 The signs of d_0 and of static |c| -+ d_1 fix the order of these zeros, so one exact sample decides each cell on which
 the signs are fixed; ``_cells``, the hard function, returns the cells. d_0, d_1 and c may depend on the other states: in
-an elastic mechanism d_0 = a_T, d_1 = G_NT, c = G_TT. Where d is not linear, the regions are the inequalities
-themselves.
+an elastic mechanism d_0 = a_T, d_1 = G_NT, c = G_TT. For another d the regions are the inequalities themselves.
 """
 
 from collections.abc import Callable

@@ -39,5 +39,5 @@ def system() -> System:
 
 
 def scenes() -> tuple[Scene, ...]:
-    """Return the jump from a slide without a rigid motion, and what the spring does then."""
+    """Return the jump from a slide without a rigid motion, and the motion on the spring after it."""
     return (example_scene(mechanism(), system(), VALUES, STATE, 3, "held-rod-jump"),)

@@ -32,7 +32,7 @@ CHUNK = 131072  # rows that are read and sorted by itinerary together
 BATCH = 16384  # rows that the safeguarded flow follows together
 _KINDS = np.array(KINDS)
 _REFUSALS = (TooManyEvents, TooLarge, Undecided)
-np.empty(2**21)  # freed at once: from then on the C library keeps blocks of such a size instead of mapping them anew
+np.empty(2**21)  # once allocated and freed, blocks of this size are reused by the C library, not mapped anew
 
 
 class Events(NamedTuple):

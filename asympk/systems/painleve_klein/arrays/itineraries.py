@@ -119,7 +119,7 @@ class Setting:
 
 # the itineraries, in the order in which the rows of a ``_Bundle`` lie
 RAISED, THROWN, LIFTED, TURNED, DRIFTED, TURNED_DRIFTED, TURNED_PASSED, PASSED, DIRECT = ITINERARIES = range(9)
-EVENTS = np.array([1, 3, 2, 3, 2, 3, 2, 1, 0], dtype=np.int32)
+EVENTS = np.array([1, 3, 2, 3, 2, 3, 2, 1, 0], dtype=np.int32)  # the number of events of each itinerary
 
 
 class _Bundle:

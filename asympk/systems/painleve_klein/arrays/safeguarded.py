@@ -3,7 +3,7 @@ r"""The exact flow for arrays: every event is bracketed (Lemmas 1 and 2), and ev
 ``follow_arrays`` finds the events in doubles. ``certain`` then follows the same sequence of events in extended
 precision, which is 2048 times finer, from the event times found. Where the states hardly change by that, they are right
 to all digits of a double. A trajectory whose states do change, or which depends on a sign within rounding, is marked as
-doubtful. The logic is that of ``flow.segments``; ``slip_ends`` is the hard function.
+doubtful. The logic is the same as in ``flow.segments``; ``slip_ends`` is the hard function.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -87,7 +87,7 @@ def follow_arrays(
     sigma: Number, sigma0: Number, mu: Number, x: Number, y: Number, z: Number, until: Number, *,
     told: FollowedArrays | None = None,
 ) -> FollowedArrays:  # fmt: skip
-    """Follow trajectories, given as arrays of one length; ``told`` is their ``FollowedArrays`` in coarser numbers."""
+    """Follow trajectories, given as arrays of one length; ``told`` are their results in coarser numbers."""
     s = x + y
     s_sign, z_sign, doubtful = starting_signs(sigma0, mu, x, y, s, z)
     flight = _Flight(sigma, sigma0, mu, until, [x.copy(), y.copy(), s, z.copy()], s_sign, z_sign, doubtful)
