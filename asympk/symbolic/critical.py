@@ -235,7 +235,7 @@ def _smooth_parts(mode: Mode, assumptions: sp.Basic, sides: Sides = ()) -> list[
         return [] if where == sp.false else [replace(mode, slow=slow, fast=fast, where=where)]
     opened = sorted(phases(rates, states), key=lambda phase: phase in mode.signed)
     if not opened or len(sides) == MOST_SIDES or measured(opened[0]) != opened[0]:
-        raise NotDerivable(f"mode {mode.name!r} has more sides than can be told apart; write one side of it")
+        raise NotDerivable(f"mode {mode.name!r} has too many switches to treat all their sides; write one side of them")
     return [part for sign in (1, -1) for part in _smooth_parts(mode, assumptions, (*sides, (opened[0], sign)))]
 
 

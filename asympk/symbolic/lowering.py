@@ -269,7 +269,7 @@ def _emission(lowered):
         shared, outputs = _derivatives(lowered) if lowered.directions else _shared(lowered.outputs, _spare(lowered))
     if unworked := atoms(sp.Tuple(*outputs, *(e for _, e in shared)), sp.Derivative, sp.Subs):
         raise InputError(f"{min(unworked, key=str).expr.func} has no derivative that can be written; give a smooth "
-                         "function, or write what jumps as a friction")  # fmt: skip
+                         "function, or write the jump as a friction")  # fmt: skip
     try:
         arguments, outputs = ([*map(printer.doprint, es)] for es in (lowered.args, outputs))
         shared = [(printer.doprint(t), printer.doprint(as_tree(e))) for t, e in shared]

@@ -208,14 +208,14 @@ def integral_curves(manifold: SlowManifold) -> sp.Dict:
     if is_implicit(manifold.branch):
         raise NotDerivable(f"{name} is implicit; curves are known over an explicit branch, give slow_manifold a branch")
     if len(active) != 1:
-        raise NotDerivable(f"{name}: the flow is that of {in_words(active)}; curves are known for one variable")
+        raise NotDerivable(f"{name}: the flow depends on {in_words(active)}; curves are known for one variable")
     (x,) = active
     flow = _flow(manifold)
     run = flow.pop(x)
     if run[0] == 0:
         raise NotDerivable(f"{name}: {x} rests everywhere at {manifold.small} = 0; there are no curves over it")
     if coupled := set().union(*(rate.free_symbols for rates in flow.values() for rate in rates)) & {*flow}:
-        raise NotDerivable(f"{name}: rates depend on {in_words(coupled)}; curves are known where {x} alone matters")
+        raise NotDerivable(f"{name}: rates depend on {in_words(coupled)}; curves are known for rates in {x} alone")
     curves = {z: [_integral(q, x) for q in _quotient(rates, run, x)] for z, rates in flow.items()}
     found = {z: _polynomial(terms, manifold.small) for z, terms in curves.items()}
     constant = spare(C.name, (*flow, *sp.Tuple(*found.values()).free_symbols), real=True)

@@ -209,8 +209,8 @@ def _at_rest(system, modes, at):
             continue
         around = _around([*rates.values()], tuple(rates), place)
         if len(around) != 1:
-            raise NotDerivable(f"{m.name}: the rates have a kink or a jump at {equations(place)}, or teeth: there is "
-                               "no one Jacobian; write one side of them")  # fmt: skip
+            raise NotDerivable(f"{m.name}: the rates have a kink or a jump at {equations(place)}, or a sawtooth, and "
+                               "so no single Jacobian; write one side of them")  # fmt: skip
         jacobian = sp.Matrix(around.pop())[:, 1:]
         if missing := jacobian.free_symbols & {*system.states}:
             raise InputError(f"{m.name}: {in_words(missing)} not given; the spectrum depends on it")

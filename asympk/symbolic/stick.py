@@ -139,7 +139,7 @@ def friction_cone(system: System) -> Cone:
     if friction is None:
         count = len(system.frictions)
         raise NotDerivable(
-            f"this system has {count} frictions, whose cones depend on one another: regions are those of one friction"
+            f"this system has {count} frictions, whose cones depend on one another: regions need a single friction"
             if count else "this system has no friction: build it with System.with_friction to ask for stick regions"
         )  # fmt: skip
     if friction.constraint is not None:
@@ -153,8 +153,8 @@ def friction_cone(system: System) -> Cone:
     drive, at_rest = free.subs(normal, friction.load), _at_rest(system)
     for part in (free, coupling, friction.load, friction.static):
         if len({part.subs(at_rest), *_beside_rest(system, part)}) > 1:
-            raise NotDerivable(f"{part!s:.60} jumps where the velocity vanishes, which no region is for; write what "
-                               "jumps there as a friction, or smooth it by tanh")  # fmt: skip
+            raise NotDerivable(f"{part!s:.60} jumps where the velocity vanishes, and regions need it continuous; "
+                               "write the jump as a friction, or smooth it by tanh")  # fmt: skip
     up, down = _beside_rest(system, friction.kinetic)
     kinetic = up if up == down else sp.Piecewise((up, drive > 0), (down, True))
     opened, bounds = free.subs(normal, 0), (kinetic * coupling, friction.static * coupling)
@@ -185,7 +185,7 @@ def _at_rest(system):
     zeros = _real_zeros(velocity, state)
     if len(zeros) != 1:
         where = f"vanishes for several values of {state}" if zeros else "vanishes nowhere"
-        raise NotDerivable(f"the sliding velocity {velocity!s:.60} {where}: regions are those of one plane of rest")
+        raise NotDerivable(f"the sliding velocity {velocity!s:.60} {where}: regions need exactly one plane of rest")
     return {state: zeros[0]}
 
 
@@ -193,8 +193,8 @@ def _real_zeros(velocity, state):
     try:
         found = sp.solve(velocity, state)
     except NotImplementedError:
-        raise NotDerivable(f"the sliding velocity {velocity!s:.60} cannot be solved for {state}: regions are those of "
-                           "a plane of rest in symbols") from None  # fmt: skip
+        raise NotDerivable(f"the sliding velocity {velocity!s:.60} cannot be solved for {state}: regions need the "
+                           "plane of rest in symbols") from None  # fmt: skip
     return [zero for zero in found if zero.is_real is not False]
 
 

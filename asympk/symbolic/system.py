@@ -212,7 +212,7 @@ class System(ShownAsFormulas):
         wanted = "a sequence of ap.Friction(velocity=, force=, load=, kinetic=)"
         given = entries_of("frictions", frictions, wanted)
         if wrong := [f for f in given if not isinstance(f, Friction)]:
-            raise InputError(f"frictions: {short(wrong[0])} is none; give {wanted}")
+            raise InputError(f"frictions: {short(wrong[0])} is no Friction; give {wanted}")
         assumed = expression("assumptions", assumptions)
         return cls(sp.Dict(slow), sp.Dict(fast), (*slow, *fast), small, given, time, assumed)
 
@@ -272,7 +272,7 @@ class System(ShownAsFormulas):
     @cached_property
     def _sliding(self) -> tuple[sp.Expr, sp.Expr]:
         if self.friction is None:
-            raise InputError(f"this system has {len(self.frictions)} frictions; a drive is that of exactly one")
+            raise InputError(f"this system has {len(self.frictions)} frictions; drive and coupling need exactly one")
         return branches.drive(self, self.friction)
 
     def placed(self, values: Mapping[Any, Any], start: Any) -> tuple[tuple, tuple]:

@@ -107,8 +107,8 @@ class Setting:
         r"""The bound on |x|, |z| and mu |y| below which the itineraries hold; not positive where no itinerary holds.
 
         The bound keeps the slow amplitude |A| below ``1/(mu m)`` in every mode, with m the largest of b - 1, 2,
-        2 (sigma+1) and 2/edge: then s, s' and z have at most one zero in a mode of an itinerary. A sigma below
-        ``SMALLEST`` is excluded, as the fast part may change too little there for its logarithm to give the time.
+        2 (sigma+1) and 2/edge: then s, s' and z have at most one zero in a mode of an itinerary. A sigma between
+        -1/4 and ``SMALLEST`` is excluded: the fast part may change too little there for its logarithm to give the time.
         """
         size = np.abs(self.sigma)
         apart = (self.mu <= 0.0625 * np.minimum(size * size, 1.0)) & (self.mu >= 1e-200)
