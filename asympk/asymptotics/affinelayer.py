@@ -4,8 +4,9 @@ With a = g_y(x_0) every term of the layer's series is a polynomial in the fast t
 
     X_k = sum c_pj tau^j E^p,    X_k' = [mu^(k-1)] f,    Y_k' = a Y_k + R_k(tau, E),    X_k(0) = Y_k(0) = 0,
 
-found term by term from the right-hand sides. The terms free of E are the slow motion, and that free of tau and E the
-base point. The coefficients are lines of a ``Tape``: derived once for a system, and numbers for every start.
+with Y_0(0) = y_0. ``terms`` finds them one after the other from the right-hand sides. The terms without E are the slow
+motion, and the term with neither tau nor E is the base point. The coefficients are lines of a ``Tape``: they are
+derived once for a system, and computed in numbers for every start.
 """
 
 from collections.abc import Callable
@@ -23,7 +24,7 @@ from asympk.asymptotics.taylor import Taylor, as_taylor, evaluated
 
 @lru_cache(maxsize=64)
 def is_affine(formulas: Formulas) -> bool:
-    """Tell whether the layer has this closed form."""
+    """Tell whether the layer has this closed form: one fast state y, g affine in y, f a polynomial in y."""
     if len(formulas.mode.fast) != 1:
         return False
     (y,) = formulas.mode.fast
@@ -33,16 +34,16 @@ def is_affine(formulas: Formulas) -> bool:
 
 @dataclass(frozen=True)
 class Terms:
-    """The terms c tau^j E^p of every X_k and Y_k: ``places`` has a row (k, state, p, j) for each c.
+    """The terms c tau^j E^p of every X_k and Y_k: ``places`` has a row (k, state, p, j) for each coefficient c.
 
-    ``numbers(*x, y, *p)`` returns a, and the c.
+    ``numbers(*x, y, *parameters)`` returns a and then the coefficients, in the order of these rows.
     """
 
     places: np.ndarray
     numbers: Callable[..., tuple]
 
     def at(self, start: tuple, values: tuple) -> tuple[float, np.ndarray]:
-        """Return a and the coefficients as an array (terms, states, powers of E, powers of tau)."""
+        """Return a and the coefficients as an array (k, state, power of E, power of tau)."""
         rate, *found = self.numbers(*start, *values)
         table = np.zeros(self._shape)
         table[self._columns] = found
@@ -80,7 +81,7 @@ def terms(formulas: Formulas, order: int) -> Terms:
 
 
 def _rests(exprs, field, values, found, tape, order, k):
-    """Return [mu^k] of the rates along what is found, the unknown Y_k left out."""
+    """Return the coefficients of mu^k in the rates along the terms found so far, without those of the unknown Y_k."""
     known = {s: Taylor({i: c for i, c in terms.items() if i[0] <= k}, k) for s, terms in found.items()}
     small = Taylor({(1, 0): 1} if k else {}, k)
     known |= values | {field.small: small}
@@ -92,7 +93,7 @@ def _powers(value):
 
 
 def _integral(rest, rate):
-    """Return the X of X' = ``rest``, X(0) = 0."""
+    """Return the solution X of X' = ``rest``, X(0) = 0."""
     found = {(0, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.items() if p == 0}
     for p in {p for p, _ in rest} - {0}:
         found |= _particular(rest, p, rate, p)
@@ -100,7 +101,7 @@ def _integral(rest, rate):
 
 
 def _solved(rest, rate, start):
-    """Return the Y of Y' = a Y + ``rest``, Y(0) = ``start``."""
+    """Return the solution Y of Y' = a Y + ``rest``, Y(0) = ``start``, where ``rate`` is a."""
     found = {(1, j + 1): c * Fraction(1, j + 1) for (p, j), c in rest.items() if p == 1}
     for p in {p for p, _ in rest} - {1}:
         found |= _particular(rest, p, rate, p - 1)
@@ -108,7 +109,7 @@ def _solved(rest, rate, start):
 
 
 def _particular(rest, p, rate, times):
-    """Return the q(tau) E^p of q' + ``times`` a q = r(tau), where r is the factor of E^p in ``rest``."""
+    """Return q(tau) E^p with q' + ``times`` a q = r(tau), where r(tau) is the factor of E^p in ``rest``."""
     found, above = {}, 0
     for j in range(max(j for i, j in rest if i == p), -1, -1):
         above = (rest.get((p, j), 0) - above * (j + 1)) * Fraction(1, times) / rate
@@ -117,7 +118,7 @@ def _particular(rest, p, rate, times):
 
 
 def _begun(found, place, start):
-    """Return the terms with the coefficient at ``place`` that makes them ``start`` at tau = 0."""
+    """Return the terms ``found`` and one at ``place``, whose coefficient makes their sum ``start`` at tau = 0."""
     return Fading({**found, place: start - sum((c for (_, j), c in found.items() if j == 0), 0)})
 
 

@@ -1,10 +1,12 @@
 r"""The explicit method of Dormand and Prince of order 8, as straight-line code for a few states.
 
-What is left to integrate once the stiffness is taken out is short and smooth: layers in their fast time, flows on slow
-manifolds. With two to ten states the arithmetic of a step costs less than one call of an array library, so the stages
-are written out, once per number of states. Steps, error estimate and dense output are those of DOP853 (Hairer, Nørsett
-and Wanner, Solving Ordinary Differential Equations I, section II.10). Where rates lie so far apart that stability keeps
-the steps short, those of ``stiff`` go on.
+Layers in their fast time and flows on slow manifolds are short, smooth and as a rule not stiff. With two to ten states
+the arithmetic of a step costs less than one call of an array library. ``_compiled``, the hard function, therefore
+writes the stages of a step out as Python code, once for each set of flows and number of states, and ``steps`` controls
+the step length. Steps, error estimate and dense output are those of DOP853 (Hairer, Nørsett and Wanner, Solving
+Ordinary
+Differential Equations I, section II.10). Where stability keeps the steps short, ``steps`` continues with those of
+``stiff``.
 """
 
 import math
@@ -23,9 +25,9 @@ from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
 EXPONENT = -1 / 8
 STAGES = 12
-PATIENCE = 100  # steps after which it is looked whether stability keeps them short
-STABLE = 4  # a step by the largest eigenvalue, from which on it does: by accuracy alone they are shorter as a rule
-LONG = 100  # times the error allowed, of the first step by the constant of a low order; that of order 8 is far smaller
+PATIENCE = 100  # the number of steps between tests of whether stability keeps the steps short
+STABLE = 4  # step times largest eigenvalue above which stability does: accuracy alone keeps this product smaller
+LONG = 100  # for 0.01 in the estimate of the first step: order 8 has a far smaller error constant than low orders
 Flow = Callable[..., tuple]
 
 
@@ -75,7 +77,7 @@ Step = ExplicitStep | StiffStep
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Steps one after the other; after the last it stays at its end, and without any at ``start``."""
+    """Consecutive steps as a function of the time, constant after the last step; ``start`` if there are no steps."""
 
     start: tuple
     steps: tuple[Step, ...]
@@ -97,7 +99,7 @@ class Trajectory:
 
 
 def rates(flows: tuple[Flow, ...], parameters: tuple, state: tuple) -> tuple:
-    """Return the rates of all flows, each of which has its share of the states."""
+    """Return the rates of all flows; each flow takes an equal share of the states, in order."""
     size = len(state) // len(flows)
     return tuple(v for i, flow in enumerate(flows) for v in flow(*state[i * size : (i + 1) * size], *parameters))
 
@@ -108,10 +110,11 @@ def steps(
 ) -> Iterator[Step]:
     """Yield the steps of state' = flow(*state, *parameters) from ``t`` to ``until``, which may be infinite.
 
-    ``flows`` have equal shares of the states, one after the other. The error of a step is held below ``rtol`` relative
-    and ``atol``, one number per state; a state that is right at a time wrong by up to ``late`` is let pass as well.
-    The first step is at most ``longest``, and every one ``within``. Where steps become too small, or infinite, they
-    end early. ``slopes`` returns the Jacobian matrix at a state; with it, those kept short by stability go implicit.
+    Each of ``flows`` takes an equal share of the states, in order. The error of a step is held below ``atol``, one
+    number per state, plus ``rtol`` times the state, apart from an error along the flow of up to ``late`` in time. The
+    first step is at most ``longest``, every step at most ``within``. The iterator ends early where steps become too
+    small or infinite. ``slopes`` returns the Jacobian matrix at a state; with it the steps become implicit where
+    stability keeps explicit ones short.
     """
     take, first = _step_of(flows, parameters, len(state), late > 0), rates(flows, parameters, state)
     span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
@@ -137,14 +140,14 @@ def steps(
 
 
 def _is_kept_short(span: float, slopes: Slopes, state: tuple) -> bool:
-    """Tell whether stability keeps steps at ``span``, as it does not where no number tells it."""
+    """Tell whether stability keeps steps as short as ``span``; False where the Jacobian matrix has no finite value."""
     with suppress(ArithmeticError, ValueError):
         return bool(span * np.abs(np.linalg.eigvals(slopes(state))).max() > STABLE)
     return False
 
 
 def _tried(take, span, state, first, rtol, atol, late):
-    """Return the error of a step in units of what is allowed, its end, and its stages."""
+    """Return the error of a step in units of the allowed error, the end of the step, and its stages."""
     try:
         new, stages, high, low = take(span, state, first, rtol, atol, late)
         error = span * high / math.sqrt((high + 0.01 * low) * len(state)) if high or low else 0.0
@@ -154,7 +157,7 @@ def _tried(take, span, state, first, rtol, atol, late):
 
 
 def _first_span(flows, parameters, state, first, longest, rtol, atol):
-    """Return a first step that moves the states by a little (Hairer, Nørsett and Wanner, section II.4)."""
+    """Return a first step by Hairer, Nørsett and Wanner, section II.4, with ``LONG`` for the constant 0.01."""
     scale = [a + rtol * abs(w) for a, w in zip(atol, state, strict=True)]
     size, speed = (math.hypot(*(c / s for c, s in zip(v, scale, strict=True))) for v in (state, first))
     span = 0.01 * size / speed if min(size, speed) > 1e-5 else 1e-6
@@ -172,8 +175,9 @@ def _first_span(flows, parameters, state, first, longest, rtol, atol):
 def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bool = False) -> Callable[..., tuple]:
     """Return ``take(h, w, k0, rtol, atol, late)``, one step of ``flows`` with ``size`` states in all.
 
-    It returns the end, the stages, and the squares' sums of the error estimates of order 5 and 3 over what is allowed.
-    ``timeless`` ones leave out what an error in time of ``late`` explains: the part along the flow, up to that much.
+    ``take`` returns the end, the stages, and the sums of squares of the error estimates of order 5 and 3 in units of
+    the allowed errors. With ``timeless`` the estimates leave out the part of the error along the flow that an error in
+    time of up to ``late`` explains.
     """
     functions = tuple(flow.func if isinstance(flow, partial) else flow for flow in flows)
     given = (*(flow.args if isinstance(flow, partial) else () for flow in flows), parameters)
@@ -183,7 +187,7 @@ def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bo
     def take(*step: Any) -> tuple:
         try:
             return written_out(given, *step)
-        except OverflowError:  # a flow that is called may go on in wider numbers
+        except OverflowError:  # a flow that is called, not written out, may continue in numbers of a wider range
             return _compiled(functions, *shape, longest=0)(given, *step)
 
     return take
@@ -193,9 +197,9 @@ def _step_of(flows: tuple[Flow, ...], parameters: tuple, size: int, timeless: bo
 def _compiled(
     functions: tuple[Callable, ...], size: int, given: tuple[int, ...], timeless: bool, longest: int = LONGEST
 ) -> Callable[..., tuple]:
-    """Compile a step of ``functions`` with equal shares of ``size`` states, and as many arguments as are ``given``.
+    """Compile a step of ``functions``, each of which takes an equal share of ``size`` states.
 
-    These are before the states, function by function, and last the parameters behind the states of all.
+    ``given`` counts the arguments of each function before its states and, last, the parameters after them.
     """
     every, space = range(size), dict[str, Any]()
     lines = [f"    {_names('w', every)} = w", f"    {_names('k0_', every)} = k0"]
@@ -233,7 +237,7 @@ def _error_lines(size: int, timeless: bool) -> list[str]:
         lines += [f"    e{i} = ({_sum(row, i)})/s{i}" for i in every]
         lines.append(f"    {name} = {_dot('e', 'e', every)}")
         if timeless:
-            lines.append(f"    {name} = max({name} - part*({_dot('e', 'u', every)})**2, 0.0)")  # what is nan stays so
+            lines.append(f"    {name} = max({name} - part*({_dot('e', 'u', every)})**2, 0.0)")  # max(nan, 0.0) is nan
     return lines
 
 

@@ -1,10 +1,11 @@
-r"""Collocation of Radau IIA with seven stages, for flows whose explicit steps stability would keep short.
+r"""Collocation by Radau IIA with seven stages, for flows whose explicit steps stability would keep short.
 
-Where rates lie far apart, what is slow goes on long after what is fast has faded. A step h puts a polynomial through
-the state w_0 and the stages w_i, w_i - w_0 = h sum_j a_ij f(w_j); what has faded limits no step. The last two Legendre
-coefficients of the polynomial tell its error, at its end and within. With the eigenvalues l_i of (a_ij) each sweep of
-Newton's method solves one equation with I - h l_i f_w for each stage (Hairer and Wanner, Solving Ordinary Differential
-Equations II, sections IV.5 and IV.8).
+Where rates lie far apart, slow components last long after fast ones have decayed, and the decayed components would
+limit an explicit step but not this one. A step h puts a polynomial through the state w_0 and the stages w_i, where
+w_i - w_0 = h sum_j a_ij f(w_j). The last two Legendre coefficients of the polynomial estimate its error throughout the
+step. With the eigenvalues l_i of (a_ij), each sweep of Newton's method solves one linear system with the matrix
+I - h l_i f_w for each stage (Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8).
+``stiff_steps`` controls the step length; the hard function is ``_tried``, one step.
 """
 
 import math
@@ -18,8 +19,8 @@ from numpy.polynomial import legendre
 
 STAGES = 7
 SAFETY, SHRINK, GROW = 0.8, 0.2, 5.0
-SWEEPS, ENOUGH = 10, 0.02  # of Newton's method, and the change that ends them, in units of what is allowed
-OFF = 1e-30  # the real axis, for the Jacobian matrix
+SWEEPS, ENOUGH = 10, 0.02  # the most sweeps of Newton's method, and the last change in units of the allowed error
+OFF = 1e-30  # the imaginary step for the Jacobian matrix
 
 Slopes = Callable[[tuple], np.ndarray]
 
@@ -34,7 +35,7 @@ _SERIES = np.linalg.inv(legendre.legvander(np.append(-1.0, _PLACES), STAGES))[:,
 
 @dataclass(frozen=True)
 class StiffStep:
-    """One accepted step from (t, state) over ``span`` to ``end`` at ``after``; ``stages`` are the rates there."""
+    """One accepted step from (t, state) over ``span`` to ``end`` at ``after``; ``stages`` are the rates at its ends."""
 
     t: float
     span: float
@@ -57,10 +58,10 @@ def stiff_steps(
     flow: Callable[[tuple], tuple], slopes: Slopes, state: tuple, t: float, until: float, rtol: float, atol: tuple,
     span: float, within: float,
 ) -> Iterator[StiffStep]:  # fmt: skip
-    """Yield the steps of state' = flow(state) from ``t`` to ``until``, the first at most ``span``, each ``within``.
+    """Yield the steps of state' = flow(state) from ``t`` to ``until``.
 
-    The error of a step is held below ``rtol`` relative and ``atol``. Where the steps become too small, or
-    infinite, they end early.
+    The first step is at most ``span``, every step at most ``within``. The error of a step is held below ``atol`` plus
+    ``rtol`` times the state. The iterator ends early where the steps become too small or infinite.
     """
     allowed, first, jacobian = np.array(atol), flow(state), slopes(state)
     while t < until:
@@ -79,7 +80,7 @@ def stiff_steps(
 
 
 def _tried(flow, jacobian, state, span, rtol, allowed):
-    """Return the stages of a step less its state, and the error in units of what is allowed; infinite of no step."""
+    """Return the stages less the state, and the error in units of the allowed one, inf if Newton's method fails."""
     moved, previous = np.zeros((STAGES, len(state))), math.inf
     with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
         inverses = np.linalg.inv(np.eye(len(state)) - span * _EIGENVALUES[:, None, None] * jacobian)
@@ -99,7 +100,7 @@ def _tried(flow, jacobian, state, span, rtol, allowed):
 
 
 def jacobian(flow: Callable[[tuple], tuple], state: tuple) -> np.ndarray:
-    """Return the Jacobian matrix of a flow that takes complex numbers, by steps off the real axis: to rounding."""
+    """Return the Jacobian matrix, to rounding, of a flow that takes complex numbers, by complex-step derivatives."""
     columns = []
     for k, w in enumerate(state):
         off = flow((*state[:k], complex(w, OFF), *state[k + 1 :]))

@@ -1,7 +1,7 @@
 """A derivation recorded once and replayed on numbers: straight-line code, for floats, mpmath numbers and arrays.
 
-A ``Node`` adds, multiplies and divides like any coefficient, but writes down what it is asked for; ``Tape.function``
-compiles the lines that the outputs need. Whole numbers and fractions stay in the text, exactly.
+A ``Node`` adds, multiplies and divides like any coefficient, but each operation writes a line on its ``Tape``.
+``Tape.function`` compiles those lines that the outputs need. Whole numbers and fractions stand in the text exactly.
 """
 
 import re
@@ -15,12 +15,12 @@ Definitions = tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
 def _operators(sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the methods of a ``Node`` for a sign, itself on the left and on the right."""
+    """Return the two methods of a ``Node`` for the operator ``sign``, with the node on the left and on the right."""
     return lambda node, c: node.tape.write(sign, node, c), lambda node, c: node.tape.write(sign, c, node)
 
 
 class Node:
-    """A number that is not known yet: the name of a line on a tape, with the sign that it is taken with."""
+    """A number that is not known yet: ``sign`` times the value of the line ``name`` of a tape."""
 
     __slots__ = ("name", "sign", "tape")
 
@@ -48,7 +48,7 @@ class Tape:
         return Node(self, name)
 
     def write(self, operation: str, a: Any, b: Any) -> Any:
-        """Return ``a operation b``: a node, or less where a constant makes it trivial."""
+        """Return ``a operation b``: a node, or 0 or plus or minus an operand where the operation is trivial."""
         if not all(isinstance(c, Node | int | Fraction) for c in (a, b)):
             return NotImplemented
         a, b = _whole(a), _whole(b)
@@ -60,7 +60,7 @@ class Tape:
         return self._signed(operation, *_unsigned(a), *_unsigned(b))
 
     def _signed(self, operation, a, p, b, q):
-        """Write an operation on p a and q b: signs are those of results, which costs no line, and rounds alike."""
+        """Write an operation on p a and q b, p, q = 1 or -1: a sign goes to the result without a line or rounding."""
         if operation in "*/":
             return self._line(f"{a} {operation} {b}", p * q)
         q = q if operation == "+" else -q
@@ -82,7 +82,7 @@ class Tape:
         return self.call("log", a)
 
     def call(self, name: str, a: Any) -> Any:
-        """Return the function called ``name``, an input, of a node; of a number its value where that is rational."""
+        """Return a node for ``name(a)``, or its value if ``a`` is a number and the value rational."""
         if not isinstance(a, Node) and (exact := getattr(sp, name)(sp.Rational(a))).is_Rational:
             return Fraction(int(exact.p), int(exact.q))
         return self._line(f"{name}({_text(a)})")
@@ -91,16 +91,19 @@ class Tape:
         return Node(self, self.lines.setdefault(text, f"t{len(self.lines)}"), sign)
 
     def function(self, result: tuple, known: Mapping[str, Any] | Iterable[tuple[str, Any]]=()) -> Callable[..., tuple]:
-        """Compile ``f(*inputs)``, which returns ``result``, nested tuples of nodes and words, in numbers.
+        """Compile ``f(*inputs)``, which returns ``result``, nested tuples of nodes and strings, with numbers for nodes.
 
-        Functions that were called are inputs, or in ``known``, {name: function or constant}.
+        Every function that a line calls is an input or stands in ``known``, {name: function or constant}.
         """
         return self._compiled(result, dict(known), "{}")
 
     def definitions(
         self, result: tuple, known: Mapping[str, Any], inputs: Iterable[sp.Symbol]
     ) -> tuple[Definitions, tuple[sp.Expr, ...]]:
-        """Return the lines behind ``result`` as (symbol, expression in those before it), and ``result`` in these."""
+        """Return the lines that ``result`` needs as pairs (symbol, expression), and ``result`` in these symbols.
+
+        Each expression contains the inputs and symbols of earlier lines.
+        """
         found: list[tuple[sp.Symbol, sp.Expr]] = []
 
         def define(expr):
@@ -120,12 +123,12 @@ class Tape:
         head = f"def compiled({', '.join(self.inputs)}):"
         source = "\n".join([head, *reversed(body), f"    return {text}"])
         exec(source, space)
-        space["compiled"].text = source  # which a step of integration may write out
+        space["compiled"].text = source  # from which ``inlined`` writes the function out
         return space["compiled"]
 
 
 def _nest(value, names, space):
-    """Return the text of nested tuples; add the names in it to ``names``, the kinds of tuple to ``space``."""
+    """Return the text of nested tuples; add its names to ``names``, the classes of named tuples to ``space``."""
     if isinstance(value, str):
         return repr(value)
     if not isinstance(value, tuple):
@@ -148,7 +151,7 @@ def _unsigned(a):
 
 
 def _whole(a):
-    """Return a fraction that is a whole number as that."""
+    """Return a fraction whose denominator is 1 as an int, and anything else unchanged."""
     return a.numerator if isinstance(a, Fraction) and a.denominator == 1 else a
 
 

@@ -1,8 +1,9 @@
-r"""Taylor arithmetic in two variables, mu and t, on a tape: expressions along series that are not known yet.
+r"""Taylor arithmetic in two variables, mu and t, on a tape: expressions of series whose coefficients are not known yet.
 
 A ``Taylor`` is sum c_kj mu^k t^j, k + j <= degree. Coefficients are nodes of a ``Tape``, whole numbers or fractions,
-so that whatever is computed becomes straight-line code. A function phi goes through its derivatives,
-phi(u_0 + w) = sum phi^(i)(u_0) w^i / i!  (Griewank and Walther, Evaluating Derivatives, chapter 13).
+so that every computation becomes straight-line code. A function phi of a series is evaluated by its derivatives,
+phi(u_0 + w) = sum phi^(i)(u_0) w^i / i!  (Griewank and Walther, Evaluating Derivatives, chapter 13). ``evaluated`` is
+the entry, and ``_computed`` treats each kind of expression.
 """
 
 from collections.abc import Iterable
@@ -29,7 +30,7 @@ U = sp.Symbol("u", positive=True)
 
 @dataclass(frozen=True)
 class Taylor:
-    """A truncated series: ``terms[k, j]`` multiplies mu**k t**j; what is not there is zero."""
+    """A truncated series: ``terms[k, j]`` is the coefficient of mu**k t**j, and missing ones are zero."""
 
     terms: dict[tuple[int, int], Any]
     degree: int
@@ -53,7 +54,7 @@ class Taylor:
         return Taylor({index: c for index, c in found.items() if not _is_zero(c)}, self.degree)
 
     def cut(self, degree: int) -> "Taylor":
-        """Return the series to ``degree``."""
+        """Return the series truncated to ``degree``."""
         return Taylor({index: c for index, c in self.terms.items() if sum(index) <= degree}, degree)
 
     def inverse(self) -> "Taylor":
@@ -64,9 +65,9 @@ class Taylor:
 
 
 def evaluated(exprs: Iterable[sp.Expr], values: dict, tape: Any) -> list:
-    """Return ``exprs`` at ``values``, {symbol: Taylor, node or number}, what they share once; ``tape`` takes functions.
+    """Return ``exprs`` at ``values``, {symbol: Taylor, node or number}; common subexpressions are evaluated once.
 
-    Raises ``InputError`` for a function without a derivative or an elementary value.
+    Calls of functions are written on ``tape``. Raises ``InputError`` for a function that has no series here.
     """
     known = dict(values)
     return [_evaluated(sp.sympify(expr, strict=True), known, tape) for expr in exprs]
@@ -88,7 +89,7 @@ def _computed(expr, values, tape):
         for value in rest:
             first = _combined(expr, first, value)
         return first
-    if isinstance(expr, Penetration):  # its own series, where the contact is closed
+    if isinstance(expr, Penetration):  # max(0, u) has the series of u where the contact is closed
         return _evaluated(expr.args[0], values, tape)
     if type(expr) in _QUOTIENTS:
         return _evaluated(_QUOTIENTS[type(expr)](*expr.args), values, tape)
@@ -117,7 +118,7 @@ def at_number(expr: sp.Expr, value: Any, tape: Any) -> Any:
 
 
 class _Scalars(dict):
-    """The values of functions of ``U``, found when they are asked for."""
+    """The values of functions of ``U``, each computed by ``at_number`` on first access."""
 
     def __init__(self, values, tape):
         super().__init__(values)

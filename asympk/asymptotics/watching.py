@@ -1,8 +1,10 @@
-"""Which guard is lost first within a step of integration, and when: a dip below 0 and back counts, too.
+"""Which guard is lost first within a step of integration, and when, also if it becomes negative and positive again.
 
-A guard that is positive at both ends of a step may have vanished twice between them. Where it falls at the beginning
-and rises at the end, its cubic Hermite interpolant tells whether it may, and its least value whether it does. Values
-within a step are those of a shorter one: dense output is coarser than a step, of a fast state above all.
+A guard that is positive at both ends of a step may have vanished twice in between. This is examined where the guard
+falls at the beginning of the step and rises at its end, and where the cubic Hermite interpolant between the ends falls
+sufficiently low: then the least value of the guard itself is sought. The states within a step come from a shorter step
+of the same method, because dense output is less accurate than a step, for fast states above all. The hard function is
+``_first_lost``.
 """
 
 import math
@@ -14,14 +16,14 @@ from scipy.optimize import brentq, minimize_scalar
 from asympk.asymptotics.nonstiff import Step
 
 Guards = Callable[[float, tuple[float, ...]], Sequence[float]]
-NUDGE = 1e-6  # of a step, for the slopes of guards at its ends
-SHALLOW = 0.5  # a least value of the interpolant below this part of the ends' is looked for
+NUDGE = 1e-6  # the difference in time, in units of a step, for the slopes of guards at the ends of the step
+SHALLOW = 0.5  # the least value of the interpolant, in units of the lesser end value, above which no dip is sought
 
 
 def watched(
     steps: Iterable[Step], guards: Guards | None, size: int
 ) -> Iterator[tuple[Step, tuple[float, int] | None]]:
-    """Yield every step with the time within it at which a guard first falls through 0, and which one; or with None.
+    """Yield every step together with (time, index) of the guard that first falls through 0 within the step, or None.
 
     ``guards`` takes the time and the first ``size`` states.
     """
@@ -36,7 +38,7 @@ def watched(
 
 
 def _end(guards: Guards, t: float, state: tuple, rates: tuple, nudge: float) -> tuple[Sequence[float], list[float]]:
-    """Return the values of the guards at one end of a step, and their slopes there, told ``nudge`` within it."""
+    """Return the values of the guards at one end of a step, and their slopes, by a difference ``nudge`` in time."""
     values = guards(t, state)
     moved = guards(t + nudge, tuple([w + nudge * r for w, r in zip(state, rates, strict=False)]))
     return values, [(b - a) / nudge for a, b in zip(values, moved, strict=True)]
@@ -54,7 +56,7 @@ def _first_lost(step: Step, guards: Guards, size: int, before: tuple, after: tup
 
 
 def _may_dip(a: float, b: float, fall: float, rise: float) -> bool:
-    """Tell whether a guard that is positive at the ends of a step, a and b, falls by much between them."""
+    """Tell whether the interpolant of a guard with positive values a, b at the ends of a step is low between them."""
     return min(a, b) > 0 and _hermite(_bottom(a, b, fall, rise), a, b, fall, rise) <= SHALLOW * min(a, b)
 
 
@@ -65,8 +67,8 @@ def _dip(value: Callable, step: Step) -> float | None:
 
 
 def _bottom(a: float, b: float, fall: float, rise: float) -> float:
-    """Return where in (0, 1) the cubic with these values and slopes at 0 and 1 is least."""
-    cubic, square = 3 * (2 * (a - b) + fall + rise), 3 * (b - a) - 2 * fall - rise  # slope: cubic, 2 square, fall
+    """Return the minimum in (0, 1) of a cubic, a zero of its slope, given values and slopes at 0 and 1."""
+    cubic, square = 3 * (2 * (a - b) + fall + rise), 3 * (b - a) - 2 * fall - rise  # cubic u^2 + 2 square u + fall
     return -fall / (square + math.sqrt(square * square - cubic * fall))
 
 
@@ -76,7 +78,10 @@ def _hermite(share: float, a: float, b: float, fall: float, rise: float) -> floa
 
 
 def _zero(value: Callable, low: float, high: float) -> float:
-    """Return where a guard falls through 0; one that is 0 at ``low`` was positive just after, however shortly."""
+    """Return the time in [low, high] at which a guard falls through 0.
+
+    A guard that is 0 at ``low`` is taken to be positive just after ``low``: the time of its fall is later.
+    """
     if not value(high) < 0:
         return high
     before, after = low, high
