@@ -1,7 +1,7 @@
-"""The asymptotic models for arrays of starts and parameters: states at the end, and the error to expect of them.
+"""The asymptotic models of the Painlevé-Klein system for arrays of starts and parameters: final states and errors.
 
-Starts with the same itineraries are expanded together. ``itineraries_of`` asks only for signs, so a group is found by
-following its first member and setting aside those that answer otherwise.
+Starts with the same itineraries are expanded together. An itinerary depends on signs alone: ``_groups`` follows the
+first remaining start and groups with it all starts for which every sign that decides its itinerary is the same.
 """
 
 from dataclasses import dataclass
@@ -19,10 +19,11 @@ CHUNK = 1 << 15
 
 @dataclass(frozen=True, repr=False, eq=False)
 class FinalStates(ShownAsTable):
-    """States at the end and the error to expect of them, relative to the largest of 1, |x|, |z|.
+    """Final states and their predicted errors, relative to the largest of 1, |x|, |z|.
 
-    ``final`` has the shape (3, ...), ``error`` and ``reason`` the broadcast shape (...). Where the model refuses,
-    ``final`` and ``error`` are inf and ``reason`` is an index of ``reasons``, the words; elsewhere it is -1.
+    ``final`` has the shape (3, ...), ``error`` and ``reason`` the broadcast shape (...). Where the model does not hold,
+    ``final`` and ``error`` are inf, and ``reason`` is an index into the messages ``reasons``. Elsewhere ``reason`` is
+    -1.
     """
 
     model: str
@@ -46,7 +47,7 @@ def solve_many(
 ) -> FinalStates:  # fmt: skip
     """Return the ``FinalStates`` of ``"jump"``, ``"slow"`` or ``"rigid"`` at ``until`` for arguments that broadcast.
 
-    Raises ``InputError`` and ``OrderError``; what ``solve`` would raise for one scene is told by its ``reason``.
+    Raises ``InputError`` and ``OrderError``. For a start at which ``solve`` would raise, ``reason`` names the error.
     """
     import numpy as np
 
@@ -70,7 +71,7 @@ def solve_many(
 
 
 def _groups(method, sigma, sigma0, mu, x, y, z, until):
-    """Yield (indices, itineraries, or the words that refuse them) for the starts that share them."""
+    """Yield (indices, itineraries) of the starts that share their itineraries, or (indices, message) where refused."""
     import numpy as np
 
     left = np.arange(sigma.size)

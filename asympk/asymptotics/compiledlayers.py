@@ -1,4 +1,4 @@
-r"""The layers of the Painlevé-Klein system in numbers: derived once per itinerary on a tape, compiled for any start.
+r"""The layers of the Painlevé-Klein system in numbers: derived once per itinerary on a tape and compiled for any start.
 
 ``compiled_layers(steps, order, arrival)`` returns one function of (sigma, sigma0, mu, log(1/mu), x, s, z), for floats,
 mpmath numbers and arrays. It returns the composite expansion to ``order``, ``order + 1`` and ``order + 2``; their
@@ -35,7 +35,7 @@ class SegmentNumbers(NamedTuple):
 
 
 class EventNumbers(NamedTuple):
-    """An event in numbers; ``spread`` is the correction of relative order 1 to the growth of the fast part up to it."""
+    """An event in numbers; ``spread`` is the correction of order mu to the growth of the fast part, relative to it."""
 
     kind: str
     t: Any
@@ -46,7 +46,7 @@ class EventNumbers(NamedTuple):
 
 
 class LayerNumbers(NamedTuple):
-    """The composite expansion of a layer to one order, and the slow motion it lands on, as if begun at t = 0."""
+    """The composite expansion of a layer to one order; ``landing`` is its slow motion, extended back to t = 0."""
 
     segments: tuple[SegmentNumbers, ...]
     turns: tuple[EventNumbers, ...]
@@ -63,7 +63,8 @@ def model() -> Linear:
 def compiled_layers(steps: tuple, order: int, extra: int = 2, arrival: str | None = None) -> Callable[..., tuple]:
     """Return ``f(sigma, sigma0, mu, large, x, s, z, log)``: the layers to ``order``, ..., ``order + extra``.
 
-    With ``arrival`` the layer begins on z = 0, on the slow line of the mode of that name; s and z are not used.
+    With ``arrival`` the layer begins at z = 0 on the slow line of the mode of that name, and s and z are not used.
+    ``large`` is log(1/mu).
     """
     tape = Tape("sigma", "sigma0", "mu", "large", "x", "s", "z", "log")
     sigma, sigma0, mu, large, x, s, z = map(tape.node, tape.inputs[:-1])
@@ -78,7 +79,7 @@ def compiled_layers(steps: tuple, order: int, extra: int = 2, arrival: str | Non
 
 @lru_cache(maxsize=64)
 def coefficient(expr: sp.Expr) -> Callable[..., tuple]:
-    """Return a coefficient of the model as a bare function of (sigma, sigma0)."""
+    """Return a coefficient of the model as a compiled function of (sigma, sigma0)."""
     return lower(model().parameters, expr, "math").compiled
 
 

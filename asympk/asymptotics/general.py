@@ -1,10 +1,10 @@
 """``method="slow"`` and ``"jump"`` for the scene of any system: smooth, or with friction.
 
-A smooth motion through edges, where the state or the time switches its rates, is followed like one with friction: by
-layers and slow motions in turn.
+``run`` is the entry. A smooth system whose motion crosses no switching surface goes to ``smooth``. A motion that
+crosses one, where the state or the time switches the rates, is followed like a motion with friction, by ``frictional``.
 
-Tolerances are relative to the largest of 1 and the states. Where some of them stay small beside 1, as in units that are
-too large, a smooth system is followed again in units of their size.
+Tolerances are relative to the largest of 1 and the states. Where some states of a smooth system stay small beside 1, as
+in units that are too large, the hard function ``_in_units_that_fit`` follows the system again in units of their size.
 """
 
 import math
@@ -26,17 +26,17 @@ from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import rational
 
 HIGHEST_ORDER = 4
-SMALL = 1e-4  # of its unit, a state's size from which on it is followed in units of this
-LARGEST = 1e6  # of its unit, a state's size in a layer that is told from one that is lost in rounding
-NOISE = 1e-12  # of the largest state, a size that may be rounding
-LOOKS = 32  # times at which sizes are told, each half of that before
+SMALL = 1e-4  # the size of a state, in its unit, below which the unit is made smaller
+LARGEST = 1e6  # the size of a state in its layer, in its unit, above which rounding hides its slow motion
+NOISE = 1e-12  # the size of a state, relative to the largest one, below which it may be rounding
+LOOKS = 32  # the number of times at which sizes are measured, each time half of the one before
 
 
 def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     """Follow ``scene`` by ``"jump"`` or ``"slow"`` to ``order``: by default 1 for a smooth system, 0 with friction.
 
-    Raises ``OrderError``; ``NotDerivable`` for a system without small parameter; what ``follow_smooth`` and
-    ``follow_stretches`` raise; ``OutOfRange`` where a value is not finite.
+    Raises ``OrderError``, ``NotDerivable`` for a system without small parameter, ``OutOfRange`` where a value is not
+    finite, and the errors of ``follow_smooth`` and ``follow_stretches``.
     """
     smooth = not scene.system.frictions
     order = _checked_order(method, int(smooth) if order is None else order)
@@ -54,9 +54,9 @@ def _checked_order(method: str, order: int) -> int:
 
 
 def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
-    """Follow a smooth scene as it is, or in units in which no state stays small.
+    """Follow a smooth scene in its own units, or in units in which no state stays small.
 
-    A state that is small in slow motion alone, as the speed of a fast oscillation, keeps its unit: its layer is large.
+    A state that is small in the slow motion but large in the layer, as the speed of a fast oscillation, keeps its unit.
     """
     units = (sp.S.One,) * len(scene.start)
     try:
@@ -86,13 +86,13 @@ def _smaller(sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> 
 
 
 def _reach(path: Any, sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> float:
-    """Return how far the layer of a path reaches in those states whose slow motion is small beside their units."""
+    """Return the largest modulus of the layer of a path in those states whose ``sizes`` are small in their units."""
     layer = path.at.motion.layer(float(path.scene.until) / 2.0 ** np.arange(LOOKS))[0]
     return float(np.abs(layer[_smaller(sizes, units)]).max())
 
 
 def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:
-    """Return the power of ten next to every state's largest size at the start and in slow motion, at most 1."""
+    """Return the power of ten, at most 1, nearest to the largest size of each state at the start and in slow motion."""
     sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
     if min(sizes) < SMALL:
         times = float(path.scene.until) / 2.0 ** np.arange(LOOKS)
@@ -101,14 +101,14 @@ def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]
 
 
 def _powers(sizes: list[float]) -> tuple[sp.Rational, ...]:
-    """Return the power of ten next to every size, 1 for those above 1/30; that of the largest for a rounding."""
+    """Return the power of ten nearest to every size, or 1 above 1/30; a rounding has the power of the largest size."""
     largest = max(sizes)
     powers = (round(math.log10(size if size > NOISE * largest else largest or 1.0)) for size in sizes)
     return tuple(sp.Integer(10) ** (power if power < -1 else 0) for power in powers)
 
 
 def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
-    """Return a smooth scene with its states in ``units``, which are told in their names."""
+    """Return a smooth scene with its states in ``units``, which are written into their names."""
     system = scene.system
     names = (s if u == 1 else sp.Symbol(f"{s.name}/{float(u):.0e}", real=True)
              for s, u in zip(system.states, units, strict=True))  # fmt: skip
@@ -123,7 +123,7 @@ def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
 
 
 def _out_of(units: tuple[sp.Rational, ...], scene: Any, path: Any) -> Path:
-    """Return a path whose states are in ``units`` as that of the ``scene``."""
+    """Return the path of ``scene`` from ``path``, whose states are in ``units``."""
     numbers, dense = np.array(units, dtype=float), path.at
     final, omitted = (np.array(values) * numbers for values in (path.final, path.info["omitted"]))
     error = expected_error(dense.motion, dense.layered, dense.until, numbers)
@@ -145,7 +145,7 @@ class _Units:
 
 @contextmanager
 def _refused(scene: Any) -> Iterator[None]:
-    """Refuse by name what leaves the range of the numbers or of a function."""
+    """Raise ``OutOfRange`` for a value beyond the range of the numbers or of a function."""
     try:
         with np.errstate(all="ignore"):
             yield
@@ -158,7 +158,7 @@ def _refused(scene: Any) -> Iterator[None]:
 
 
 def _without_series(scene: Any) -> str:
-    """Return which power has no Taylor series, of which models are made, as its base is 0 at the start; or ""."""
+    """Return words on a power without Taylor series, whose base is 0 at the start, or "" if there is none."""
     system = scene.system
     given = zip((*system.states, *system.parameters), (*scene.start, *scene.values), strict=True)
     place = {s: rational(s.name, value) for s, value in given}

@@ -1,7 +1,7 @@
-"""Flows written out in the text of a step of integration: short ones cost less than the calls of them.
+"""Flows written out in the source code of an integration step: a short flow costs less than its call.
 
-What depends on no state is computed once a step and not once a stage. The text is that of the flow itself, so the
-numbers are the same to the last bit.
+Subexpressions that depend on no state are computed once per step and not once per stage. The operations are those of
+the flow itself, so the numbers are the same to the last bit. ``inlined`` is the entry, ``_Text`` rewrites the source.
 """
 
 import ast
@@ -10,14 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-LONGEST = 2500  # characters of a flow; longer ones are called, which costs little beside what they compute
+LONGEST = 2500  # the most characters of a flow that is written out: the call of a longer one costs relatively little
 
 
 @dataclass(frozen=True)
 class Inlined:
-    """A flow as text: ``once`` are lines without states, ``lines`` those of a stage, ``rates`` the tuple they end in.
+    """A flow as text: the lines ``once`` per step and ``lines`` per stage, and ``rates``, the text of the result.
 
-    ``names`` are the functions that the text calls.
+    ``names`` is {name: function} of the functions that the text calls.
     """
 
     once: tuple[str, ...]
@@ -32,8 +32,8 @@ def inlined(
 ) -> Inlined:  # fmt: skip
     """Return the text of ``function(*before, *states, *parameters)`` in variables of these names.
 
-    Names of its own begin with ``prefix``. A function that carries its source as ``text``, of at most ``longest``
-    characters, is written out, and any other called.
+    All other names in the text begin with ``prefix``. A function that carries its source as ``text``, of at most
+    ``longest`` characters, is written out. Any other function is called.
     """
     text, arguments = getattr(function, "text", None), (*before, *states, *parameters)
     if text is None or len(text) > longest:
@@ -49,7 +49,7 @@ def inlined(
 
 
 class _Text(ast.NodeTransformer):
-    """Gives every name the one that it has in the step, and moves what is ``fixed`` out of the stages."""
+    """Renames the variables of a flow for a step, and moves expressions of ``fixed`` names out of the stages."""
 
     def __init__(self, prefix, given, fixed, functions):
         self.prefix, self.given, self.fixed, self.functions = prefix, given, fixed, functions
@@ -57,7 +57,7 @@ class _Text(ast.NodeTransformer):
         self.known: dict[str, str] = {}
 
     def assign(self, line):
-        """Write a line of the flow, among those before the stages if no state is in it."""
+        """Write a line of the flow: before the stages if it contains no state, else into them."""
         (target,), value = line.targets, self.visit(line.value)
         name = self.given[target.id] = f"{self.prefix}{target.id}"
         if self._is_fixed(value):
@@ -88,7 +88,7 @@ class _Text(ast.NodeTransformer):
         return variables <= self.fixed
 
     def _hoisted(self, node):
-        """Return an expression with what is fixed in it under a name of its own; what may not be computed stays."""
+        """Return an expression with names for its fixed parts, except in branches, which may not be evaluated."""
         if isinstance(node, ast.Name | ast.Constant | ast.IfExp | ast.BoolOp | ast.Compare):
             return node
         if self._is_fixed(node):

@@ -1,9 +1,10 @@
-r"""Which modes a fast layer passes through, in the limit mu -> 0, decided on the line of loads.
+r"""The modes through which a fast layer passes in the limit mu -> 0, found from the load alone.
 
-While the layer lasts, x stands still and the load s obeys mu s' = p + q s in each mode. It tends to its rest point
--p/q (q < 0) or grows without bound (q > 0); what it meets on the way ends the mode: s = 0, the switching plane z = 0
-once s is unbounded, or, in stick, an edge of the friction cone. Every decision is the sign of an expression, so the
-signs that were asked for are the domain of the itinerary.
+During the layer x is constant and the load s obeys mu s' = p + q s in each mode. The load tends to its rest point -p/q
+where q < 0 and grows without bound where q > 0. A mode ends where s = 0, or at the switching plane z = 0 once s is
+unbounded, or, in stick, at an edge of the friction cone. Every decision is the sign of an expression, so the signs that
+``itinerary`` asks for define the set of starts and parameters with this itinerary. The hard functions are ``_slip`` and
+``_stick``, which decide how a mode ends.
 """
 
 from collections.abc import Callable, Iterator
@@ -13,13 +14,17 @@ from typing import Any
 from asympk.asymptotics.layers import ItineraryStep
 from asympk.errors import NotDerivable, OutOfRange
 
-LONGEST = 8
+LONGEST = 8  # the most modes of a layer
 EDGES = {"upper": 1, "lower": -1}
 
 
 @dataclass(frozen=True)
 class LoadLine:
-    """Per mode (p, q) of ``mu s' = p + q s`` and (h0, h1) of ``z' = h0 + h1 s``; the drive (d0, d1); the friction."""
+    """The equations of a layer in the load s, its coefficients symbols, numbers or arrays.
+
+    For each mode, ``fast`` holds (p, q) of mu s' = p + q s and ``rate`` holds (h0, h1) of z' = h0 + h1 s. ``drive`` is
+    (d0, d1): static friction must hold d0 + d1 s, and holds up to ``static`` |s|.
+    """
 
     fast: dict
     rate: dict
@@ -27,12 +32,12 @@ class LoadLine:
     static: Any
 
     def rest(self, mode: str) -> Any:
-        """Return the load at which the fast motion of a mode rests: its critical manifold."""
+        """Return the load on the critical manifold of a mode, where the fast motion is at rest."""
         p, q = self.fast[mode]
         return -p / q
 
     def side(self, mode: str, sign: Callable[[Any], int]) -> int:
-        """Return the sign of the velocity where the critical manifold of a mode lies; 0 where there is none."""
+        """Return the sign of the velocities for which a mode has its critical manifold; 0 in stick or without one."""
         if sign(self.fast[mode][1]) == 0:
             return 0
         return sign(self.rest(mode)) * {"slip_same": 1, "slip_opposite": -1, "stick": 0}[mode]
@@ -47,11 +52,11 @@ class LoadLine:
         return self.side(mode, sign) * sign(self.acceleration(mode)) < 0
 
     def margin(self, load: Any) -> Any:
-        """Return what static friction can hold less what it must."""
+        """Return the force that static friction can hold less the force that it must hold."""
         return self.static * abs(load) - abs(self.drive[0] + self.drive[1] * load)
 
     def edges(self, sign: Callable[[Any], int]) -> Iterator[tuple[str, Any]]:
-        """Yield the levels ``drive = k static s``, k = 1 and -1, and the loads there."""
+        """Yield the names of the edges ``drive = k static s``, k = 1 and -1, and the loads there."""
         for name in EDGES:
             if sign(self._slope(name)):
                 yield name, self.load_at(name)
@@ -67,9 +72,9 @@ class LoadLine:
 def itinerary(line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int]) -> tuple[ItineraryStep, ...]:
     """Return the steps from a start (load, velocity) until the layer has landed on a critical manifold.
 
-    ``sign`` returns that of an expression, and may record it. Raises ``OutOfRange`` for a start on the repelling
-    manifold that divides two itineraries or with a critical manifold without load, ``NotDerivable`` when no critical
-    manifold is reached, or not at times that are series.
+    ``sign`` returns the sign of an expression, and may record it. Raises ``OutOfRange`` for a start on the repelling
+    manifold, which divides two itineraries, for a mode without fast motion and for a load that settles at 0. Raises
+    ``NotDerivable`` where no critical manifold is reached, or an event has a time that is no series in mu and L.
     """
     steps: list[ItineraryStep] = []
     side, far = sign(velocity), 0
@@ -118,7 +123,7 @@ def _slip(line, load, side, sign):
 
 
 def _stick(line, load, far, sign):
-    """Return the stick step and the load at its end; no step where the load leaves the cone at once."""
+    """Return the stick step and the load at its end; None for the step where the load leaves the cone immediately."""
     rest = line.rest("stick")
     if sign(line.fast["stick"][1]) >= 0:
         raise NotDerivable("stick: the load does not settle")
@@ -136,7 +141,7 @@ def _stick(line, load, far, sign):
 
 
 def _hold(line, load, sign):
-    """Return the sign of what static friction can hold less what it must."""
+    """Return the sign of ``margin``: static friction holds where it is not negative."""
     return sign(line.margin(load))
 
 

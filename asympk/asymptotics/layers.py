@@ -4,13 +4,14 @@ In a mode x' = f, mu y' = g, z' = h, affine in x and y, the motion from a start 
 
     x = x* + A e^(slow t) + B e^(fast t),    y likewise,    z = c + rate t + ... ,
 
-with fast = O(1/mu), slow = O(1). A layer ends where an affine function of (x, y, z) vanishes. With E = e^(fast t) for
-unknown, so t = log(E)/fast = O(mu L), that is
+with fast = O(1/mu), slow = O(1). A mode ends where an affine function of (x, y, z) vanishes. In the unknown
+E = e^(fast t), with t = log(E)/fast = O(mu L), this equation is
 
-    c + rate t + ks e^(slow t) + kf E = 0,
+    c + rate t + ks e^(slow t) + kf E = 0.
 
-and the last term balances the others: E = -(c + ...)/kf, a contraction by mu, solved by ``series.balance``.
-The same text serves coefficients that are symbols, numbers, or arrays of numbers.
+The last term balances the others: E = -(c + rate t + ks e^(slow t))/kf is a contraction by mu, which ``series.balance``
+iterates. ``expand_layers`` follows an itinerary; the hard function is ``_turn``, which solves this equation. The
+same code serves coefficients that are symbols, numbers, or arrays of numbers.
 """
 
 from collections.abc import Callable
@@ -31,7 +32,7 @@ class LinearField(NamedTuple):
 
 
 class ItineraryStep(NamedTuple):
-    """A mode, the sign of the velocity in it, the event that ends it, and the level reached there; or no event."""
+    """A mode, the sign of the velocity, the event that ends the mode, if any, and the level that vanishes there."""
 
     mode: str
     side: int
@@ -40,7 +41,7 @@ class ItineraryStep(NamedTuple):
 
 
 class LayerEvent(NamedTuple):
-    """An event of a layer: its time and state as series, and E there, the growth of the fast part since the last."""
+    """An event of a layer: its time and state as series, and ``growth``, the value of E at the end of the mode."""
 
     kind: str
     t: Series
@@ -52,9 +53,10 @@ class LayerEvent(NamedTuple):
 
 @dataclass(frozen=True)
 class LayerSegment:
-    """One mode from the time ``began`` on; each state is (start, rate, slow part, fast part, centre) in local time.
+    """One mode from the time ``began`` on; each state is (start, rate, slow part, fast part, centre) in local time t.
 
-    It stands for ``centre + rate t + slow part e^(slow t) + fast part e^(fast t)``, or ``start`` and both parts less 1.
+    The state is ``centre + rate t + slow part e^(slow t) + fast part e^(fast t)``, which equals
+    ``start + rate t + slow part (e^(slow t) - 1) + fast part (e^(fast t) - 1)``.
     """
 
     mode: str
@@ -83,9 +85,9 @@ class LayerSeries:
 
 
 def expand_layers(model: Any, steps: tuple[ItineraryStep, ...], start: tuple, order: int, log: Callable) -> LayerSeries:
-    """Follow ``steps`` from ``start`` = (x, y, z) to relative order ``order``; ``log`` is that of a coefficient.
+    """Follow ``steps`` from ``start`` = (x, y, z) to relative order ``order``; ``log`` takes a coefficient's logarithm.
 
-    ``model`` gives the ``fields`` by mode and the ``levels`` by name.
+    ``model.fields`` gives the ``LinearField`` of each mode, ``model.levels`` the affine function of each level.
     """
     began, state, segments, turns = series(0), tuple(map(series, start)), [], []
     for mode, _, event, level in steps:
@@ -104,7 +106,7 @@ def on_slow_line(field: LinearField, x: Any, order: int) -> Series:
 
 
 def slow_motion(field: LinearField, layers: LayerSeries, order: int) -> LayerSegment:
-    """Return the slow motion that the layers land on as a segment that begins at t = 0."""
+    """Return the slow motion on which the layers land, extended back to t = 0, as a segment."""
     mode, x = layers.segments[-1].mode, layers.x
     return _segment(mode, field, (x, on_slow_line(field, x, order), layers.z), series(0), order, series(0))
 
@@ -161,7 +163,7 @@ def _landing(segment, order):
 
 
 def slow_and_fast_rate(field: LinearField, order: int) -> tuple[Series, Series]:
-    """Solve mu k^2 - (mu f_x + g_y) k + f_x g_y - f_y g_x = 0 for its slow and its fast root."""
+    """Return the slow and the fast root k of mu k^2 - (mu f_x + g_y) k + f_x g_y - f_y g_x = 0."""
     (_, fx, fy), (_, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx
     slow = balance(lambda k: (det + MU * k * (k - fx)) / gy, series(det / gy), order)
@@ -170,14 +172,14 @@ def slow_and_fast_rate(field: LinearField, order: int) -> tuple[Series, Series]:
 
 
 def rest_of(field: LinearField) -> tuple[Any, Any]:
-    """Return the point (x, y) at which a mode rests."""
+    """Return the equilibrium (x, y) of a mode."""
     (f0, fx, fy), (g0, gx, gy) = field.f, field.g
     det = fx * gy - fy * gx
     return (fy * g0 - gy * f0) / det, (gx * f0 - fx * g0) / det
 
 
 def slope_of(field: LinearField, rate: Any) -> Any:
-    """Return dy/dx of the motion at one of the two rates."""
+    """Return dy/dx along the eigenvector of ``rate``, the slow or the fast one."""
     return (rate - field.f[1]) / field.f[2]
 
 
