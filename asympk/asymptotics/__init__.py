@@ -1,4 +1,6 @@
-"""Small mu: series in mu and log(1/mu) -> itinerary and layers -> the jump map -> models in numbers.
+"""Small mu: the jump map in symbols, and the asymptotic models in numbers.
 
-``tape`` records a derivation once; ``compiledlayers`` runs that of a layer on floats, mpmath numbers and arrays.
+In symbols: ``series`` in mu and log(1/mu), ``itinerary``, ``layers``, ``jump`` and ``base``. In numbers, for the rod:
+``compiledlayers``, ``composite``, ``models``. In numbers, for any system: ``fibre``, ``landing``, ``reduced``,
+``smooth``, ``matched``, ``impact``, ``frictional``, ``general``.
 """

@@ -1,8 +1,8 @@
-r"""A system with dry friction whose modes are linear, read into coefficients.
+r"""The coefficients of a system with dry friction whose modes are linear.
 
-The states are one slow x, one fast y and the velocity z of the friction; f, g, h, the drive and the load are affine
-in x and y, and g, h and the drive depend on them through the load s alone. Coefficients may then be symbols, exact
-ratios, or numbers: ``Linear.map`` takes one into the other.
+The states are one slow x, one fast y and the sliding velocity z. The rates f, g, h of x, mu y, z, the drive and the
+load are affine in x and y; g, h and the drive depend on x and y through the load s alone. ``linear`` reads the
+coefficients of a ``System`` as expressions, and ``Linear.map`` converts them to exact ratios, numbers or arrays.
 """
 
 from collections.abc import Callable
@@ -23,7 +23,7 @@ SLIP = ("slip_same", "slip_opposite")
 
 @dataclass(frozen=True)
 class Linear:
-    """Coefficients, affine in (x, y), of the modes, the load and the drive; and the static friction."""
+    """The coefficients of 1, x, y in the modes, the load and the drive, which ``static`` friction must hold."""
 
     states: tuple[sp.Symbol, sp.Symbol, sp.Symbol]
     parameters: tuple[sp.Symbol, ...]
@@ -52,7 +52,7 @@ class Linear:
 
     @property
     def line(self) -> LoadLine:
-        """The motion of the load in the fast layers."""
+        """The equations of the load in the layers."""
         return LoadLine(
             fast={n: tuple(self.load[2] * c for c in self.by_load(m.g)) for n, m in self.fields.items()},
             rate={n: self.by_load(m.h) for n, m in self.fields.items()},
@@ -72,7 +72,7 @@ class Linear:
 
 @lru_cache(maxsize=16)
 def linear(system: System) -> Linear:
-    """Read a ``System``; raises ``NotDerivable`` where it is not linear, not planar, or not driven by the load."""
+    """Return the coefficients of a ``System``; raises ``NotDerivable`` unless it is as described above."""
     if not system.frictions:
         raise NotDerivable("the system has no dry friction: its layers do not jump; use slow_manifold")
     if system.friction is None or system.small is None:

@@ -1,11 +1,12 @@
-r"""The asymptotic models as paths: the rigid system, slow flow on a manifold, and layers composed with slow flow.
+r"""The asymptotic models of the Painlevé-Klein system as paths: rigid, slow motion alone, and slow motion with layers.
 
-All rest on one expansion (``composite``). In each mode it has the slow and the fast part of the motion to order n in
-mu; their sum holds uniformly in t (``"jump"``). ``"slow"`` is the slow part alone, from where the start is projected to
-along the fast fibre: it holds outside the layers. ``"rigid"`` is its limit mu = 0, which knows nothing of fast motions
-and so has no motion, or two, where the rod is steep.
+All three use the composite expansion of ``composite``, which gives the slow and the fast part of the motion in each
+mode to order n in mu. ``"jump"`` is their sum, which holds uniformly in t. ``"slow"`` is the slow part alone, which
+starts at the projection of the start along the fast fibre and holds outside the layers. ``"rigid"`` is the limit mu = 0
+of ``"slow"``. The rigid system has no fast motion, and where the rod is steep it may have no motion or two.
 
-A path carries the error that the first omitted terms predict. Where an expansion does not hold, it is refused.
+A path carries the error that the first omitted terms predict. ``OutOfRange`` is raised where the expansion does not
+hold (``validity``). ``run`` is the entry.
 """
 
 import math
@@ -27,8 +28,8 @@ from asympk.scene import in_doubles
 
 HIGHEST_ORDER = 6
 MOST_DIGITS = 1000
-MOST_EXPONENT = 709.0
-SPARE = 10  # digits
+MOST_EXPONENT = 709.0  # beyond it exp exceeds the largest double
+SPARE = 10  # digits carried beyond those asked for
 
 
 def _bounded(function):
@@ -44,8 +45,8 @@ FLOATS = SimpleNamespace(
 def run(scene: Any, method: str, *, order: int | None = None, digits: int | None = None) -> Path:
     """Follow ``scene`` by ``"jump"`` or ``"slow"`` to ``order`` (1 when not given), or by ``"rigid"``.
 
-    ``digits`` computes on mpmath numbers. Raises ``OrderError``, ``OutOfRange``; ``"slow"`` also ``NoManifold``,
-    ``"rigid"`` also ``NoMotion`` and ``TwoMotions``.
+    With ``digits`` the numbers are those of mpmath with so many digits. Raises ``OrderError`` and ``OutOfRange``, for
+    ``"slow"`` also ``NoManifold``, for ``"rigid"`` also ``NoMotion`` and ``TwoMotions``.
     """
     order = order_taken(method, order)
     m = FLOATS if digits is None else _multiprecision(whole("digits", digits, 1, MOST_DIGITS))
@@ -67,7 +68,7 @@ def run(scene: Any, method: str, *, order: int | None = None, digits: int | None
 
 
 def _largest_of(sigma, mu, x, y, z):
-    """Name the small number of the expansion that is largest."""
+    """Return the name and value of the largest of the numbers that must be small for the expansion."""
     numbers = {"mu (|x| + |y|)": mu * (abs(x) + abs(y))}
     if z:
         numbers["mu/|z|"] = mu / abs(z)
@@ -81,7 +82,7 @@ def _largest_of(sigma, mu, x, y, z):
 def itineraries_for(
     method: str, line: LoadLine, load: Any, velocity: Any, sign: Callable[[Any], int], here: str
 ) -> composite.LayerItineraries:
-    """Return the itineraries of a start, or raise what keeps ``method`` from following it."""
+    """Return the itineraries of a start; raise ``NoManifold``, ``NoMotion``, ``TwoMotions`` where ``method`` fails."""
     itineraries = composite.itineraries_of(line, load, velocity, sign)
     through = " -> ".join(step.mode for step in itineraries.steps)
     stops = any(step.event == "velocity_zero" for step in itineraries.steps)
@@ -101,19 +102,19 @@ def itineraries_for(
 
 
 def line_of(sigma: Any, sigma0: Any) -> LoadLine:
-    """Return the motion of the load in the layers, in numbers."""
+    """Return the equations of the load in the layers, in numbers or arrays."""
     return model().map(lambda c: coefficient(c)(sigma, sigma0)[0]).line
 
 
 def order_taken(method: str, order: int | None) -> int:
-    """Return the order to take, by default 1, of ``"rigid"`` 0; raises ``OrderError``."""
+    """Return ``order``, or the default, which is 1 and for ``"rigid"`` 0; raises ``OrderError``."""
     highest = 0 if method == "rigid" else HIGHEST_ORDER
     order = min(1, highest) if order is None else order
     return known_order(order, highest, f"method {method!r} is known to the orders")
 
 
 def rigid_modes(line: LoadLine, velocity: Any, sign: Callable[[Any], int]) -> list[str]:
-    """Return the modes in which the rigid system moves on from ``velocity``: the constraint gives s = rest(mode)."""
+    """Return the modes in which the rigid system continues from ``velocity``: its constraint gives s = rest(mode)."""
     wanted = sign(velocity)
     sides = [(mode, line.side(mode, sign)) for mode in SLIP]
     return [m for m, side in sides if side and side == (wanted or sign(line.acceleration(m)))]
@@ -150,7 +151,7 @@ class CompositeDense:
 
 
 def arrays() -> SimpleNamespace:
-    """Return the functions of a composite expansion for arrays."""
+    """Return the functions ``m`` of a composite expansion for arrays."""
     import numpy as np
 
     return SimpleNamespace(

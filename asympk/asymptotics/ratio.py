@@ -1,8 +1,9 @@
 """Exact coefficients: rational functions whose few denominators stay factored.
 
 A ``Ratio`` is ``numerator * product of unit**k`` with a polynomial numerator and irreducible polynomial units. The
-derivations of this package divide by few things (sigma, sigma + 1, z ...), so keeping those apart replaces the
-multivariate gcd of a fraction field by trial division, and zero stays decidable.
+derivations of this package divide by few polynomials (sigma, sigma + 1, z ...). With these kept as factors, trial
+division replaces the multivariate gcd of a fraction field, and a ratio is zero if and only if its numerator is.
+``_cancel`` is the hard function.
 """
 
 from collections.abc import Sequence
@@ -14,13 +15,13 @@ import sympy as sp
 
 from asympk.numbers import Number
 
-PRIME = 2**31 - 1
-HIGHEST_POWER = 64
+PRIME = 2**31 - 1  # the modulus of a cheap test that spares most of the trial divisions
+HIGHEST_POWER = 64  # powers of the generators below it are tabulated
 
 
 @dataclass(frozen=True, eq=False)
 class Ratio:
-    """``numerator * prod(u**k for u, k in units.items())``, cancelled."""
+    """``numerator * prod(u**k for u, k in units.items())``, in lowest terms."""
 
     numerator: Any
     units: dict = field(default_factory=dict)
@@ -73,7 +74,7 @@ class Ratio:
         return self.inverse() * other
 
     def inverse(self) -> "Ratio":
-        """Return the reciprocal: the numerator's irreducible factors become units."""
+        """Return the reciprocal, in which the irreducible factors of the numerator become units."""
         constant, factors = self.numerator.factor_list()
         units = {u: -k for u, k in self.units.items()}
         for u, k in factors:
@@ -99,9 +100,9 @@ class Ratio:
 
 
 class Ratios:
-    """The ratios in ``symbols``, and in ``logarithms`` more generators, named as logarithms are asked for.
+    """The ratios in ``symbols`` and ``logarithms`` further generators, each of which stands for one logarithm.
 
-    ``shown`` replaces the symbols in expressions.
+    ``shown`` are the expressions that replace the symbols in SymPy expressions.
     """
 
     def __init__(self, symbols: Sequence[sp.Symbol], logarithms: int = 0, shown: Any = None):
@@ -161,14 +162,14 @@ def _cancel(numerator, units):
 
 
 def _may_divide(unit, numerator):
-    # most trial divisions fail, and a zero of the unit modulo a prime tells so at a fraction of the cost
+    # most trial divisions fail; a numerator that does not vanish at a zero of the unit modulo a prime is not divisible
     powers = _powers_of_zero(unit)
     return powers is None or _residue(numerator, powers) == 0
 
 
 @lru_cache(maxsize=256)
 def _powers_of_zero(unit):
-    """Return the powers, modulo a prime, of a point where the unit vanishes; None if it is linear in no generator."""
+    """Return the powers, modulo ``PRIME``, of a zero of the unit, or None if the unit is linear in no generator."""
     for i in range(unit.ring.ngens):
         if unit.degree(i) == 1:
             point = [pow(7, 1 + 3 * j, PRIME) for j in range(unit.ring.ngens)]

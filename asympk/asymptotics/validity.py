@@ -1,6 +1,7 @@
-r"""The range in which a composite expansion may be trusted: what must hold up to a time if it is to mean anything.
+r"""The conditions under which a composite expansion holds up to a given time.
 
-Conditions are truth values for numbers and arrays of them for arrays; each comes with the words that refuse.
+``validity_conditions`` yields each condition as a truth value, or as an array of them, with the message for its
+failure.
 """
 
 from collections.abc import Iterator
@@ -9,15 +10,15 @@ from typing import Any
 from asympk.asymptotics.composite import LayerItineraries, ends, largest, state_of
 from asympk.asymptotics.itinerary import LoadLine
 
-SPREAD = 0.5  # a correction that exceeds this part of what it corrects leaves no order to the terms
-TOO_LARGE = 0.5
-SLOWEST = 5  # |b|/mu; slow and fast rates meet at 4, and their series in mu/b converge up to there
+SPREAD = 0.5  # the largest ratio of a correction to the term that it corrects
+TOO_LARGE = 0.5  # the largest predicted error, relative to the states
+SLOWEST = 5  # the least |b|/mu: slow and fast rates meet at 4, and their series in mu/b converge only beyond
 
 
 def validity_conditions(
     itineraries: LayerItineraries, found: list, error: Any, line: LoadLine, mu: Any, t: Any, m: Any
 ) -> Iterator[tuple[Any, str]]:
-    """Yield (holds, words) for what must be true up to the time ``t`` if the expansion is to mean anything."""
+    """Yield (holds, words) for every condition of the expansion up to the time ``t``."""
     now, coarse, fine = (motion for motion, _ in found)
     steps = itineraries.steps + itineraries.then
     for i, (step, segment, end) in enumerate(zip(steps, fine.segments, ends(fine, t, m), strict=True)):
@@ -42,7 +43,7 @@ def validity_conditions(
             yield later | clear, f"the motion meets z = 0 in {step.mode} unexpectedly"
         for at in (*_turning(segment, end, m), *((end,) if step.event != "velocity_zero" else ())) if step.side else ():
             z, rough = (state_of(motion.segments[i], at, m)[2] for motion in (fine, coarse))
-            # on leaving z = 0 the slope may vanish, and so may have the wrong sign by what is omitted
+            # where a segment leaves z = 0 its slope may vanish, and the omitted terms may then change its sign
             slack = m.where(segment.z[0] == 0, 2 * abs(z - rough), 0) + 100 * m.eps * (1 + abs(segment.z[0]))
             doubt = m.where(segment.z[0] == 0, 0, 2 * _slope_error(segment, line.rate[step.mode]))
             unsure = doubt * (at - segment.began)
@@ -57,7 +58,7 @@ def validity_conditions(
 
 
 def _apart(segment, step, line):
-    """Tell whether a slow line is near its limit, against the distances from there to the start and to the event."""
+    """Tell whether a slow line is near its limit, compared with the distances of start and event from this limit."""
     rest = line.rest(step.mode)
     moved = abs(sum(w[4] + w[2] for w in (segment.x, segment.y)) - rest)
     near = moved <= SPREAD * abs(segment.x[0] + segment.y[0] - rest)
@@ -65,7 +66,7 @@ def _apart(segment, step, line):
 
 
 def _leaves(segment, side, rate, fast, mu):
-    """Tell whether a segment that begins on z = 0 leaves it, by its exact z' and z'' there; true of all others."""
+    """Tell whether a segment that begins on z = 0 leaves z = 0, by its exact z' and z'' there; true for all others."""
     y, load = segment.y[0], segment.x[0] + segment.y[0]
     slope = side * (rate[0] + rate[1] * load)
     bend = side * rate[1] * (y + (fast[0] + fast[1] * load) / mu)
@@ -73,7 +74,10 @@ def _leaves(segment, side, rate, fast, mu):
 
 
 def _clears(segment, side, rate, fast, mu):
-    """Tell whether a segment that begins towards z = 0, where its series says otherwise, turns well before it."""
+    """Tell whether a segment that first approaches z = 0, other than its series, turns well before z = 0.
+
+    True for segments that do not.
+    """
     y, load = segment.y[0], segment.x[0] + segment.y[0]
     _, constant, part, of_fast, _ = segment.z
     slope = side * (rate[0] + rate[1] * load)
@@ -83,14 +87,14 @@ def _clears(segment, side, rate, fast, mu):
 
 
 def _slope_error(segment, rate):
-    """Return by how much z' of a segment is off where it begins: (h0, h1) = ``rate`` give it from the load."""
+    """Return the error of z' at the beginning of a segment; the exact z' is h0 + h1 s with (h0, h1) = ``rate``."""
     _, constant, part, fast, _ = segment.z
     load = segment.x[0] + segment.y[0]
     return abs(constant + part * segment.slow + fast * segment.fast - rate[0] - rate[1] * load)
 
 
 def _turning(segment, end, m):
-    """Yield the times in a segment at which the fast or the slow part turns z back, or its beginning."""
+    """Yield the times in a segment at which its fast and its slow part reverse z, or its beginning where none does."""
     _, rate, part, fast, _ = segment.z
     for top, bottom, speed in (
         (-(rate + part * segment.slow), fast * segment.fast, segment.fast),
