@@ -2,9 +2,9 @@ r"""Truncated series in a small parameter and its logarithm; the remainder is pa
 
     sum_{p,q} c_pq mu^p L^q + O(mu^P L^Q),    L = log(1/mu),    p, q integers, q >= 0.
 
-Monomials are ordered by their size as mu -> 0: the lower power of mu is larger, and of equal powers the higher power
-of L. A remainder absorbs every monomial that is not larger. Coefficients are whatever adds, multiplies and divides:
-``Ratio``, ``Fraction``, SymPy expressions, floats, mpmath numbers, arrays; one text serves symbols and numbers.
+Monomials are ordered by their size as mu -> 0: the lower power of mu is larger, and of equal powers of mu the higher
+power of L. A remainder absorbs every monomial that is not larger than the remainder. Coefficients are any objects that
+add, multiply and divide: ``Ratio``, ``Fraction``, SymPy expressions, floats, mpmath numbers, arrays.
 
 ``balance`` is the hard function: it solves an equation order by order from its dominant terms.
 """
@@ -34,7 +34,7 @@ def _times(a, b):
 
 
 def _vanishes(c):
-    # an array is never dropped: its zeros differ from entry to entry
+    # an array is never dropped, since some of its entries may be zero and others not
     return (c == 0) is True
 
 
@@ -74,14 +74,14 @@ class Series(ShownAsFormulas):
         return self.terms.get((p, q), 0)
 
     def truncated(self, p: int, q: int = 0) -> "Series":
-        """Drop what is smaller than ``mu^p L^q``; raises ``OrderError`` when that is not known."""
+        """Drop the terms smaller than ``mu^p L^q``; raises ``OrderError`` when the series is not known that far."""
         if not self._keeps((p, q)):
             raise OrderError(f"known up to {self._tail}, asked for {_monomial(p, q)}; expand further")
         dropped = next((m for m in self.terms if _rank(m) > _rank((p, q))), None)
         return Series(self.terms, _largest(dropped, self.remainder), self.small)
 
     def cut(self, p: int) -> "Series":
-        """Drop what is smaller than ``mu^p``, if that much is known."""
+        """Drop the terms smaller than ``mu^p``, with all powers of L; a larger remainder is kept."""
         dropped = next((m for m in self.terms if m[0] > p), None)
         return Series(self.terms, _largest(dropped, self.remainder), self.small)
 
@@ -95,9 +95,9 @@ class Series(ShownAsFormulas):
         return Series({m: convert(c) for m, c in self.terms.items()}, self.remainder, small or self.small)
 
     def __call__(self, mu: Any, log: Callable | None = None) -> Any:
-        """Evaluate the terms at a number ``mu`` > 0, or at anything of which ``log`` takes the logarithm.
+        """Evaluate the terms, without the remainder, at a number ``mu`` > 0, or at any argument of ``log``.
 
-        The remainder is left out. Raises ``InputError`` where no ``log`` is given and ``mu`` is not a positive number.
+        Raises ``InputError`` where no ``log`` is given and ``mu`` is not a positive number.
         """
         if log is None:
             mu, log = number("mu", mu, lambda v: v > 0, "positive"), _logarithm
@@ -181,7 +181,7 @@ class Series(ShownAsFormulas):
         return result
 
     def _split(self):
-        """Write the series as ``c mu^p L^q (1 + u)``: the inverse of the dominant term, and u."""
+        """Return the inverse of the dominant term and u, where the series is ``c mu^p L^q (1 + u)``."""
         (p, q), c = self.size, self.leading
         scale = Series({(-p, -q): _over(1, c)}, None, self.small)
         u = self * scale
@@ -193,7 +193,7 @@ class Series(ShownAsFormulas):
         return scale * _compose(u, lambda power, k: power * (-1) ** k)
 
     def log(self, log: Callable[[Any], Any]) -> "Series":
-        """Return the logarithm; ``log`` takes that of the dominant coefficient."""
+        """Return the logarithm of the series; ``log`` takes the logarithm of the dominant coefficient."""
         (p, q), c = self.size, self.leading
         if q:
             raise NotDerivable(f"log of {_monomial(p, q)} holds log L, which is not a series in mu and L")
@@ -201,7 +201,7 @@ class Series(ShownAsFormulas):
         return series({(0, 1): -p, (0, 0): log(c)}) + tail - 1
 
     def exp(self, exp: Callable[[Any], Any] | None = None) -> "Series":
-        """Return the exponential; ``exp`` takes that of the constant term, and ``exp(kL) = mu^-k`` for integers k."""
+        """Return the exponential of the series, exp(kL) = mu^-k for integers k; ``exp`` takes the constant term."""
         grown = [m for m in self.terms if _rank(m) < _rank((0, 1))]
         k = self.terms.get((0, 1), 0)
         if grown or int(k) != k:
@@ -227,8 +227,8 @@ def O(p: int, q: int = 0) -> Series:  # noqa: E743
 def balance(step: Callable[[Series], Series], dominant: Series, order: int) -> Series:
     """Solve ``w = step(w)`` from its dominant term to relative order ``order``.
 
-    ``step`` must contract by a power of mu at least, so each pass makes one more order exact. Raises
-    ``NotDerivable`` when ``dominant`` does not balance: ``step`` changes its size.
+    ``step`` must contract differences by a power of mu at least, so that each pass makes one more order exact. Raises
+    ``NotDerivable`` when ``step`` changes the size of ``dominant``, which then does not balance the equation.
 
     >>> mu = series({(1, 0): 1})
     >>> print(balance(lambda w: 1 + mu * w * w, series(1), 3))
@@ -287,7 +287,7 @@ def solve_for_series(equation: Any, unknown: Any, dominant: Series, values: Mapp
 
 
 def _compose(u, term):
-    """Sum ``1 + term(u, 1) + term(u^2, 2) + ...`` for a small u, as far as its remainder allows."""
+    """Sum ``1 + term(u, 1) + term(u^2, 2) + ...`` for a small u, as far as the remainder of u allows."""
     if u.size is not None and u.size[0] <= 0:
         raise NotDerivable(f"{u} is not small as mu -> 0")
     if u.terms and u.remainder is None:
@@ -301,7 +301,7 @@ def _compose(u, term):
 
 
 def _over(a, b):
-    # whole numbers stay exact, and 1 stays 1: a Fraction would turn an array into one of objects
+    # integers stay exact, and an integer quotient an int: a Fraction would turn an array into one of objects
     if isinstance(a, int) and isinstance(b, int):
         return a // b if a % b == 0 else Fraction(a, b)
     return a / b
@@ -327,7 +327,7 @@ def _product(printer, c, monomial):
         return monomial if c == 1 else f"-{monomial}"
     factor = sp.sympify(c, strict=True)
     text = printer._print(factor)
-    bracketed = monomial and (factor.is_Add or " / " in text)  # a short fraction, which would take the monomial in
+    bracketed = monomial and (factor.is_Add or " / " in text)  # without brackets a / b mu reads as a / (b mu)
     return rf"\left({text}\right) {monomial}" if bracketed else f"{text} {monomial}".strip()
 
 
