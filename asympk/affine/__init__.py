@@ -1,10 +1,9 @@
-r"""The exact flow of an affine mode ``w' = A w + b``: any dimension, closed form, events isolated by bounds.
+r"""The exact flow of affine modes ``w' = A w + b``: in closed form, with events isolated by bounds.
 
     exact A, b -> eigenpairs refined in whole numbers, or, where eigenvalues are multiple,
                   characteristic polynomial, resolvent -> roots to any number of digits
                -> e^{M t} = sum F_r(t) D_r -> segment from a start -> first root of any guard
 
-Multiplicities are those of the exact matrix, so a defective block (free motion, coalescence, resonance) is a polynomial
-times an exponential, and no difference of eigenvalues is ever divided by in the numbers that a trajectory is computed
-in.
+Multiplicities are those of the exact matrix. A defective block (free motion, coalescence, resonance) is therefore a
+polynomial times an exponential, and the numbers of a trajectory are never divided by a difference of eigenvalues.
 """

@@ -1,4 +1,4 @@
-"""Dense output of a run in closed form: the state at any time, on arrays of times at once."""
+"""Dense output of a run in closed form: the state at any time, or at an array of times."""
 
 from typing import Any
 

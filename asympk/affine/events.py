@@ -1,15 +1,15 @@
-r"""The first root of any guard, isolated by bounds.
+r"""The first root of any guard of an affine mode, isolated by bounds (Lemma 6): no guard is sampled.
 
 On [lo, hi] of length h let the integral of ``|g''|`` be at most S. Then g stays above ``min(g(lo), g(hi)) - S h/4``,
-and ``(g'(lo) + g'(hi) -+ S)/2`` bound its slope from below and above (Lemma 6): the slope of a single exponential has a
-known sign however long the interval is. Where g'' keeps its sign, the least value of g decides. So an interval is free
-of roots, or the guard falls through zero on it once while the others stay positive, or it is cut: nothing is sampled.
-In doubles a mesh that is kept per mode bounds a hundred intervals at once, for digits, too; only those in which
-something may happen that it cannot tell are looked at one by one.
+and its slope lies between ``(g'(lo) + g'(hi) -+ S)/2``. Where g'' keeps its sign, the least value of g decides.
+Therefore an interval has no root, or one guard falls through zero once while the others stay positive, or the interval
+is cut. ``Guards.suspects`` bounds the guards in doubles on a mesh kept per mode, and yields the intervals that may have
+a root, also for a run in digits. ``_isolated``, the hard function, cuts such an interval until the first root is found.
 
-A value within its rounding has no sign: cuts avoid such times, and where none is left ``Undecided`` is raised. At
-``until`` alone it counts as lost: a motion that ends at an event meets it. Where signs are taken as they are, a guard
-whose least value is within its rounding touches zero, and counts as lost, too: what follows may be the same mode.
+A value within its rounding error has no sign. Cuts avoid times with such values, and ``Undecided`` is raised where no
+other time is left. At ``until`` a guard with such a value counts as lost, because a motion that ends at an event meets
+this event. Where ``m.margin`` is 0, a guard whose least value is within its rounding error touches zero and also counts
+as lost; the same mode may follow.
 """
 
 from collections.abc import Iterator
@@ -35,15 +35,15 @@ _MOST_STEPS = 200
 _FURTHER = 1.375
 _NOTHING = 1e-8
 _ORDER = 16
-_REACH = 16  # times of the fastest part, and less where that is too long
-_PATIENCE = 2  # steps before the dearer bounds are taken
-_FEW = 0.125  # of the digits in which a derivative is zero where it vanishes with those before it
-_SLOW = 0.4  # of the step before, for one of Newton's steps to a root that is not simple
-_NARROW = 1e-6  # of the time, for an interval in which a guard may only touch zero
+_REACH = 16  # the first trial of ``_reach``, in units of the time of the fastest part
+_PATIENCE = 2  # the number of steps before the costlier bounds are used
+_FEW = 0.125  # the part of the digits to which a derivative is 0 that vanishes together with the lower ones
+_SLOW = 0.4  # the ratio of successive Newton steps beyond which the root is taken not to be simple
+_NARROW = 1e-6  # the length of an interval, relative to the time, up to which an undecided guard may touch zero
 
 
 class GuardValues(NamedTuple):
-    """All guards at one time: values, slopes, and how far each may be wrong."""
+    """All guards at one time: their values and slopes, and bounds of the errors of both, the doubts."""
 
     t: Any
     values: list
@@ -53,7 +53,7 @@ class GuardValues(NamedTuple):
 
 
 class Bending(NamedTuple):
-    """How a guard bends on an interval: g'' in its middle, how far it differs from that, the integral of its size."""
+    """The second derivative of a guard on an interval: g'' at the middle, bounds of its change and of its integral."""
 
     middle: Any
     spread: Any
@@ -87,15 +87,15 @@ class Guards:
 
     @cached_property
     def lists(self) -> tuple[list, ...]:
-        """The weights and sizes as lists, one per guard: of sums, slopes and bends; and the bases, one per number."""
+        """Weights and sizes as lists: per guard for sums, slopes and bends, per number of started blocks for bases."""
         s, functions = self.segment, self.segment.functions
         columns = [table[:functions].T.tolist() for table in (s.guards, s.off.guards, s.slopes, s.off.slopes)]
         return *columns, abs(s.bends).T.tolist(), s.guards[functions:].tolist(), s.off.guards[functions:].tolist()
 
     def at(self, t: Number, margin: Number | None = None) -> GuardValues:
-        """Return the ``GuardValues`` at t; doubts are the sizes of terms times ``margin``, by default that of signs.
+        """Return the ``GuardValues`` at t; doubts are the sizes of the terms times ``margin``, by default ``m.margin``.
 
-        Those of slopes are never less than rounding: where a guard touches zero its slope is no more than that.
+        The doubts of slopes are at least the rounding error: where a guard touches zero, its slope is no larger.
         """
         margin = self.m.margin if margin is None else margin
         found, gained, begun = functions(self.m, self.blocks, t)
@@ -125,8 +125,8 @@ class Guards:
     def bending(self, lo: Number, hi: Number) -> list[Bending]:
         """Return the ``Bending`` of every guard on [lo, hi] by the Taylor series of g'' at its middle.
 
-        Where eigenvalues are close, weights are large and cancel: in the derivatives there they do, and in the
-        remainder they count little.
+        Close eigenvalues make large weights, which cancel in the derivatives at the middle and matter little in the
+        remainder.
         """
         m, half = self.m, (hi - lo) / 2
         found, *_ = functions(m, self.blocks, lo + half)
@@ -151,17 +151,17 @@ class Guards:
         return bases[begun][guard] + _dot(weights[guard], gained), _dot(slopes[guard], found)
 
     def dip(self, guard: int, lo: Number, hi: Number) -> Number:
-        """Return where a guard that is bent upward on [lo, hi] is least there."""
+        """Return the time in [lo, hi] at which a guard that is convex there is least."""
         known = self._dips.get(guard)
         if known is None or not lo < known < hi:
             known = self._dips[guard] = self.least(guard, (lo + hi) / 2, 0)
         return max(lo, min(known, hi))
 
     def least(self, guard: int, t: Number, most: int = _ORDER - 2) -> Number:
-        """Return where the slope of a guard that is bent upward vanishes, by Newton's method from ``t``.
+        """Return the time at which the slope of a convex guard vanishes, by Newton's method from ``t``.
 
-        Where the bend vanishes with it, as far as some digits tell, the last derivative that does so gives the time,
-        of the first ``most`` ones.
+        Where g'' vanishes at the same time, to part of the digits, the zero of the highest derivative that vanishes
+        there is taken instead, up to ``most`` orders beyond the first.
         """
         weights = [self.lists[2][guard], *(table[guard] for table in self.derivatives)]
         order, before = 0, float("inf")
@@ -181,9 +181,10 @@ class Guards:
     def suspects(self, mesh: "Mesh", until: Number) -> Iterator[tuple[Number, Number, int | None]]:
         """Yield intervals (lo, hi, guard) of (0, until) in order, outside which no guard has a root.
 
-        The guard, if one is given, falls through zero just once there, and the others stay positive.
-        Raises ``TooLarge`` where a part of a guard grows beyond the numbers in use, ``OverflowError`` where only its
-        exponential does.
+        If ``guard`` is not None, this guard falls through zero exactly once in the interval and the others stay
+        positive.
+        Raises ``TooLarge`` where a part of a guard exceeds the range of the numbers, and ``OverflowError`` where the
+        exponential exceeds this range while its weight is negligible at the start.
         """
         last = self._last()
         coarse = self._in_doubles
@@ -201,7 +202,7 @@ class Guards:
 
     @cached_property
     def _in_doubles(self):
-        """The guards in doubles, which rule out intervals for any numbers; None beyond their range."""
+        """The guards in doubles, whose bounds exclude intervals also for mpmath numbers; None beyond their range."""
         if self.m is Doubles:
             return self
         with suppress(OverflowError):
@@ -229,7 +230,7 @@ class Guards:
 
     @np.errstate(all="ignore")
     def _suspects(self, window):
-        """Return (interval, guard that falls there, or None) of a window, by the verdicts of ``_verdict`` on arrays."""
+        """Return the (interval, guard that falls there or None) of a window, by the rules of ``_verdict`` on arrays."""
         s, margin = self.segment, self.m.margin
         g, off = window.sums @ s.guards, window.off_sums @ s.off.guards * margin
         low, spare = g - off, window.areas @ abs(s.bends)
@@ -262,8 +263,8 @@ class Guards:
 def _reach(segment, guard):
     """Return a time up to which a guard that vanishes at the start is positive.
 
-    Let ``g^(p)(0) = v > 0`` be its first derivative that does not vanish. g is positive up to a time h up to which the
-    integral of ``|g^(p+1)|`` is below v. Raises ``Undecided`` where v is negative or none is found.
+    Let ``g^(p)(0) = v > 0`` be the first nonvanishing derivative. Then g is positive up to h if the integral of
+    ``|g^(p+1)|`` up to h is below v. Raises ``Undecided`` where v is negative or no such derivative or h is found.
     """
     m, flow = segment.m, segment.flow
     weights, off = segment.slopes[:, guard], segment.off.slopes[:, guard]
@@ -289,7 +290,7 @@ def _dot(first, second):
 
 
 def _isolated(guards, lo, hi, until):
-    """Return (found, point up to which there is no other root) for an interval that a root may be in.
+    """Return (first root in an interval or None, the ``GuardValues`` at the end of the searched part).
 
     ``lo`` is a time or a ``GuardValues``.
     """
@@ -316,9 +317,9 @@ def _isolated(guards, lo, hi, until):
 
 
 def _touch(guards, left, right, verdicts):
-    """Return (time, guards) where guards come down to zero and up again, as far as digits tell; or None.
+    """Return (time, guards) where guards touch zero within rounding, or None; others may fall at the same time.
 
-    Others may fall at the same time. Raises ``Undecided`` unless signs are to be taken as they are.
+    Raises ``Undecided`` instead of returning a time unless ``m.margin`` is 0.
     """
     m, unknown = guards.m, [q for q in guards.every if verdicts[q] != "positive"]
     if right.t - left.t > right.t * _NARROW and "unknown" in verdicts:
@@ -334,7 +335,7 @@ def _touch(guards, left, right, verdicts):
 
 
 def _low(guards, q, lo, hi, verdict):
-    """Return where a guard falls through zero, or is least."""
+    """Return the time at which a guard falls through zero, or else the time at which it is least."""
     middle = (lo + hi) / 2
     if verdict == "falls":
         return guard_root(guards, q, lo, hi, middle)
@@ -342,9 +343,9 @@ def _low(guards, q, lo, hi, verdict):
 
 
 def _earliest(guards, fall, left, right):
-    """Return (time, guards) of the first of the roots of guards that fall; of several where digits do not part them.
+    """Return (time, guards) of the first root of the guards ``fall``; several where the digits do not separate them.
 
-    Doubles leave that to more digits.
+    In doubles, ``Undecided`` is raised instead of returning several.
     """
     starts = [left.t + (right.t - left.t) * left.values[q] / (left.values[q] - right.values[q]) for q in fall]
     roots = sorted((guard_root(guards, q, left.t, right.t, t), q) for q, t in zip(fall, starts, strict=True))
@@ -357,9 +358,9 @@ def _earliest(guards, fall, left, right):
 
 
 def _certain(guards, lo, hi, until):
-    """Return the point at hi, or at a later time where every guard has a sign; or at ``until``.
+    """Return the ``GuardValues`` at hi, or at a later time at which every guard has a sign, or at ``until``.
 
-    A guard that is within its rounding at ``until`` counts as lost there.
+    At ``until`` the doubts are at least the rounding error.
     """
     for _ in range(_MOST_STEPS):
         point = guards.at(hi, max(guards.m.margin, guards.m.slack) if hi >= until else None)
@@ -374,7 +375,7 @@ def _signs(point):
 
 
 def _cut(guards, left, right, verdicts):
-    """Return a point between where every guard has a sign: where one is least, if that is known."""
+    """Return the ``GuardValues`` at a time between at which every guard has a sign, preferably the minimum of one."""
     times = [guards.dip(q, left.t, right.t) for q in guards.every if verdicts[q] == "dips"]
     times += [left.t + (right.t - left.t) * part for part in _CUTS]
     if not left.t:
@@ -407,7 +408,7 @@ def _verdict(guards, q, left, right, area):
 
 
 def _closer_verdicts(guards, left, right):
-    """Return the verdicts by the dearer bounds, and by how the guards bend: "dips" is what has one least value."""
+    """Return the verdicts by the bounds of ``bending``; a guard that "dips" is convex and may be negative inside."""
     bent = guards.bending(left.t, right.t)
     verdicts = _verdicts(guards, left, right, [bending.area for bending in bent])
     return [_bent_verdict(guards, q, left, right, bent[q]) if verdict == "unknown" else verdict
@@ -415,14 +416,14 @@ def _closer_verdicts(guards, left, right):
 
 
 def _bent_verdict(guards, q, left, right, bending):
-    """Return the verdict on a guard whose bend keeps its sign, and that has one at the ends, too."""
+    """Return the verdict on a guard that has a sign at both ends and whose g'' has one on the interval."""
     (a, off_a), (b, off_b) = ((p.values[q], p.doubts[q]) for p in (left, right))
     if abs(bending.middle) <= bending.spread or a <= off_a or abs(b) <= off_b:
         return "unknown"
     if b < 0:
         return "unknown" if _is_rounding(guards, q, right.t, b) else "falls"
     if bending.middle < 0 or left.slopes[q] > left.slope_doubts[q] or right.slopes[q] < -right.slope_doubts[q]:
-        return "positive"  # it is least at an end
+        return "positive"  # the guard is least at an end
     least = guards.at(guards.dip(q, left.t, right.t), max(guards.m.margin, guards.m.slack))
     below = (abs(least.slopes[q]) + least.slope_doubts[q]) * (right.t - left.t)
     return "positive" if least.values[q] > least.doubts[q] + below else "dips"
@@ -431,7 +432,7 @@ def _bent_verdict(guards, q, left, right, bending):
 def guard_root(guards: Guards, q: int, lo: Number, hi: Number, t: Number) -> Number:
     """Return the root of a guard that falls from plus at ``lo`` to minus at ``hi``, by Newton's method from ``t``.
 
-    Beside a double root, or at a triple one, each step is a part of the one before: the next goes to their limit.
+    Near a multiple root the steps decrease geometrically, and then the next step goes to their limit.
     """
     close, shrunk, before = (hi - lo) * guards.m.root_tol, guards.m.root_tol**0.5, 0 * lo
     for _ in range(_MOST_STEPS):

@@ -1,11 +1,13 @@
 r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in whole numbers of any precision.
 
 The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t)`` and ``.. sin(w t)`` for a pair
-``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, ``eigenpairs`` finds the D_r.
+``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, ``eigenpairs`` finds the D_r
+(``of_pairs``).
 
-Else, with ``adj(z - M) = sum A_i (z - l)^i`` and ``(z - l)^m / p(z) = sum s_j (z - l)^j``, the residue of
-``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m gives the coefficient of ``t^k/k! e^{l t}``: the sum of
-A_i s_j over i + j = m - 1 - k. For a simple one adj(l - M) has rank one: a column, a row and the diagonal suffice.
+Otherwise they are residues (``of_roots``). With ``adj(z - M) = sum A_i (z - l)^i`` and
+``(z - l)^m / p(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m
+gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k (``_multiple``, the hard
+function). For a simple eigenvalue adj(l - M) has rank one, and its diagonal, one column and one row suffice.
 """
 
 from collections.abc import Iterator
@@ -23,10 +25,10 @@ from asympk.errors import InputError
 
 MOST_STATES = 48
 DIGITS_FOR_DOUBLES = 24
-LARGEST = 400  # a power of ten; no number here comes near
+LARGEST = 400  # the exponent of ten up to which numbers are finite, which no number here reaches
 _SPARE_BITS = 64
-_BITS_A_DIGIT = 5.4  # some 1.6 digits for each
-_CLEAR_BITS = 24
+_BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
+_CLEAR_BITS = 24  # bits above the rounding error from which on a value counts
 
 
 class Block(NamedTuple):
@@ -39,9 +41,9 @@ class Block(NamedTuple):
 
 @dataclass(frozen=True)
 class Exponential:
-    """``e^{M t}`` in whole numbers, 2^bits being 1.
+    """``e^{M t} = sum F_r(t) D_r`` in whole numbers in units of 2^-bits.
 
-    ``blocks`` are in the order of the functions, the fastest first; ``matrices`` is (functions, n, n).
+    ``blocks`` give the functions F_r in order, the fastest first. ``matrices`` (functions, n, n) are the D_r.
     """
 
     bits: int
@@ -51,7 +53,7 @@ class Exponential:
 
 @lru_cache(maxsize=256)
 def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Exponential:
-    """Return the ``Exponential`` of rows of Fractions, right to ``digits`` digits of what the rows' size asks for.
+    """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, relative to the size of the rows.
 
     Raises ``InputError`` for more than 48 states.
     """
@@ -67,20 +69,20 @@ def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Expon
 
 
 def _bits_for(digits, whole):
-    """Return the bits of numbers with ``digits`` digits, products of the smallest and largest entries included."""
+    """Return the bits that ``digits`` digits need, also in products of the smallest and the largest entries."""
     lengths = [abs(entry).bit_length() for entry in whole.flat if entry]
     return int(_BITS_A_DIGIT * digits) + _SPARE_BITS + 2 * (max(lengths, default=0) - min(lengths, default=0))
 
 
 def of_pairs(found: Eigenpairs) -> Iterator[tuple[Block, np.ndarray]]:
-    """Yield (block, matrices) of simple eigenvalues and of 0."""
+    """Yield (block, matrices) of the simple eigenvalues, and of the eigenvalue 0."""
     for decay, turn, real, imaginary in zip(*found.values, *found.parts, strict=True):
         yield Block(decay, turn, 1), np.array([2 * real, -2 * imaginary] if turn else [real])
     yield Block(0, 0, len(found.zero)), np.array(found.zero).reshape(-1, *found.parts.shape[2:])
 
 
 def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) -> Iterator[tuple[Block, np.ndarray]]:
-    """Yield (block, matrices) of the eigenvalues as roots of the characteristic polynomial, multiple ones too."""
+    """Yield (block, matrices) of all eigenvalues, which may be multiple, as roots of the characteristic polynomial."""
     found = resolvent(entries)
     m = flow_context(LARGEST)
     set_digits(m, int(1.6 * digits) + 40 + 3 * len(entries))
@@ -91,7 +93,7 @@ def of_roots(entries: tuple[tuple[Fraction, ...], ...], digits: int, bits: int) 
 
 
 def _fixed(values, bits):
-    """Return mpmath numbers, or 0, times 2^bits as whole numbers, those that are rounding set to 0."""
+    """Return mpmath numbers, or 0, as whole numbers in units of 2^-bits; values within rounding are set to 0."""
     from mpmath.libmp import to_fixed
 
     whole = [int(to_fixed(value._mpf_, bits)) if value else 0 for value in values.flat]
@@ -99,7 +101,7 @@ def _fixed(values, bits):
 
 
 def _piece(m, found, root):
-    """Return the block of a root and the matrices of its functions, those left out at the end that all vanish."""
+    """Return the block of a root and the matrices of its functions, without vanishing matrices at the end."""
     residues = _simple(m, found, root.value) if root.multiplicity == 1 else _multiple(m, found, root)
     while residues and not any(map(bool, residues[-1].flat)):
         residues.pop()
@@ -160,7 +162,7 @@ def _taylor(m, coefficients, z, order):
 
 
 def _cleaned(m, coefficients, z, values):
-    """Set to zero what in ``sum coefficients[k] z^k`` is below the rounding of its terms."""
+    """Return ``values`` of ``sum coefficients[k] z^k``, with those below the rounding error of their terms set to 0."""
     if not z:
         return values
     most = np.max([_bits(c) + k * m.mag(z) for k, c in enumerate(coefficients)], axis=0)

@@ -1,10 +1,10 @@
-r"""Forcing in time as further states: a sum of ``c t^k e^{a t} cos(w t)`` or ``.. sin(w t)`` is affine in them.
+r"""Forcing in time as further states of a mode: sums of ``c t^k e^{a t} cos(w t)`` and ``c t^k e^{a t} sin(w t)``.
 
 With ``c_k = t^k e^{a t} cos(w t)`` and ``s_k = t^k e^{a t} sin(w t)``
 
     c_k' = k c_{k-1} + a c_k - w s_k,      s_k' = k s_{k-1} + a s_k + w c_k,
 
-so a mode whose rates contain such terms is affine in its own states and these.
+so a mode whose rates contain such sums is affine in its own states and the waves ``c_k``, ``s_k``.
 """
 
 from collections.abc import Iterable
@@ -29,7 +29,7 @@ CONSTANT = Wave(0, sp.S.Zero, sp.S.Zero, False)
 
 
 def waves_of(expr: sp.Expr, time: sp.Symbol | None) -> dict[Wave, sp.Expr] | None:
-    """Return {Wave: coefficient} of an expression in the time, or None where it is no such sum."""
+    """Return {Wave: coefficient} of an expression in the time, or None where the expression is no sum of waves."""
     if time is None or not expr.has(time):
         return {CONSTANT: expr}
     found: dict[Wave, sp.Expr] = {}
@@ -72,7 +72,7 @@ def _line(expr, time):
 
 
 def with_derivatives(waves: Iterable[Wave]) -> list[Wave]:
-    """Return the waves that a set of them needs to be closed under the derivative, the constant left out, in order."""
+    """Return in order the waves whose derivatives are sums of them and that include ``waves``, without the constant."""
     needed = set()
     for wave in waves:
         for power in range(wave.power + 1):
@@ -100,5 +100,5 @@ def value(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t:
 
 
 def amplitude(m: Arithmetic, power: int, decay: Number, turn: Number, sine: bool, t: Number) -> Number:
-    """Return what the rounding of a wave at a time goes with: its amplitude, times how far its phase is known."""
+    """Return the size to which the rounding error of a wave at t is proportional: its amplitude times 1 + |turn t|."""
     return abs(value(m, power, decay, 0, False, t)) * (1 + abs(turn * t))
