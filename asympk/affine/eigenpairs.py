@@ -1,12 +1,13 @@
 r"""The spectral parts ``v u^T`` of an exact matrix whose eigenvalues other than 0 are simple, in whole numbers.
 
-LAPACK's eigenpairs are refined by Newton's method. The residual of ``M v = l v`` is computed in whole numbers, of which
-2^bits are 1; the correction (dv, dl) solves ``(M - l) dv - v dl = -r`` with the largest component of v held, by an
-inverse in doubles that is made once. So a step gains some 40 bits for the price of two products of small matrices.
+LAPACK's eigenpairs are refined by Newton's method. The residual r of ``M v = l v`` is computed in fixed point: whole
+numbers in units of 2^-bits. The correction (dv, dl) solves ``(M - l) dv - v dl = -r`` with the largest component of v
+fixed, by an inverse in doubles that is computed once. A step gains some 40 bits at the cost of two products of small
+matrices. ``_newton`` is the hard function.
 
-The eigenvalue 0 may have any multiplicity: its part is what the others leave of the unit matrix. Its multiplicity is
-that of the characteristic polynomial modulo a prime, and as many eigenvalues as that leaves must be found, apart from
-each other and from 0; where they are not, the spectrum is left to ``polynomial``.
+The eigenvalue 0 may have any multiplicity, found from the characteristic polynomial modulo a prime; its part is the
+unit matrix less the other parts. All other eigenvalues must be found distinct from each other and from 0. Otherwise
+``eigenpairs`` returns None and ``polynomial`` finds the spectrum.
 """
 
 from typing import NamedTuple
@@ -15,16 +16,16 @@ import numpy as np
 
 _PRIME = 268_435_399  # the largest below 2^28: sums of up to 48 products stay within 64 bits
 _STEPS = 48
-_UNSETTLED = 4  # steps from which on every one must make the residual smaller
-_SETTLED = 2.0**10  # units of the last place
-_NOISE = 56  # bits that may be lost
+_UNSETTLED = 4  # the number of steps after which every step must reduce the residual
+_SETTLED = 2.0**10  # the largest last correction, in units of 2^-bits
+_NOISE = 56  # the number of bits that rounding may take
 
 
 class Eigenpairs(NamedTuple):
-    """Eigenvalues and their parts in whole numbers, 2^bits being 1; of a complex pair the upper one is there.
+    """Eigenvalues and their spectral parts in units of 2^-bits; a complex pair is represented by its upper member.
 
-    ``values`` (2, m) and ``parts`` (2, m, n, n) are real and imaginary parts. ``zero`` are those powers ``M^k P`` of
-    the part P of the eigenvalue 0 that do not vanish.
+    ``values`` (2, m) and ``parts`` (2, m, n, n) hold real and imaginary parts. ``zero`` holds the nonvanishing products
+    ``M^k P`` with the part P of the eigenvalue 0.
     """
 
     values: np.ndarray
@@ -33,19 +34,19 @@ class Eigenpairs(NamedTuple):
 
 
 class _Pairs(NamedTuple):
-    """Eigenvalues (2, m) and eigenvectors (2, m, n) in whole numbers, real and imaginary parts."""
+    """Eigenvalues (2, m) and eigenvectors (2, m, n) in units of 2^-bits, real and imaginary parts."""
 
     values: np.ndarray
     vectors: np.ndarray
 
 
 def eigenpairs(whole: np.ndarray, denominator: int, bits: int) -> Eigenpairs | None:
-    """Return the ``Eigenpairs`` of ``whole / denominator``, or None where the eigenvalues are not of this kind."""
+    """Return the ``Eigenpairs`` of ``whole / denominator``, or None unless all eigenvalues but 0 are clearly simple."""
     zeros = _zeros(whole, denominator)
     try:
         matrix = (whole / denominator).astype(float)
         values, vectors = _started(matrix, len(whole) - zeros)
-        with np.errstate(divide="raise", invalid="raise"):  # a matrix of corrections with a row of zeros
+        with np.errstate(divide="raise", invalid="raise"):  # raised where a matrix of corrections has a row of zeros
             right, left = _refined(whole, denominator, matrix, values, vectors, bits)
     except (np.linalg.LinAlgError, OverflowError, ArithmeticError):
         return None
@@ -72,7 +73,7 @@ def _zeros(whole, denominator):
 
 
 def _started(matrix, count):
-    """Return the ``count`` eigenvalues of the largest size, upper ones of pairs alone, and eigenvectors as rows."""
+    """Return the ``count`` largest eigenvalues, without the lower members of pairs, and eigenvectors as rows."""
     values, vectors = np.linalg.eig(matrix)
     largest = np.argsort(-abs(values), kind="stable")[:count]
     upper = largest[values[largest].imag >= 0]
@@ -92,7 +93,7 @@ def _refined(whole, denominator, matrix, values, vectors, bits):
 
 
 def _inverses(matrix, values, vectors):
-    """Return (eigenvectors of which the largest component is 1, its place, inverses of the matrices of corrections)."""
+    """Return (eigenvectors with largest component 1, its index, inverses of the correction matrices)."""
     every, held = np.arange(len(values)), abs(vectors).argmax(axis=1)
     vectors = vectors / vectors[every, held][:, None]
     moved = matrix - values[:, None, None] * np.eye(len(matrix))
@@ -103,7 +104,7 @@ def _inverses(matrix, values, vectors):
 
 
 def _newton(whole, denominator, pairs, held, inverse, bits):
-    """Return ``_Pairs`` whose residuals are those of the last bits; raises ``ArithmeticError`` where none are found."""
+    """Return the refined ``_Pairs``, right but for the last bits; raises ``ArithmeticError`` without convergence."""
     values, vectors = pairs.values.copy(), pairs.vectors.copy()
     every, size = np.arange(len(held)), 1 + abs(_floats(values[0], bits)) + abs(_floats(values[1], bits))
     before = [bits]
@@ -131,7 +132,7 @@ def _times(a, b):
 
 
 def _whole(array, bits):
-    """Return the real and imaginary parts of an array times 2^bits in whole numbers."""
+    """Return the real and imaginary parts of a complex array as whole numbers in units of 2^-bits."""
     shift = min(bits, 60)
     parts = np.stack([array.real, array.imag]) * 2.0**shift
     return np.array([int(v) << (bits - shift) for v in parts.flat], dtype=object).reshape(parts.shape)
@@ -153,7 +154,7 @@ def _distinct(values, bits):
 
 
 def _parts(right, left, bits):
-    """Return ``v u^T / (v.u)`` of all pairs, entries below the rounding set to 0."""
+    """Return ``v u^T / (v.u)`` of all pairs; entries below the rounding error are set to 0."""
     product = _times(right, left).sum(axis=2) >> bits
     size = product[0] * product[0] + product[1] * product[1]
     inverse = np.stack([product[0] << (2 * bits), -product[1] << (2 * bits)]) // size
@@ -162,16 +163,16 @@ def _parts(right, left, bits):
 
 
 def cleaned(parts: np.ndarray, bits: int, lost: int = 0) -> np.ndarray:
-    """Return whole numbers, those set to 0 that are below the rounding of the largest."""
+    """Return ``parts`` with 0 for entries below the rounding error of the largest one; ``lost`` bits are unknown."""
     most = max((abs(v) for v in parts.flat), default=0)
     noise = max(most, 1 << bits) >> (bits - _NOISE - lost)
     return np.where(abs(parts) > noise, parts, 0)
 
 
 def _powers(whole, denominator, part, zeros, bits):
-    """Return ``M^k P``, k below the multiplicity, without those that vanish.
+    """Return the nonvanishing ``M^k P``, k = 0, 1, ...
 
-    None where a further one does not, and where too few bits are left to tell what vanishes.
+    None where more of them than the multiplicity do not vanish, or too few bits are left to decide.
     """
     found, lost = [], 0
     growth = max(1, max(map(abs, whole.flat)) // denominator).bit_length() + len(whole).bit_length()

@@ -53,7 +53,7 @@ class Exponential:
 
 @lru_cache(maxsize=256)
 def exponential(entries: tuple[tuple[Fraction, ...], ...], digits: int) -> Exponential:
-    """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, relative to the size of the rows.
+    """Return the ``Exponential`` of rows of Fractions to ``digits`` digits, with more bits the more their sizes differ.
 
     Raises ``InputError`` for more than 48 states.
     """

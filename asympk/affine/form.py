@@ -1,7 +1,7 @@
-r"""The affine form of a mode: ``W' = M W`` over its states, its forcing and 1, entries in the parameters.
+r"""The affine form of a mode: ``W' = M W`` over its states, its forcing and 1, with entries in the parameters.
 
-The form is found once per mode, in symbols; numbers are put in exactly, as Fractions. Where a parameter enters through
-a root or another function its value is taken to so many digits that its rounding does not show.
+``form_of`` finds the form once per mode, in symbols. ``placed`` substitutes exact Fractions for the parameters. An
+entry that is no rational function of the parameters is computed to as many digits as the run needs (``exact_values``).
 """
 
 import math
@@ -26,12 +26,12 @@ from asympk.symbolic.long import atoms, replaced
 from asympk.symbolic.sides import is_switched
 from asympk.symbolic.system import System
 
-ROUGH = 1e-6  # of the size of values, a difference that no rounding makes
+ROUGH = 1e-6  # a difference of values, relative to their size, that is not rounding
 
 
 @dataclass(frozen=True)
 class Form:
-    """``matrix`` rows over (states, waves, 1), and ``guards`` likewise; ``waves`` are the forcing in order."""
+    """The rows of ``matrix`` and ``guards`` over (states, waves, 1); ``waves`` are the forcing, in this order."""
 
     system: System
     waves: tuple[Wave, ...]
@@ -40,7 +40,7 @@ class Form:
 
     @cached_property
     def entries(self) -> tuple[sp.Expr, ...]:
-        """The entries of the form and of its waves, each once."""
+        """The distinct entries of the matrix, the guards and the waves."""
         rows = (*self.matrix, *self.guards, *((wave.decay, wave.turn) for wave in self.waves))
         return tuple(dict.fromkeys(chain(*rows)))
 
@@ -49,7 +49,8 @@ class Form:
 class Placed:
     """A form with numbers for its parameters.
 
-    ``waves`` are (power, decay, turn, sine); ``kept`` are the guards that move, the others are positive constants.
+    ``waves`` are (power, decay, turn, sine). ``kept`` are the indices of the guards that are not constant; all other
+    guards are constants that are not negative.
     """
 
     mode: AffineMode
@@ -59,7 +60,7 @@ class Placed:
 
 @lru_cache(maxsize=512)
 def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
-    """Return the affine form of a mode, or None where it has none; its waves are those it needs, and ``others``."""
+    """Return the affine form of a mode, or None where there is none; its waves include ``others``."""
     if _bent(mode):
         return None
     found = []
@@ -76,7 +77,7 @@ def form_of(mode: GuardedMode, others: tuple[Wave, ...] = ()) -> Form | None:
 
 
 def mode_obstacle(mode: GuardedMode) -> str | None:
-    """Return which rate or guard of a mode is not affine in the states with a forcing that can be carried, or None."""
+    """Return words on a rate or guard of a mode that is not affine, with sums of waves as forcing, or None."""
     rates = ((f"the rate of {s}", rate) for s, rate in zip(mode.system.states, mode.rates, strict=True))
     guards = ((f"the guard of {guard.kind}", guard.value) for guard in mode.guards)
     known = _bent(mode)
@@ -102,9 +103,9 @@ def affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...],
 
 @lru_cache(maxsize=512)
 def _bent(mode: GuardedMode) -> frozenset[sp.Expr]:
-    """Return the long rates and guards that numbers show not to be affine: bent between states, or turned by the time.
+    """Return those long rates and guards whose values at a few points show that they are not affine in the states.
 
-    The functions are those that an integrator will want, so that nothing is derived in vain.
+    The compiled functions are those that an integrator uses, so their compilation is not wasted.
     """
     long = [*map(heavy, exprs := (*mode.rates, *mode.guard_values))]
     if not any(long):
@@ -138,7 +139,7 @@ def row_over(waves: Iterable[Wave], slopes: Iterable[sp.Expr], forced: dict[Wave
 
 @lru_cache(maxsize=1024)
 def placed(form: Form, values: tuple, digits: int) -> Placed:
-    """Return a form with exact numbers for its parameters, right to ``digits`` digits where they enter by functions.
+    """Return a form with numbers for its parameters: exact entries, or right to ``digits`` digits if not rational.
 
     Raises ``InputError`` for a guard that is always negative, ``OutOfRange`` where an entry is not finite.
     """
@@ -157,7 +158,7 @@ def placed(form: Form, values: tuple, digits: int) -> Placed:
 def exact_values(system: System, entries: tuple[sp.Expr, ...], values: tuple, digits: int) -> dict[sp.Expr, Fraction]:
     """Return the values of functions of the parameters: exact for rational ones, others right to ``digits`` digits.
 
-    Of one that is 0, as cos(a)^2 + sin(a)^2 - 1, digits leave the less the more they are.
+    A function that vanishes only analytically, as cos(a)^2 + sin(a)^2 - 1, gets the value 0.
     """
     arguments = [Fraction(0)] * (1 + len(system.states)) + [Fraction(value) for value in values]
     exact, others = _outputs(entries)
@@ -168,7 +169,7 @@ def exact_values(system: System, entries: tuple[sp.Expr, ...], values: tuple, di
 
 
 def _agreed(system, outputs, arguments, digits):
-    """Return the values on which two numbers of digits agree to ``digits`` of them, 0 where none do."""
+    """Return the values on which computations at two precisions agree to ``digits`` digits, and 0 where none agree."""
     m, before = flow_context(LARGEST), [math.nan] * len(outputs)
     for times in (1, 2, 4, 8):
         set_digits(m, times * (digits + 10))

@@ -1,7 +1,7 @@
 r"""The functions F_r of an exponential, at one time or on arrays of times, and the weights of a derivative.
 
 With z = u - i v the function ``u e^{a t} cos(w t) + v e^{a t} sin(w t)`` is ``Re z e^{(a + i w) t}``, and its
-derivative has ``(a + i w) z`` instead; a power ``t^k/k!`` hands its weight down to k - 1.
+derivative has ``(a + i w) z`` in place of z. The derivative of ``t^k/k!`` adds its weight to the power k - 1.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ MOST_EXPONENT = 600.0
 
 
 class Arrays:
-    """NumPy's functions under the names of ``arithmetic.Doubles``; growth beyond the doubles stays at their end."""
+    """NumPy's functions under the names of ``arithmetic.Doubles``; exponents are cut at ``MOST_EXPONENT``."""
 
     cos, sin = np.cos, np.sin
 
@@ -29,11 +29,11 @@ class Arrays:
 
 
 def functions(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Number], list[Number], Number]:
-    """Return ([F_r(t)], what each adds to a sum at t, how many blocks have started).
+    """Return ([F_r(t)], [the contribution of F_r to a sum at t], the number of blocks that have started).
 
-    A block has started where its exponent exceeds 1. Until then it adds ``F_r(t) - F_r(0)``, which is exact to rounding
-    however short t is, to a sum that contains ``F_r(0)``; from then on ``F_r(t)`` to a sum that does not, so that what
-    has decayed leaves no rounding behind. The blocks are sorted, the fastest first.
+    A block has started where its exponent exceeds 1. Before, F_r contributes ``F_r(t) - F_r(0)``, which is exact to
+    rounding for any t, and the base of the sum contains ``F_r(0)``. Afterwards F_r contributes ``F_r(t)`` and the base
+    lacks ``F_r(0)``, so that decayed functions leave no rounding error. The blocks are sorted, the fastest first.
     """
     found: list[Number] = []
     gained: list[Number] = []
@@ -86,9 +86,9 @@ def areas(m: Arithmetic, blocks: Sequence[Block], lo: Number, hi: Number) -> lis
 
 
 def tremors(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Number], list[Number]]:
-    """Return the sizes in whose proportion rounding is wrong: of what F_r adds to a sum at t, and of F_r(t).
+    """Return the sizes to which the rounding errors are proportional: of the contribution of F_r at t, and of F_r(t).
 
-    An exponent ``l t`` is wrong in proportion, so the function is by ``|l t|`` times its size.
+    The rounding error of an exponent ``l t`` is proportional to ``|l t|``, which multiplies the size of the function.
     """
     gained: list[Number] = []
     found: list[Number] = []
@@ -106,9 +106,9 @@ def tremors(m: Arithmetic, blocks: Sequence[Block], t: Number) -> tuple[list[Num
 
 
 def rate_of(blocks: Sequence[Block], unit: Number) -> np.ndarray:
-    """Return the matrix that turns the weights of F_r in a function of time into those in its derivative.
+    """Return the matrix that turns the weights of the F_r in a function of time into the weights in its derivative.
 
-    ``unit`` is the number that stands for 1.
+    ``unit`` is the number that represents 1.
     """
     widths = [(2 if turn else 1) * count for _, turn, count in blocks]
     rate = np.full((sum(widths), sum(widths)), 0 * unit, dtype=object)

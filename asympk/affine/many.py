@@ -1,8 +1,9 @@
 r"""``solve_many`` of affine systems: one decomposition per set of parameters, rows of starts followed mode by mode.
 
-Rows in the same mode go through ``rows`` together. Which mode begins and which follows is decided as ``automaton``
-decides it, by the guards of every mode that may follow and by the derivatives of those that vanish, on arrays; rows in
-which that stays open, or that rounding may spoil, are followed one by one by the scalar flow.
+``moderows`` follows all rows that are in the same mode together. The first mode and each next one are decided on arrays
+by the rules of ``automaton``: by the guards of all modes that may follow, and by the derivatives of guards that vanish.
+Rows for which this decision remains open, or which rounding may affect too much, are followed one by one by the scalar
+flow. ``_together`` and ``_advanced`` are the loop; the hard function is ``_chosen``, which decides the next mode.
 """
 
 from dataclasses import dataclass, field
@@ -25,10 +26,10 @@ from asympk.scene import Scene
 from asympk.symbolic.branches import OPEN, all_phases, at_rest
 
 CHUNK = 4096
-FEW = 3  # rows that cost less one by one
+FEW = 3  # the number of rows up to which following them one by one costs less
 MOST_EVENTS = 1000
-TRUSTED = 1e-12
-_CLEAR = 1e-13
+TRUSTED = 1e-12  # the largest estimated error of a row, relative to its states, that needs no scalar flow
+_CLEAR = 1e-13  # the relative size below which a sign is not trusted
 
 
 class SystemEvents(NamedTuple):
@@ -47,10 +48,10 @@ class SystemEvents(NamedTuple):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class AffineEnsemble(Many):
-    """What became of many trajectories of an affine system: ``Many``, ``final`` (n, ...) in the order of ``names``.
+    """The results of many trajectories of an affine system; ``final`` (n, ...) is in the order of ``names``.
 
-    ``first`` (frictions, ...) tells what every friction does at the start, an index of ``asympk.many.PHASES``;
-    ``alone`` trajectories were followed by the scalar flow.
+    ``first`` (frictions, ...) is the phase of each friction at the start, as an index into ``asympk.many.PHASES``.
+    ``alone`` is the number of trajectories that were followed by the scalar flow.
     """
 
     names: tuple[str, ...]
@@ -71,9 +72,9 @@ def solve_many(
 ) -> AffineEnsemble:
     """Follow trajectories of an affine system; ``values``, ``start`` and ``until`` hold arrays that broadcast.
 
-    Keys are symbols or names. ``progress(done, total)`` is called after each chunk. A trajectory that cannot be
-    followed has an ``outcome`` that says why; with ``strict=True`` what the flow of one scene raises is raised, with
-    the index of the trajectory. Raises ``InputError``, also where the system is not affine.
+    Keys are symbols or names. ``progress(done, total)`` is called after each chunk. The ``outcome`` of a trajectory
+    that cannot be followed says why; with ``strict=True`` the error of its scalar flow is raised, with the index of the
+    trajectory. Raises ``InputError``, also where the system is not affine.
     """
     if not hasattr(system, "placed"):
         raise InputError(f"system = {short(system)}: it must be a System; build it with ap.System")
@@ -105,7 +106,7 @@ def solve_many(
 
 @dataclass(frozen=True)
 class _Case:
-    """A system with one set of parameters; its modes in numbers are kept for all of its rows."""
+    """A system with one set of parameters; its modes in numbers serve all rows with these parameters."""
 
     system: Any
     values: tuple
@@ -116,9 +117,9 @@ class _Case:
 
 
 class _Result(NamedTuple):
-    """Where results go by the index of the trajectory; ``notes`` are blocks of events, ``alone`` the rows left over.
+    """The results by the index of the trajectory; ``notes`` are blocks of events, ``alone`` the rows followed alone.
 
-    ``left`` are the outcomes of the trajectories that are left out.
+    ``left`` maps each trajectory that cannot be followed to its outcome.
     """
 
     final: np.ndarray
@@ -130,7 +131,7 @@ class _Result(NamedTuple):
     strict: bool
 
     def leave(self, row, reason):
-        """Leave out a trajectory for a reason, or raise it."""
+        """Record ``reason`` as the outcome of a trajectory, or raise it if ``strict``."""
         if self.strict:
             reason.args = (f"trajectory {row}: {reason}", *reason.args[1:])
             raise reason
@@ -186,7 +187,7 @@ def _first(start):
 
 
 class _Modes:
-    """The modes of a system in doubles, and which of them begin and follow, on arrays of rows."""
+    """The modes of a system in doubles; decides on arrays of rows whether a mode may begin or follow."""
 
     def __init__(self, automaton):
         self.automaton, self.system = automaton, automaton.system
@@ -195,13 +196,13 @@ class _Modes:
         self._known: dict = {}
 
     def index(self, branch):
-        """Return the number of a branch."""
+        """Return the index of a branch in ``branches``, to which a new one is added."""
         if branch not in self.branches:
             self.branches.append(branch)
         return self.branches.index(branch)
 
     def flow(self, branch):
-        """Return (flow, waves, kept guards, kinds) of a branch, or None where it is never entered."""
+        """Return (flow, waves, kept guards, kinds) of a branch, or None for a branch that is never entered."""
         if branch not in self._known:
             found = self.flows.swift.entered(branch)
             self._known[branch] = found and (*found, self.automaton.mode(branch).kinds)
@@ -212,7 +213,7 @@ class _Modes:
         return np.array(self.automaton.mode(branch).movable)
 
     def whole(self, branch, t, w):
-        """Return ``(w, waves, 1)`` of rows at their times."""
+        """Return the states ``(w, waves, 1)`` of rows at their times."""
         waves = [np.broadcast_to(value(Arrays, *wave, t), t.shape) for wave in self.flow(branch)[1]]
         return np.column_stack([w, *waves, np.ones(len(t))])
 
@@ -225,7 +226,7 @@ class _Modes:
         return found[: len(frictions)], found[len(frictions) :]
 
     def consistent(self, branch, t, w):
-        """Return (consistent, known) of a branch on rows: all guards are positive, or vanish and rise."""
+        """Return (consistent, known) of a branch on rows: consistent where every guard is positive, or 0 and rising."""
         if self.flow(branch) is None:
             return np.zeros(len(t), dtype=bool), np.ones(len(t), dtype=bool)
         rows = rows_of(self.flow(branch)[0], self.whole(branch, t, w))
@@ -237,9 +238,9 @@ class _Modes:
 
 
 class _Flock(NamedTuple):
-    """Rows on their way: times, states, bounds of their errors, largest values, branches, counts of events.
+    """The rows being followed: times, states, bounds of their errors, largest values, branches, numbers of events.
 
-    ``lost`` rows are left to the scalar flow, ``alive`` ones go on.
+    ``lost`` rows are left to the scalar flow, and ``alive`` rows have not reached their ends.
     """
 
     rows: np.ndarray
@@ -257,7 +258,7 @@ class _Flock(NamedTuple):
 def _follow(case, w, until, rows, result):
     """Follow rows of one set of parameters from the start to their ends."""
     start, frictions = w.copy(), case.modes.system.frictions
-    apart = len(w) <= FEW or any(f.constraint is not None for f in frictions)  # whose reactions depend on the mode
+    apart = len(w) <= FEW or any(f.constraint is not None for f in frictions)  # their reactions depend on the mode
     try:
         lost = np.ones(len(w), dtype=bool) if apart else _together(case.modes, w, until, rows, result)
     except (OutOfRange, ZeroDivisionError):  # no row has finite rates
@@ -267,7 +268,7 @@ def _follow(case, w, until, rows, result):
 
 
 def _together(modes, w, until, rows, result):
-    """Follow rows mode by mode, and return those that are left to the scalar flow."""
+    """Follow rows mode by mode, and return a mask of the rows that are left to the scalar flow."""
     t = np.zeros(len(w))
     branch, lost = _beginning(modes, t, w)
     for k in np.unique(branch[~lost]):
@@ -287,7 +288,7 @@ def _together(modes, w, until, rows, result):
 
 
 def _advanced(modes, flock, k):
-    """Follow the rows in the branch of number k to the ends of their segments; return notes of their events."""
+    """Follow the rows in branch number k to the ends of their segments; return notes of their events."""
     mine = np.flatnonzero(flock.alive & (flock.branch == k))
     begun = flock.t[mine]
     flow, _, kept, kinds = modes.flow(modes.branches[k])
@@ -304,7 +305,7 @@ def _advanced(modes, flock, k):
     for hit in np.unique(ends.hit[flock.alive[mine]]):
         struck = mine[flock.alive[mine] & (ends.hit == hit)]
         notes.append(_after(modes, k, kinds[kept[hit]], flow.rows[hit], flock, struck))
-    # one that begins its mode again at the same time would do so for ever
+    # a row that begins its mode again at the same time would do so endlessly
     flock.lost[mine] |= flock.alive[mine] & (flock.t[mine] == begun) & (flock.branch[mine] == k)
     return notes
 
@@ -320,7 +321,7 @@ def _sticks(modes, indices, friction):
 
 
 def _beginning(modes, t, w):
-    """Return (index of the first branch, rows that are left over)."""
+    """Return (index of the first branch of each row, mask of the rows for which this is open)."""
     velocities, loads = modes.contacts(t, w)
     scale = _CLEAR * (1 + abs(w).max(axis=1, initial=0.0))
     tiny = ((velocities != 0) & (abs(velocities) < scale)) | (abs(loads) < scale)
@@ -332,7 +333,7 @@ def _beginning(modes, t, w):
 
 
 def _after(modes, k, event, row, flock, struck):
-    """Put struck rows onto the guard that they lost, and find the branch that follows; return a note of the events."""
+    """Move ``struck`` rows onto the guard that they lost and find the next branch; return a note of the events."""
     (kind, friction), before, w, t = event, modes.branches[k], flock.w, flock.t[struck]
     w[struck] = _snapped(modes.whole(before, t, w[struck]), row, modes.movable(before))
     phases = [(phase,) for phase in before]
@@ -347,12 +348,12 @@ def _after(modes, k, event, row, flock, struck):
     changed = struck[flock.branch[struck] != k]
     flock.n_events[changed] += 1
     onset = _sticks(modes, flock.branch[changed], friction) & (kind == "slip_onset")
-    kinds = np.where(onset, "force_zero", kind)  # at the tip of the cone the load vanishes and stick goes on
+    kinds = np.where(onset, "force_zero", kind)  # at the tip of the friction cone the load vanishes and stick continues
     return flock.rows[changed], kinds, flock.t[changed], w[changed].T.copy(), np.full(len(changed), friction)
 
 
 def _snapped(whole, row, movable):
-    """Return states moved onto the zero of a guard, along the movable state that moves it most."""
+    """Return states moved onto the zero of a guard, along the movable state that changes the guard most."""
     states = len(movable)
     weight = abs(row[:states]) * (1 + abs(whole[:, :states])) * movable
     place, every = weight.argmax(axis=1), np.arange(len(whole))
@@ -362,7 +363,7 @@ def _snapped(whole, row, movable):
 
 
 def _chosen(modes, candidates, t, w, velocities, loads):
-    """Return (index of the one consistent branch of each row, rows in which that is open); at rest stays at rest."""
+    """Return (index of the consistent branch of each row, mask of open rows); rest is preferred to slip."""
     found, rank, doubtful = np.full(len(t), -1), np.full(len(t), -1), np.zeros(len(t), dtype=bool)
     for candidate in candidates:
         possible = np.ones(len(t), dtype=bool)
@@ -403,7 +404,7 @@ def _alone(case, start, until, row, result):
 
 
 def _in_order(notes, size):
-    """Join blocks of events, in which and from each to the next the time of a trajectory grows."""
+    """Join blocks of events into ``SystemEvents``; the events of each trajectory are in order of time already."""
     empty = np.zeros(0, np.intp), np.zeros(0, "U16"), np.zeros(0), np.zeros((size, 0)), np.zeros(0, np.intp)
     parts = [np.concatenate(column, axis=-1) for column in zip(empty, *notes, strict=True)]
     order = np.argsort(parts[0], kind="stable")

@@ -1,8 +1,8 @@
-r"""Times that suit a spectrum, and the functions F_r there, kept per mode: where a search for a root begins.
+r"""A mesh of times adapted to the spectrum of a mode, with the functions F_r on it: where a search for a root begins.
 
-A part ``e^{l t}`` with Re l < 0 bends a guard by ``|l|^2 e^{Re l t}``, so an interval may be as long as
-``1/|l| e^{-Re l t/4}``: intervals grow as fast parts vanish, and their number is O(log(1/mu)). What is on an interval
-is then decided by bounds, in ``events``; the mesh decides nothing.
+A part ``e^{l t}`` with Re l < 0 contributes ``|l|^2 e^{Re l t}`` to g'', so an interval may have the length
+``1/|l| e^{-Re l t/4}``. Intervals grow as fast parts decay, and their number is O(log(1/mu)). Whether a guard vanishes
+on an interval is decided by bounds in ``events``, so the choice of the mesh affects the cost alone.
 """
 
 import math
@@ -15,19 +15,20 @@ import numpy as np
 from asympk.affine.exponential import Block
 from asympk.affine.functions import MOST_EXPONENT, Arrays, areas, functions, tremors
 
-POINTS = 96
-_PART = 0.4
-_KEPT = 64
-_LARGEST = 1e300  # so that a part of no weight is 0 however far it has grown
+POINTS = 96  # intervals of a window
+_PART = 0.4  # the length of an interval, in units of the time of the fastest part left
+_KEPT = 64  # windows kept per mode
+_LARGEST = 1e300  # the bound of all functions: it is finite, so that a function of weight 0 contributes 0
 
 
 class FunctionTable(NamedTuple):
-    """Times (.., K + 1), the last axis in order, and what is known there.
+    """Increasing times ``t`` (.., K + 1), and the functions F_r of a mode at these times.
 
-    ``sums`` (.., K + 1, functions + blocks + 1) are what the functions add and, 1 in the column of the base that it is
-    added to, so that a product with a segment's weights is the guard; ``off_sums`` are the sizes that its rounding goes
-    with. ``values`` (.., K + 1, functions) are the functions, ``off_values`` their sizes. ``areas`` (.., K, functions)
-    bound the integrals of their sizes over the intervals, whose lengths are ``h`` (.., K, 1).
+    ``sums`` (.., K + 1, functions + blocks + 1) are the contributions of the functions, with a 1 in the column of the
+    base that belongs to them: the product with the weights of a guard is the guard. ``off_sums`` are the sizes to which
+    the rounding error of this product is proportional. ``values`` (.., K + 1, functions) are the functions, and
+    ``off_values`` the sizes for their rounding errors. ``areas`` (.., K, functions) bound the integrals of ``|F_r|``
+    over the intervals, whose lengths are ``h`` (.., K, 1).
     """
 
     t: np.ndarray
@@ -53,7 +54,7 @@ def function_table(blocks: Sequence[Block], t: np.ndarray) -> FunctionTable:
 
 
 class Mesh:
-    """The windows of a mode's spectrum, from 0 on, made as they are asked for."""
+    """The windows of the mesh of one mode, from t = 0 on, each computed when it is first needed."""
 
     def __init__(self, blocks: Sequence[Block]):
         self.blocks = blocks
@@ -88,6 +89,6 @@ class Mesh:
 
 
 def _leading(speeds):
-    """Return the (decay, speed) that no other one, as fast, outlasts."""
+    """Return the pairs (decay, speed) for which no other part decays more slowly and is as fast."""
     ordered = sorted(set(speeds), reverse=True)
     return [pair for k, pair in enumerate(ordered) if all(pair[1] > speed for _, speed in ordered[:k])]

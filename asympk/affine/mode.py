@@ -1,7 +1,9 @@
 r"""An affine mode in numbers: ``W' = M W`` with W = (w, 1), its exponential and its guards, and a segment from a start.
 
-A guard is a function ``g = c.w + d`` that is positive inside the mode. Its weights ``(c, d) D_r`` are multiplied in
-many digits before they are rounded, so a guard that does not feel a fast part says so.
+A guard is a function ``g = c.w + d`` that is positive inside the mode. Its weights ``(c, d) D_r`` are computed in many
+digits before they are rounded, so that the weight of a fast part which does not affect the guard is exactly 0.
+``AffineMode`` holds the exact data, ``AffineFlow`` the tables of one arithmetic, ``ClosedSegment`` the motion from one
+start.
 """
 
 from collections.abc import Sequence
@@ -42,7 +44,7 @@ class AffineMode:
         vector: Sequence[Number],
         guards: Sequence[tuple[Sequence[Number], Number]] = (),
     ) -> "AffineMode":
-        """Build a mode from ``A`` (n, n), ``b`` (n,) and guards ``(c, d)``; floats are taken for what they are exactly.
+        """Build a mode from ``A`` (n, n), ``b`` (n,) and guards ``(c, d)``; floats are taken at their exact values.
 
         Raises ``InputError`` for shapes that do not fit and for a guard that depends on no state.
         """
@@ -59,7 +61,7 @@ class AffineMode:
 
     @cached_property
     def homogeneous(self) -> tuple[tuple[Fraction, ...], ...]:
-        """The rows of M, ``(w, 1)' = M (w, 1)``."""
+        """The rows of M in ``(w, 1)' = M (w, 1)``."""
         rows = tuple((*row, b) for row, b in zip(self.matrix, self.vector, strict=True))
         return (*rows, (Fraction(0),) * (len(rows) + 1))
 
@@ -80,11 +82,11 @@ def _exact(*rows):
 
 @dataclass(frozen=True)
 class AffineFlow:
-    """A mode in the numbers of ``m``: ``tables`` turn a start (w, 1) into all that a segment needs, in one product.
+    """A mode in the numbers of ``m``: the product of ``tables`` and a start (w, 1) gives all ``Parts`` of a segment.
 
-    ``matrices`` is (functions, n, n + 1). ``rows`` are the guards' coefficients; ``rate`` turns the weights of a
-    function of time into those of its derivative. In doubles ``tables`` are floats; in digits they are whole numbers,
-    2^bits being 1, so that a product with them is exact until it is rounded.
+    ``matrices`` (functions, n, n + 1) are the D_r, and ``rows`` the coefficients of the guards. ``rate`` turns the
+    weights of a function of time into those of its derivative. In doubles ``tables`` are floats; for mpmath numbers
+    they are whole numbers in units of 2^-bits, so that a product is exact until it is rounded.
     """
 
     m: Any
@@ -97,12 +99,12 @@ class AffineFlow:
     rate: np.ndarray
 
     def times(self, tables: np.ndarray, vector: np.ndarray) -> np.ndarray:
-        """Return ``tables @ vector``, of ``tables`` or their sizes."""
+        """Return ``tables @ vector``, where ``tables`` may also be their sizes."""
         return tables @ vector if self.m is Doubles else whole_product(self.m, tables, self.bits, vector)
 
     @cached_property
     def table_sizes(self) -> np.ndarray:
-        """The sizes of the entries of ``tables``, on which rounding depends."""
+        """The sizes of the entries of ``tables``, to which rounding errors are proportional."""
         return abs(self.tables)
 
     @cached_property
@@ -112,7 +114,7 @@ class AffineFlow:
 
     @cached_property
     def flat(self) -> np.ndarray:
-        """The matrices, one function a row."""
+        """The matrices without their last column, one row per function."""
         return self.matrices[:, :, :-1].reshape(len(self.matrices), -1)
 
     @cached_property
@@ -138,7 +140,7 @@ def in_digits(m: Arithmetic, mode: AffineMode) -> AffineFlow:
 
 
 def _flow(m, mode, exact):
-    """Return the ``AffineFlow`` of a mode; all products are of whole numbers, rounded at the end."""
+    """Return the ``AffineFlow`` of a mode; all products are computed in whole numbers and rounded at the end."""
     unit, width = 1 << exact.bits, len(mode.vector) + 1
     rows, denominator = in_whole_numbers(mode.guards or [(Fraction(0),) * width])
     rows = rows[: len(mode.guards)]
@@ -163,13 +165,13 @@ def _blocks(m, exact):
 
 
 def _weights(rows, matrix, bits):
-    """Return ``rows @ matrix``, without what is left where all of a weight cancels."""
+    """Return ``rows @ matrix``, with 0 for entries whose terms cancel up to rounding."""
     weights = rows @ matrix
     return np.where(abs(weights) > (abs(rows) @ abs(matrix)) >> (bits - _LOST_BITS), weights, 0)
 
 
 def _rounded(m, array, bits):
-    """Return an array of whole numbers, 2^bits being 1, in the numbers of ``m``."""
+    """Return an array of whole numbers in units of 2^-bits as numbers of ``m``."""
     numbers = [_number(m, v, bits) for v in array.flat]
     return np.array(numbers, dtype=float if m is Doubles else object).reshape(array.shape)
 
@@ -183,17 +185,18 @@ def _derived(rate, weights, bits):
 
 
 def _summed(blocks, weights, whole):
-    """Return weights and ``sum F_r(0) weights[r]`` over the blocks that have not started, by the number that have."""
+    """Return ``weights``, and the bases: ``sum F_r(0) weights[r]`` over the blocks from the k-th on, for every k."""
     sums = np.cumsum((np.array(initial(blocks)) * weights.T).T[::-1], axis=0)[::-1]
     later = [sums[place] for place in np.cumsum([block.size * (2 if block.turn else 1) for block in blocks])[:-1]]
     return weights, np.stack([whole, *later, 0 * whole])
 
 
 class Parts(NamedTuple):
-    """What a segment needs, as weights of the functions in time.
+    """The weights of the functions F_r in the states and guards of a segment.
 
-    ``sums`` are those in the states and, below them, the bases: what the blocks that have not started add up to, by the
-    number of those that have. ``guards`` likewise; ``slopes`` and ``bends`` are those in the guards' derivatives.
+    ``sums`` are the weights in the states and, in further rows, the bases: the sums at t = 0 of the blocks that have
+    not started, one row for each number of started blocks. ``guards`` are the same for the guards. ``slopes`` and
+    ``bends`` are the weights in the first and second derivatives of the guards.
     """
 
     sums: np.ndarray
@@ -205,9 +208,9 @@ class Parts(NamedTuple):
 class ClosedSegment:
     """The motion of a flow from a start ``w(0)``, and its guards as functions of time.
 
-    ``sizes`` are those of the start where they are not its own. A guard whose value at the start is within rounding,
-    or is known to be one of ``zeros``, vanishes there, and is set to zero; one that has no slope vanishes for ever, and
-    is set to one, which nothing meets. Where ``snapped`` is false, all guards stay as they are computed.
+    ``sizes``, by default ``|start|``, are the sizes to which the errors of the start are proportional. A guard that is
+    0 at the start within rounding, or is one of ``zeros``, is set to 0 there. If its slope is 0, too, the guard
+    vanishes identically and is set to 1, so that it is never lost. With ``snapped=False`` no guard is changed.
     """
 
     def __init__(
@@ -230,14 +233,14 @@ class ClosedSegment:
 
     @cached_property
     def off(self) -> Parts:
-        """The ``Parts`` of the sizes of the terms, on which rounding depends."""
+        """The ``Parts`` of the sizes of the terms, to which rounding errors are proportional."""
         found = self.flow.parts(self.flow.times(self.flow.table_sizes, self.size))
         found.guards[self.functions][self.zero] = self.m.number(0)
         found.guards[:, self.held] = self.m.number(0)
         return found
 
     def in_doubles(self) -> "ClosedSegment":
-        """Return the motion in doubles, all of whose guards stay as they are; raises ``OverflowError`` beyond them."""
+        """Return the motion in doubles, with ``snapped=False``; raises ``OverflowError`` beyond their range."""
         start, size = (np.array([*map(float, values[: len(self.start)])]) for values in (self.start, self.size))
         return ClosedSegment(self.flow.mode.in_doubles, start, size, snapped=False)
 
@@ -254,7 +257,7 @@ class ClosedSegment:
         return first_root(Guards(self), until, self.flow.mode.mesh)
 
     def refined(self, guess: Number, guard: int) -> Number:
-        """Return the root of a guard next to one in coarser numbers; raises ``Undecided`` where it is not there."""
+        """Return the root of a guard near ``guess``, a root in coarser numbers; raises ``Undecided`` without one."""
         weights, slopes, t, step = self.guards[:, guard], self.slopes[:, guard], guess, self.m.inf
         while abs(step) > self.m.root_tol * guess:
             found, gained, begun = functions(self.m, self.flow.blocks, t)
@@ -266,9 +269,9 @@ class ClosedSegment:
         return t
 
     def at_event(self, t: Number, guard: int) -> np.ndarray:
-        """Return the state at the root of a guard, moved by the step that t is too coarse for.
+        """Return the state at the root of a guard near t, by a Newton step that moves the state: t is too coarse.
 
-        Where the guard only touches zero its slope is rounding, and so would be the step.
+        No step is made where the guard only touches zero, because its slope is rounding there.
         """
         values, gained, begun = functions(self.m, self.flow.blocks, t)
         found, state = np.array(values), self._sum(self.sums, gained, begun)
@@ -278,7 +281,7 @@ class ClosedSegment:
         return state - value / slope * (found @ self.flow.rate @ self.sums[: self.functions])
 
     def without_rounding(self, t: Number, state: np.ndarray) -> np.ndarray:
-        """Return the state at t, what is within the rounding of its terms set to zero."""
+        """Return the state at t, with components within the rounding error of their terms set to zero."""
         gained, _ = tremors(self.m, self.flow.blocks, t)
         off = self._sum(self.off.sums, gained, functions(self.m, self.flow.blocks, t)[2])
         return np.where(abs(state) > self.m.slack * off, state, self.m.number(0))

@@ -1,8 +1,9 @@
-r"""One affine mode followed for many starts at once: the verdicts of ``events`` on arrays of rows.
+r"""One affine mode followed for many starts together: the bounds of ``events`` on arrays of rows.
 
-The mesh of the mode bounds every guard of every row on a hundred intervals in a few matrix products. An interval that
-is not clear is cut into eight, for the rows that it belongs to, and again; then Newton's method runs on the brackets.
-Rows in which a sign stays open are left to the scalar flow.
+``judge`` bounds every guard of every row on the intervals of the mesh by a few matrix products. An interval that may
+contain a root is cut into eight parts, repeatedly, until one guard falls through zero on a part, and Newton's method
+finds the root there. Rows in which a sign remains open are left to the scalar flow. ``follow_rows`` is the entry, and
+``_within`` the hard function.
 """
 
 from itertools import islice
@@ -16,20 +17,20 @@ from asympk.affine.mode import AffineFlow
 from asympk.arithmetic import UNIT, Doubles
 
 _MARGIN = Doubles.margin
-_ULPS = 64
-_WINDOWS = 64
-_ROUNDS = 12
+_ULPS = 64  # rounding errors up to which a guard vanishes at the start
+_WINDOWS = 64  # windows of the mesh before a row is left to the scalar flow
+_ROUNDS = 12  # of cutting an interval
 _PARTS = 8
-_PIECE = 24
-_STEPS = 40
-_CLOSE = 1e-9
+_PIECE = 24  # intervals of a window that are bounded together
+_STEPS = 40  # of Newton's method
+_CLOSE = 1e-9  # the last Newton step, relative to the interval
 
 
 class Rows(NamedTuple):
-    """What segments of one mode need from their starts: the parts of ``mode.ClosedSegment``, one row each.
+    """The segments of one mode from many starts: the parts of ``mode.ClosedSegment``, one row per start.
 
-    ``reach`` (rows, guards) is a time up to which a guard that vanishes at the start is positive; it is 0 for the
-    others, -1 where the guard falls at once, and NaN where that is not known.
+    ``reach`` (rows, guards) is a time up to which a guard that vanishes at the start is positive, -1 where such a guard
+    falls from the start, NaN where this is not known, and 0 for all other guards.
     """
 
     flow: Any
@@ -49,7 +50,7 @@ class Rows(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """How segments end: duration, guard (-1 where none is lost), state, error of the state; ``open`` rows did not."""
+    """The ends of segments: duration, guard lost or -1, state and its error; ``open`` marks rows without an end."""
 
     span: np.ndarray
     hit: np.ndarray
@@ -70,9 +71,9 @@ def rows_of(flow: AffineFlow, whole: np.ndarray) -> Rows:
 
 
 def _reach(flow, slopes, off_slopes, bends, off_bends):
-    """Return v/(3 B) for the first of g' and g'' that does not vanish at the start, B a bound of the next derivative.
+    """Return v/(3 B), v the first of g'(0) and g''(0) that does not vanish and B a bound of the next derivative.
 
-    -1 stands for v < 0, NaN for v that is not known.
+    -1 stands for v < 0, NaN for an unknown sign of v, and inf for a guard that is constant.
     """
     start, size = np.array(initial(flow.blocks), dtype=float), abs(flow.rate)
     most = min(1.0, 1.0 / max(size.sum(axis=0).max(), 1e-300))
@@ -88,7 +89,7 @@ def _reach(flow, slopes, off_slopes, bends, off_bends):
 
 
 class Verdicts(NamedTuple):
-    """Of every row, interval and guard: whether it is positive there, and whether it falls through zero just once."""
+    """For every (row, interval, guard): whether the guard is positive, and whether it falls through zero just once."""
 
     positive: np.ndarray
     falls: np.ndarray
@@ -105,7 +106,7 @@ class Verdicts(NamedTuple):
 
 
 def judge(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
-    """Return the ``Verdicts`` on the intervals of a table; ``first`` tells which intervals begin at the start."""
+    """Return the ``Verdicts`` on the intervals of a table; ``first`` marks the intervals that begin at the start."""
     g, off = _on(known.sums, rows.guards), _on(known.off_sums, rows.off_guards) * _MARGIN
     rise, off_rise = _on(known.values, rows.slopes), _on(known.off_values, rows.off_slopes) * _MARGIN
     spare = _on(known.areas, rows.bends)
@@ -130,7 +131,7 @@ def _on(known, weights):
 
 
 def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarray, error: np.ndarray) -> Ends:
-    """Follow rows from starts ``whole`` (rows, n + 1), with errors (rows, n), for the times ``left``: the ``Ends``."""
+    """Return the ``Ends`` of rows from starts ``whole`` (rows, n + 1) with errors (rows, n), after at most ``left``."""
     rows = rows_of(flow, whole)
     with np.errstate(all="ignore"):
         span, hit, undone = _first_roots(rows, mesh, left)
@@ -139,7 +140,7 @@ def follow_rows(flow: AffineFlow, mesh: Mesh, whole: np.ndarray, left: np.ndarra
 
 
 def _first_roots(rows, mesh, left):
-    """Return (span, guard, rows that are undecided)."""
+    """Return (duration, guard or -1, mask of undecided rows)."""
     span, hit = left.copy(), np.full(left.shape, -1)
     undone = ~(rows.reach >= 0).all(axis=1)
     pending = np.flatnonzero(~undone) if rows.zero.shape[1] else np.zeros(0, dtype=int)
@@ -158,7 +159,7 @@ def _first_roots(rows, mesh, left):
 
 
 def _pieces(mesh):
-    """Yield the windows of a mesh in pieces: most rows end in the first ones."""
+    """Yield the windows of a mesh in pieces, since most rows end in the first ones."""
     for window in islice(mesh.windows(), _WINDOWS):
         for k in range(0, len(window.h), _PIECE):
             points, intervals = slice(k, k + _PIECE + 1), slice(k, k + _PIECE)
@@ -211,7 +212,7 @@ def _within(rows, lo, hi):
 
 
 def _grid(rows, lo, hi):
-    """Return nine times from lo to hi; the second is, from 0, where guards that vanish there are known positive."""
+    """Return nine times from lo to hi; if lo is 0, the second is the ``reach`` of the guards that vanish there."""
     parts = np.linspace(0, 1, _PARTS + 1)
     reach = np.where(rows.zero, rows.reach, np.inf).min(axis=1, initial=np.inf)
     inner = np.where((lo == 0) & (reach < hi), reach, lo + (hi - lo) / _PARTS)[:, None]
@@ -219,7 +220,7 @@ def _grid(rows, lo, hi):
 
 
 def _newton(rows, which, guard, lo, hi):
-    """Return the root of a guard of each of some rows that falls from plus at lo to minus at hi."""
+    """Return the root of one guard in each of the rows ``which``; the guard falls from plus at lo to minus at hi."""
     every, n = np.arange(len(lo)), len(rows.flow.rate)
     weights, slopes = rows.guards[which, :, guard], rows.slopes[which, :, guard]
     close, t = (hi - lo) * _CLOSE, (lo + hi) / 2
@@ -239,7 +240,7 @@ def _newton(rows, which, guard, lo, hi):
 
 
 def _end(rows, span, hit, whole, error):
-    """Return the states at the ends of the segments, moved onto the guards lost, and bounds of their errors."""
+    """Return the states at the ends of the segments, moved onto the lost guards, and bounds of their errors."""
     flow, every, n = rows.flow, np.arange(len(span)), len(rows.flow.rate)
     values, gained, begun = (np.array(part) for part in functions(Arrays, flow.blocks, span))
     off = np.array(np.broadcast_arrays(*tremors(Arrays, flow.blocks, span)[0])).T
