@@ -1,8 +1,9 @@
 r"""The resolvent of an exact matrix, ``(z - M)^{-1} = adj(z - M) / p(z)``, and the roots of p to any number of digits.
 
-``p`` and the coefficients of ``adj(z - M)`` come from one recursion in integers (Faddeev and Le Verrier); the
-multiplicities of the roots from the square-free factors of p, so they are exact; the simple roots of a factor from
-Aberth's iteration, started at the eigenvalues in doubles.
+``resolvent`` computes p and the coefficients of ``adj(z - M)`` by one recursion in integers (Faddeev and Le Verrier).
+``polynomial_roots`` takes the multiplicities of the roots from the square-free factors of p, so they are exact.
+Aberth's iteration (``_simple_roots``, the hard function) finds the roots of each factor, from the eigenvalues in
+doubles.
 """
 
 from collections.abc import Sequence
@@ -24,7 +25,7 @@ _MOST_ITERATIONS = 100
 class Resolvent:
     """``p(z)`` and ``adj(z - denominator M)``: ``polynomial[k]``, ``adjugate[k]`` are the coefficients of ``z^k``.
 
-    ``estimates`` are the roots of p in doubles, as parts of the ``largest`` entry.
+    ``estimates`` are the roots of p in doubles, divided by the ``largest`` entry.
     """
 
     denominator: int
@@ -35,7 +36,7 @@ class Resolvent:
 
 
 class Root(NamedTuple):
-    """A real root, or the upper one of a complex pair, and its multiplicity."""
+    """A real root, or the upper root of a complex pair, and its multiplicity."""
 
     value: Any
     multiplicity: int
@@ -66,7 +67,7 @@ def resolvent(matrix: tuple[tuple[Fraction, ...], ...]) -> Resolvent:
 
 
 def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
-    """Return the roots of ``p`` (times the denominator), right to about ``m.prec`` bits less what p loses of them."""
+    """Return the roots of ``p``, the eigenvalues times the denominator, to about ``m.prec`` bits less p's condition."""
     simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
     for factor, multiplicity in _square_free(found.polynomial[zeros:]):
         values = _simple_roots(m, factor, found)
@@ -93,7 +94,7 @@ def _simple_roots(m, factor, found):
     if len(factor) == 2:
         return [-m.mpf(factor[0]) / factor[1]]
     values = _starts(m, factor, found)
-    close = m.ldexp(1, -m.prec * 2 // 5)  # beyond it one more step is exact to rounding, convergence being cubic
+    close = m.ldexp(1, -m.prec * 2 // 5)  # after so small a step one more is exact to rounding: convergence is cubic
     settled = False
     for _ in range(_MOST_ITERATIONS):
         moved = m.zero
@@ -112,7 +113,7 @@ def _simple_roots(m, factor, found):
 
 
 def _starts(m, factor, found):
-    """Return as many distinct starts as the factor has roots: those estimates that Newton's step moves the least."""
+    """Return as many distinct starts as the factor has roots: the estimates with the smallest Newton steps."""
     spread = [(m.mpc(z) * found.largest or m.mpc(1e-12, 1e-12) * found.denominator) * (1 + m.mpc(1e-9, 1e-9) * k)
               for k, z in enumerate(found.estimates)]  # fmt: skip
 
@@ -124,7 +125,7 @@ def _starts(m, factor, found):
 
 
 def horner(coefficients: Sequence[Number], z: Number) -> tuple[Number, Number]:
-    """Return the value and the slope of a polynomial given from its lowest coefficient."""
+    """Return the value and the slope of a polynomial whose ``coefficients`` begin with the lowest."""
     value = slope = 0
     for coefficient in reversed(coefficients):
         slope = slope * z + value
@@ -133,7 +134,7 @@ def horner(coefficients: Sequence[Number], z: Number) -> tuple[Number, Number]:
 
 
 def _paired(m, values):
-    """Yield (root, True) for the real roots and (root, False) for the upper ones of the complex pairs."""
+    """Yield (root, True) for real roots and (root, False) for the upper roots of complex pairs."""
     for z in values:
         mirror = m.conj(z)
         nearest = min(values, key=lambda other: abs(other - mirror))

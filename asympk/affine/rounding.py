@@ -1,12 +1,13 @@
-r"""How far rounding carries a run in doubles: a first-order account, carried backward from the end.
+r"""The rounding error of a run in doubles, estimated to first order and backward from the end.
 
-A segment is wrong by the rounding of its terms, and its clock in proportion. The derivative of the final state with
-respect to a state before is the product of the segments' exponentials and, at each event, of
+Each segment has the rounding error of its terms, and the time of each event has one in proportion to the time. The
+derivative of the final state by an earlier state is the product of the exponentials of the segments and, at each event,
+of the matrix
 
     1 + (w'_after - w'_before) c / (c.w'_before),
 
-c the gradient of the guard (Lemma 8); so every error is weighed by what becomes of it. The forcing, which is no state,
-begins anew with each segment, from its time.
+where c is the gradient of the guard (Lemma 8). ``estimate`` multiplies every error by this derivative. Errors of the
+forcing do not accumulate, because the forcing is computed from the time at the start of each segment.
 """
 
 from collections.abc import Sequence
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def estimate(segments: "Sequence[TimedSegment]", states: int) -> float:
-    """Estimate the error of the first ``states`` of the final state, each relative to its largest value on the path."""
+    """Return the largest estimated error of the first ``states`` final states, each relative to its largest value."""
     rows = np.eye(states, segments[-1].segment.start.size)
     error, size, after = np.zeros(states), np.zeros(states), None
     for timed in reversed(segments):

@@ -1,7 +1,8 @@
 r"""``method="exact"`` where all modes are affine: in doubles, and on mpmath numbers to any number of digits.
 
-A run in doubles keeps account of its own rounding. Where that may show, or a sign cannot be told, the events are
-refined, or the flow followed anew, on mpmath numbers, and the result is rounded from there.
+``run`` first follows a scene in doubles and estimates the rounding error (``rounding``). Where this error may show in
+the result, or a sign is undecided, the events of this run are refined in mpmath numbers or the scene is followed again
+in them, and the result is rounded to doubles. ``_followed`` is the hard function: its ``advance`` follows one mode.
 """
 
 from functools import lru_cache, partial
@@ -27,15 +28,15 @@ from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN
 from asympk.symbolic.system import System
 
-MOST_SPARE = 300
+MOST_SPARE = 300  # digits beyond four times those asked for, up to which a run is repeated
 DIGITS_OF_DOUBLES = 17
 SHOWN_OF_ERRORS = 3
-TRUSTED = 5e-14
-TOLD = 1e-8  # an estimated error up to which the order of events in doubles stands
+TRUSTED = 5e-14  # the largest estimated error of a run in doubles that is returned as it is
+TOLD = 1e-8  # the largest estimated error of a run in doubles whose sequence of events is trusted
 
 
 class TimedSegment(NamedTuple):
-    """One segment of a run: its start, its closed form, its duration, and the guard that ends it or None."""
+    """One segment of a run: its starting time, its closed form, its duration, and the guard that ends it or None."""
 
     start: Any
     segment: ClosedSegment
@@ -45,24 +46,25 @@ class TimedSegment(NamedTuple):
 
 @lru_cache(maxsize=256)
 def obstacle(system: System) -> str | None:
-    """Return what keeps a system from the exact flow, or None where all modes are affine and their forcing is carried.
+    """Return words on what is not affine in a system, or None where the exact flow takes it.
 
-    A mode that the state or the time switches is to be so on each side. What one friction does leaves the others' terms
-    as they are: modes that differ from one of them in one phase tell.
+    All modes must be affine with sums of waves as forcing, and a mode that the state or the time switches must be so on
+    each side. The phase of one friction does not change the terms of the others, so the modes of ``branches.telling``,
+    which differ from one mode in one phase, decide for all.
     """
     modes = (side for branch in branches.telling(system) for side in on_all_sides(mode_of(system, branch)))
     return next((form.mode_obstacle(mode) for mode in modes if form.form_of(mode) is None), None)
 
 
 def affine(system: System) -> bool:
-    """Tell whether all modes of a system are affine in its states, one law all over, with a forcing that is carried."""
+    """Tell whether all modes of a system are affine, with sums of waves as forcing, and without switching surfaces."""
     return not phases_of(system) and obstacle(system) is None
 
 
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:
     """Follow ``scene`` in closed form, in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
-    ``error`` of the path is an estimate for doubles, and the distance to a run at less precision with ``digits``;
+    ``error`` of the path is an estimate in doubles, and with ``digits`` the distance from a run at lower precision.
     ``events`` bounds the number of events. Raises ``OutOfRange`` where a rate is not finite, ``TooManyEvents``,
     ``TooLarge``, ``Undecided``, ``Accumulation``, ``NoMotion`` and ``TwoMotions``.
     """
@@ -82,7 +84,7 @@ def _in_digits(case, digits):
 
 
 class SceneFlows(NamedTuple):
-    """A scene, the flows of its modes, the number of events allowed, and a run in coarser numbers, if known."""
+    """A scene, the flows of its modes, the most events allowed, and ``known``, a run in coarser numbers, or None."""
 
     scene: Any
     flows: "Flows"
@@ -100,7 +102,7 @@ def _in_doubles(case):
 
 
 def _estimated(case):
-    """Return (run, error) of a run in doubles; (None, inf) where they cannot follow the scene."""
+    """Return (run, estimated error) in doubles, or (None, inf) where doubles cannot follow the scene."""
     try:
         with np.errstate(all="ignore"):
             joined = _followed(Doubles, case)
@@ -112,7 +114,7 @@ def _estimated(case):
 
 
 def _known(case):
-    """Return the run in doubles where it can be trusted to have the right events, else None."""
+    """Return the run in doubles if its sequence of events is trusted, else None."""
     try:
         joined, error = _estimated(case)
     except TooLarge:
@@ -122,12 +124,12 @@ def _known(case):
 
 @lru_cache(maxsize=256)
 def flows(automaton: Automaton) -> "Flows":
-    """Return the flows of an automaton, kept for the next scene of the same parameters."""
+    """Return the flows of an automaton, which are cached for further scenes with the same parameters."""
     return Flows(automaton)
 
 
 class Flows:
-    """The flows of the modes of an automaton, each found when a motion enters its mode."""
+    """The flows of the modes of an automaton, each computed when a motion first enters its mode."""
 
     def __init__(self, automaton: Automaton) -> None:
         self.automaton = automaton
@@ -180,9 +182,10 @@ def _followed(m, case):
 
 
 def _vanishing(mode, segments):
-    """Return the guards of a mode that are 0 where it begins, whatever rounding makes of them: velocities that turn.
+    """Return the guards that are exactly 0 where a mode begins: velocities of frictions that have changed their phase.
 
-    Some that vanish together no state can be moved to: what moves one at rest on a shaken table is the time.
+    Rounding may hide these zeros, and where several guards vanish together, no state may be movable onto all of them:
+    the sliding velocity of a body at rest on a shaken table depends on the time alone.
     """
     before = segments[-1].branch if segments else mode.branch
     turned = {k for k, (was, now) in enumerate(zip(before, mode.branch, strict=True))
@@ -191,7 +194,7 @@ def _vanishing(mode, segments):
 
 
 def _standing(automaton, exact, start, digits, advance):
-    """Return the run of a scene that ends at its start."""
+    """Return the run of a scene with ``until`` = 0."""
     first, t = automaton.first(exact), 0 * start[0]
     edges = automaton.edges_at(t, start, automaton.mode(first, digits).beside)
     mode = mode_on_sides(automaton, first, digits, t, start, edges)
@@ -200,7 +203,7 @@ def _standing(automaton, exact, start, digits, advance):
 
 
 def _span(case, m, mode, segment, left, k):
-    """Return (duration, guards lost together) of the segment number k; from the known run, if there is one."""
+    """Return (duration, guards lost together) of segment number k, refined from the known run if there is one."""
     if case.known:
         if k >= len(case.known.segments):
             return left, ()
@@ -218,7 +221,7 @@ def _span(case, m, mode, segment, left, k):
 
 
 def _certified(case, digits, largest=None):
-    """Return (run, error) right to ``digits`` digits; a known run serves the first try alone."""
+    """Return (run, error) right to ``digits`` digits; the first trial alone uses the known run."""
     most = 4 * digits + MOST_SPARE
 
     def follow(working, tie):
@@ -231,7 +234,7 @@ def _certified(case, digits, largest=None):
 
 
 def _distance(coarse, fine):
-    """Return the distance of the final states, relative to the largest value on the path; None when events differ."""
+    """Return the distance of the final states, relative to the largest state of ``fine``; None where modes differ."""
     if coarse.modes != fine.modes:
         return None
     states = [event.state for event in fine.events] + [fine.last.state, fine.segments[0].work.segment.start]
