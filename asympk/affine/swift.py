@@ -1,8 +1,9 @@
-r"""Which mode follows, told in doubles by a few products where every sign is clear; else by the automaton itself.
+r"""The next mode of an automaton, decided in doubles by a few products where every sign is clear.
 
-The guards of every mode that may follow, and their first two derivatives, are rows on (w, 1). A mode goes on when each
-of its guards is positive, or vanishes and has a positive first derivative that does not. Where a value is neither clear
-nor zero to rounding, or not just one mode is left, the automaton decides: what it would say is all that is said here.
+The guards of all modes that may follow, and their first two derivatives, are rows on (w, 1). A mode may follow if each
+of its guards is positive, or is 0 and its first nonvanishing derivative is positive. Where a value is neither clear nor
+zero to rounding, or not exactly one mode remains, the automaton itself decides. The decisions are always those of the
+automaton. ``Swift`` is the entry, and ``_decided`` the hard function.
 """
 
 from itertools import product
@@ -18,21 +19,21 @@ from asympk.errors import InputError
 from asympk.symbolic.branches import Branch, Phase, determined, most_at_rest
 from asympk.symbolic.sides import Sides
 
-_ZERO, _CLEAR = 1e-13, 1e-11
+_ZERO, _CLEAR = 1e-13, 1e-11  # relative sizes up to which a value is 0, and beyond which its sign is clear
 _ORDERS = 3
-_PAYS = 4  # a table needs the exponentials of modes that a motion may never enter
+_PAYS = 4  # decisions of one kind before a table is made, which needs exponentials of modes that are perhaps never met
 _AT_EVENT = {
     "velocity_zero": ("velocity_zero",),
     "force_zero": ("force_zero",),
     "slip_onset": ("velocity_zero", "slip_onset"),
 }
-_MOST = 2  # frictions of which all combinations are kept in one table
+_MOST = 2  # the number of frictions up to which all combinations of phases are in one table
 
 
 class GuardTable(NamedTuple):
-    """Branches, the waves of all of them, and their guards one after the other: rows (derivatives, guards, n + 1).
+    """Branches, their common waves, and all their guards in order: ``rows`` (derivatives, guards, n + 1).
 
-    ``vanishing`` are the guards that may be zero by what has happened; zeros of others leave a decision open.
+    ``vanishing`` marks the guards that the event makes 0. A zero of any other guard leaves the decision open.
     """
 
     branches: tuple[Branch, ...]
@@ -45,7 +46,7 @@ class GuardTable(NamedTuple):
 
 
 class Swift:
-    """An automaton in doubles that decides quickly where it can; ``flows`` are those of its modes."""
+    """An automaton whose decisions are made in doubles where possible; ``flows`` are the ``Flows`` of its modes."""
 
     def __init__(self, flows: Any) -> None:
         self.automaton, self.flows, self.system = flows.automaton, flows, flows.automaton.system
@@ -71,9 +72,9 @@ class Swift:
         return found or self.automaton.next(branch, hits, t, state, slack, sides)
 
     def _known(self, key, candidates, zeros):
-        """Return the table of a decision, made when it is asked for often enough to pay; None before.
+        """Return the table of a decision, or None before the decision has been asked for more than ``_PAYS`` times.
 
-        There is none where the state or the time switches the modes.
+        None, too, where the state or the time switches the modes.
         """
         if phases_of(self.system):
             return None
@@ -87,7 +88,7 @@ class Swift:
     def entered(self, branch: Branch) -> tuple | None:
         """Return what ``Flows.of`` returns in doubles, or None for a branch that is never entered.
 
-        Its forces are not determined, or a guard that depends on the parameters alone is negative.
+        The forces of such a branch are not determined, or a guard that depends on the parameters alone is negative.
         """
         try:
             conditions = self.mode(branch).mode.conditions
@@ -97,7 +98,7 @@ class Swift:
             return None
 
     def _table(self, candidates, zeros):
-        """Return the ``GuardTable`` of branches, or None where one cannot be told by rows, as a rest on more forces."""
+        """Return the ``GuardTable`` of branches, or None where rows do not decide, as with undetermined forces."""
         if not all(determined(self.system, branch) for branch in candidates if not any(p.velocity for p in branch)):
             return None
         kept, waves, rows, kinds = [], set(), [], []
@@ -119,17 +120,16 @@ class Swift:
 
 
 def _beginning(system):
-    """Return the branches that may begin; none where contacts open, where there are too many, or no friction."""
+    """Return the branches that may begin; none with contacts that may open, or 0 or over ``_MOST`` frictions."""
     if not 0 < len(system.frictions) <= _MOST or any(f.gap is not None for f in system.frictions):
         return []
     return list(product([Phase(load, v) for load in (1, -1) for v in (0, 1, -1)], repeat=len(system.frictions)))
 
 
 def _begun(table, state):
-    """Return the branch that begins at a state, where all signs are clear, or velocities and loads are 0 as given.
+    """Return the branch that begins at a state, or None unless every sign is clear or a velocity or load is exactly 0.
 
-    What is made of states that are given as 0, or is a single one of them, is taken for 0; any other value that is not
-    clear leaves the decision to exact numbers.
+    A velocity or load that is 0 counts as exact where it is a multiple of one state, or all states in it are 0.
     """
     whole = np.array([*state, *(value(Doubles, *wave, 0.0) for wave in table.waves), 1.0])
     values, sizes = table.rows[0] @ whole, table.sizes[0] @ abs(whole)
@@ -145,10 +145,10 @@ def _begun(table, state):
 
 
 def _following(system, branch, event):
-    """Return the branches that may follow an event of one friction; none where others may change with it.
+    """Return the branches that may follow an event of one friction; none where other frictions may change, too.
 
-    They may where a contact opens or closes, and where static friction that exceeds the kinetic one lets one that rests
-    slip in the place of another.
+    Other frictions may change where a contact opens or closes, and where static friction exceeds kinetic friction, so
+    that another contact at rest may slip instead.
     """
     if len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions):
         return []
@@ -163,7 +163,7 @@ def _following(system, branch, event):
 
 
 def _decided(table, t, state, possible=None):
-    """Return the one branch of those possible that goes on from a state, or None where that is not clear."""
+    """Return the one possible branch that continues from a state, or None where this is not clear."""
     whole = np.array([*state, *(value(Doubles, *wave, t) for wave in table.waves), 1.0])
     signs = _signs((table.rows @ whole).tolist(), (table.sizes @ abs(whole)).tolist(), table.vanishing)
     at, holding = 0, []
@@ -180,7 +180,7 @@ def _decided(table, t, state, possible=None):
 
 
 def _signs(values, sizes, vanishing):
-    """Return the sign of every guard by its first derivative that does not vanish; 0 where that is not clear."""
+    """Return the sign of the first nonvanishing derivative, from order 0 on, of every guard, or 0 if not clear."""
     found = []
     for k in range(len(values[0])):
         sign = 0
