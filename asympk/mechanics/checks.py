@@ -1,4 +1,4 @@
-"""What makes a mechanism one: a regular, symmetric mass matrix, a gap in the coordinates, a slip of its own."""
+"""Checks of a mechanism: a regular, symmetric mass matrix, a gap in the coordinates, a slip independent of the gap."""
 
 from typing import Any
 
@@ -11,11 +11,11 @@ from asympk.mechanics.tidy import cofactors, vanishes
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases
 
-_OFF = 1e-6  # relative to coordinates and rates: numbers rounded by hand are still a closed contact
+_OFF = 1e-6  # relative to coordinates and rates: a contact closed to numbers of six digits counts as closed
 
 
 def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
-    """Raise ``InputError`` for the first thing that keeps ``kinetics`` from being a mechanism with a contact."""
+    """Raise ``InputError`` for the first fault of ``kinetics`` as a mechanism with a contact."""
     _check_sizes(kinetics)
     require_names((*kinetics.coordinates, *kinetics.parameters))
     if kinetics.mass.free_symbols & {*kinetics.velocities}:
@@ -26,15 +26,15 @@ def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
 
 
 def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
-    """Raise ``InputError`` where g = g' = 0 does not hold at the time 0, to rounding of the coordinates and rates."""
+    """Raise ``InputError`` if g = g' = 0 does not hold at the time 0 to the accuracy ``_OFF``."""
     for name, found in departures(kinetics, values).items():
         raise InputError(f"the start is off the constraint: {name} = {found:g}; give coordinates and rates with 0")
 
 
 def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, float]:
-    """Return those of g and g', by name, that are not 0 at the time 0, to rounding of the coordinates and rates.
+    """Return {name: value} of those of g and g' that are not 0 at the time 0 to the accuracy ``_OFF``.
 
-    Raises ``InputError`` naming the symbols that have no value.
+    Raises ``InputError``, which names the symbols without a value.
     """
     placed, found = {kinetics.time: 0} | values, {}
     for name, expr in (("g", kinetics.gap), ("g'", kinetics.gap_rate)):
@@ -61,7 +61,7 @@ def require_positive_mass(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> N
 
 
 def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str) -> None:
-    """Raise ``NotDerivable`` where one of ``parts``, which are ``what``, jumps with the coordinates or the time."""
+    """Raise ``NotDerivable`` if one of ``parts`` jumps with the coordinates or the time; ``what`` is their name."""
     for expr in parts:
         for phase in phases((expr,), kinetics.coordinates, kinetics.time, few=MOST):
             place = measured(phase)
@@ -73,7 +73,7 @@ def require_continuous(kinetics: Kinetics, parts: tuple[sp.Expr, ...], what: str
 
 
 def check_bounds(contact: Any) -> None:
-    """Raise ``InputError`` for friction that is known to be negative, static below kinetic, or without a load."""
+    """Raise ``InputError`` if friction or load is known to be negative, static below kinetic, or the load 0."""
     for name in ("friction", "load"):
         if getattr(contact, name).is_negative or contact.load == 0:
             given = f"friction = {contact.friction!s:.60}, load = {contact.load!s:.60}"

@@ -1,4 +1,4 @@
-"""One's own mechanism from a TOML file: formulas in plain names, a rate written with a prime, theta'.
+"""A user's mechanism from a TOML file: formulas in plain names, a rate written with a prime, theta'.
 
     coordinates = ["X", "Y", "theta"]
     lagrangian = "m*(X'^2 + Y'^2)/2 + m*l^2*theta'^2/6 - m*g*Y"
@@ -6,15 +6,16 @@
     slip = "X - l*cos(theta)"
     friction = "f"
     unilateral = true
-    [forces]        # generalised forces that the Lagrangian does not hold, by coordinate
-    [values]        # a number for every parameter: these are the names that formulas may use
+    [forces]        # by coordinate, the generalised forces that are not in the Lagrangian
+    [values]        # a number for every parameter; formulas may use these names
     [state]         # coordinates and rates of the example
-    [over]          # theta = [0.05, 1.5]: what the paradox is told over
+    [over]          # theta = [0.05, 1.5]: the range over which the paradox is looked for
 
-With ``until`` the file is a scene, too, which starts from ``[state]`` on a rigid or an elastic contact: ``contact``,
-``compliance`` and ``damping`` stand beside it as they do under ``[system]`` of ``asympk.scenes.systemfile``.
+With ``until`` the file is also a scene, which starts from ``[state]`` on a rigid or an elastic contact. Then the keys
+``contact``, ``compliance`` and ``damping`` stand at the top of the file, with the meaning that they have under
+``[system]`` of ``asympk.scenes.systemfile``.
 
-Instead of ``lagrangian`` there may be ``mass``, rows of formulas; the forces are then all of Q.
+Instead of ``lagrangian`` a file may have ``mass``, rows of formulas; the forces are then the whole right side Q.
 """
 
 import re
@@ -35,17 +36,19 @@ from asympk.symbolic.system import System
 
 KEYS = ("coordinates", "lagrangian", "mass", "gap", "slip", "friction", "static", "load", "unilateral", "forces")
 EXAMPLE = ("about", "values", "state", "over")
-CONTACT = ("contact", "compliance", "damping")  # of the scene that the file is, too, with ``until``
+CONTACT = ("contact", "compliance", "damping")  # keys of a file that is also a scene
 FILE = (*KEYS, *EXAMPLE, *CONTACT, "until")
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 
 
 @dataclass(frozen=True)
 class Described:
-    """A mechanism with the numbers of an example; ``turn`` is (name, low, high, what is tied to it) or None.
+    """A mechanism with the numbers of an example.
 
-    ``undamped`` is its elastic ``System`` without damping where the phase plane (R, R') is to be drawn, else None.
-    ``followed`` tells whether the name is that of a scene, too.
+    ``turn`` is None, or (name, low, high, {other: function}) for the coordinate or parameter over which the mechanism
+    is drawn; the functions give the ``other`` numbers that change with it. ``undamped`` is the elastic ``System``
+    without damping if its phase plane (R, R') is to be drawn, else None. ``followed`` tells whether ``name`` is also
+    that of a scene.
     """
 
     name: str
@@ -59,7 +62,7 @@ class Described:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """The values of parameters and states, those of the elastic contact left out; the time is 0 by default."""
+        """The values of parameters and states without those of the elastic contact; the time is 0 by default."""
         plain = self.mechanism.plain
         time = {str(plain.time): 0} if plain.timed else {}
         own = {*map(str, plain.parameters), *time}
@@ -67,12 +70,12 @@ class Described:
 
     @property
     def mapped(self) -> bool:
-        """Whether the rigid motions can be drawn over ``turn`` and the friction, which is one parameter, another."""
+        """Whether the rigid motions can be drawn over ``turn`` and the friction, which is another parameter."""
         friction = self.mechanism.contact.friction
         return self.turn is not None and friction.is_Symbol and str(friction) != self.turn[0]
 
     def changed(self, changes: dict[str, Any]) -> "Described":
-        """Return the description with other numbers; raises ``UnknownName`` for what is no parameter or state."""
+        """Return the description with other numbers; raises ``UnknownName`` for a name of no parameter or state."""
         self.mechanism.keyed(dict(changes))
         values = {name: changes.get(name, value) for name, value in self.values.items()}
         state = {name: changes.get(name, value) for name, value in self.state.items()}
@@ -96,7 +99,7 @@ class Described:
         return {**placed, **self._bounds(friction)}
 
     def _bounds(self, friction):
-        """Return the kinetic friction, and the static one where it is a number of its own, at least as large."""
+        """Return the kinetic friction and, if it is a parameter of its own, the static one, made at least as large."""
         import numpy as np
 
         contact = self.mechanism.contact
@@ -107,7 +110,7 @@ class Described:
 
 
 def read_mechanism(path: Any) -> Described:
-    """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` for what is none, in one line."""
+    """Return the ``Described`` mechanism of a TOML file; raises ``InputError`` if the file describes none."""
     table = read_table(path)
     if "until" in table and "coordinates" not in table:
         raise InputError(f"{path}: it is a scene, followed by asympk solve; a mechanism has coordinates")
@@ -116,7 +119,7 @@ def read_mechanism(path: Any) -> Described:
 
 
 def described_by(table: Any, parameters: Any) -> Described:
-    """Return the ``Described`` mechanism of a table without numbers, with ``parameters`` the names that it may use.
+    """Return the ``Described`` mechanism of a table without numbers; its formulas may use the names ``parameters``.
 
     Raises ``InputError``.
     """
@@ -127,7 +130,7 @@ def described_by(table: Any, parameters: Any) -> Described:
 
 
 def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
-    """Return the table of the scene that the file of a mechanism is, too; raises ``InputError`` where it is none."""
+    """Return the table of the scene in the file of a mechanism; raises ``InputError`` if the file is no scene."""
     refuse_unknown(table, FILE, where)
     if "until" not in table:
         raise InputError(f"{where}: it is a mechanism, told by asympk mechanism; with until, and compliance and "
@@ -197,7 +200,7 @@ def _table(table, key):
 def _numbers(table, key):
     found = _table(table, key)
     for name, value in found.items():
-        if value is not None:  # beside a scene, whose values stand elsewhere
+        if value is not None:  # None: the values of a scene stand elsewhere
             number(f"{key}: {name}", value)
     return found
 

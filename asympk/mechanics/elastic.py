@@ -4,10 +4,13 @@ A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the pene
 
     x' = y,    c y' = -(a_N + G_NN R + G_NT F),    z' = a_T + G_NT R + G_TT F,    R = x + h y,
 
-z is the sliding velocity. The velocities are (g', gamma, w) = (-c y, z, w) with the rates w of the last coordinates
-that complete a basis; as all coordinates are kept as states, g(q) + c x is an invariant. With c = eps^2 and
-h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are fast, R = x + b y, g' = -eps y.
-A contact that only pushes has R = max(0, x + h y).
+with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
+coordinates that complete g' and gamma to a basis. As all coordinates are states, g(q) + c x is an invariant.
+
+With c = eps^2 and h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are fast, R = x + b y
+and g' = -eps y. A unilateral contact has R = max(0, x + h y).
+
+``elastic`` is the entry, and ``elastic_fields`` derives the fields. ``velocities`` expresses q' by g', z and w.
 """
 
 from collections.abc import Callable
@@ -30,9 +33,10 @@ from asympk.symbolic.system import System
 def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
     """Return the ``System`` with the states: coordinates, x, z, the rates that complete a basis, and fast y.
 
-    ``compliance`` is a Symbol c, with ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0
-    included. States and forces that would have the name of a coordinate or parameter end in an underscore. Raises
-    ``InputError`` for other scalings, ``NotDerivable`` where no rates complete a basis.
+    ``compliance`` is a Symbol c with ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0
+    included. A state or force whose name is taken by a coordinate or parameter gets an underscore. Raises
+    ``InputError`` for other scalings, ``NotDerivable`` if no rates complete a basis or if gap, gap rate or sliding
+    velocity jump.
     """
     scaling = _scaling(compliance, damping)
     used = kinetics.symbols
@@ -46,7 +50,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
 
 @dataclass(frozen=True)
 class Scaling:
-    """How the contact depends on the small parameter: R = x + ``ratio`` y, g' = -``closing`` y, x' = y / ``clock``."""
+    """The elastic contact by the small parameter: R = x + ``ratio`` y, g' = -``closing`` y, x' = y / ``clock``."""
 
     small: sp.Symbol
     ratio: sp.Expr
@@ -100,10 +104,10 @@ def elastic_fields(kinetics: Kinetics, scaling: Scaling) -> dict[str, Any]:
 
 
 def pressed(kinetics: Kinetics, system: System, values: dict[sp.Symbol, Any], small: Any) -> dict[sp.Symbol, float]:
-    """Return the states x and y of the elastic contact off g = g' = 0: g = -c x, g' = -c y or -eps y with c = eps^2.
+    """Return the states x and y of a start off g = g' = 0, from g = -c x and g' = -c y (or g' = -eps y, c = eps^2).
 
-    ``small`` is the value of c or eps. Raises ``InputError`` where it is missing, and above a contact with a damping
-    time, which pushes from h |g'| above on: a fall on it is none of the mechanism.
+    ``small`` is the value of c or eps. Raises ``InputError`` if ``small`` is missing, and for a start above a
+    unilateral contact with a damping time h: such a contact pushes already below the gap h |g'|.
     """
     x, y, _ = state_names(kinetics, system.small)
     if not {x, y} <= {*system.states} or not (off := departures(kinetics, values)):
@@ -131,7 +135,7 @@ def force_names(kinetics: Kinetics, *others: sp.Symbol) -> tuple[sp.Symbol, ...]
 
 
 def completing(kinetics: Kinetics) -> tuple[int, ...]:
-    """Return the places of the last coordinates whose rates complete (g', gamma) to coordinates on velocities."""
+    """Return the places of the last coordinates whose rates complete (g', gamma) to a basis of the velocities."""
     n = len(kinetics.coordinates)
     for chosen in reversed([*combinations(range(n), n - 2)]):
         if not vanishes(_basis(kinetics, chosen).det()):
@@ -145,7 +149,7 @@ def _basis(kinetics: Kinetics, chosen: tuple[int, ...]) -> sp.Matrix:
 
 
 def velocities(kinetics: Kinetics, rest: tuple[int, ...], closing: sp.Expr, z: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
-    """Return every velocity in terms of g' = ``closing``, z and the kept rates, guides in motion included."""
+    """Return every velocity in terms of g' = ``closing``, z and the rates ``rest``; guides may move with the time."""
     still = dict.fromkeys(kinetics.velocities, 0)
     gap_drift, slip_drift = (expr.subs(still) for expr in (kinetics.gap_rate, kinetics.slip))
     given = sp.Matrix([closing - gap_drift, z - slip_drift, *(kinetics.velocities[k] for k in rest)])
@@ -157,7 +161,7 @@ def velocities(kinetics: Kinetics, rest: tuple[int, ...], closing: sp.Expr, z: s
 def _accelerations(
     kinetics: Kinetics, rest: tuple[int, ...], normal: sp.Expr, force: sp.Symbol, put: Callable[[sp.Expr], sp.Expr]
 ) -> tuple[sp.Expr, sp.Expr, dict[sp.Symbol, sp.Expr]]:
-    """Return g'', z' and the rates of the kept velocities with the reaction ``normal`` and friction."""
+    """Return g'', z' and the rates of the velocities ``rest`` under the reaction ``normal`` and friction ``force``."""
     G, response = kinetics.delassus, kinetics.response
     rows = [(kinetics.free[i], G[i, 0], G[i, 1]) for i in (0, 1)] + [(response[k, 2], *response[k, :2]) for k in rest]
     gap, slip, *others = (put(free) + by_N * normal + by_T * force for free, by_N, by_T in rows)
@@ -165,5 +169,5 @@ def _accelerations(
 
 
 def with_time(system: System, time: sp.Symbol) -> System:
-    """Return the system with ``time`` as its explicit time where anything in it depends on it."""
+    """Return the system with ``time`` as its explicit time if an expression of the system contains ``time``."""
     return replace(system, time=time) if time in system.parameters else system

@@ -1,9 +1,10 @@
-r"""Mechanism and Contact: what a mechanician writes down of a mechanism with one frictional contact or constraint.
+r"""``Mechanism`` and ``Contact``: the description of a mechanism with one frictional contact or constraint.
 
     M(q) q'' = Q(q, q', t) + W_N R + W_T F
 
-Whatever a ``Mechanism`` returns is in the coordinates and velocities it was given: plain symbols, or dynamicsymbols
-and their Derivatives.
+The methods of ``Mechanism`` call the other modules of ``asympk.mechanics``, which compute with ``Mechanism.plain``, the
+same mechanism in plain symbols. Results are in the coordinates and velocities with which the ``Mechanism`` was made:
+plain symbols, or dynamicsymbols and their Derivatives.
 """
 
 from dataclasses import dataclass, field, replace
@@ -32,12 +33,12 @@ from asympk.symbolic.system import System, require_system
 
 @dataclass(frozen=True, repr=False)
 class Contact(ShownAsFormulas):
-    r"""One contact with dry friction: where it is, which way it slides, how rough it is.
+    r"""One contact with dry friction: its gap, its direction of sliding and its coefficients of friction.
 
     ``gap`` g(q, t) is a position expression, positive where the contact is open. ``slip`` is a position expression
-    whose rate is the sliding velocity gamma, or that velocity. Friction obeys |F| = friction load |R| in slip and
-    |F| <= static load |R| in stick; ``static`` is ``friction`` by default, ``load`` is what the reaction is
-    multiplied by to give the load of friction. ``unilateral`` contacts only push, R >= 0; others hold both ways.
+    whose rate is the sliding velocity gamma, or gamma itself. Friction obeys |F| = friction load |R| in slip and
+    |F| <= static load |R| in stick. ``static`` is ``friction`` by default. ``load`` is the factor by which |R| is
+    multiplied to give the load of friction. A ``unilateral`` contact only pushes, R >= 0; any other is bilateral.
     """
 
     gap: Any
@@ -58,7 +59,7 @@ class Contact(ShownAsFormulas):
 
     @property
     def side(self) -> str:
-        """What the contact does, in words."""
+        """The words for a unilateral or a bilateral contact in a card."""
         return "one that only pushes" if self.unilateral else "one that holds both ways"
 
     def _card(self) -> Card:
@@ -70,10 +71,10 @@ class Contact(ShownAsFormulas):
 class Mechanism(ShownAsFormulas):
     """A mechanism with the mass matrix ``mass``, the applied forces ``forces`` and one ``contact``.
 
-    ``velocities`` are the rates of ``coordinates``, symbol by symbol; ``forces`` holds every term of M q'' = Q, with
-    centrifugal and gyroscopic ones. ``time`` is the symbol of time in forces and contact, where there is one. Raises
-    ``InputError`` for a mass matrix that is singular or not symmetric, a gap that does not depend on the coordinates,
-    and a slip that is parallel to the gap.
+    ``velocities`` are the rates of ``coordinates``, one for each. ``forces`` is the whole right side Q of M q'' = Q,
+    including centrifugal and gyroscopic terms, but not R and F. ``time`` is the symbol of time in forces and contact;
+    by default it is the argument of the dynamicsymbols, or t. Raises ``InputError`` for a mass matrix that is singular
+    or not symmetric, a gap that does not depend on the coordinates, and a slip that is parallel to the gap.
 
     >>> import sympy as sp
     >>> X, Y, U, V, m, P, f = sp.symbols("X Y U V m P f")
@@ -114,12 +115,12 @@ class Mechanism(ShownAsFormulas):
     def from_lagrangian(
         cls, lagrangian: Any, coordinates: Any = None, *, contact: Contact, forces: Any = None
     ) -> "Mechanism":
-        """Build the mechanism of a Lagrangian in dynamicsymbols, or of a ``LagrangesMethod`` or ``KanesMethod``.
+        """Return the mechanism of a Lagrangian in dynamicsymbols, or of a ``LagrangesMethod`` or ``KanesMethod``.
 
-        ``forces`` gives the generalised forces that the Lagrangian does not hold, ``{coordinate: force}`` or one for
-        each coordinate. A ``LagrangesMethod`` or ``KanesMethod`` brings its own coordinates and forces, and the slip
-        may be given in the speeds of the latter. Raises ``InputError`` for what is not one of these, and for methods
-        with constraints of their own.
+        ``forces`` are the generalised forces that are not in the Lagrangian, as ``{coordinate: force}`` or one for each
+        coordinate. A ``LagrangesMethod`` or ``KanesMethod`` has its own coordinates and forces; with a ``KanesMethod``
+        the slip may be given in its generalised speeds. Raises ``InputError`` for any other ``lagrangian``, and for a
+        method with constraints of its own.
         """
         coordinates, mass, right, speeds = equations_of(lagrangian, coordinates, forces)
         time = _time(coordinates)
@@ -129,7 +130,7 @@ class Mechanism(ShownAsFormulas):
 
     @cached_property
     def plain(self) -> Kinetics:
-        """The same mechanism in plain symbols, as the package computes with it: a ``Kinetics``."""
+        """The same mechanism in plain symbols, a ``Kinetics``, with which the package computes."""
         names = self._names
         coordinates, velocities = (tuple(names[own] for own in part) for part in (self.coordinates, self.velocities))
         translate = lambda expr: plainly(expr, names, self.time)  # noqa: E731
@@ -159,48 +160,50 @@ class Mechanism(ShownAsFormulas):
 
     @property
     def critical_friction(self) -> sp.Expr:
-        """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox; oo where there is none."""
+        """The coefficient of friction G_NN / (load |G_NT|) above which there is a paradox, or oo if G_NT is 0."""
         return self.own(paradox.critical_friction(self.plain))
 
     @property
     def paradox(self) -> sp.Basic:
         """The condition friction load |G_NT| > G_NN, under which sliding has no motion or more than one.
 
-        A contact that only pushes has one motion nevertheless where gamma G_NT < 0, sliding the other way.
+        A unilateral contact has a paradox only if gamma G_NT > 0; if gamma G_NT < 0, sliding has one motion.
         """
         return self.own(paradox.condition(self.plain))
 
     def evaluate(self, expr: Any, values: dict[Any, Any]) -> Any:
         """Return an expression or condition in the mechanism's own symbols at numbers or arrays of numbers.
 
-        What jumps by the place or the time is on the side that it moves to, where ``values`` tell the rates.
+        An expression that jumps at this place or time has its value just afterwards, if ``values`` contain the rates.
         """
         exprs = (plainly(expression("expr", expr), self._names, self.time),)
         return evaluate_ahead(self.plain, exprs, self.keyed(values))[0]
 
     def motions(self, values: dict[Any, Any]) -> tuple[Motion, ...]:
-        """Return the rigid motions at numbers, the contact closed: none, or two, where there is a paradox.
+        """Return the rigid motions of the closed contact at numbers: one, or where there is a paradox none or several.
 
-        Each is a pair (name, reaction), the name ``"slip"``, ``"stick"`` or ``"lift_off"``. Raises ``InputError`` for
-        missing values, ``Undecided`` where any reaction would do.
+        Each is a pair (name, reaction) with the name ``"slip"``, ``"stick"`` or ``"lift_off"``. Raises ``InputError``
+        for missing values, and ``Undecided`` where the reaction is not determined.
         """
         return rigid.motions(self.plain, self.keyed(values))
 
     def motion_map(self, values: dict[Any, Any]) -> MotionMap:
-        """Return where each rigid motion exists on arrays that broadcast: ``.count``, ``.count_of("slip")``."""
+        """Return the map of rigid motions on arrays that broadcast: ``.count``, ``.count_of("slip")``."""
         return rigid.motion_map(self.plain, self.keyed(values))
 
     def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
-        """Return where there is a paradox over one or two coordinates or parameters, ``over = {name: (low, high)}``.
+        """Return the set with a paradox over one or two coordinates or parameters, ``over = {name: (low, high)}``.
 
-        Over one its ``.intervals`` have the ends ``.start`` and ``.end``; ``values`` gives the others.
+        Its ``.intervals`` are stretches of the first of them, from ``.start`` to ``.end``. ``values`` gives all other
+        coordinates and parameters that are needed.
         """
         return paradox_set(self.plain, self.keyed(over), self.keyed({} if values is None else values))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
-        """Return the least critical friction over ``coordinate``, ``.friction``, and where it is, ``.where``.
+        """Return the least critical friction over ``coordinate``, ``.friction``, and an equation for it, ``.where``.
 
-        Raises ``NotDerivable`` where the critical friction is no rational function of the tangent of ``coordinate``.
+        Raises ``NotDerivable`` if the critical friction is not a rational function of the tangent of ``coordinate``, or
+        if its least value depends on parameters without values.
         """
         if not isinstance(coordinate, str | sp.Basic):
             raise InputError(f"coordinate = {short(coordinate)}: give one coordinate, by its name or its symbol")
@@ -210,27 +213,28 @@ class Mechanism(ShownAsFormulas):
     def jump_law(self, ratio: Any = None, damping: Any = None) -> JumpLaw:
         """Return the jump through the paradox: ``.impulses`` (P_N, P_T), ``.velocities`` after it, ``.condition``.
 
-        ``damping`` is the damping time, by default a symbol h, ``.reaction`` what the elastic reaction x gains. With a
-        damping ``ratio`` a contact that only pushes opens at the ``.gap_rate``. Errors are of order c log(1/c), with a
-        ratio of order sqrt(c) log(1/c).
+        ``damping`` is the damping time, by default a symbol h, and ``.reaction`` is the gain of the elastic reaction x.
+        With a damping ``ratio``, a unilateral contact opens with the rate ``.gap_rate``. The law has errors of order
+        c log(1/c) in the compliance c, or with a ratio of order sqrt(c) log(1/c).
         """
         return jump_law.jump_law(self.plain, self.own, ratio, damping)
 
     def rigid(self) -> System:
         """Return the rigid mechanism as a ``System`` in all coordinates and velocities; start it at g = g' = 0.
 
-        Its runs raise ``NoMotion`` or ``TwoMotions`` where no motion goes on, or several do.
+        A run of this system raises ``NoMotion`` or ``TwoMotions`` at a state from which no motion or several continue.
         """
         return rigid_system.rigid_system(self.plain)
 
     def elastic(self, compliance: Any = None, damping: Any = None) -> System:
         """Return the mechanism with an elastic, damped contact as a slow-fast ``System``.
 
-        ``compliance`` is a Symbol c, with ``damping`` a time, or ``eps**2`` with ``damping`` a multiple of eps, 0
-        included. States are the coordinates, the reaction x, its rate y, the sliding velocity z, and the rates of the
-        last coordinates that complete these to a basis. With a damping time h a contact that has opened pushes again
-        from h |g'| above, R = max(0, x + h y): flights need ``eps**2``. Raises ``InputError`` for other scalings,
-        ``NotDerivable``.
+        ``compliance`` is a Symbol c with ``damping`` a time h, or ``eps**2`` with ``damping`` a multiple of eps, 0
+        included. The states are the coordinates, the reaction x, its rate y, the sliding velocity z, and the
+        rates of the last coordinates that complete g' and z to a basis of the velocities.
+
+        With a damping time h, R = max(0, x + h y): a contact that has opened and returns pushes already at the gap
+        h |g'|. So motions with flights need ``eps**2``. Raises ``InputError`` for other scalings, ``NotDerivable``.
         """
         if compliance is None or damping is None:
             raise InputError("an elastic contact needs compliance= and damping=: a Symbol c and a time h, or eps**2 "
@@ -238,11 +242,13 @@ class Mechanism(ShownAsFormulas):
         return elastic.elastic(self.plain, compliance, damping)
 
     def start(self, system: System, values: dict[Any, Any]) -> dict[str, Any]:
-        """Return a start of its elastic or rigid ``system`` at coordinates, rates and parameters given by name.
+        """Return a start of the elastic or rigid ``system`` of this mechanism, from ``values`` by name or symbol.
 
-        The elastic contact starts without reaction, x = y = 0, where g = g' = 0, else with those of gap and gap rate;
-        z is the sliding velocity. A constant such as sin(1) has 50 digits. Raises ``InputError`` for what is missing,
-        the compliance of a start off the contact too, and for a rigid one off a constraint that holds both ways.
+        ``values`` are coordinates, rates and parameters. If g = g' = 0, the elastic contact starts without reaction,
+        x = y = 0; otherwise x and y follow from the gap and the gap rate, and ``values`` must contain the compliance.
+        z is the sliding velocity. A constant such as sin(1) is evaluated to 50 digits.
+
+        Raises ``InputError`` for missing values, and for a bilateral rigid contact where g = g' = 0 does not hold.
         """
         require_system(system, "start")
         small = str(system.small)
@@ -267,19 +273,19 @@ class Mechanism(ShownAsFormulas):
         return plain_names(self.coordinates, self.velocities)
 
     def own(self, thing: Any) -> Any:
-        """Return an expression or matrix in plain symbols in the mechanism's own coordinates and velocities."""
+        """Return an expression or matrix in plain symbols, translated to the mechanism's coordinates and velocities."""
         back = {plain: own for own, plain in self._names.items()}
         if isinstance(thing, sp.MatrixBase):
             return thing.applyfunc(lambda part: replaced(part, back))
         return replaced(thing, back)
 
     def keyed(self, values: dict[Any, Any]) -> dict[sp.Symbol, Any]:
-        """Return ``values`` with the plain symbols as keys, from names, symbols and dynamicsymbols."""
+        """Return ``values`` with plain symbols as keys; the given keys are names, symbols or dynamicsymbols."""
         return keyed(values, self.plain, self._names)
 
 
 def _worked_out(value):
-    """Return a constant of SymPy that is no fraction as a number of 50 digits, anything else as it is."""
+    """Return a SymPy constant that is not rational as a number of 50 digits, anything else unchanged."""
     return value.evalf(50) if isinstance(value, sp.Expr) and not value.is_Rational else value
 
 
@@ -304,7 +310,7 @@ def _finite(name, value):
 
 
 def _exact(expr):
-    """Replace every float by the rational number that it is."""
+    """Replace every float by the rational number of the same value."""
     return expr.xreplace({number: sp.Rational(number) for number in expr.atoms(sp.Float)})
 
 
