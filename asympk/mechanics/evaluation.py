@@ -1,4 +1,4 @@
-"""Expressions and conditions of a mechanism at numbers or arrays of numbers."""
+"""Values of the expressions and conditions of a mechanism at numbers or arrays of numbers."""
 
 from typing import Any
 
@@ -12,14 +12,14 @@ from asympk.symbolic.reading import as_floats
 from asympk.symbolic.sides import shortly_after
 from asympk.symbolic.truth import array_function, holds
 
-ROUNDING = 8 * 2.0**-52  # a sum of products that is smaller than this part of its terms may be 0
+ROUNDING = 8 * 2.0**-52  # part of its terms below which a sum of products may be rounding
 
 
 def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) -> tuple[Any, ...]:
     """Return ``expressions`` at ``values``, numbers or arrays by symbol; a condition is True or False.
 
-    Raises ``InputError`` naming the symbols that have no value, the values that are no numbers, and the arrays that
-    do not broadcast.
+    Raises ``InputError`` for symbols without a value, values that are no numbers, and arrays that do not broadcast,
+    and ``OutOfRange`` where an expression is not finite.
     """
     import numpy as np
 
@@ -42,7 +42,7 @@ def evaluate(expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]) ->
 def evaluate_ahead(
     kinetics: Kinetics, expressions: tuple[sp.Basic, ...], values: dict[sp.Symbol, Any]
 ) -> tuple[Any, ...]:
-    """Return ``expressions`` at ``values``; what jumps by the place or the time is on the side that it moves to."""
+    """Return ``expressions`` at ``values``; an expression that jumps at this place or time has its value just after."""
     moved = {**dict(zip(kinetics.coordinates, kinetics.velocities, strict=True)), kinetics.time: sp.S.One}
 
     def rate(part: sp.Expr) -> sp.Expr | None:
@@ -61,7 +61,7 @@ def _truth(condition: sp.Basic, given: dict[sp.Symbol, Any], shape: tuple[int, .
 
 
 def _declared(symbol: sp.Symbol, value: Any) -> Any:
-    """Hold numbers to the sign that their symbol is declared to have."""
+    """Return ``value``; raises ``InputError`` if its sign is not the one that is declared for the symbol."""
     import numpy as np
 
     above = np.greater_equal if np.ndim(value) else np.greater  # a range may begin at 0

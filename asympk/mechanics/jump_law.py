@@ -1,24 +1,25 @@
-r"""The jump through the paradox: impulses and velocities after it, as an elastic contact gives them in the limit.
+r"""The jump through the paradox: its impulses and the velocities after it, as the limit of an elastic contact.
 
-With a fixed damping time h and friction load |G_NT| > G_NN, the fast layer of the elastic contact takes a time O(c
-log(1/c)) in the compliance c, leaves the coordinates where they are, and brings gamma to 0 while g' = O(c) before and
-after. These two conditions fix the two impulses (Lemma 5),
+Let the damping time h be fixed and friction load |G_NT| > G_NN. The fast layer of the elastic contact takes a time
+O(c log(1/c)) in the compliance c. It does not change the coordinates, brings gamma to 0, and g' = O(c) before and after
+it. The two conditions on gamma and g' determine the two impulses (Lemma 5),
 
     P_N = gamma G_NT / D,    P_T = -gamma G_NN / D,    D = G_NN G_TT - G_NT^2,
     q' -> q' + M^-1 (W_N P_N + W_T P_T),    x -> x + P_N / h,
 
-as R = x + h x' integrates to h (x+ - x) = P_N. |P_T| < friction load |P_N| holds exactly where there is a paradox.
+where the last one is the integral of R = x + h x', h (x+ - x) = P_N. |P_T| < friction load |P_N| holds exactly where
+there is a paradox.
 
-A contact that only pushes, with a fixed ratio b of damping, R = [k d + b sqrt(k) d']_+, rebounds: the impact without
-collision, regularised as by Hogan and Kristiansen (2017). In the time sqrt(k) t slip with
-p = G_NN - friction load |G_NT| < 0 grows along the positive root l of l^2 + p b l + p = 0 until gamma = 0; then the
-contact sticks and swings back until R = 0, and opens with
+A unilateral contact with a fixed damping ratio b, R = [k d + b sqrt(k) d']_+, rebounds: this is the impact without
+collision, regularised as by Hogan and Kristiansen (2017). Let p = G_NN - friction load |G_NT| < 0. In the time
+sqrt(k) t, the penetration in slip grows along the positive root l of l^2 + p b l + p = 0 until gamma = 0. Then the
+contact sticks, swings back until R = 0, and opens with
 
     g' = |gamma| r / q  exp(-(2 beta / w) atan(w l / (r + beta l + p))),    r = sqrt(p (p - p_s)),
 
-p_s = D / G_TT, q = friction load G_TT - |G_NT|, beta = b p_s / 2, w^2 = p_s - beta^2 (for w^2 < 0 the function is that
-of the inverse hyperbolic tangent). With u = sqrt(k) d the scaled reaction is u + b u', and the exponential is the
-decay of stick, u'' = -p_s (u + b u'), on the way from gamma = 0, where u' = l u, to u + b u' = 0.
+p_s = D / G_TT, q = friction load G_TT - |G_NT|, beta = b p_s / 2, w^2 = p_s - beta^2 (for w^2 < 0, atan becomes the
+inverse hyperbolic tangent). With u = sqrt(k) d the scaled reaction is u + b u'. The exponential is the decay in stick,
+u'' = -p_s (u + b u'), between gamma = 0, where u' = l u, and u + b u' = 0. ``rebound`` computes this gap rate.
 """
 
 from collections.abc import Callable
@@ -36,10 +37,10 @@ from asympk.symbolic.reading import expression
 
 @dataclass(frozen=True, repr=False)
 class JumpLaw(ShownAsFormulas):
-    """What the jump does: impulses (P_N, P_T), the velocities after it, what the elastic reaction x gains.
+    """The result of the jump: impulses (P_N, P_T), the velocities after it, and the gain ``reaction`` of x.
 
-    ``condition`` is where the law holds; ``bound`` is friction load, the slope of the kinetic cone; ``gap_rate`` is g'
-    after the jump, 0 where the contact stays closed.
+    The law holds under ``condition``. ``bound`` is friction load, the slope of the kinetic cone. ``gap_rate`` is g'
+    after the jump, 0 if the contact stays closed.
     """
 
     impulses: tuple[sp.Expr, sp.Expr]
@@ -68,12 +69,12 @@ def _name(rate: sp.Expr) -> str:
 def jump_law(
     kinetics: Kinetics, own: Callable[[Any], Any] = lambda expr: expr, ratio: Any = None, damping: Any = None
 ) -> JumpLaw:
-    """Return the ``JumpLaw``; ``damping`` is the damping time, by default a symbol h; ``ratio`` is the ratio b.
+    """Return the ``JumpLaw`` for the damping time ``damping``, by default a symbol h, or for the damping ratio b.
 
-    Errors are O(c log(1/c)), for a gap rate O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens,
-    in the limit of large stiffness k, with errors O(log(k) / sqrt(k)). Raises ``InputError`` for a ratio of a two-sided
-    constraint, and for both, ``NotDerivable`` for friction that may fall as the contact slows down, and, with a ratio,
-    for any that depends on the velocity.
+    The errors are O(c log(1/c)), if g' = O(c) and |gamma| >> c before the jump. With ``ratio`` the contact opens, and
+    the errors are O(log(k) / sqrt(k)) in the limit of large stiffness k. Raises ``InputError`` if both are given, or a
+    ratio for a bilateral constraint. Raises ``NotDerivable`` for friction that may fall as the contact slows down, and,
+    with a ratio, for friction that depends on the velocity.
     """
     if ratio is not None and damping is not None:
         raise InputError("ratio and damping are both given; the damping is either a time h or a ratio b")
@@ -95,7 +96,7 @@ def jump_law(
 
 
 def _grows_to_the_stop(kinetics: Kinetics) -> bool:
-    """Tell whether the bound of friction, never negative, is known not to fall as the sliding velocity does."""
+    """Tell whether the bound of friction is known not to fall while the sliding velocity falls to 0."""
     bound, speed = kinetics.friction * kinetics.load, sp.Dummy(positive=True)
     if not bound.free_symbols & {*kinetics.velocities}:
         return True
@@ -105,7 +106,7 @@ def _grows_to_the_stop(kinetics: Kinetics) -> bool:
 
 
 def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
-    """Return the gap rate with which a one-sided contact opens after the jump, for the damping ratio ``ratio``.
+    """Return the gap rate with which a unilateral contact opens after the jump, for the damping ratio ``ratio``.
 
     Raises ``NotDerivable`` for friction that depends on the velocity.
     """
@@ -121,12 +122,12 @@ def rebound(kinetics: Kinetics, ratio: sp.Expr) -> sp.Expr:
 
 
 def _root(p: sp.Expr, p_stick: sp.Expr) -> sp.Expr:
-    """Return sqrt(p (p - p_stick)) for p < 0, in factors: of a heavy body, the product is too small for doubles."""
+    """Return sqrt(p (p - p_stick)) for p < 0 as two roots: for a heavy body the product is too small for doubles."""
     return sp.sqrt(-p) * sp.sqrt(p_stick - p)
 
 
 def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
-    r"""Return the damping of the swing from gamma = 0 to R = 0."""
+    r"""Return the exponent of the decay from gamma = 0 to R = 0, (2 beta / w) atan(w l / (r + beta l + p))."""
     beta = ratio * p_stick / 2
     growth = (-p * ratio + sp.sqrt(p**2 * ratio**2 - 4 * p)) / 2
     slope, swing = growth / (_root(p, p_stick) + beta * growth + p), p_stick - beta**2

@@ -4,7 +4,8 @@ r"""The equations of a mechanism in the two directions of its contact.
     gamma'  = a_T + G_NT R + G_TT F,        G = W' M^-1 W,   W = (W_N, W_T)
 
 g is the gap, gamma the sliding velocity, R the reaction that opens the gap, F the friction force along gamma. The
-free accelerations a_N, a_T hold every term without R and F: applied forces, centrifugal terms, the guide's motion.
+free accelerations a_N, a_T contain every term without R and F: applied forces, centrifugal terms, and the motion of the
+guide. ``Kinetics.delassus`` is G and ``Kinetics.free`` is (a_N, a_T). Both are computed from cofactors of M.
 """
 
 from dataclasses import dataclass, field
@@ -43,7 +44,7 @@ class Kinetics:
 
     @cached_property
     def response(self) -> sp.ImmutableMatrix:
-        """M^-1 (W_N, W_T, Q) as an n x 3 matrix: what a unit reaction, a unit friction force and the forces do."""
+        """M^-1 (W_N, W_T, Q), n x 3: the accelerations by a unit reaction, a unit friction force and the forces."""
         right = sp.Matrix.hstack(self.directions.T, self.forces)
         return (self._adjugate * right).applyfunc(lambda part: tidy(part / self._inertia)).as_immutable()
 
@@ -79,7 +80,7 @@ class Kinetics:
     def determinant(self) -> sp.Expr:
         """D = G_NN G_TT - G_NT^2, positive where slip and gap are independent, as det (M, W; W', 0) / det M.
 
-        The border has no fractions; of G's the products are long, and SymPy may expand them for ever.
+        The bordered matrix has no fractions. Products of entries of G are long, and SymPy may expand them without end.
         """
         if self.long:
             return self.delassus[0, 0] * self.delassus[1, 1] - self.delassus[0, 1] ** 2
@@ -123,7 +124,7 @@ class Kinetics:
 
     @cached_property
     def long(self) -> bool:
-        """Whether the mass matrix is one whose products are not expanded."""
+        """Whether the determinant of the mass matrix is so long that products are not expanded."""
         return is_longer(self._cofactors[1], LONG)
 
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
@@ -134,7 +135,7 @@ class Kinetics:
         return sp.Add(*terms, slope_by(expr, self.time))
 
     def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
-        """Return a Symbol of this ``name``, with underscores where the mechanism or ``others`` have it already."""
+        """Return a Symbol ``name``, with underscores if the mechanism or ``others`` have a symbol of this name."""
         return spare(name, (*self.symbols, *others), **assumptions)
 
     @property
@@ -159,5 +160,5 @@ class Kinetics:
 
 
 def _short(total: sp.Expr) -> sp.Expr:
-    """Tidy a sum of tidy terms; a long one gains little over one denominator and costs seconds to bring there."""
+    """Tidy a sum of tidy terms; a long sum is kept, as a common denominator shortens it little and costs seconds."""
     return total if is_longer(total, 60) else tidy(total)

@@ -11,13 +11,16 @@ from asympk.errors import InputError
 from asympk.numbers import short
 from asympk.symbolic.reading import entries_of, expression
 
-OWN: Mapping = MappingProxyType({})  # of symbols that stand for themselves
+OWN: Mapping = MappingProxyType({})  # for symbols that stand for themselves
 
 
 def equations_of(
     source: Any, coordinates: Any = None, forces: Any = None
 ) -> tuple[tuple, sp.Matrix, sp.Matrix, dict[sp.Expr, sp.Expr]]:
-    """Return coordinates, M and Q of M q'' = Q, and generalised speeds in rates, of a Lagrangian or method object."""
+    """Return (coordinates, M, Q, {generalised speed: its value by rates}) of M q'' = Q.
+
+    ``source`` is a Lagrangian with its ``coordinates`` and ``forces``, a ``LagrangesMethod`` or a ``KanesMethod``.
+    """
     from sympy.physics.mechanics import KanesMethod, LagrangesMethod
 
     if isinstance(source, LagrangesMethod | KanesMethod):
@@ -33,7 +36,7 @@ def equations_of(
 
 
 def _by_lagrange(energy: sp.Expr, coordinates: tuple) -> tuple[sp.Matrix, sp.Matrix]:
-    """Return M and Q of a Lagrangian, differentiated by symbols: SymPy takes three times as long by functions."""
+    """Return M and Q of a Lagrangian, differentiated in symbols, as SymPy takes three times as long with functions."""
     time = coordinates[0].args[0]
     places, rates = (tuple(sp.Symbol(f"{kind}#{k}", real=True) for k in range(len(coordinates))) for kind in "qu")
     plain = dict(zip([*coordinates, *(q.diff(time) for q in coordinates)], [*places, *rates], strict=True))
@@ -47,7 +50,7 @@ def lagranges_equations(
 ) -> tuple[sp.Matrix, sp.Matrix]:
     """Return M and Q of Lagrange's equations in plain symbols, M u' = dL/dq - (d/dt dL/du without u').
 
-    Raises ``InputError`` for what is not quadratic in the rates, told with what symbols stand for in ``own``.
+    Raises ``InputError`` for a term that is not quadratic in the rates; ``own`` maps symbols to those of the message.
     """
     momenta = [energy.diff(v) for v in u]
     mass = sp.Matrix([[p.diff(v) for v in u] for p in momenta])
@@ -61,7 +64,7 @@ def lagranges_equations(
 
 
 def _require_first_order(lagrangian: Any, coordinates: tuple) -> None:
-    """Raise ``InputError`` for what moves in a Lagrangian and is no coordinate or first rate: SymPy leaves it out."""
+    """Raise ``InputError`` for functions of time other than coordinates and first rates, which SymPy would ignore."""
     known = {own for q in coordinates for own in (q, q.diff(q.args[0]))}
     found = lagrangian.atoms(sp.Derivative, AppliedUndef, sp.Integral, sp.Subs) - known
     for rest in sorted(found, key=str):
@@ -104,7 +107,7 @@ def _from_lagrange(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:
 
 
 def _from_kane(method: Any) -> tuple[tuple, sp.Matrix, sp.Matrix, dict]:
-    r"""Turn M u' = f of the speeds u = K q' + k into K' M K q'' = K' (f - M (dK/dt q' + dk/dt))."""
+    r"""Rewrite M u' = f for the speeds u = K q' + k as K' M K q'' = K' (f - M (dK/dt q' + dk/dt))."""
     if len(method.q) != len(method.u) or method._qdot_u_map is None:
         raise InputError("the KanesMethod has dependent coordinates or speeds; give independent ones, contact left out")
     if method._fr is None:

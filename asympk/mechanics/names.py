@@ -1,4 +1,4 @@
-"""Plain symbols for coordinates and rates, and the keys under which a user gives their values."""
+"""Plain symbols for coordinates and rates, and the keys by which a user may give their values."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,7 +13,7 @@ from asympk.storage.tomlfile import nearest
 
 
 def plain_names(coordinates: Iterable[sp.Expr], velocities: Iterable[sp.Expr]) -> dict[sp.Expr, sp.Symbol]:
-    """Return ``{given: plain symbol}``: theta(t) is called theta, its Derivative theta'; a Symbol stays as it is."""
+    """Return ``{given: plain symbol}``: theta(t) becomes theta, its Derivative theta'; a Symbol is unchanged."""
     return {given: _plain(given) for given in (*coordinates, *velocities)}
 
 
@@ -28,7 +28,7 @@ def _plain(given: Any) -> sp.Symbol:
 
 
 def plainly(expr: sp.Expr, names: dict[sp.Expr, sp.Symbol], time: sp.Symbol) -> sp.Expr:
-    """Write ``expr`` in plain symbols; raises ``InputError`` for functions of time that are no coordinates."""
+    """Return ``expr`` in plain symbols; raises ``InputError`` for functions of time that are no coordinates."""
     found = expr.doit().xreplace(names)
     for rest in (*found.atoms(sp.Derivative), *found.atoms(AppliedUndef)):
         raise InputError(f"{rest} in {expr!s:.60} is no coordinate or velocity; list it, or write it out in {time}")
@@ -38,8 +38,8 @@ def plainly(expr: sp.Expr, names: dict[sp.Expr, sp.Symbol], time: sp.Symbol) -> 
 def keyed(values: Any, kinetics: Kinetics, names: dict[sp.Expr, sp.Symbol]) -> dict[sp.Symbol, Any]:
     """Return ``values`` by plain symbol; a key is a symbol, a dynamicsymbol, a Derivative, or a name.
 
-    The rate of theta has the name ``theta'``. Raises ``UnknownName`` for other keys, ``InputError`` for one thing
-    given twice or for ``values`` that are no dict.
+    The rate of theta has the name ``theta'``. Raises ``UnknownName`` for other keys, and ``InputError`` if a symbol is
+    given twice or ``values`` is no dict.
     """
     if not isinstance(values, dict):
         raise InputError(f"values = {short(values)}: give a dict such as {{'theta': 1.1, \"theta'\": 0}}")

@@ -1,4 +1,7 @@
-r"""Where the rigid contact has a paradox: friction load |G_NT| > G_NN, the critical friction and its least value."""
+r"""The paradox of the rigid contact, friction load |G_NT| > G_NN: its condition, and the least critical friction.
+
+``least`` is the hard function: it finds the minimum over a coordinate from a quotient of polynomials in the tangent.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +16,7 @@ from asympk.symbolic.reading import exact_constant
 
 
 def critical_friction(kinetics: Kinetics) -> sp.Expr:
-    """Return G_NN / (load |G_NT|), oo where G_NT vanishes identically."""
+    """Return G_NN / (load |G_NT|), or oo if G_NT vanishes identically."""
     normal, mixed = ratio(kinetics)
     return sp.oo if mixed == 0 else normal / (kinetics.load * mixed)
 
@@ -25,7 +28,7 @@ def condition(kinetics: Kinetics) -> sp.Basic:
 
 
 def ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
-    """Return G_NN and |G_NT| divided by what they have in common, det M with the rest."""
+    """Return G_NN and |G_NT| divided by their common factors, among them 1 / det M."""
     normal, mixed = kinetics.undivided
     if mixed == 0 or kinetics.delassus[0, 1] == 0:
         return sp.S.One, sp.S.Zero
@@ -37,7 +40,7 @@ def ratio(kinetics: Kinetics) -> tuple[sp.Expr, sp.Expr]:
 
 @dataclass(frozen=True)
 class LeastFriction:
-    """The least critical friction over a coordinate, and the equation that says where it is."""
+    """The least critical friction over a coordinate, and the equation for the coordinate at which it is attained."""
 
     friction: sp.Expr
     where: sp.Basic
@@ -46,10 +49,11 @@ class LeastFriction:
 def least(
     kinetics: Kinetics, coordinate: sp.Symbol, values: dict[sp.Symbol, Any], own: Callable[[Any], Any]
 ) -> LeastFriction:
-    """Return the ``LeastFriction`` over ``coordinate``, exact, where the critical friction is rational in its tangent.
+    """Return the exact ``LeastFriction`` over ``coordinate``, if the critical friction is rational in its tangent.
 
-    ``values`` are exact numbers for parameters; those that are left stay symbols. Raises ``NotDerivable`` where the
-    critical friction is no such function, has no least value, or its least one depends on signs that are not known.
+    ``values`` are exact numbers for parameters; all other parameters stay symbols. ``own`` translates expressions to
+    the user's symbols. Raises ``NotDerivable`` if the critical friction is no such function, if it has no least value,
+    or if its least value depends on signs that are not known.
     """
     critical = critical_friction(kinetics).subs({key: exact_constant(str(key), value) for key, value in values.items()})
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
@@ -66,7 +70,7 @@ def least(
 
 
 def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, sp.Expr]:
-    """Return {size: tangent} where a quotient is stationary, and at the tangents 0 and oo where it is finite."""
+    """Return {absolute value: tangent} of a quotient at its stationary points, and at the tangents 0, oo if finite."""
     above, below = (sp.Poly(part, tangent) for part in sp.fraction(turned))
     slope = above.diff() * below - above * below.diff()
     roots = sp.roots(slope)
@@ -85,7 +89,7 @@ def _extremes(turned: sp.Expr, tangent: sp.Symbol, name: Any) -> dict[sp.Expr, s
 
 
 def _in_tangent(critical: sp.Expr, coordinate: sp.Symbol, tangent: sp.Symbol) -> sp.Expr | None:
-    """Return a quotient of even degree in sine and cosine in terms of the tangent, the cosine not being negative."""
+    """Return a quotient of even degree in sine and cosine by the tangent, or None; the cosine counts as positive."""
     cosine = sp.Dummy("c", positive=True)
     put = {sp.tan(coordinate): tangent, sp.sin(coordinate): tangent * cosine, sp.cos(coordinate): cosine}
     found = sp.cancel(sp.expand_trig(critical).subs(put)).subs(cosine**2, 1 / (1 + tangent**2))

@@ -1,8 +1,9 @@
 r"""The configurations with a paradox: where friction load |G_NT| - G_NN is positive over one or two coordinates.
 
-Its zeros are those of G_NN^2 - (friction load G_NT)^2. Where that is rational in the first coordinate q or in its sine
-and cosine, a polynomial in T = q or T = tan(q/2) has the same zeros; they part the range into stretches of one sign, so
-that none is missed. Elsewhere the range is sampled, and the extrema between samples are looked up.
+The zeros of this excess are those of G_NN^2 - (friction load G_NT)^2. If the latter is rational in the first coordinate
+q or in its sine and cosine, a polynomial in T = q or T = tan(q/2) has the same zeros. They divide the range into
+stretches of one sign, one place in each is evaluated, and no interval is missed. In other cases the range is sampled,
+and extrema between samples are searched for. ``paradox_set`` is the entry, ``_witnesses`` finds the places.
 """
 
 from collections.abc import Callable
@@ -24,10 +25,10 @@ from asympk.symbolic.reading import as_floats, exact_constant
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SAMPLES = 2001  # values of the first coordinate
-ROWS = 201  # and of the second one
-TURNS = 10_000  # of an angle: each has its own intervals
-_HALVINGS = 60  # of a bracket, to rounding
+SAMPLES = 2001  # number of values of the first coordinate
+ROWS = 201  # number of values of the second coordinate
+TURNS = 10_000  # most turns in a range of an angle, as each turn has intervals of its own
+_HALVINGS = 60  # halvings of a bracket that reduce it to rounding
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,11 @@ class Interval:
 
 @dataclass(frozen=True, repr=False)
 class ParadoxSet(ShownAsTable):
-    """Where a mechanism has a paradox over one or two coordinates or parameters ``over``, between their ``ends``.
+    """The set with a paradox over one or two coordinates or parameters ``over``, between their ``ends``.
 
-    ``intervals`` is the table; ``edges`` are its ends that lie within the range, to rounding. With ``complete`` every
-    interval over the first coordinate is there; without it one may be missed where the condition has two extrema
-    within one ``SAMPLES``-th of the range.
+    The set is the table ``intervals`` of stretches of the first coordinate. ``edges`` are the ends of intervals inside
+    the range, accurate to rounding. If ``complete``, no interval over the first coordinate is missing.
+    Otherwise one may be missing where the condition has two extrema within one ``SAMPLES``-th of the range.
     """
 
     over: tuple[str, ...]
@@ -54,7 +55,7 @@ class ParadoxSet(ShownAsTable):
     complete: bool
 
     def plot(self, file: str | Path | None = None) -> "Figure":
-        """Return a matplotlib ``Figure`` of the set, written to ``file`` (.pdf, .svg or .png) where there is one."""
+        """Return a matplotlib ``Figure`` of the set; write it to ``file`` (.pdf, .svg or .png) if one is given."""
         return through("ParadoxSet.plot", self, file)
 
     def _card(self) -> Card:
@@ -67,16 +68,16 @@ class ParadoxSet(ShownAsTable):
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """The ends of the intervals that are no ends of the range, in order."""
+        """The ends of the intervals that are not ends of the range, in order."""
         ends = (end for interval in self.intervals for end in (interval.start, interval.end))
         return tuple(end for end in ends if end not in self.ends[0])
 
 
 def paradox_set(kinetics: Kinetics, over: dict[sp.Symbol, Any], values: dict[sp.Symbol, Any]) -> ParadoxSet:
-    """Return the ``ParadoxSet`` over the coordinates or parameters of ``over``, ``{name: (low, high)}``, one or two.
+    """Return the ``ParadoxSet`` over the one or two coordinates or parameters of ``over``, ``{name: (low, high)}``.
 
-    ``values`` gives the others, as numbers or as functions of those of ``over``, in their order; the edges over the
-    first are refined to rounding. Raises ``InputError`` for ranges that are none and for missing values.
+    ``values`` gives all others, as numbers or as functions of those of ``over`` in the same order. The edges over the
+    first are accurate to rounding. Raises ``InputError`` for invalid ranges and for missing values.
     """
     names = tuple(over)
     if not 1 <= len(names) <= 2:
@@ -114,9 +115,9 @@ def _ends(name: sp.Symbol, given: Any) -> tuple[float, float]:
 
 
 def _excess(kinetics: Kinetics, names: tuple, values: dict, others: Any) -> Callable[..., Any]:
-    """Return friction load |G_NT| - G_NN as a function of arrays: the first coordinate, and which of ``others``.
+    """Return friction load |G_NT| - G_NN as a function of two arrays: the first coordinate, the index in ``others``.
 
-    Its third argument is the part of both terms that it is less.
+    The third argument ``less`` of this function is a part of both terms, by which the result is reduced.
     """
     import numpy as np
 
@@ -133,7 +134,7 @@ def _excess(kinetics: Kinetics, names: tuple, values: dict, others: Any) -> Call
 
 
 def _witnesses(kinetics: Kinetics, names: tuple, values: dict) -> Callable[..., Any] | None:
-    """Return the function (low, high, other) -> one place between every two roots, or None without a polynomial."""
+    """Return a function of (low, high, other) that gives one place between any two roots; None without polynomial."""
     import numpy as np
 
     normal, mixed = ratio(kinetics)
@@ -173,12 +174,12 @@ def _polynomial(expr: sp.Expr, name: sp.Symbol) -> tuple[tuple[sp.Expr, ...], bo
     if not numerator.is_polynomial(T) or numerator.has(sp.Abs, sp.Piecewise):
         return None
     coefficients = sp.Poly(numerator, T).all_coeffs()
-    largest = max((abs(c) for c in coefficients if c.is_Rational), default=0) or sp.S.One  # squares leave doubles soon
+    largest = max((abs(c) for c in coefficients if c.is_Rational), default=0) or sp.S.One  # squares may overflow
     return tuple(c / largest for c in coefficients), angle
 
 
 def _extrema(function: Callable[..., Any], at: Any, row: Any) -> tuple[Any, Any]:
-    """Return (places, rows) where a function is least or greatest between the neighbours of an extreme sample."""
+    """Return (places, rows) of the extrema of a function, searched for between the neighbours of extreme samples."""
     import numpy as np
 
     rise = np.sign(np.diff(function(at, row)))
@@ -193,9 +194,9 @@ def _extrema(function: Callable[..., Any], at: Any, row: Any) -> tuple[Any, Any]
 
 
 def _positive(function: Callable[..., Any], at: Any, row: Any) -> list[tuple[int, tuple[float, float]]]:
-    """Return (row, (start, end)) where a function is positive, the ends within a row refined by halving.
+    """Return (row, (start, end)) of the stretches on which a function is positive; ends within a row are bisected.
 
-    Where it is nowhere more than rounding it only touches zero.
+    A stretch on which the function nowhere exceeds its rounding is left out: there it only touches zero.
     """
     import numpy as np
 

@@ -4,10 +4,11 @@ In slip of the direction s = sgn(gamma) with a reaction of the sign r,
 
     F = -s r friction load R,    R = -a_N / p,    p = G_NN - s r friction load G_NT,
 
-and the motion exists where R has the sign r. At rest, gamma = 0, slip starts in the direction s where gamma' has that
-sign, with the static bound as well as with the kinetic one; stick holds g'' = gamma' = 0 by
-(R, F) = -G^-1 (a_N, a_T) with |F| <= static load |R|. Contacts that only push ask for R >= 0 and lift off where
-a_N > 0.
+and the motion exists if R has the sign r. At rest, gamma = 0, slip starts in the direction s if gamma' has this sign
+both with the kinetic and with the static bound. Stick keeps g'' = gamma' = 0 by (R, F) = -G^-1 (a_N, a_T) and exists if
+|F| <= static load |R|. A unilateral contact requires R >= 0, and lifts off if a_N > 0.
+
+``motions`` and ``motion_map`` are the entries; ``_slip`` and ``_stick`` test one candidate each.
 """
 
 from dataclasses import dataclass
@@ -31,7 +32,7 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Branch:
-    """One candidate of a motion on arrays: where it exists, and its reaction there (0 elsewhere)."""
+    """One candidate for a motion on arrays: where the candidate exists, and its reaction there (0 elsewhere)."""
 
     name: str
     exists: Any
@@ -46,20 +47,21 @@ class MotionMap:
 
     @property
     def count(self) -> Any:
-        """How many motions there are, an array of integers."""
+        """The number of motions, an array of integers."""
         return sum(branch.exists.astype(int) for branch in self.branches)
 
     def count_of(self, name: str) -> Any:
-        """Return how many motions called ``name`` there are, an array of integers."""
+        """Return the number of motions called ``name``, an array of integers."""
         return sum((branch.exists.astype(int) for branch in self.branches if branch.name == name), 0 * self.count)
 
 
 def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, ...]:
-    """Return every rigid motion at numbers as pairs (name, reaction): none or two where there is a paradox.
+    """Return all rigid motions at numbers as pairs (name, reaction): where there is a paradox, none or several.
 
-    The contact is taken as closed, g = g' = 0. ``values`` gives each state and parameter that the contact's equations
-    contain; strings and fractions are decimals and ratios. A sliding velocity that is a rounding error is 0. Raises
-    ``InputError`` for missing values, ``Undecided`` where any reaction would do: p = a_N = 0, or G is singular.
+    The contact counts as closed, g = g' = 0. ``values`` gives each state and parameter that the contact's equations
+    contain; strings are decimals or ratios. A sliding velocity that is a rounding error counts as 0. Raises
+    ``InputError`` for missing values, and ``Undecided`` if the reaction is not determined: p = a_N = 0, or G is
+    singular.
     """
     if shaped := [key for key, value in values.items() if getattr(value, "shape", ()) or isinstance(value, list)]:
         raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
@@ -104,7 +106,7 @@ def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     parts = (slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
     found = evaluate_ahead(kinetics, (*contact_terms(kinetics), size), values)
-    shape = common_shape(values, values.values())  # of those that do not matter, too
+    shape = common_shape(values, values.values())  # also of values that the equations do not contain
     *terms, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
     require_positive_mass(kinetics, values)
     if not np.all(terms[0]):
@@ -123,9 +125,9 @@ _SLIP, _KINETIC, _STATIC = 5, 6, 7  # places among the terms
 
 
 def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:
-    """Return the branch of slip in one direction with a reaction of one sign; R = 0 counts for the positive sign.
+    """Return the branch of slip in one direction with a reaction of one sign; R = 0 counts as positive.
 
-    Where stick holds the contact, ``held``, an acceleration that is a rounding error starts no slip.
+    Where stick exists (``held``), an acceleration within its rounding error starts no slip.
     """
     import numpy as np
 
@@ -158,16 +160,17 @@ def _starts(terms: _Terms, bound: Any, reaction: Any, direction: int, sign: int,
 
 
 def _difference(first: Any, second: Any) -> Any:
-    """Return first - second, or 0 where it is no more than their rounding."""
+    """Return first - second, or 0 where the difference is within the rounding of both."""
     import numpy as np
 
     return np.where(abs(first - second) <= 2 * ROUNDING * (abs(first) + abs(second)), 0.0, first - second)
 
 
 def _stick(terms: _Terms, unilateral: bool) -> Branch:
-    """Return the branch of stick; where G_TT = 0, as at a dead centre, friction is idle and holds nothing.
+    """Return the branch of stick; where G_TT = 0, as at a dead centre, friction has no effect.
 
-    Where G is singular, as on an arm stretched out, gap and slip move as one, and only the sum of their forces counts.
+    Where G is singular, as for an arm that is stretched out, gap and slip move together, and only a combination of R
+    and F has an effect. Raises ``Undecided`` where stick then leaves the reaction open.
     """
     import numpy as np
 

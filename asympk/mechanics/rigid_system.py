@@ -2,9 +2,9 @@ r"""The rigid mechanism as a system that runs: states are all coordinates and al
 
     q' = u,    u' = M^-1 (Q + W_N N + W_T F),    0 = g'' = a_N + G_NN N + G_NT F  while the contact is closed
 
-N is the reaction that the constraint determines, mode by mode, F the friction force with the load nu |N|. Where no
-mode is consistent, or several are, the flow stops with ``NoMotion`` or ``TwoMotions``; where the reaction grows beyond
-all bounds, with ``UnboundedReaction``.
+N is the reaction, which the constraint determines in each mode, and F the friction force with the load nu |N|. A flow
+stops with ``NoMotion`` where no mode is consistent, with ``TwoMotions`` where several modes are, and with
+``UnboundedReaction`` where the reaction grows beyond all bounds.
 """
 
 from asympk.mechanics.checks import require_continuous
@@ -15,7 +15,7 @@ from asympk.symbolic.system import Friction, System
 
 def rigid_system(kinetics: Kinetics) -> System:
     """Return the ``System`` of the rigid mechanism; its flow keeps the constraint g'' = 0, so start at g = g' = 0."""
-    if not kinetics.unilateral:  # one that opens flies off, or is hit
+    if not kinetics.unilateral:  # at a jump a unilateral contact opens or is hit, which its flow decides
         require_continuous(kinetics, (kinetics.gap, kinetics.gap_rate), "the constraint or its rate")
     normal, force = force_names(kinetics)
     rates = dict(zip(kinetics.coordinates, kinetics.velocities, strict=True))

@@ -1,7 +1,7 @@
-"""Short forms of fractions in sines and cosines, with a normal form that decides whether one vanishes.
+"""Short forms of fractions in sines and cosines, and a normal form that decides whether a fraction vanishes.
 
-In a polynomial in cos(a_i) and sin(a_i) every sin^2 is replaced by 1 - cos^2, or the other way round; sums of angles
-are expanded first, so either form is unique and vanishes only with the expression.
+In a polynomial in cos(a_i) and sin(a_i) every sin^2 is replaced by 1 - cos^2, or every cos^2 by 1 - sin^2. Sums of
+angles are expanded first. Either form is therefore unique, and is 0 only if the expression vanishes.
 """
 
 from collections.abc import Iterator
@@ -13,15 +13,15 @@ from sympy.simplify.fu import TR10i
 
 from asympk.symbolic.long import generic_place, is_longer
 
-LONG = 150  # operations: beyond, a shorter form costs seconds and is not readable either
-CLEAR = 1e-9  # a value that fifteen digits tell from 0
+LONG = 150  # operations beyond which a shorter form costs seconds and would not be readable
+CLEAR = 1e-9  # size above which a value of fifteen digits is certainly not 0
 
 
 @lru_cache(maxsize=4096)
 def tidy(expr: sp.Expr) -> sp.Expr:
-    """Return the shortest of a few forms of ``expr``: as it stands, factored, or with the squares of one function.
+    """Return the shortest of a few forms of ``expr``: unchanged, factored, or with squares of one function only.
 
-    An expression of more than ``LONG`` operations is returned as it stands.
+    An expression of more than ``LONG`` operations is returned unchanged.
     """
     if is_longer(expr, LONG):
         return expr
@@ -32,9 +32,9 @@ def tidy(expr: sp.Expr) -> sp.Expr:
 
 
 def contracted(expr: sp.Expr) -> sp.Expr:
-    """Return ``tidy(expr)``, or, where shorter, its factors with sines and cosines of sums of angles.
+    """Return ``tidy(expr)`` or, if shorter, its factors with sines and cosines of sums of angles.
 
-    It is for formulas that are read: to tidy what is made of it takes longer.
+    This form is for formulas that a user reads: to tidy expressions made from it takes longer.
     """
     if is_longer(expr, LONG):
         return expr
@@ -42,7 +42,7 @@ def contracted(expr: sp.Expr) -> sp.Expr:
 
 
 def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
-    """Return the determinant, expanded: that of a matrix of polynomials in what is no symbol, as sines are not."""
+    """Return the expanded determinant, computed with a symbol in place of every function, such as a sine."""
     functions = {f: sp.Dummy() for entry in matrix for f in entry.atoms(sp.Function)}
     polynomials = DomainMatrix.from_Matrix(matrix.xreplace(functions))
     found = polynomials.domain.to_sympy(polynomials.det())
@@ -50,7 +50,7 @@ def expanded_determinant(matrix: sp.Matrix) -> sp.Expr:
 
 
 def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
-    """Return (adjugate, determinant), minors within minors, which are not expanded: n of them share all the others."""
+    """Return (adjugate, determinant) by nested minors, which are not expanded and are shared between the cofactors."""
 
     @cache
     def minor(rows: tuple[int, ...], columns: tuple[int, ...]) -> sp.Expr:
@@ -66,7 +66,7 @@ def cofactors(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
 
 
 def vanishes(expr: sp.Expr) -> bool:
-    """Tell whether ``expr`` is 0 for all values of its symbols; at one place it mostly shows that it is not."""
+    """Tell whether ``expr`` is 0 for all values of its symbols; its value at one place shows most that are not 0."""
     value = expr.evalf(subs=generic_place(expr))
     if isinstance(value, sp.Float) and abs(value) > CLEAR:
         return False
@@ -79,7 +79,7 @@ def shortest(*forms: sp.Expr) -> sp.Expr:
 
 
 def _length(form: sp.Expr) -> tuple:
-    """Order by operations, then by negative numbers: 1 + 3 cos^2 rather than 4 - 3 sin^2."""
+    """Return a key that orders by operations, then by negative numbers: 1 + 3 cos^2 comes before 4 - 3 sin^2."""
     negative = sum(number.is_negative for number in form.atoms(sp.Number))
     return form.count_ops(), negative, sp.default_sort_key(form)
 
