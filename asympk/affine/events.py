@@ -37,7 +37,7 @@ _NOTHING = 1e-8
 _ORDER = 16
 _REACH = 16  # the first trial of ``_reach``, in units of the time of the fastest part
 _PATIENCE = 2  # the number of steps before the costlier bounds are used
-_FEW = 0.125  # the part of the digits to which a derivative is 0 that vanishes together with the lower ones
+_FEW = 0.125  # the part of the digits to which g'' must be 0 to count as 0 where g' is; higher derivatives alike
 _SLOW = 0.4  # the ratio of successive Newton steps beyond which the root is taken not to be simple
 _NARROW = 1e-6  # the length of an interval, relative to the time, up to which an undecided guard may touch zero
 
@@ -77,7 +77,7 @@ def first_root(guards: "Guards", until: Number, mesh: "Mesh") -> tuple[Number, t
 
 
 class Guards:
-    """The guards of one segment as functions of time, with slopes and bounds of bends; ``every`` are their indices."""
+    """The guards of one segment as functions of time, with bounds of their derivatives; ``every`` are their indices."""
 
     def __init__(self, segment: "ClosedSegment"):
         self.segment, self.m, self.blocks = segment, segment.m, segment.flow.blocks
@@ -125,8 +125,7 @@ class Guards:
     def bending(self, lo: Number, hi: Number) -> list[Bending]:
         """Return the ``Bending`` of every guard on [lo, hi] by the Taylor series of g'' at its middle.
 
-        Close eigenvalues make large weights, which cancel in the derivatives at the middle and matter little in the
-        remainder.
+        Large weights of close eigenvalues cancel in the derivatives at the middle and matter little in the remainder.
         """
         m, half = self.m, (hi - lo) / 2
         found, *_ = functions(m, self.blocks, lo + half)
@@ -181,8 +180,7 @@ class Guards:
     def suspects(self, mesh: "Mesh", until: Number) -> Iterator[tuple[Number, Number, int | None]]:
         """Yield intervals (lo, hi, guard) of (0, until) in order, outside which no guard has a root.
 
-        If ``guard`` is not None, this guard falls through zero exactly once in the interval and the others stay
-        positive.
+        If ``guard`` is given, it falls through zero exactly once in the interval, and the others stay positive.
         Raises ``TooLarge`` where a part of a guard exceeds the range of the numbers, and ``OverflowError`` where the
         exponential exceeds this range while its weight is negligible at the start.
         """

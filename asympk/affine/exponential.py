@@ -1,8 +1,7 @@
 r"""``e^{M t} = sum_r F_r(t) D_r`` of an exact matrix, in whole numbers of any precision.
 
 The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t)`` and ``.. sin(w t)`` for a pair
-``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, ``eigenpairs`` finds the D_r
-(``of_pairs``).
+``a +- i w``, k below the multiplicity. Where no eigenvalue but 0 is multiple, the D_r come from ``eigenpairs``.
 
 Otherwise they are residues (``of_roots``). With ``adj(z - M) = sum A_i (z - l)^i`` and
 ``(z - l)^m / p(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m

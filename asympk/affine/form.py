@@ -49,8 +49,7 @@ class Form:
 class Placed:
     """A form with numbers for its parameters.
 
-    ``waves`` are (power, decay, turn, sine). ``kept`` are the indices of the guards that are not constant; all other
-    guards are constants that are not negative.
+    ``waves`` are (power, decay, turn, sine). ``kept`` are the indices of the guards that are not constant.
     """
 
     mode: AffineMode

@@ -2,8 +2,7 @@ r"""An affine mode in numbers: ``W' = M W`` with W = (w, 1), its exponential and
 
 A guard is a function ``g = c.w + d`` that is positive inside the mode. Its weights ``(c, d) D_r`` are computed in many
 digits before they are rounded, so that the weight of a fast part which does not affect the guard is exactly 0.
-``AffineMode`` holds the exact data, ``AffineFlow`` the tables of one arithmetic, ``ClosedSegment`` the motion from one
-start.
+``AffineMode`` holds exact data, ``AffineFlow`` the tables of one arithmetic, ``ClosedSegment`` the motion from a start.
 """
 
 from collections.abc import Sequence

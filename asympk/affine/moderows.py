@@ -2,8 +2,7 @@ r"""One affine mode followed for many starts together: the bounds of ``events`` 
 
 ``judge`` bounds every guard of every row on the intervals of the mesh by a few matrix products. An interval that may
 contain a root is cut into eight parts, repeatedly, until one guard falls through zero on a part, and Newton's method
-finds the root there. Rows in which a sign remains open are left to the scalar flow. ``follow_rows`` is the entry, and
-``_within`` the hard function.
+finds the root there (``_within``). Rows in which a sign remains open are left to the scalar flow.
 """
 
 from itertools import islice
@@ -122,7 +121,7 @@ def judge(rows: Rows, known: FunctionTable, first: np.ndarray) -> Verdicts:
 
 
 def _on(known, weights):
-    """Return the products (rows, times, guards) of tables, of all rows (times, r) or of each, with weights."""
+    """Return products (rows, times, guards) of a table, (times, r) for all rows or (rows, times, r), with weights."""
     if known.ndim > 2:
         return known @ weights
     rows, size, guards = weights.shape

@@ -2,8 +2,7 @@ r"""The resolvent of an exact matrix, ``(z - M)^{-1} = adj(z - M) / p(z)``, and 
 
 ``resolvent`` computes p and the coefficients of ``adj(z - M)`` by one recursion in integers (Faddeev and Le Verrier).
 ``polynomial_roots`` takes the multiplicities of the roots from the square-free factors of p, so they are exact.
-Aberth's iteration (``_simple_roots``, the hard function) finds the roots of each factor, from the eigenvalues in
-doubles.
+Aberth's iteration (``_simple_roots``, the hard function) finds the roots of a factor from the eigenvalues in doubles.
 """
 
 from collections.abc import Sequence
@@ -67,7 +66,7 @@ def resolvent(matrix: tuple[tuple[Fraction, ...], ...]) -> Resolvent:
 
 
 def polynomial_roots(found: Resolvent, m: Arithmetic) -> list[Root]:
-    """Return the roots of ``p``, the eigenvalues times the denominator, to about ``m.prec`` bits less p's condition."""
+    """Return the roots of ``p``, denominator times eigenvalues, to ``m.prec`` bits less those lost by conditioning."""
     simple = [Root(m.zero, zeros, True)] if (zeros := _order(found.polynomial)) else []
     for factor, multiplicity in _square_free(found.polynomial[zeros:]):
         values = _simple_roots(m, factor, found)

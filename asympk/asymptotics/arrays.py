@@ -22,8 +22,7 @@ class FinalStates(ShownAsTable):
     """Final states and their predicted errors, relative to the largest of 1, |x|, |z|.
 
     ``final`` has the shape (3, ...), ``error`` and ``reason`` the broadcast shape (...). Where the model does not hold,
-    ``final`` and ``error`` are inf, and ``reason`` is an index into the messages ``reasons``. Elsewhere ``reason`` is
-    -1.
+    ``final`` and ``error`` are inf and ``reason`` is an index into the messages ``reasons``; elsewhere it is -1.
     """
 
     model: str

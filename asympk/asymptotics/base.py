@@ -6,9 +6,8 @@ The corrections of the layer xi_k = X_k - S_k and eta_k = Y_k - H_k obey, with A
 
 Consider the polynomials in tau and the eta_k that vanish where all eta_k do. D maps this space into itself. Where A
 attracts, D is one to one: on the monomials of given degrees in every eta_k, D is the linear map that A induces on these
-monomials, plus monomials that come later in the order of their degrees. So xi_k is a polynomial, which
-``antiderivative``, the hard method, finds by linear algebra. The coefficient of mu^k, k > 0, in the base point is
--xi_k(0).
+monomials, plus monomials that come later in the order of their degrees. So xi_k is a polynomial. ``antiderivative``,
+the hard method, finds it by linear algebra. The base point has the coefficients -xi_k(0) of mu^k, k > 0.
 """
 
 from collections.abc import Mapping
@@ -36,8 +35,7 @@ class BasePoint:
     """The base point of the fast fibre through (x, y): the start of the slow motion that its layer approaches.
 
     ``states`` maps every slow state to a series in mu, whose coefficients are expressions in the symbols of the states;
-    these stand for the start (x, y). ``states`` is None where there is no closed form. ``at`` gives numbers in all
-    cases.
+    these stand for the start (x, y). ``states`` is None without a closed form. ``at`` gives numbers in all cases.
     """
 
     system: System
@@ -128,8 +126,7 @@ class _Symbols:
 class _Corrections:
     """The corrections of a layer, polynomials in tau and the eta_k, level by level; ``rates`` is {eta_k: D eta_k}.
 
-    Symbols stand for the slow motion: ``start`` for the terms of its base point, ``branch`` for the value of the
-    branch.
+    Symbols stand for the slow motion: ``start`` for the terms of its base point, ``branch`` for the branch's value.
     """
 
     def __init__(self, mode, small, order):

@@ -27,10 +27,7 @@ class CompositeMotion(NamedTuple):
 
 
 class Residual(NamedTuple):
-    """The fast motion left when the slow motion meets z = 0 at ``t``: an error ``lasting`` in x, z, ``passing`` in y.
-
-    The error in y lasts a time ``fades`` after ``t``.
-    """
+    """The fast motion left when z = 0: errors ``lasting`` in x, z, and ``passing`` in y for the time ``fades``."""
 
     t: Any
     fades: Any

@@ -6,14 +6,12 @@ In the fast time tau = t/mu the motion from (x_0, y_0) is X_0 + mu X_1 + ..., Y_
 
 Where Y_0 tends to an attracting branch b = h_0(x_0), X_k and Y_k tend to polynomials S_k and H_k in tau. S_k and H_k
 are the coefficients of the slow motion x' = F(x, mu), y = h(x, mu) in powers of mu at fixed tau. The base point of the
-fibre is S(0). The slow motion is the Taylor series in mu and t that solves x' = f, mu y' = g, coefficient by
-coefficient,
+fibre is S(0). The slow motion is the Taylor series in mu and t that solves x' = f, mu y' = g term by term,
 
     (j + 1) x_(k,j+1) = f_kj,    (j + 1) y_(k-1,j+1) = g_kj,    S_m = sum_(k+j=m) x_kj tau^j.
 
 The second equation is linear in y_kj and gives it, so that no derivative of h is needed. ``Formulas`` names the
-compiled functions. ``_Field`` derives each of them once, on a ``Tape``; its hard method is ``motion``, which solves
-these equations.
+compiled functions. ``_Field`` derives each of them once, on a ``Tape``; the hard method is ``motion``, this recursion.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,8 +41,7 @@ class Formulas:
 
     1. ``layer(series, p)`` returns the derivatives of the series by tau, without X_0', which is 0.
     2. ``slow(x, b, X_1, ..., X_n, p)`` returns S_0, ..., S_n, H_0, ..., H_n, each as (state, power of tau).
-    3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m, ``height[m](x, b, mu, p)`` returns y
-       there.
+    3. ``flow[m](x, b, mu, p)`` returns x' and b' on the manifold to order m; ``height[m]`` of the same returns y.
     4. ``slow_rates(x, b, mu, p)`` returns d log|det g_y| / dt on the manifold to order 0, and the matrices -h_x f_y and
        -h_x f_x f_y by columns.
     5. ``force(x, y, p)`` returns g at mu = 0, and ``jacobian(x, y, p)`` returns g_y at mu = 0 by rows.

@@ -1,4 +1,4 @@
-r"""The asymptotic models of a system with friction, or through edges: layers, jumps and slow motion in turn.
+r"""The asymptotic models of a system with friction or switching surfaces: layers, jumps and slow motion in turn.
 
 ``follow_stretches`` chooses between two models. ``_to_order`` follows whole layers and slow motion to order n, as
 ``matched`` describes, and predicts the error. ``_in_limit`` is the limit mu -> 0 of order 0, for one friction and one
@@ -25,8 +25,8 @@ from asympk.path import Path, times_within
 
 RTOL = 1e-9  # the tolerance of the reduced flow in the limit
 FINER, COARSEST = 1e-2, 1e-8  # the tolerance in units of mu^(n + 1), and the largest tolerance
-FALLING, TAKEN = 0.1, 0.22  # up to the first ratio of omitted terms, no run to order n + 2 is made: the second is used
-SLIGHT = 0.01  # the largest omitted term, relative to the states, for which that run may be spared
+FALLING, TAKEN = 0.1, 0.22  # if omitted terms have at most the first ratio, the second stands for it and spares a run
+SLIGHT = 0.01  # the largest omitted term, relative to the states, for which the run to order n + 2 may be spared
 SEVERAL = 5  # the error at the end of a layer, in units of the error allowed in one step
 
 

@@ -101,7 +101,7 @@ def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]
 
 
 def _powers(sizes: list[float]) -> tuple[sp.Rational, ...]:
-    """Return the power of ten nearest to every size, or 1 above 1/30; a rounding has the power of the largest size."""
+    """Return the power of ten nearest to every size, or 1 above 1/30; mere rounding gets the power of the largest."""
     largest = max(sizes)
     powers = (round(math.log10(size if size > NOISE * largest else largest or 1.0)) for size in sizes)
     return tuple(sp.Integer(10) ** (power if power < -1 else 0) for power in powers)

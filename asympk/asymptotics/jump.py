@@ -167,10 +167,7 @@ def jump_map(
 
 
 class Beginning(NamedTuple):
-    """How a layer begins: on the slow line of the mode ``arrival``, near that of ``near``, or else at any load.
-
-    ``velocity`` is the symbol z, or 0.
-    """
+    """How a layer begins: on the slow line of ``arrival``, near that of ``near``, or at any load; velocity z or 0."""
 
     arrival: str | None
     near: str | None

@@ -1,9 +1,9 @@
-r"""The asymptotic model of any system with friction or edges: layers in fast time, and slow motion to order n between.
+r"""The asymptotic model of any system with friction or switching surfaces: layers, and slow motion to order n.
 
 A layer lasts a time O(mu log(1/mu)), and over so short a time its equations are not stiff. ``through_layer`` integrates
 the full equations at the given mu, and therefore all powers of mu and log(1/mu), until the remaining fast motion moves
-the slow states by less than the tolerance. The step control of a layer lets an error along the flow pass: such an error
-is one in time, which the slow motion after the layer hardly feels.
+the slow states by less than the tolerance. Its step control lets an error along the flow pass: such an error is one in
+time, which the slow motion after the layer hardly feels.
 ``slowly`` follows the slow motion from the end of the layer, on the manifold to order n, until a guard of its mode
 vanishes, where the next layer begins. ``onward`` alternates the two. The omitted terms are O(mu^(n + 1)). ``end_to``
 gives the motion to order n + 1, which tells their size, and to n + 2 where successive terms fall slowly (``decay``).
@@ -198,10 +198,7 @@ def _fastest(slow: Slow, t: float, state: tuple) -> float:
 def _in_mode(
     mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
-    """Return the steps in one mode, and the time and index of the guard that ends them.
-
-    Instead of time and guard, the second value is None where the layer is over or ``until`` is reached in this mode.
-    """
+    """Return the steps in one mode, and (time, guard) where a guard ends them, or None: layer over, or ``until``."""
     system = mode.mode.system
     fast = {system.states.index(s) for s in system.fast}
     off = off_by(rtol, mu) * _growing(slow, order, path.t, path.state, mu, rtol)
@@ -267,8 +264,8 @@ def _timed(mode):
 def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
     """Follow a path by slow motion to ``order`` from the end of its layer, to ``until`` or into the next mode.
 
-    Raises ``NotDerivable`` where a mode switches in time more often than edges can follow or the motion stays on an
-    edge, ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
+    Raises ``NotDerivable`` where a mode has more switches than are followed or the motion stays on a switching surface,
+    ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
     """
     known = max(order, 1)  # the next mode depends on the rates of the fast states, which order 0 does not give
     slow, mode = slow_of(path.mode, known), path.mode
@@ -299,7 +296,7 @@ def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> No
     """Raise ``OutOfRange`` where the slow motion ``found``, which starts at the end of ``path``, passes a pole.
 
     The integration need not notice a pole of the rates, so the signs of their divisors are compared at the ends of
-    every step. Two sign changes of one divisor within one step go unnoticed.
+    every step. A step is assumed to contain at most one zero of each divisor.
     """
     values, width = path.mode.pole_values(path.t, path.state), len(found.trajectory.start) // len(found.orders)
     for step in found.trajectory.steps if values else ():

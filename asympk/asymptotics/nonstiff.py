@@ -2,11 +2,9 @@ r"""The explicit method of Dormand and Prince of order 8, as straight-line code 
 
 Layers in their fast time and flows on slow manifolds are short, smooth and as a rule not stiff. With two to ten states
 the arithmetic of a step costs less than one call of an array library. ``_compiled``, the hard function, therefore
-writes the stages of a step out as Python code, once for each set of flows and number of states, and ``steps`` controls
-the step length. Steps, error estimate and dense output are those of DOP853 (Hairer, Nørsett and Wanner, Solving
-Ordinary
-Differential Equations I, section II.10). Where stability keeps the steps short, ``steps`` continues with those of
-``stiff``.
+writes the stages out as Python code, once for each set of flows, and ``steps`` controls the step length. Steps, error
+estimate and dense output are those of DOP853 (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I,
+section II.10). Where stability keeps the steps short, ``steps`` continues with the implicit steps of ``stiff``.
 """
 
 import math
@@ -26,7 +24,7 @@ SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
 EXPONENT = -1 / 8
 STAGES = 12
 PATIENCE = 100  # the number of steps between tests of whether stability keeps the steps short
-STABLE = 4  # step times largest eigenvalue above which stability does: accuracy alone keeps this product smaller
+STABLE = 4  # step times largest eigenvalue above which stability limits the step: accuracy alone makes it smaller
 LONG = 100  # for 0.01 in the estimate of the first step: order 8 has a far smaller error constant than low orders
 Flow = Callable[..., tuple]
 

@@ -4,8 +4,7 @@ r"""The reduced flow x' = F(x, mu) on a slow manifold, a flow that is not stiff.
 closed form of b is needed. Where g is affine in the fast states, b is a function of x and is not integrated. The flows
 to several orders share their steps, and their differences are the terms that the lower orders omit.
 
-The manifold is lost where ``margin`` is not positive. With r the largest real part of an eigenvalue of g_y, this is
-where
+The manifold is lost where ``margin`` <= 0. With r the largest real part of an eigenvalue of g_y, this is where
 
     r >= 0,    mu |d log|det g_y| / dt| >= |r|,    4 mu |h_x f_y| >= |r|    or    mu sqrt(27 |h_x f_x f_y| / 4) >= |r|.
 
@@ -95,7 +94,7 @@ def follow_reduced_flow(
             break
     if until > 0 and (not found or found[-1].after < end):
         t, last = (found[-1].after, found[-1].end[:size]) if found else (0.0, first[:size])
-        if any(orders):  # terms of higher order are unbounded near the loss of a manifold; order 0 raises it
+        if any(orders):  # near the loss of a manifold higher terms are unbounded, and order 0 raises the error
             later = guards and (lambda span, at: guards(t + span, at))
             follow_reduced_flow(formulas, (0,), [np.array(last)], slow, mu, values, until - t, rtol, later, began + t)
         raise _unbounded(formulas, last, mu, values, began + t)

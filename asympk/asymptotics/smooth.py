@@ -3,7 +3,7 @@ r"""The asymptotic models of a smooth slow-fast system: the slow motion from the
 ``"slow"`` of order n is the motion on the slow manifold to order n that starts at the base point to order n. This model
 holds after the layer. ``"jump"`` is the uniform composite expansion, layer + slow motion - common part,
 
-    x = S(t) + sum mu^k (X_k - S_k)(t/mu),    y = h(S(t)) + sum mu^k (Y_k - H_k)(t/mu),    error O(mu^(n+1)).
+    x = S(t) + sum mu^k (X_k - S_k)(t/mu),    y = h(S(t)) + sum mu^k (Y_k - H_k)(t/mu),    error O(mu^(n+1)),
 
 where S is the slow motion, X_k and Y_k are the terms of the layer, and S_k and H_k those of S and h(S) at fixed t/mu.
 ``landing`` finds the layer and the base point, ``reduced`` follows S, and ``layered_motion`` puts the two together.

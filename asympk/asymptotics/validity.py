@@ -1,7 +1,6 @@
 r"""The conditions under which a composite expansion holds up to a given time.
 
-``validity_conditions`` yields each condition as a truth value, or as an array of them, with the message for its
-failure.
+``validity_conditions`` yields each condition as a truth value, or as an array of them, with its message.
 """
 
 from collections.abc import Iterator
@@ -74,10 +73,7 @@ def _leaves(segment, side, rate, fast, mu):
 
 
 def _clears(segment, side, rate, fast, mu):
-    """Tell whether a segment that first approaches z = 0, other than its series, turns well before z = 0.
-
-    True for segments that do not.
-    """
+    """Tell whether a segment that first approaches z = 0, unlike its series, turns well before; true for all others."""
     y, load = segment.y[0], segment.x[0] + segment.y[0]
     _, constant, part, of_fast, _ = segment.z
     slope = side * (rate[0] + rate[1] * load)

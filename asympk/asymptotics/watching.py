@@ -3,8 +3,7 @@
 A guard that is positive at both ends of a step may have vanished twice in between. This is examined where the guard
 falls at the beginning of the step and rises at its end, and where the cubic Hermite interpolant between the ends falls
 sufficiently low: then the least value of the guard itself is sought. The states within a step come from a shorter step
-of the same method, because dense output is less accurate than a step, for fast states above all. The hard function is
-``_first_lost``.
+of the same method, because dense output is less accurate than a step, for fast states above all.
 """
 
 import math
@@ -78,10 +77,7 @@ def _hermite(share: float, a: float, b: float, fall: float, rise: float) -> floa
 
 
 def _zero(value: Callable, low: float, high: float) -> float:
-    """Return the time in [low, high] at which a guard falls through 0.
-
-    A guard that is 0 at ``low`` is taken to be positive just after ``low``: the time of its fall is later.
-    """
+    """Return the time at which a guard falls through 0; a guard that is 0 at ``low`` was positive just after."""
     if not value(high) < 0:
         return high
     before, after = low, high
