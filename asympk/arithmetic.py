@@ -1,7 +1,6 @@
 """The numbers in which a flow is computed: doubles, or mpmath numbers of a private context of any precision.
 
-A flow is written once, with the functions and tolerances of an object ``m``. ``Doubles`` is this object for doubles,
-``flow_context`` makes it for mpmath. ``agreed`` doubles the precision until two runs agree.
+A flow uses the functions and tolerances of an object ``m``: ``Doubles``, or a context of ``flow_context``.
 """
 
 import math
@@ -67,9 +66,8 @@ def agreed(
     """Return (run, error): two runs of different precision agree to ``digits`` digits, and the error is their distance.
 
     ``follow(working, tie)`` returns the run with ``working`` digits, or raises ``Undecided``. ``distance`` of two runs
-    is None if their events differ. The number of working digits is doubled until the runs agree. From ``most`` working
-    digits on, ``tie`` is True, and a sign within the margin of rounding is trusted. Raises ``Undecided`` where no two
-    runs agree.
+    is None if their events differ. The working digits are doubled until the runs agree; from ``most`` on, ``tie`` is
+    True, and a sign within the margin of rounding is trusted. Raises ``Undecided`` where no two runs agree.
     """
     working = digits + SPARE_DIGITS
     while working < 2 * most:

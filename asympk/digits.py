@@ -1,9 +1,8 @@
 """Carriers: numbers that carry their digits. They print, compute and pickle at their own precision in any thread.
 
 An ``mpmath.mpf`` rounds to the precision of the module ``mpmath``, which any thread may change at any time. A carrier
-is an ``mpmath.mpf``, too, but its context is private and has a fixed precision. A carrier prints as many digits as it
-has, and arithmetic with a carrier on either side of an operator keeps them. The functions of this precision, such as
-``sin``, are attributes of ``value.context``.
+is an ``mpmath.mpf``, too, but its context is private and has a fixed precision. A carrier prints all of its digits, and
+arithmetic with a carrier on either side keeps them. ``value.context`` has functions of this precision, such as ``sin``.
 """
 
 from collections.abc import Iterable

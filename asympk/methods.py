@@ -1,7 +1,6 @@
 """``solve`` and ``solve_many``: they look up a method in a table and load the module that follows it only then.
 
-``METHODS`` names the module of each method for any system. The Painlevé-Klein rod has faster modules of its own, in
-``asympk.systems.kernels``.
+``METHODS`` is the table for any system; the Painlevé-Klein rod has a faster kernel, ``asympk.systems.kernels``.
 """
 
 from dataclasses import replace
@@ -43,9 +42,8 @@ def solve(scene: Scene, method: str = "exact", **options: Any) -> Path:
     ``method="exact"`` is the event-driven closed form for the rod and for every system whose modes are all affine, on
     each side of its switching surfaces. For other systems ``"exact"`` is a stiff integrator whose steps have errors of
     about 1e-10; ``path.model`` then names the integrator, and ``path.info["why"]`` says what is not affine. With
-    ``digits=n`` the run is computed in mpmath numbers. Options belong to the method. Raises ``UnknownName`` for a
-    method that does not exist, and ``InputError`` for an option that the method does not have or if ``scene`` is no
-    ``Scene``.
+    ``digits=n`` the run is computed in mpmath numbers. Options belong to the method. Raises ``UnknownName`` for an
+    unknown method, and ``InputError`` for an option that the method does not have or if ``scene`` is no ``Scene``.
     """
     require_scene(scene, "solve")
     name = named("method", method, METHODS)
@@ -80,14 +78,12 @@ def solve_many(
     ``method="exact"`` returns a ``RodEnsemble`` with ``final`` (3, ...), ``n_events``, ``events()`` and ``outcome``,
     which says why a trajectory could not be followed to its end. The options are ``events=True`` to keep the events,
     ``strict=True`` to raise an error for such a trajectory, and ``progress(done, total)``, called after each chunk.
-
     The models ``"jump"``, ``"slow"`` and ``"rigid"`` take ``order=n`` and return ``FinalStates``: ``final``, the
     expected relative ``error``, and ``reason``, an index of ``reasons``, where a model refuses and ``final`` and
     ``error`` are inf.
 
     With ``system``, an affine ``System`` is followed. ``values`` and ``start`` map its parameters and states, by symbol
     or by name, to numbers or arrays. Then ``final`` is (n, ...), and the options are ``strict`` and ``progress``.
-
     Raises ``UnknownName`` and ``InputError``, with ``strict`` also the errors of ``solve``, for a model ``OrderError``.
     """
     method = named("method", method, METHODS)

@@ -1,8 +1,7 @@
 """Numbers of many digits in private mpmath contexts: the precision of mpmath itself belongs to the user.
 
 mpmath stores pi, log 2 and other constants with the most digits asked for so far. A thread that reads a constant while
-another thread extends it gets a wrong number. ``extend`` therefore computes the constants under a lock, with more
-digits than usual runs need.
+another thread extends it gets a wrong number. ``extend`` therefore computes them under a lock, with many digits.
 """
 
 from threading import Lock
@@ -60,8 +59,7 @@ def whole_product(m: "MPContext", matrix: "np.ndarray", bits: int, vector: "np.n
     """Return ``matrix @ vector`` in numbers of the context ``m``, each entry rounded once.
 
     ``matrix`` (rows, n) is an array of integers in units of 2^-bits, and ``vector`` (n,) an array of numbers of ``m``.
-    Entries of the vector that are smaller than the largest by more than 2^65536 are added separately as numbers of
-    ``m``.
+    Entries of the vector smaller than the largest by more than 2^65536 are added separately as numbers of ``m``.
     """
     import numpy as np
     from mpmath.libmp import from_man_exp

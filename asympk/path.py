@@ -1,7 +1,4 @@
-"""``Path``: the trajectory that every model returns, whether exact, integrated or asymptotic, and its ``Event``s.
-
-``ClosedForm`` evaluates the state of a closed form at any time.
-"""
+"""``Path``: the trajectory that every model returns, whether exact, integrated or asymptotic, and its events."""
 
 from abc import ABC, abstractmethod
 from bisect import bisect_right
@@ -164,10 +161,7 @@ class ClosedForm(ABC):
         return _solved, (self.run, self.scene, self.digits)
 
     def __call__(self, t: Any) -> Any:
-        """Return the states at times ``t``, an array of shape ``(n,) + t.shape``; with ``digits`` it holds objects.
-
-        With ``digits`` and a single time, the result is a tuple.
-        """
+        """Return the states, an array of shape ``(n,) + t.shape``; with ``digits`` of objects, a tuple for one time."""
         starts = [segment.start for segment in self.segments]
         if self.digits is not None and (isinstance(t, str) or not hasattr(t, "__len__")):
             return self._state(t, starts)

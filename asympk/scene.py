@@ -24,11 +24,9 @@ class Scene(ShownAsTable):
     (rho, rho', v), and ``sigma0 >= sigma`` is the static friction, by default ``sigma``. With a ``System``, ``values``
     maps its parameters and ``start`` its states, by symbol or by name, to numbers; both are stored as tuples in the
     order of ``system.parameters`` and ``system.states``.
-
     A number is an int, float, Fraction, Decimal, str ("0.2" means 1/5) or mpf. It is stored without rounding: an int or
     a float as it is, all others as a Fraction. Only ``Scene.near`` sets ``near_to``, and only ``Scene.physical`` sets
-    ``rod``, the physical quantities; ``rod`` becomes None when a number of the scene is replaced.
-
+    ``rod``, the physical quantities; ``rod`` becomes None if another number replaces its own.
     Raises ``InputError``.
     """
 

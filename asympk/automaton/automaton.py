@@ -1,11 +1,9 @@
 r"""The automaton: a system with numbers for its parameters, and which of its modes begins or follows at a state.
 
-``Automaton.first`` and ``Automaton.next`` return the branch that begins or follows. ``asympk.automaton.decide`` finds
-this branch for smooth formulas. If the state is on an edge, where a switching function such as ``Abs`` or
-``Piecewise`` is about to change its side, the branch and the side depend on one another. ``_follow_on`` then tries the
-laws of all sides of the edges and keeps the side to which the motion leads by its own law; this is the hard function.
-
-``mode_on_sides`` returns the mode of a known branch on the sides that the motion enters.
+``Automaton.first`` and ``Automaton.next`` return the branch that begins or follows, which ``asympk.automaton.decide``
+finds for smooth formulas. On an edge, where a switching function such as ``Abs`` or ``Piecewise`` changes its side, the
+branch and the side depend on one another. ``_follow_on``, the hard function, then tries the laws of all sides and keeps
+the side into which its own law leads. ``mode_on_sides`` puts the mode of a known branch on the sides that it enters.
 """
 
 import math
@@ -70,11 +68,7 @@ class Automaton:
         return _edges(self.sides_at(t, state, slack))
 
     def sides_at(self, t: Any, state: State, slack: Any, known: Sides = ()) -> Sides:
-        """Return the phases of the system with their signs at a state, or 0 where the error ``slack`` allows a zero.
-
-        A phase inside a nested switch has a sign only on known sides of the inner phases: it is found once these have
-        clear signs. ``known`` are sides that are already known.
-        """
+        """Return the phases with their signs at a state, or 0 within ``slack``; nested ones on ``known`` sides."""
         phases = tuple(p for p in phases_of(self.system) if p not in dict(known))
         signed = tuple(p for p in phases if measured(p) == p)
         sides = tuple(zip(signed, decide.signs_at(self, signed, t, state, slack), strict=True))
@@ -157,10 +151,7 @@ def _edges(sides: Sides) -> tuple[sp.Expr, ...]:
 
 
 def _rank(mode: NumericMode, phase: sp.Expr, side: int, t: Any, state: State, slack: Any) -> int:
-    """Return 0 for rest on an edge by its own law, 1 for motion into the side, 2 for rest by the law of the side.
-
-    Otherwise the motion leaves the side by the law of this side, and the choice is excluded: ``_NEVER``.
-    """
+    """Return 0 for rest on an edge by its own law, 1 for motion into the side, 2 for rest by the law of the side."""
     if mode.leaves(phase, side, t, state, slack):
         return int(side != 0)
     return 2 if mode.leaves(phase, 0, t, state, slack) else _NEVER
@@ -277,10 +268,7 @@ def _likely_first(choices: list, led_to: Callable[[tuple], list[int]]) -> Iterat
 def _choices(
     phase: sp.Expr, value: Any, mode: NumericMode, crossed: Collection[sp.Expr]
 ) -> list[tuple[int, int | None]]:
-    """Return the sides into which a phase may continue, each with the sign of the phase beyond its edge.
-
-    The sign is 0 for rest on the edge, and None if the phase is not on an edge.
-    """
+    """Return (side, sign beyond the edge) for each side into which a phase may continue; None as sign if on no edge."""
     number, floor = measured(phase), mode.functions.floor
     whole = number != phase
     edge = int(floor(value + 0.5)) if whole else 0

@@ -1,10 +1,9 @@
 r"""The contacts of a system at a point, in numbers: velocities, loads, bounds, and the equations of their forces.
 
 At a point the rates of the sliding velocities and the constraints of rigid contacts are linear in the friction forces
-and the reactions. A branch says which equation holds for each contact: v' = 0 in stick, the law of friction in slip,
-force 0 and reaction 0 where the contact is open. A row holds the constant and the coefficients of such a linear
-expression, in the order of the unknowns of ``contact_formulas``. ``contact_point`` evaluates the rows,
-``contact_equations`` chooses those of a branch, and ``solved_forces`` solves them.
+and the reactions; a row is the constant and the coefficients of such an expression. A branch says which equation holds
+for each contact: v' = 0 in stick, the law of friction in slip, no force where it is open. ``contact_point`` evaluates
+the rows, ``contact_equations`` chooses those of a branch, and ``solved_forces`` solves them.
 """
 
 import math
@@ -24,10 +23,7 @@ _NUDGES = ((1, -1, 1, -1, 1, -1, 0, 0), (1, 1, -1, -1, 0, 0, 1, -1))  # no two s
 
 
 class ContactNumbers(NamedTuple):
-    """The numbers of one friction at a point; ``reaction`` is the coefficient of the normal reaction in the load.
-
-    ``load`` is the load without reactions.
-    """
+    """The numbers of one friction at a point; the load is ``load`` + ``reaction`` times the normal reaction."""
 
     velocity: Any
     load: Any
@@ -66,10 +62,7 @@ class Numbers(NamedTuple):
     coarser: "Numbers | None" = None
 
     def decided_sign(self, values: Sequence) -> int:
-        """Return the sign of the first value, or 0 if the other values differ from it by too much to tell the sign.
-
-        Raises ``Unclear`` where the value is not above ``least``.
-        """
+        """Return the sign of the first value, or 0 where it is open; raises ``Unclear`` up to the size ``least``."""
         first = values[0]
         if is_open(values):
             return 0
@@ -133,10 +126,7 @@ def nudges(t: Any, state: tuple, slack: Any) -> Iterator[tuple[Any, tuple]]:
 
 @lru_cache(maxsize=64)
 def contact_formulas(system: System) -> tuple[tuple[sp.Expr, ...], tuple[sp.Symbol, ...], tuple[int, ...]]:
-    """Return (expressions, unknown forces, numbers of the frictions with a normal) of a point.
-
-    The expressions are the six entries of ``ContactNumbers`` for each friction, then the rows of ``ContactPoint``.
-    """
+    """Return (entries of ``ContactNumbers``, then rows, in a flat tuple; unknown forces; frictions with a normal)."""
     unknowns, found = _unknowns(system), []
     normals = tuple(k for k, f in enumerate(system.frictions) if f.normal is not None)
     zero = dict.fromkeys(unknowns, sp.S.Zero)

@@ -11,8 +11,8 @@ A single consistent branch is the motion. Of several consistent branches, those 
 2. Then a branch is left out if, of the contacts that rested before, another branch keeps these at rest and more.
 3. Then step 2 is repeated with all contacts.
 
-The motion ends with an error if no branch is left, or if several with different rates are left. Rest on redundant
-contacts comes before all of this: the system rests if some forces, determined or not, hold all of it at rest.
+The motion ends with an error if no branch is left, or several with different rates. Rest on redundant contacts comes
+before all of this: the system rests if some forces, determined or not, hold all of it at rest.
 
 ``follow_on`` is the entry. ``_going_on`` finds and selects the branches; ``_ties`` and ``_still`` test consistency.
 """
@@ -63,9 +63,8 @@ SAME = 1e-12  # relative difference below which static and kinetic friction coun
 def follow_on(automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any) -> Branch:
     """Return the one branch that follows at ``state``, where the branch ``before`` has lost its guards ``hits``.
 
-    At a start ``before`` is None. ``slack`` is the relative error of the state; doubles are tried first if ``slack`` is
-    a float. Raises ``NoMotion``, ``TwoMotions``, ``Undecided``, ``UnboundedReaction``, ``OutOfRange`` and
-    ``InputError``.
+    At a start ``before`` is None. ``slack`` is the relative error of the state. Raises ``NoMotion``, ``TwoMotions``,
+    ``Undecided``, ``UnboundedReaction``, ``OutOfRange`` and ``InputError``.
     """
     if not automaton.system.frictions:
         return ()
@@ -280,9 +279,8 @@ def _still(here: Junction, mode: GuardedMode, ties: list[int]) -> list[int] | No
 def _growth(here: Junction, mode: GuardedMode, guard: int) -> int:
     """Return the sign of the first nonvanishing derivative of a vanishing guard along the field, or 0.
 
-    The result is 0 if all derivatives that were computed vanish. Powers of the penetration are left out of each
-    derivative (Lemma 11). A derivative with infinite powers is first multiplied by a power that makes them finite; if
-    the product vanishes, the derivative itself is evaluated. Raises ``Undecided`` where a derivative becomes too long.
+    0 means that all those computed vanish. Powers of the penetration are left out of each derivative (Lemma 11); one
+    with infinite powers is first multiplied by a power that makes them finite. Raises ``Undecided`` if one is too long.
     """
     kind, friction, _, divided = mode.guards[guard]
     first = 3 if kind == "touch_down" and friction in here.touching else 1 - divided  # g, g' and g'' vanish there
@@ -358,9 +356,8 @@ def _require_determined(here: Junction) -> None:
 def _require_uncritical(here: Junction, chosen: Branch) -> None:
     """Raise ``UnboundedReaction`` if friction leaves a branch undetermined that may move the system in several ways.
 
-    Only branches in which every contact at rest in ``chosen`` rests are examined. A branch whose reactions are not
-    determined even without friction is accepted: contacts that press against one another by their normals alone bear
-    no more than they must.
+    A branch is asked only if every contact at rest in ``chosen`` rests in it, too. It passes if its reactions are not
+    determined even without friction: contacts that press on one another by normals alone bear no more than they must.
     """
     for branch in (b for b in here.tried if branches.at_rest(b) >= branches.at_rest(chosen)):
         if here.solved(branch) is None and _solved_smooth(here, branch) and moves_in_several_ways(here, branch):
@@ -384,10 +381,9 @@ def _undetermined(here: Junction, branch: Branch) -> UnboundedReaction:
 def _require_shared(here: Junction, branch: Branch, still: list[int]) -> None:
     """Raise ``UnboundedReaction`` if a contact slips in name only and static friction would let it bear more.
 
-    The velocity of such a contact stays 0 because other contacts rest. How these contacts share the force that the
-    rates require is not determined. One consistent branch has every undetermined force at its bound (Lemma 10). Unless
-    the velocity is a combination of velocities at rest, that bound is kinetic friction, and so it is too small where
-    static friction exceeds the kinetic one.
+    Its velocity stays 0 because other contacts rest, and how all of these share the force that the rates require is not
+    determined. One consistent branch has every undetermined force at its bound (Lemma 10). Unless the velocity is a
+    combination of velocities at rest, this bound is kinetic friction: too small if static friction is larger.
     """
     guards = _all_guards(mode_of(here.system, branch)) if still else ()
     named = {guards[j].friction for j in still if guards[j].kind == "velocity_zero"}

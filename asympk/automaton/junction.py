@@ -37,9 +37,8 @@ class Junction:
     """Where one mode ends and another is to follow, or where a run begins.
 
     ``lost`` are the guards that the mode ``before`` lost, by kind and friction. The first of the ``places`` is the
-    state itself, the others are displaced by the rounding error of the state. ``points`` are the contacts at these
-    places. ``touching`` are the rigid contacts that stay closed or may open, and whether their reaction has just
-    vanished.
+    state itself, the others are displaced by its rounding error; ``points`` are the contacts there. ``touching`` are
+    the rigid contacts that stay closed or may open, and whether their reaction has just vanished.
     """
 
     system: System
@@ -93,11 +92,7 @@ class Junction:
 def junction_at(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Junction:
-    """Return the ``Junction`` where the branch ``before`` has lost its guards ``hits``, or of a start.
-
-    At a start ``before`` is None. ``slack`` is the relative error of ``state``. Raises ``NoMotion``, ``InputError`` and
-    ``UnboundedReaction``.
-    """
+    """Return the ``Junction`` where the branch ``before``, or None at a start, has lost its guards ``hits``."""
     system = automaton.system
     own, p = (tuple(map(numbers.convert, values)) for values in (state, automaton.values))
     at = Place(numbers, numbers.convert(t), own, p)
@@ -112,10 +107,7 @@ def junction_at(
 
 
 def _require_directions(system: System, touching: dict[int, bool], points: list[ContactPoint], at: Place) -> None:
-    """Raise ``UnboundedReaction`` if no force moves the gap of a rigid contact, as where the slope of the gap vanishes.
-
-    The gap then does not determine the reaction of this contact.
-    """
+    """Raise ``UnboundedReaction`` if no force moves the gap of a rigid contact: its reaction is not determined."""
     for k, friction in enumerate(system.frictions):
         if friction.constraint is None or (friction.gap is not None and k not in touching):
             continue
@@ -129,9 +121,8 @@ def _require_directions(system: System, touching: dict[int, bool], points: list[
 def _settled(automaton: "Automaton", before: Branch | None, hits: tuple, place: Place) -> Place:
     """Return a place moved, in its own numbers, onto the zeros of all quantities that the mode ``before`` keeps at 0.
 
-    A state rounded in doubles and converted to mpmath numbers has small values of these quantities, which would
-    count as exact. The time is moved for the same reason: a guard of the time alone, in which large terms cancel, is 0
-    in doubles some roundings beside its zero.
+    Small values that rounding in doubles has left would count as exact in mpmath numbers. The time is moved, too: in
+    doubles, a guard of the time alone in which large terms cancel is 0 some roundings beside its zero.
     """
     if not before:
         return place

@@ -1,8 +1,7 @@
 """The loop over segments: it follows one mode after the other, each to the guard that ends this mode.
 
-``follow`` is the loop. Its argument ``advance`` follows one mode, in closed form, by an integrator or in balls, and
-returns a ``Segment``. ``mode_after``, the hard function, returns the mode that follows a lost guard or a switch by the
-time. The functions ``_require_...`` end a run with an error where events accumulate or nothing progresses.
+``follow`` is the loop. Its argument ``advance`` follows one mode, in closed form or by an integrator, and returns a
+``Segment``. ``mode_after``, the hard function, returns the mode that follows a lost guard or a switch by the time.
 """
 
 from collections.abc import Callable
@@ -135,10 +134,7 @@ def _beyond_limits(count: int, crossings: int, events: int) -> str:
 
 
 def _left_at(mode: NumericMode, segment: Segment) -> tuple[Any, tuple, tuple[int, ...]]:
-    """Return the time and the state at which a mode is left, and the lost guards, on whose zeros the state then is.
-
-    After a segment that a switch by the time ended, the time is just after the switch, and the state is not moved.
-    """
+    """Return the time and the state at which a mode is left, and its lost guards, on whose zeros the state then is."""
     if segment.hit is not None:
         hits = (segment.hit, *segment.together)
         return segment.t, _on_zeros(mode, hits, segment.t, segment.state), hits
@@ -152,10 +148,9 @@ def mode_after(
 ) -> tuple[NumericMode, tuple, Event | None]:  # fmt: skip
     """Return the mode that follows the loss of the guards ``hits``, the state at its start, and the event or None.
 
-    In this state all quantities that the new mode keeps at 0 vanish, as velocities at rest and gaps of closed rigid
-    contacts. The event is None if the motion of no contact changes. ``since`` is None, or the time at which ``mode``
-    ended just before a switch by the time; ``t`` then is the time just after this switch. ``fixed`` is an argument of
-    ``mode_on_sides``. Raises the errors of ``mode_on_sides`` and ``Automaton.next``.
+    In this state velocities at rest and gaps of closed rigid contacts vanish. The event is None if the motion of no
+    contact changes. ``since`` is None, or the time at which ``mode`` ended just before a switch by the time, with ``t``
+    just after this switch. ``fixed`` and the errors are those of ``mode_on_sides``; ``Automaton.next`` raises, too.
     """
     before, (crossed, left) = mode, _crossed(mode, hits)
     switches, doubt = _switches(mode, hits), slack
@@ -184,10 +179,9 @@ def mode_after(
 
 
 def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, state: tuple) -> Event | None:
-    """Return the event of a rigid contact whose gap or gap rate has jumped to open it, or None.
+    """Return the event of a rigid contact that opens because its gap or gap rate jumps (a step or kink of the ground).
 
-    Such a jump is a step or a kink of the ground. ``before`` is the mode until the time ``t0``. Raises ``NoMotion``
-    where the jump closes the gap.
+    ``before`` is the mode until the time ``t0``. Raises ``NoMotion`` where the jump closes the gap.
     """
     for k, parts in mode.mode.grounds.items():
         now, then = mode.values(parts, t, state), before.values(before.mode.grounds[k], t0, state)
@@ -204,8 +198,8 @@ def _left_by_ground(before: NumericMode, t0: Any, mode: NumericMode, t: Any, sta
 def _torn(places: tuple[tuple[NumericMode, Any], ...], state: tuple) -> Event | None:
     """Return the event of a sliding velocity that has jumped away from 0 or to the other sign, or None.
 
-    The velocity of a belt may jump so. ``places`` are the modes and times before and after. A velocity that has only a
-    kink there changes by no more than its slopes allow, and is no event.
+    The velocity of a belt may jump so; a kink changes it by no more than its slopes allow and is no event. ``places``
+    are the modes and times before and after.
     """
     _, (mode, t) = places
     for k, velocity in mode.mode.jumping.items():
@@ -236,18 +230,12 @@ def _crossed(mode: NumericMode, hits: tuple[int, ...]) -> tuple[list[sp.Expr], l
 
 
 def _keys(mode: NumericMode) -> list[tuple]:
-    """Return (kind, friction, whether the guard is the second of these) of every guard of a mode.
-
-    Such a key finds the same guard in a mode on another side, or with other idle guards.
-    """
+    """Return a key for every guard, the same on other sides: (kind, friction, whether it is the second of these)."""
     return [(*own, own == before) for before, own in pairwise(((), *mode.kinds))]
 
 
 def _lost_beyond(mode: NumericMode, left: list[tuple], place: tuple, later: tuple) -> tuple[int, ...]:
-    """Return the lost guards of ``mode`` on its new side: those ``left`` lost with the old side, and negative ones.
-
-    A guard that is 0 at ``place`` counts as negative if it is so at the ``later`` place.
-    """
+    """Return the lost guards of ``mode`` on its new side: those ``left`` from the old one, and those that fall."""
     values = zip(mode.guard_values(*place), mode.guard_values(*later), _keys(mode), strict=True)
     lost = (key in left or ((value or after) < 0 and key[0] != SWITCH) for value, after, key in values)
     return tuple(k for k, falls in enumerate(lost) if falls)

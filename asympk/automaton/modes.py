@@ -1,12 +1,9 @@
 r"""The modes of a system in symbols, with rates, guards and Lie derivatives, and the functions compiled from them.
 
-``GuardedMode`` is one mode. Its expressions may contain functions that switch (``Piecewise``, ``Max``, ``Abs``); the
-mode takes them on the ``sides`` of their phases, and ``open_phases`` are the phases that still have no side. The Lie
-derivatives of a guard along the field decide what follows where the guard vanishes.
-
-``function`` compiles expressions, once per system, into a function of ``(t, *state, *p)`` with the parameters p, which
-serves all scenes of the system. The emitted text contains only arithmetic and functions: given a namespace of
-functions, it runs on numbers of any kind, and on tracers and expressions, too.
+``GuardedMode`` is one mode. Functions that switch (``Piecewise``, ``Max``, ``Abs``) are taken on the ``sides`` of their
+phases. The Lie derivatives of a guard along the field decide what follows where the guard vanishes. ``function``
+compiles expressions into a function of ``(t, *state, *p)`` with the parameters p, which serves all scenes of a system.
+Its text has only arithmetic and functions: given a namespace of functions, it runs on numbers of any kind, and tracers.
 """
 
 import ast
@@ -54,8 +51,7 @@ _POWER = re.compile(r"(?<![\w.])([A-Za-z_]\w*)\*\*([2-9])\b")
 class GuardedMode:
     """One smooth mode in the symbols of its system: rates in the order of the states, and guards.
 
-    Functions that switch by the state are taken on the ``sides`` of their phases. The end of a side is a guard of the
-    kind ``switch``.
+    Functions that switch by the state are taken on the ``sides`` of their phases, which end at guards ``switch``.
     """
 
     system: System
@@ -141,9 +137,8 @@ class GuardedMode:
     def open_phases(self) -> tuple[sp.Expr, ...]:
         """The phases of the states and the time that still switch the mode, which is on no side of them.
 
-        The phases of three kinds of expressions count besides those of rates and guards: of idle guards, which stay 0
-        on their side only; of the sliding velocities of closed contacts, which may jump, as that of a belt; and of gaps
-        kept closed, whose ground may jump.
+        Besides those of rates and guards, the phases count of idle guards, which stay 0 on their side only, of sliding
+        velocities of closed contacts, which may jump as that of a belt, and of gaps kept closed, whose ground may jump.
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
         kept = (*(f.velocity for f in self.closed.values()), *self.kept_gaps.values())
@@ -224,10 +219,7 @@ class GuardedMode:
         return _derivative(self, guard, order)
 
     def rates_behind(self, expr: sp.Expr) -> tuple[sp.Expr, ...] | None:
-        """Return the rates of all states on which ``expr`` depends, directly or through rates of others.
-
-        Returns None if ``expr`` or one of these rates depends on the time.
-        """
+        """Return the rates of all states on which ``expr`` depends, also through rates; None if the time is one."""
         return _rates_behind(self, expr)
 
     @cached_property
@@ -254,10 +246,7 @@ def phases_of(system: System) -> tuple[sp.Expr, ...]:
 
 @lru_cache(maxsize=256)
 def is_nested(system: System) -> bool:
-    """Tell whether an expression that the state switches is part of another switch, as |x| is of Max(|x| - y, 0).
-
-    The phases of the outer switch are then known only on a side of the inner one.
-    """
+    """Tell whether a phase contains an expression that the state switches, as that of Max(|x| - y, 0) contains |x|."""
     parts = (part for atom in atoms(sp.Tuple(*exprs_of(system)), *SWITCHING) for part in switching_parts(atom))
     return any(is_switched(part, system.states) for part in parts)
 

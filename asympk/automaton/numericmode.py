@@ -1,10 +1,8 @@
 r"""A mode in numbers: its rates, Jacobian and guards, its switches by the time, and the zeros its states are moved to.
 
-``NumericMode`` is what every integrator and every other flow follows. ``rhs``, ``jac`` and ``guard_values`` are the
-functions of (t, state) that an integrator calls. ``smooth_until``, ``steps_until`` and ``longest_step`` keep its steps
-apart from switches and pulses of the time. ``snapped`` and ``settled`` move a state at an event onto the zeros of
-guards and of constraints; the hard one is ``_projected``. ``departure`` decides to which side of a phase a motion
-leaves.
+``NumericMode`` is what integrators and other flows follow. They call ``rhs``, ``jac`` and ``guard_values``;
+``smooth_until``, ``steps_until`` and ``longest_step`` bound their steps. ``snapped`` and ``settled`` move a state at an
+event onto zeros of guards and constraints, by the hard function ``_projected``.
 """
 
 import math
@@ -191,7 +189,7 @@ class NumericMode:
     def departure(self, phase: sp.Expr, t: Any, state: State, slack: Any = 0) -> int:
         """Return the sign of the first nonvanishing derivative of a phase along the field, or 0 if all computed vanish.
 
-        A derivative counts as vanishing if it may be 0 within rounding or the relative error ``slack`` of the state.
+        A derivative vanishes if rounding or the relative error ``slack`` of the state allows a zero.
         """
         for _ in range(DERIVATIVES):
             phase = self.mode.drift(phase)
@@ -298,8 +296,8 @@ class NumericMode:
     def kept(self) -> tuple[Any, ...]:
         """The quantities that this mode keeps at 0: gaps of closed rigid contacts, their rates, and velocities at rest.
 
-        Empty if these are all single states, which ``settled`` sets to 0. Rounding must not change a velocity at rest,
-        because this velocity decides which mode follows.
+        Empty if these are all single states, which ``settled`` sets to 0. Not even rounding may change a velocity at
+        rest, which decides the mode that follows.
         """
         system = self.mode.system
         closed = tuple(e for gap in self.mode.kept_gaps.values() for e in (gap, rate_along(system, gap)))

@@ -7,8 +7,7 @@ Dynamics and Bifurcations of Non-Smooth Mechanical Systems, 2004, chapter 7),
 
 with g the guard that is lost. A motion may stay near a repelling set, as in a delayed loss of stability. A comparison
 of tolerances does not show the errors of such a motion, because they grow from below the rounding of the numbers.
-
-``growth`` computes the factor. ``balances``, the hard function, estimates the size of each state's rounding error.
+``growth`` computes the factor; ``balances``, the hard function, estimates the rounding error of each state.
 """
 
 from collections.abc import Sequence

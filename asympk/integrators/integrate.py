@@ -217,10 +217,7 @@ def report(last: Segment, work: Work, options: Mapping[str, Any]) -> dict[str, A
 
 
 def endpoints(scene: Scene) -> tuple[tuple[float, ...], float]:
-    """Return the start and the horizon of a scene as floats.
-
-    Raises ``InputError`` where mu or the horizon is too small for integrators, ``TooLarge`` for too large a start.
-    """
+    """Return the start and the horizon of a scene as floats; raises ``InputError`` if mu or horizon is too small."""
     if scene.system is None and float(scene.mu) < LEAST_MU:
         raise InputError(
             f"mu = {float(scene.mu)}: integrators divide by it; give at least {LEAST_MU}, or method='exact'"

@@ -1,7 +1,7 @@
 """RK45, DOP853, Radau, BDF and LSODA of SciPy, stepped one by one.
 
-``_solver`` makes a solver of SciPy and changes three things: the rates are nan where they have no value (``Rates``),
-LSODA raises its reason instead of printing it (``Reasons``), and small linear systems go to LAPACK without checks.
+Three things differ from SciPy: rates without a value are nan (``Rates``), LSODA raises its reason instead of printing
+it (``Reasons``), and linear systems go to LAPACK without checks.
 """
 
 import math
@@ -104,8 +104,7 @@ class Reasons(dict):
 def _by_lapack():
     """Return the functions (factor a matrix, solve equations), which call LAPACK itself.
 
-    For a few states SciPy's checks take longer than LAPACK. For a right-hand side that is not finite the solution is
-    inf, so that the solver tries a shorter step.
+    For few states SciPy's checks take longer. A right side that is not finite gives inf, and so a shorter step.
     """
     import numpy as np
     from scipy.linalg import lapack

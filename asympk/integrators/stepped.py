@@ -24,7 +24,6 @@ def run(
     """Follow ``scene`` by LSODA with rtol = atol = 1e-10, or, with ``digits``, by collocation to that accuracy.
 
     If a state stays small relative to 1, as in too large a unit, the run is repeated with atol relative to its size.
-
     ``path.model`` names the integrator; ``seconds`` bounds the time. Raises ``Undecided`` where errors may have grown
     to a noticeable part of the final state, ``Unfinished``, ``Accumulation``, ``NoMotion``, ``TwoMotions`` and the
     errors of ``collocation.run``.

@@ -1,7 +1,6 @@
 """The loop over the steps of any integrator: after every step it checks guards, poles of the rates, and the limits.
 
-``follow_steps`` is the loop. The protocol ``Solver`` lists what an integrator must provide, ``Watch`` finds the first
-guard that is lost in a step, and ``field_and_start`` makes guards that depend on the time part of the state.
+``follow_steps`` is the loop; ``Solver`` is the interface of an integrator, ``Watch`` finds the first guard lost.
 """
 
 from collections.abc import Callable
@@ -150,8 +149,7 @@ def field_and_start(
 ) -> tuple[Callable[..., tuple], tuple[float, ...], Callable[..., tuple] | None]:
     """Return (field, start, Jacobian or None) of a mode as functions of ``(t, *w, *p)``.
 
-    In a mode with guards that may vary faster than the states, all guards become further states, so that the steps
-    resolve them, too; the Jacobian is then None.
+    Guards that may vary faster than the states become further states, so that steps resolve them; no Jacobian then.
     """
     if not mode.timed:
         return mode.field, state, mode.jacobian

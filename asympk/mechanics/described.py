@@ -47,8 +47,7 @@ class Described:
 
     ``turn`` is None, or (name, low, high, {other: function}) for the coordinate or parameter over which the mechanism
     is drawn; the functions give the ``other`` numbers that change with it. ``undamped`` is the elastic ``System``
-    without damping if its phase plane (R, R') is to be drawn, else None. ``followed`` tells whether ``name`` is also
-    that of a scene.
+    without damping if its phase plane (R, R') is to be drawn. ``followed`` tells whether ``name`` also is a scene.
     """
 
     name: str

@@ -5,12 +5,9 @@ A spring 1/c beside a damper h/c makes the reaction R = (d + h d')/c of the pene
     x' = y,    c y' = -(a_N + G_NN R + G_NT F),    z' = a_T + G_NT R + G_TT F,    R = x + h y,
 
 with the sliding velocity z. The velocities are (g', gamma, w) = (-c y, z, w), where w are the rates of the last
-coordinates that complete g' and gamma to a basis. As all coordinates are states, g(q) + c x is an invariant.
-
-With c = eps^2 and h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are fast, R = x + b y
-and g' = -eps y. A unilateral contact has R = max(0, x + h y).
-
-``elastic`` is the entry, and ``elastic_fields`` derives the fields. ``velocities`` expresses q' by g', z and w.
+coordinates that complete g' and gamma to a basis. As all coordinates are states, g(q) + c x is an invariant. With
+c = eps^2 and h = b eps (a fixed damping ratio, b = 0 without damping) both x and y = eps x' are fast, R = x + b y and
+g' = -eps y. A unilateral contact has R = max(0, x + h y). ``elastic_fields`` derives the fields.
 """
 
 from collections.abc import Callable
@@ -35,8 +32,7 @@ def elastic(kinetics: Kinetics, compliance: Any, damping: Any) -> System:
 
     ``compliance`` is a Symbol c with ``damping`` a time h > 0, or ``eps**2`` with ``damping`` a multiple of eps, 0
     included. A state or force whose name is taken by a coordinate or parameter gets an underscore. Raises
-    ``InputError`` for other scalings, ``NotDerivable`` if no rates complete a basis or if gap, gap rate or sliding
-    velocity jump.
+    ``InputError`` for other scalings, ``NotDerivable`` if no rates complete a basis or if the contact's formulas jump.
     """
     scaling = _scaling(compliance, damping)
     used = kinetics.symbols

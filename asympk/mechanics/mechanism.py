@@ -194,16 +194,14 @@ class Mechanism(ShownAsFormulas):
     def paradox_set(self, over: dict[Any, Any], values: dict[Any, Any] | None = None) -> ParadoxSet:
         """Return the set with a paradox over one or two coordinates or parameters, ``over = {name: (low, high)}``.
 
-        Its ``.intervals`` are stretches of the first of them, from ``.start`` to ``.end``. ``values`` gives all other
-        coordinates and parameters that are needed.
+        Its ``.intervals`` are stretches of the first one, from ``.start`` to ``.end``. ``values`` gives all others.
         """
         return paradox_set(self.plain, self.keyed(over), self.keyed({} if values is None else values))
 
     def least_critical_friction(self, coordinate: Any, values: dict[Any, Any] | None = None) -> LeastFriction:
-        """Return the least critical friction over ``coordinate``, ``.friction``, and an equation for it, ``.where``.
+        """Return the least critical friction over ``coordinate``, ``.friction``, at the place given by ``.where``.
 
-        Raises ``NotDerivable`` if the critical friction is not a rational function of the tangent of ``coordinate``, or
-        if its least value depends on parameters without values.
+        Raises ``NotDerivable`` if the critical friction is not a rational function of the tangent of ``coordinate``.
         """
         if not isinstance(coordinate, str | sp.Basic):
             raise InputError(f"coordinate = {short(coordinate)}: give one coordinate, by its name or its symbol")
@@ -232,7 +230,6 @@ class Mechanism(ShownAsFormulas):
         ``compliance`` is a Symbol c with ``damping`` a time h, or ``eps**2`` with ``damping`` a multiple of eps, 0
         included. The states are the coordinates, the reaction x, its rate y, the sliding velocity z, and the
         rates of the last coordinates that complete g' and z to a basis of the velocities.
-
         With a damping time h, R = max(0, x + h y): a contact that has opened and returns pushes already at the gap
         h |g'|. So motions with flights need ``eps**2``. Raises ``InputError`` for other scalings, ``NotDerivable``.
         """
@@ -246,9 +243,8 @@ class Mechanism(ShownAsFormulas):
 
         ``values`` are coordinates, rates and parameters. If g = g' = 0, the elastic contact starts without reaction,
         x = y = 0; otherwise x and y follow from the gap and the gap rate, and ``values`` must contain the compliance.
-        z is the sliding velocity. A constant such as sin(1) is evaluated to 50 digits.
-
-        Raises ``InputError`` for missing values, and for a bilateral rigid contact where g = g' = 0 does not hold.
+        z is the sliding velocity. A constant such as sin(1) is evaluated to 50 digits. Raises ``InputError`` for
+        missing values, and for a bilateral rigid contact where g = g' = 0 does not hold.
         """
         require_system(system, "start")
         small = str(system.small)

@@ -1,6 +1,6 @@
 r"""The paradox of the rigid contact, friction load |G_NT| > G_NN: its condition, and the least critical friction.
 
-``least`` is the hard function: it finds the minimum over a coordinate from a quotient of polynomials in the tangent.
+``least``, the hard function, minimises a quotient of polynomials in the tangent of a coordinate.
 """
 
 from collections.abc import Callable
@@ -51,9 +51,8 @@ def least(
 ) -> LeastFriction:
     """Return the exact ``LeastFriction`` over ``coordinate``, if the critical friction is rational in its tangent.
 
-    ``values`` are exact numbers for parameters; all other parameters stay symbols. ``own`` translates expressions to
-    the user's symbols. Raises ``NotDerivable`` if the critical friction is no such function, if it has no least value,
-    or if its least value depends on signs that are not known.
+    ``values`` are exact numbers for parameters; all other parameters stay symbols. Raises ``NotDerivable`` if the
+    critical friction is no such function, has no least value, or its least value depends on signs that are not known.
     """
     critical = critical_friction(kinetics).subs({key: exact_constant(str(key), value) for key, value in values.items()})
     name, tangent = own(coordinate), sp.Dummy("T", real=True)

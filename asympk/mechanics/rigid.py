@@ -6,9 +6,8 @@ In slip of the direction s = sgn(gamma) with a reaction of the sign r,
 
 and the motion exists if R has the sign r. At rest, gamma = 0, slip starts in the direction s if gamma' has this sign
 both with the kinetic and with the static bound. Stick keeps g'' = gamma' = 0 by (R, F) = -G^-1 (a_N, a_T) and exists if
-|F| <= static load |R|. A unilateral contact requires R >= 0, and lifts off if a_N > 0.
-
-``motions`` and ``motion_map`` are the entries; ``_slip`` and ``_stick`` test one candidate each.
+|F| <= static load |R|. A unilateral contact requires R >= 0, and lifts off if a_N > 0. ``_slip`` and ``_stick`` test
+one candidate each.
 """
 
 from dataclasses import dataclass
@@ -60,8 +59,7 @@ def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, .
 
     The contact counts as closed, g = g' = 0. ``values`` gives each state and parameter that the contact's equations
     contain; strings are decimals or ratios. A sliding velocity that is a rounding error counts as 0. Raises
-    ``InputError`` for missing values, and ``Undecided`` if the reaction is not determined: p = a_N = 0, or G is
-    singular.
+    ``InputError`` for missing values, ``Undecided`` if the reaction is not determined: p = a_N = 0, or G is singular.
     """
     if shaped := [key for key, value in values.items() if getattr(value, "shape", ()) or isinstance(value, list)]:
         raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
