@@ -268,7 +268,7 @@ def _likely_first(choices: list, led_to: Callable[[tuple], list[int]]) -> Iterat
 def _choices(
     phase: sp.Expr, value: Any, mode: NumericMode, crossed: Collection[sp.Expr]
 ) -> list[tuple[int, int | None]]:
-    """Return (side, sign beyond the edge) for each side into which a phase may continue; None as sign if on no edge."""
+    """Return (side, sign of the phase beyond its edge) for all sides that may follow; the sign is None off an edge."""
     number, floor = measured(phase), mode.functions.floor
     whole = number != phase
     edge = int(floor(value + 0.5)) if whole else 0

@@ -107,7 +107,7 @@ DOUBLES = Numbers("math", math, float, 2.0**-20, 2.0**-36)
 
 
 def is_open(values: Sequence) -> bool:
-    """Tell whether the sign of the first value is open: four times the spread of the others is no smaller than it."""
+    """Tell whether the first value's sign is open: its size is at most four times its distance from another value."""
     first, *others = values
     return abs(first) <= 4 * max(abs(v - first) for v in others)
 

@@ -171,9 +171,9 @@ def _going_on(here: Junction) -> Branch:
 
 
 def _unloaded(here: Junction, branch: Branch) -> set[int]:
-    """Return the rigid contact whose reaction has just vanished, if no other contact changes its phase in ``branch``.
+    """Return the rigid contacts whose reaction has just vanished, each if no other contact changes in ``branch``.
 
-    The reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding.
+    Their reaction then vanishes in ``branch``, too. It is a force, and moving the state makes it 0 only to rounding.
     """
     changed = {k for k, was in enumerate(here.before or ()) if was != branch[k]}
     rigid = {k for k, friction in enumerate(here.system.frictions) if friction.constraint is not None}
@@ -356,7 +356,7 @@ def _require_determined(here: Junction) -> None:
 def _require_uncritical(here: Junction, chosen: Branch) -> None:
     """Raise ``UnboundedReaction`` if friction leaves a branch undetermined that may move the system in several ways.
 
-    A branch is asked only if every contact at rest in ``chosen`` rests in it, too. It passes if its reactions are not
+    A branch is examined if every contact at rest in ``chosen`` rests in it, too. It passes if its reactions are not
     determined even without friction: contacts that press on one another by normals alone bear no more than they must.
     """
     for branch in (b for b in here.tried if branches.at_rest(b) >= branches.at_rest(chosen)):

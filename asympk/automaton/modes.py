@@ -137,8 +137,8 @@ class GuardedMode:
     def open_phases(self) -> tuple[sp.Expr, ...]:
         """The phases of the states and the time that still switch the mode, which is on no side of them.
 
-        Besides those of rates and guards, the phases count of idle guards, which stay 0 on their side only, of sliding
-        velocities of closed contacts, which may jump as that of a belt, and of gaps kept closed, whose ground may jump.
+        They are the phases of rates and guards, and also of idle guards (which stay 0 on their side only), of sliding
+        velocities of closed contacts (which may jump, as on a belt) and of gaps kept closed (whose ground may jump).
         """
         guards = mode_of(self.system, branches.awake(self.branch), self.sides).guard_values
         kept = (*(f.velocity for f in self.closed.values()), *self.kept_gaps.values())

@@ -22,7 +22,7 @@ from asympk.symbolic.sides import on_sides
 from asympk.symbolic.switches import Switch, peaks_of, sideless_of, slopes_and_phases, switches_of
 
 DEPENDENT = 2.0**-60  # part of a gradient's square across earlier gradients below which this part is rounding
-FARTHEST = 1e-3  # part of the largest state by which a guard of forces may move a state; its gradient may be rounding
+FARTHEST = 1e-3  # largest move onto the zero of a guard of forces, by the largest state; beyond, gradients are rounding
 LATEST = 1e-9  # relative error of the zero in doubles of a guard of the time in which large terms cancel
 NEWTON = 3  # Newton steps from that zero to all digits
 DERIVATIVES = 4  # derivatives of a phase that are computed to find the side to which a motion leaves
@@ -189,7 +189,7 @@ class NumericMode:
     def departure(self, phase: sp.Expr, t: Any, state: State, slack: Any = 0) -> int:
         """Return the sign of the first nonvanishing derivative of a phase along the field, or 0 if all computed vanish.
 
-        A derivative vanishes if rounding or the relative error ``slack`` of the state allows a zero.
+        A derivative counts as 0 if rounding or the relative error ``slack`` of the state allows a zero.
         """
         for _ in range(DERIVATIVES):
             phase = self.mode.drift(phase)
@@ -236,7 +236,7 @@ class NumericMode:
         return self._gradient(self.mode.guards[guard].value)(t, *state, *self.p)
 
     def snapped(self, guard: int, t: Any, state: State) -> State:
-        """Return ``state`` moved onto the zero of a guard, if this zero is near; otherwise return ``settled``.
+        """Return ``state`` moved onto the zero of a guard, if the zero is near; otherwise ``settled(t, state)``.
 
         A zero may be far because a guard of forces may depend on the time alone. The velocity of a contact that sticks
         stays 0, however strongly it changes the guard, and a closed rigid contact keeps g = g' = 0.
@@ -266,7 +266,7 @@ class NumericMode:
 
         The state changed is the one whose motion changes the guard most; if no motion changes it, the one whose size
         does. The value of the guard is due to an error in time, during which the slow states of a layer hardly move. No
-        state is changed if only the time changes the guard, unless it is one of the ``OF_STATES``.
+        state is changed if only the time changes the guard, except for kinds of guards in ``OF_STATES``.
         """
         moved, rates, timed = list(state), self.rhs(t, state), self.mode.system.time is not None
         for _ in range(2):

@@ -5,10 +5,10 @@ Where E is singular, the equations do not determine u. Yet a system without expl
 
     E u + e = 0,    |F_k| <= static_k N_k,    all rates 0.
 
-If there is such a u, then one of finitely many corners is one: a point at which as many of the inequalities hold as
-equations as the equations above leave dimensions free (Lemma 10). The criss-cross method finds a corner. Each
-inequality is affine in those that are equations at the corner. The first violated inequality is exchanged for the first
-of these that can restore it; if none of them can, there is no such u. ``_has_corner`` does this.
+If such a u exists, then one exists at one of finitely many corners, where as many of the inequalities are equations as
+the equations above leave dimensions free (Lemma 10). The criss-cross method finds it (``_has_corner``). Each inequality
+is affine in those that are equations at the present corner. The first violated inequality is exchanged for the first of
+these that can restore it; if none of them can, there is no such u.
 
 Where a contact slips besides, undetermined forces may give different rates, and the motion is then not determined.
 """

@@ -48,8 +48,8 @@ def _scales(automaton: Automaton, joined: Run) -> tuple[tuple[float, ...], tuple
     """Return two tuples: for each state its scale, at most 1, and the size to which errors at the end are relative.
 
     The scale is the state's largest size on the run; the size is at least that by the terms of its rate (``balances``).
-    For a state that may be rounding, or is moved only by such states, the scale is the latter, too; a state without
-    any size has 1. Sizes are at least ``NOISE`` times the largest size, so that tiny states do not count as wrong.
+    For a state that may be rounding, or that only such states move, the scale, too, is that by the terms of its rate; a
+    state without any has 1. Sizes are at least ``NOISE`` times the largest, so that tiny states do not count as wrong.
     """
     import numpy as np
 

@@ -7,7 +7,7 @@ it. The two conditions on gamma and g' determine the two impulses (Lemma 5),
     P_N = gamma G_NT / D,    P_T = -gamma G_NN / D,    D = G_NN G_TT - G_NT^2,
     q' -> q' + M^-1 (W_N P_N + W_T P_T),    x -> x + P_N / h,
 
-where the last one is the integral of R = x + h x', h (x+ - x) = P_N. |P_T| < friction load |P_N| holds exactly where
+where h (x+ - x) = P_N is the integral of R = x + h x' over the layer. |P_T| < friction load |P_N| holds exactly where
 there is a paradox.
 
 A unilateral contact with a fixed damping ratio b, R = [k d + b sqrt(k) d']_+, rebounds: this is the impact without
