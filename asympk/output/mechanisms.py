@@ -48,7 +48,7 @@ def _departure(described):
     except InputError:
         return []
     given = ", ".join(f"{name} = {_short(value)}" for name, value in off.items())
-    return [f"off the contact: {given}; what follows holds with g = g' = 0 alone"] if off else []
+    return [f"off the contact: {given}; the lines below hold for g = g' = 0"] if off else []
 
 
 def contact_lines(described: Described) -> list[str]:
@@ -133,7 +133,7 @@ def jump_lines(described: Described) -> list[str]:
     except NotDerivable as reason:
         return [f"jump            {reason}"]
     if _excess(described) == 0 and _slides_into_it(described):
-        return ["jump            not told at exactly the critical friction: follow the elastic contact"]
+        return ["jump            not determined at exactly the critical friction: follow the elastic contact"]
     if not rod.evaluate(law.condition, described.numbers):
         return ["jump            none from here: no paradox, or the contact slides out of it"]
     normal, tangential = (rod.evaluate(part, described.numbers) for part in law.impulses)

@@ -52,7 +52,7 @@ def phase(
 
 def _names(system: System) -> tuple[str, ...]:
     if len(system.states) != 2:
-        raise InputError(f"the field of {len(system.states)} states is no picture; draw a Scene over two of them")
+        raise InputError(f"the field of {len(system.states)} states cannot be drawn; draw a Scene over two of them")
     return tuple(s.name for s in system.states)
 
 

@@ -157,5 +157,5 @@ def _table(value: Any, what: str) -> dict[str, Any]:
 
 def _list(value: Any, what: str) -> list:
     if not isinstance(value, list):
-        raise InputError(f"{what} must be a list of texts")
+        raise InputError(f"{what} must be a list of strings")
     return value

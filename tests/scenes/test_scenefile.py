@@ -203,7 +203,7 @@ def test_options_replace_numbers_of_any_scene_by_the_names_that_it_has(capsys):
     assert main(["solve", "arm", "--set", "f=1/2", "--set", "z=1/5", "--until", "0.01", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["modes"] == ["slip_same"]
     assert main(["solve", "chalk", "--mu", "1e-3"]) == 2
-    assert "'mu' is no parameter; choose of m, P, f" in capsys.readouterr().err
+    assert "'mu' is no parameter; choose one of m, P, f" in capsys.readouterr().err
 
 
 def test_solve_tells_physical_units_on_request(capsys):

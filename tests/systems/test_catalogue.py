@@ -218,7 +218,7 @@ def test_numbers_off_the_contact_are_said_to_be(setting, said, capsys):
     assert main(["mechanism", "painleve_rod"]) == 0
     assert "off the contact" not in capsys.readouterr().out
     assert main(["mechanism", "painleve_rod", "--set", setting]) == 0
-    assert f"off the contact: {said}; what follows holds with g = g' = 0 alone" in capsys.readouterr().out
+    assert f"off the contact: {said}; the lines below hold for g = g' = 0" in capsys.readouterr().out
 
 
 def test_a_coordinate_without_a_number_that_does_not_matter_is_not_missed(screen):
@@ -324,7 +324,7 @@ def test_at_exactly_the_critical_friction_the_screen_promises_neither_motion_nor
     """Two unit masses on parallel guides: G_NN = 2, G_NT = -1, and slip back has R = 1 / (2 - f)."""
     told = {friction: screen(MASSES, "--set", f"f={friction}") for friction in ("1.999", "2", "2.001")}
     assert "= 2: exactly critical here\nrigid motions   none" in told["2"]
-    assert "jump            not told at exactly the critical friction" in told["2"]
+    assert "jump            not determined at exactly the critical friction" in told["2"]
     assert "= 2: no paradox here\nrigid motions   slip with R = 1000" in told["1.999"]
     assert "= 2: a paradox here\nrigid motions   none" in told["2.001"]
 
@@ -332,7 +332,7 @@ def test_at_exactly_the_critical_friction_the_screen_promises_neither_motion_nor
 def test_a_map_over_the_friction_itself_is_refused(tmp_path, screen):
     text = ROD.replace("theta = [0.05, 1.5]", "f = [0.05, 1.5]")
     told = screen(text, "--plot", str(tmp_path / "map.svg"), status=2)
-    assert "friction that is one parameter, another one" in told
+    assert "as friction one parameter that is not in [over]" in told
     assert "--plot" not in screen(text)
 
 
