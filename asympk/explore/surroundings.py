@@ -54,7 +54,7 @@ class _Plane:
         self.moved = self._moved()
 
     def _moved(self) -> list[int]:
-        """Return for each quantity the state that it changes: its last one that is not itself the other quantity."""
+        """Return for each quantity the state that it changes: the last of its states that is not the other quantity."""
         own = [np.flatnonzero(weights).tolist() for weights in self.pair]
         others = (own[1] if len(own[1]) == 1 else [], own[0] if len(own[0]) == 1 else [])
         return [([k for k in mine if k not in other] or mine)[-1] for mine, other in zip(own, others, strict=True)]

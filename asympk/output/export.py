@@ -159,7 +159,7 @@ def _real_manifolds(system):
 
 
 def _is_bent(m):
-    """Tell whether the rates are long and nonlinear in the fast states, which the straight-line code then takes."""
+    """Tell whether the rates are long and nonlinear in the fast states, so that these are arguments of the code."""
     return _is_long(m.dynamics) and fast_jacobian(m.dynamics, m.small).has(*m.branch)
 
 

@@ -206,7 +206,7 @@ def of_rebound(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
-    """Return the number of runs with two contacts, of those that end right, and the methods of the others."""
+    """Return the number of integrator runs with two contacts, of runs that end right, and the methods of the others."""
     integrated = [row for row in rows if row["method"] not in chart.CRUDE]
     short = [row for row in integrated if row["status"] != "finished"]
     return {
@@ -320,7 +320,7 @@ def _names(rows):
 
 
 def of_plane(rows: Sequence[Row]) -> dict[str, str]:
-    """Return how many integrator runs that start beside the unstable plane end on its wrong side; names of methods."""
+    """Return the number of integrator runs from beside the unstable plane, of wrong ones, and their methods."""
     rows = [row for row in rows if row["method"] != "exact"]
     wrong = [row for row in rows if outcome(row["status"]) == "wrong branch"]
     failing = {row["method"] for row in wrong}

@@ -17,7 +17,7 @@ SHOWN = (1e-4, 1e-8, 1e-12)  # the mu of the columns of the table of convergence
 
 
 def method_table(rows: Sequence[Row]) -> Table:
-    """Each method: how many of its runs had which outcome, and the range of its costs of an error below ``ACCURACY``.
+    """Each method: the number of its runs with each outcome, and the range of its costs of an error below ``ACCURACY``.
 
     A cost is that of the cheapest run on one scene at one mu, in units of the exact flow.
     """

@@ -102,9 +102,9 @@ def _regime_row(regime):
 
 
 def _from_below(side):
-    """Make a cell on the motion from z < 0: slow motion on Pi2, or the jump x -> x - z with the order of its time.
+    """Make a cell on the motion from z < 0: slow motion on Pi2, or the jump x -> x - z with its leading time.
 
-    At sigma = 0 no fast mode grows: by mu y' = 1 and z' = 1 + s, z reaches 0 in a time of the order sqrt(-2 mu z).
+    At sigma = 0 no exponential grows: by mu y' = 1 and z' = 1 + s, z reaches 0 after sqrt(-2 mu z) to leading order.
     """
     if side < 0:
         return Cell(r"to $\Pi_2$ and along it", "to Pi_2 and along it")

@@ -384,7 +384,7 @@ function verdict(ladder) {
 }
 
 $("least").onclick = () => {
-  $("verdict").replaceChildren(cell("p", "climbing the ladder of models, for some 15 s at the most …"));
+  $("verdict").replaceChildren(cell("p", "climbing the ladder of models, for about 15 s at most …"));
   ask("least", { rtol: $("rtol").value.trim() }, verdict);
 };
 
