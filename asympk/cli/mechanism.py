@@ -16,7 +16,7 @@ def arguments(parser: ArgumentParser) -> None:
 
 
 def run(options: Namespace) -> None:
-    """Print the catalogue, or what a mechanism does, or draw the map of its rigid motions."""
+    """Print the catalogue, or the screen on a mechanism, or draw the map of its rigid motions."""
     from asympk.output.mechanisms import catalogue_as_text, load_mechanism, mechanism_as_text
 
     if options.name is None:

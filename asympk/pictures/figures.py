@@ -296,8 +296,8 @@ def few_costs(rows: Sequence[Row], methods: Sequence[str], accuracy: float) -> "
 def failures(parts: Sequence[tuple[str, Sequence[Row], str]]) -> "Figure":
     """Map of the outcomes of all runs: a line for each method, a block for each part (label, rows, column of abscissa).
 
-    A cell holds the runs of all tolerances. It is white where none of them fails; else its number is that of the failed
-    runs, and its colour the most frequent of ``FAILURES`` among them.
+    A cell holds the runs of all tolerances. A cell without failed runs is white; otherwise its number counts the failed
+    runs, and its colour shows the most frequent of ``FAILURES`` among them.
     """
     methods = [m for m in style.METHODS if any(row["method"] == m for _, rows, _ in parts for row in rows)]
     widths = [len({row[along] for row in rows}) for _, rows, along in parts]

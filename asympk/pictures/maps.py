@@ -48,7 +48,7 @@ def regime_map(most: int = 2) -> "Figure":
 
 
 def stick_over_static_friction(sigmas: Sequence[str], most: int = 4) -> "Figure":
-    """Draw the stick region over sigma0, and in it where sticking and crossing are both consistent, for each sigma."""
+    """Draw the stick region over sigma0, hatched where crossing is consistent, too; a panel for each sigma."""
     from fractions import Fraction
 
     import sympy as sp

@@ -1,4 +1,4 @@
-"""A sketch of every mechanism of the catalogue: what moves, what is rough, what pushes."""
+"""A sketch of every system of the catalogue, with its moving parts, its rough surface and its forces."""
 
 from collections.abc import Callable
 from math import cos, pi, sin
@@ -70,7 +70,7 @@ def _butenin(ax: Any) -> None:
 
 
 def _slender(ax: Any) -> pen.Point:
-    """Draw a slender rod that leans on its lower end, its weight and its angle; return where its end is."""
+    """Draw a slender rod on its lower end, with weight and angle; return the place of the lower end."""
     end, tilt = (0.75, 0.4), 1.0
     top = (end[0] + 1.35 * cos(tilt), end[1] + 1.35 * sin(tilt))
     middle = ((end[0] + top[0]) / 2, (end[1] + top[1]) / 2)
@@ -154,7 +154,7 @@ def _arm(ax: Any) -> None:
 
 
 class Sketch(NamedTuple):
-    """What a system of the catalogue is called on its page, and what draws it on axes in inches."""
+    """The title of a system on its page, and the function that draws it on axes in inches."""
 
     title: str
     draw: Callable[[Any], None]

@@ -90,7 +90,7 @@ def curve(method: str) -> dict[str, Any]:
 
 
 def power_of_ten(value: Any) -> str:
-    """Return ``value`` as a power of ten in LaTeX, or as it is."""
+    """Return ``value`` in LaTeX, as a power of ten if it is one, else as a decimal."""
     exponent = log10(abs(value))
     power = f"10^{{{round(exponent)}}}" if abs(exponent - round(exponent)) < 1e-9 else f"{abs(value):g}"
     return f"-{power}" if value < 0 else power

@@ -1,1 +1,1 @@
-"""Scenes in files, in nondimensional or physical units, and those that ship (``asympk scenes``)."""
+"""Scenes in files, in nondimensional or physical units, and the scenes that ship (``asympk scenes``)."""

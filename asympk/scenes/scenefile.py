@@ -1,4 +1,4 @@
-r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or physical, and those that ship.
+r"""Scenes in TOML: parameters as numbers or exact strings, nondimensional or physical, and the scenes that ship.
 
     sigma = 1                      m = 1          # kg; or any consistent units
     mu = 1e-6                      P = 10         # N

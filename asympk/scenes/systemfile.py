@@ -66,7 +66,7 @@ def system_of(entry: Any, parameters: Any) -> tuple[System, Mechanism | None]:
 
 
 def coordinates_of_start(system: System, mechanism: Mechanism, start: Iterable[str]) -> tuple[str, ...]:
-    """Return the names of all coordinates and rates if those of ``start`` are among them and not all states; else ().
+    """Return all coordinates and rates by name if ``start`` names such alone, and not states alone; else ().
 
     Raises ``InputError`` where some coordinates or rates are missing.
     """
