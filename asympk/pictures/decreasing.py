@@ -1,4 +1,4 @@
-"""Errors of models against the small parameter, for several systems: marks, on lines to which they tend."""
+"""Errors of models against the small parameter, for several systems: marks, and lines to which the marks tend."""
 
 from typing import Any
 

@@ -33,7 +33,7 @@ def phase(
 ) -> "Figure":
     """Draw the motion of a scene or a path over the two states with the names ``x`` and ``y``; the rod's load is s.
 
-    By default these are the first and the last state, and s and z for the rod. If the system has two states alone, its
+    By default these are the first and the last state, and s and z for the rod. If the system has only two states, its
     field is drawn too, with the lines on which a sliding velocity vanishes. Of a ``System`` of two states, only the
     field is drawn, with ``values`` for the parameters. ``window`` is ((left, right), (low, high)). Raises
     ``InputError``, ``UnknownName`` for an unknown state, and the errors of ``solve``.

@@ -41,8 +41,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7")
 MARKS = ((BLUE, "o"), (RED, "s"), (GREEN, "^"))  # (colour, mark) of up to three groups of rows
 
-# method -> (name in print, colour, marker, line); lines of explicit methods are dashed, of implicit ones solid, of the
-# customary crude ones dotted
+# method -> (name in print, colour, marker, line): lines of explicit methods dashed, implicit solid, crude dotted
 METHODS = {
     "rk45": ("RK45", SKY, "^", "--"),
     "dop853": ("DOP853", BLUE, "v", "--"),
