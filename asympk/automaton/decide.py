@@ -134,8 +134,9 @@ def _follow_on(
     automaton: "Automaton", before: Branch | None, hits: tuple, t: Any, state: tuple, slack: Any, numbers: Numbers
 ) -> Branch:
     here = junction_at(automaton, before, hits, t, state, slack, numbers)
-    if sum(len(choice) > 1 for choice in here.phases) > MOST:
-        raise InputError(f"{len(here.phases)} frictions are undecided at once; combinations are tried for at most "
+    undecided = sum(len(choice) > 1 for choice in here.phases)
+    if undecided > MOST:
+        raise InputError(f"{undecided} frictions are undecided at once; combinations are tried for at most "
                          f"{MOST}")  # fmt: skip
     if standing := _standing(here):
         return standing

@@ -241,8 +241,7 @@ class NumericMode:
         A zero may be far because a guard of forces may depend on the time alone. The velocity of a contact that sticks
         stays 0, however strongly it changes the guard, and a closed rigid contact keeps g = g' = 0.
         """
-        expressions = (*self.kept, self.mode.guards[guard].value)
-        moved = self._projected(expressions, t, state) if self.kept else self._on_zero(guard, t, state)
+        moved = self._projected(t, state, guard) if self.kept else self._on_zero(guard, t, state)
         if self.kinds[guard][0] in OF_STATES:
             return moved
         farthest = FARTHEST * max(map(abs, state))
@@ -283,7 +282,7 @@ class NumericMode:
     def settled(self, t: Any, state: State) -> State:
         """Return ``state`` moved onto the zeros of all quantities that this mode keeps at 0, as a start has to be."""
         if self.kept:
-            return self._projected(self.kept, t, state)
+            return self._projected(t, state)
         return tuple(w if free else w - w for w, free in zip(state, self.movable, strict=True))
 
     @cached_property
@@ -306,37 +305,50 @@ class NumericMode:
         kept = (*closed, *resting) if closed or not all(v.is_Symbol for v in resting) else ()
         return tuple(on_sides(expr, self.mode.sides) for expr in kept)
 
-    def _projected(self, expressions: tuple, t: Any, state: State) -> State:
-        """Return ``state`` moved to where all ``expressions`` vanish, in two rounds of one Newton step for each.
+    def _projected(self, t: Any, state: State, guard: int | None = None) -> State:
+        """Return ``state`` moved to where the mode's ``kept`` expressions, and a guard, vanish, in two Newton rounds.
 
         A step is orthogonal to the gradients of all earlier expressions (Gram-Schmidt), so that they stay 0. An
         expression whose gradient depends on the earlier ones vanishes with them and is passed over. A state that
         cancels to rounding is set to 0.
         """
-        rounding = 4 * getattr(self.functions, "eps", 2.0**-52)
-        least = [rounding * abs(w) for w in state]
+        least = [4 * getattr(self.functions, "eps", 2.0**-52) * abs(w) for w in state]
+        last = () if guard is None else (self.mode.guards[guard].value,)
         for _ in range(2):
             basis: list[list] = []
-            for expr in expressions:
+            for expr in (*self.kept, *last):
                 at = (*self._compiled((expr,))(t, *state, *self.p), *self._gradient(expr)(t, *state, *self.p))
                 value, *gradient = map(getattr(self.functions, "mpf", float), at)
-                direction = gradient
-                for other in basis:
-                    share = _dot(direction, other) / _dot(other, other)
-                    direction = [a - share * b for a, b in zip(direction, other, strict=True)]
-                size, whole = _dot(direction, direction), _dot(gradient, gradient)
-                if size <= DEPENDENT * whole:
+                rest = _across(gradient, basis)
+                if _dot(rest, rest) <= DEPENDENT * _dot(gradient, gradient):
                     continue
-                basis.append(direction)
+                direction = self._as_it_moves(rest, basis, t, state) if expr in last else rest
+                size = _dot(direction, rest)
+                basis.append(rest)
                 moved = (w - value * a / size for w, a in zip(state, direction, strict=True))
                 state = tuple(w if abs(w) > small else w - w for w, small in zip(moved, least, strict=True))
         return state
+
+    def _as_it_moves(self, gradient: list, basis: list[list], t: Any, state: State) -> list:
+        """Return a direction across ``basis`` that weights each state by its squared rate, as an error in time does."""
+        rates = self.rhs(t, state)
+        largest = max(map(abs, rates))
+        moved = [a * (rate / largest) ** 2 if largest else a for a, rate in zip(gradient, rates, strict=True)]
+        return _across(moved if any(moved) else gradient, basis)
 
     def _gradient(self, expr: sp.Expr) -> Callable[..., tuple]:
         return self._compiled((expr,), self.mode.units)
 
     def _compiled(self, outputs: tuple, directions: tuple = ()) -> Callable[..., tuple]:
         return function(self.mode.system, outputs, self.target, self.functions, directions)
+
+
+def _across(direction: list, basis: list[list]) -> list:
+    """Return the part of a direction that is orthogonal to others, which are orthogonal to one another."""
+    for other in basis:
+        share = _dot(direction, other) / _dot(other, other)
+        direction = [a - share * b for a, b in zip(direction, other, strict=True)]
+    return direction
 
 
 def _dot(a: list, b: list) -> Any:
