@@ -150,7 +150,8 @@ def _function(expr, values, tape):
 
 def _require_regular(expr, derivatives):
     if any(d.subs(U, 0).has(*INFINITE) for d in derivatives):
-        raise InputError(f"{expr!s:.60} has no series in the small parameter: it is singular where that is 0")
+        raise InputError(f"{expr!s:.60} has no series in the small parameter, as it is singular where that is 0; make "
+                         "it a parameter of its own, of that value")  # fmt: skip
 
 
 @lru_cache(maxsize=256)
