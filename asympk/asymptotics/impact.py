@@ -134,11 +134,8 @@ class LimitLayers:
         if slope == 0:
             raise NoLaw(f"dg/dy vanishes in mode {mode.name} at t = {t:.6g}: no layer settles or grows there")
         rest = y - force / slope
-        if slope > 0 and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
-            raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
-                             "motions; move the start off it")  # fmt: skip
-        target = rest if slope < 0 else math.copysign(math.inf, y - rest)
         values, slopes = self._guards(mode, t, state)
+        target = rest if slope < 0 else math.copysign(math.inf, self._way(mode, t, state, rest, values, slopes))
         target, guard = self._first_guard(values, slopes, y, target)
         sliding = self._sliding(mode, values, slopes, state)
         if sliding is None or y == rest:
@@ -149,6 +146,20 @@ class LimitLayers:
         if (back := creep.returns(end)) is None:
             return target, guard, creep(end)
         return rest + (y - rest) * math.exp(slope * back), sliding, 0.0
+
+    def _way(
+        self, mode: NumericMode, t: float, state: tuple, rest: float, values: np.ndarray, slopes: np.ndarray
+    ) -> float:
+        """Return a number of the sign in which y grows from where it is, away from ``rest``: off an edge, if on one.
+
+        Slow motion comes to a load of 0 with y so near to rest that terms of order mu tell the sides.
+        """
+        y, least = state[self.fast], AT_REST * max(1.0, *map(abs, state))
+        edges = [s for v, s in zip(values, slopes, strict=True) if s and abs(v) <= least]
+        if not edges and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
+            raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
+                             "motions; move the start off it")  # fmt: skip
+        return edges[0] if edges else y - rest
 
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
         """Return the values of the guards and their derivatives by y, in which they are affine."""

@@ -69,17 +69,24 @@ class MatchedPath:
     modes: tuple[str, ...] = ()
     stretches: tuple[Stretch, ...] = ()
 
-    def met(self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch) -> "MatchedPath":
-        """Return the path continued into the mode that follows when ``guard`` vanishes at (t, state)."""
+    def met(
+        self, automaton: Automaton, guard: int, t: float, state: tuple, stretch: Stretch, told: tuple | None = None
+    ) -> "MatchedPath":
+        """Return the path continued into the mode that follows when ``guard`` vanishes at (t, state).
+
+        The mode is that which follows at the state ``told``, if given.
+        """
         if len(self.stretches) == STRETCHES:
             raise TooManyEvents(f"more than {STRETCHES} layers and slow motions by t = {t:.6g}, at "
                                 f"{listed(automaton.system.states, state)}")  # fmt: skip
-        state = self.mode.snapped(guard, t, state)
-        mode, state, event = mode_after(automaton, self.mode, t, state, (guard,), fixed=True)
+        at, seen = told or (t, state)
+        seen = self.mode.snapped(guard, at, seen)
+        mode, seen, event = mode_after(automaton, self.mode, at, seen, (guard,), fixed=True)
+        state = mode.settled(t, state) if told else seen
         path = replace(self, t=t, state=state, mode=mode, stretches=(*self.stretches, stretch))
         if event is None:
             return path
-        return replace(path, events=(*self.events, event), modes=(*self.modes, mode.name))
+        return replace(path, events=(*self.events, event._replace(t=t, state=state)), modes=(*self.modes, mode.name))
 
 
 def entered(automaton: Automaton, branch: Branch, t: float, state: tuple) -> NumericMode:
@@ -159,11 +166,12 @@ def through_layer(
         if not found:
             return path
         last, size = found[-1], len(path.state)
-        stretch = Stretch(path.t, mode, _during(Trajectory(found[0].state, found), path.t, size))
-        t, guard = lost or (last.after, None)
-        state = last.end[:size] if guard is None else last.state_at(t)[:size]
+        stretch = Stretch(path.t, mode, _during(Trajectory(found[0].state, found), size))
+        span, guard = lost or (last.after, None)
+        t, state = path.t + span, (last.end if guard is None else last.state_at(span))[:size]
         mode.require_one_side(mode.pole_values(path.t, path.state), t, state)
         if guard is None:
+            t = until if span == until - path.t else t
             return replace(path, t=t, state=state, stretches=(*path.stretches, stretch))
         path = path.met(automaton, guard, t, state, stretch)
 
@@ -198,32 +206,35 @@ def _fastest(slow: Slow, t: float, state: tuple) -> float:
 def _in_mode(
     mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
-    """Return the steps in one mode, and (time, guard) where a guard ends them, or None: layer over, or ``until``."""
+    """Return the steps in one mode, and (time, guard) where a guard ends them, or None: layer over, or ``until``.
+
+    Times are measured from the start of the layer: the rounding of a later time, over mu, would move the fast states.
+    """
     system = mode.mode.system
     fast = {system.states.index(s) for s in system.fast}
     off = off_by(rtol, mu) * _growing(slow, order, path.t, path.state, mu, rtol)
     atol = tuple(off if k in fast else rtol for k in range(len(path.state)))
-    flow, now = partial(mode.field, 0.0), path.state
+    flow, now, left = partial(mode.field, 0.0), path.state, until - path.t
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
-    along = steps((flow,), mode.p, now, until, rtol, (*atol, rtol)[: len(now)], path.t, late_by(rtol, until),
-                  mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
-    ahead = watched(along, mode.guard_values, len(atol))
-    found, t, over = list[Any](), path.t, math.inf
+    along = steps((flow,), mode.p, now, left, rtol, (*atol, rtol)[: len(now)], late=late_by(rtol, until),
+                  longest=mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
+    ahead = watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
+    found, span, over = list[Any](), 0.0, math.inf
     while len(found) < STEPS:
         state = now[: len(atol)]
-        over = _over(slow, order, t, state, mu, rtol) if over == math.inf else over
-        if t >= min(over, until):
+        over = span + _over(slow, order, path.t + span, state, mu, rtol) if over == math.inf else over
+        if span >= min(over, left):
             return tuple(found), None
         last, lost = next(ahead, (None, None))
         if last is None or max(map(abs, last.end)) > FAR:
             break
         found.append(last)
-        t, now = last.after, last.end
+        span, now = last.after, last.end
         if lost:
             return tuple(found), lost
-    raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} does not settle: at t = {t:.6g} it is at "
-                     f"{listed(system.states, now[: len(atol)])}")  # fmt: skip
+    raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} does not settle: at t = {path.t + span:.6g} it "
+                     f"is at {listed(system.states, now[: len(atol)])}")  # fmt: skip
 
 
 def _slopes(mode, now):
@@ -234,12 +245,12 @@ def _slopes(mode, now):
     return found
 
 
-def _during(trajectory, began, size):
-    return lambda t: trajectory(began + t)[:size]
+def _during(trajectory, size):
+    return lambda t: trajectory(t)[:size]
 
 
 def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
-    """Return the time at which the layer will be over if it is near an attracting manifold to ``order``, else inf."""
+    """Return how long the fast motion still lasts if it is near an attracting manifold to ``order``, else inf."""
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
     scale, step = max(1.0, *map(abs, y)), newton(slow.formulas, x, y, slow.values)
@@ -251,7 +262,7 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
     left = slow.distance(order, x, y, branch, mu) / scale
-    return t + mu * math.log(max(1.0, left / off_by(rtol, mu))) / rate if left < NEAR else math.inf
+    return mu * math.log(max(1.0, left / off_by(rtol, mu))) / rate if left < NEAR else math.inf
 
 
 @lru_cache(maxsize=256)
@@ -285,11 +296,22 @@ def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, ord
     require_no_pole(path, slow, found)
     if found.guard is None:
         return replace(path, t=until, state=state, stretches=(*path.stretches, stretch))
-    state = slow.state(known, points[1], mu)
-    if not max(map(abs, state)) < FAR:
+    seen = slow.state(known, points[1], mu)
+    if not max(map(abs, seen)) < FAR:
         raise NotNormallyHyperbolic(f"the slow manifold of {mode.name} is lost where it meets its edge at t = {t:.6g}: "
                                     f"its terms of order {known} grow beyond bounds there; use an exact method")
-    return path.met(automaton, found.guard, t, state, stretch)
+    if orders[found.guard] == known:
+        return path.met(automaton, found.guard, t, seen, stretch)
+    span = _until_lost(mode, found.guard, t, seen)
+    rates = slow.formulas.flow[order](*points[1], mu, *slow.values)
+    moved = [w + span * rate for w, rate in zip(points[1], rates, strict=True)]
+    return path.met(automaton, found.guard, t, state, stretch, (t + span, slow.state(known, moved, mu)))
+
+
+def _until_lost(mode: NumericMode, guard: int, t: float, state: tuple) -> float:
+    """Return how long a guard that falls takes to vanish, by its rate: 0 where it does not fall."""
+    rate = mode.guard_rates(t, state)[guard]
+    return -mode.guard_values(t, state)[guard] / rate if rate < 0 else 0.0
 
 
 def require_no_pole(path: MatchedPath, slow: Slow, found: reduced.Reduced) -> None:

@@ -453,6 +453,36 @@ def test_the_limit_lifts_off_where_a_growing_pull_opens_the_contact(until):
     assert distance(path.final, truth.final) < path.error < 1e-3
 
 
+def test_slip_on_a_belt_begins_in_the_limit_where_stick_ends_in_the_limit():
+    # no fast state may be moved to its edge: its rate is what is left of it over mu, and tells what follows
+    x, u, w, v, y = sp.symbols("x u w v y", real=True)
+    belt = ap.Friction(velocity=v - sp.Rational(1, 3), force=F, load=x + y, kinetic=3)
+    slow = {x: y, u: w, w: -u - w / 3 + x / 2, v: 1 - (x + y) + F - v / 5 + u / 7}
+    system, constants = ap.System.with_frictions(slow, {y: 1 - 2 * (x + y) + F + w / 5}, [belt], small=c), []
+    for small in ("1e-3", "1e-5"):
+        scene = ap.Scene(system=system, values={c: small}, start=("1/2", "-1/4", 1, "5/4", -2), until=3)
+        path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+        assert path.modes == truth.modes
+        assert len(path.events) == 5
+        constants.append(_order(path, truth, small))
+    assert constants[1] < constants[0] < 0.2
+
+
+@pytest.mark.parametrize("small", ["1e-3", "1e-7"])
+def test_a_load_that_slow_motion_brings_to_zero_grows_on_the_other_side_of_it(small):
+    # by terms of order mu, from a distance of that order; the rounding of the time, over mu, would move it
+    x, y, q, v = (sp.Symbol(n, real=True) for n in ("x", "y", "q", "v"))
+    contact = ap.Friction(velocity=v, force=F, load=x + y, kinetic=sp.Rational(7, 2))
+    slow = {x: y - q / 5, q: v + q / 4, v: 1 - (x + y) + F + q / 2}
+    system = ap.System.with_frictions(slow, {y: 1 - 2 * (x + y) + F - q / 5}, [contact], small=c)
+    scene = ap.Scene(system=system, values={c: small}, start=("4/5", "3/2", 1, "6/5"), until=4)
+    truth = ap.solve(scene)
+    for order in (0, 1, 2):
+        path = ap.solve(scene, "jump", order=order)
+        assert path.modes == truth.modes == ("slip_same", "slip_opposite", "stick")
+        assert distance(path.final, truth.final) < (path.error or 20 * float(small))
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
