@@ -86,12 +86,6 @@ def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     return tuple(_measured(rung, final and final[told], reference and reference[told], unit) for rung, final in found)
 
 
-def predictions(scene: Scene) -> tuple[Rung, ...]:
-    """Return every rung with its predicted error, or the reason why it does not apply; nothing is measured."""
-    below = (_rung(scene, name, *of, timed=False)[0] for name, of in models_below(scene.system).items())
-    return (*below, Rung("exact", DOUBLES if scene.system is None else _exact_error(scene, solve(scene))))
-
-
 def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: float) -> Rung:
     if final is None:
         return rung
@@ -131,7 +125,7 @@ def _least(scene, rtol):
     return len(models)
 
 
-def _rung(scene, name, method, options, late=False, timed=True):
+def _rung(scene, name, method, options, late):
     """Return a rung and the final state that its model gives, or None."""
     if late:
         return Rung(name, None, reason="not tried: the time was over"), None
@@ -140,7 +134,7 @@ def _rung(scene, name, method, options, late=False, timed=True):
         error = predicted(scene, path)
     except AsympkError as reason:
         return Rung(name, None, reason=f"{type(reason).__name__}: {reason}"), None
-    return Rung(name, float(error), cost=seconds(scene, method, options) if timed else None), path.final
+    return Rung(name, float(error), cost=seconds(scene, method, options)), path.final
 
 
 def predicted(scene: Scene, path: Any) -> float:

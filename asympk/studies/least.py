@@ -4,7 +4,7 @@ Each rung predicts its own error at ``until``, from the first terms it omits; th
 prediction is below the tolerance. That the prediction bounds the true error is measured, against the exact flow.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from math import inf
 from typing import Any, cast
@@ -52,15 +52,10 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
     allowed = inf if seconds is None else float(number("seconds", seconds, lambda v: v > 0, "positive"))
     inside = kernel_scene(scene)
     rungs = ladder.rungs(inside or scene, inf if inside else allowed)
-    if all(rung.predicted is None or rung.predicted >= rtol for rung in rungs):
+    enough = [rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol]
+    if not enough:
         raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
-    chosen = lowest(rungs, rtol)
-    return Ladder(chosen.model, cast(float, chosen.predicted), rtol, rungs)
-
-
-def lowest(rungs: Iterable[Rung], rtol: float) -> Rung:
-    """Return the lowest rung that predicts an error below ``rtol``."""
-    return next(rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol)
+    return Ladder(enough[0].model, cast(float, enough[0].predicted), rtol, rungs)
 
 
 def atlas(

@@ -24,13 +24,8 @@ c2 = sp.Symbol("c2", positive=True)  # cos(alpha)^2
 _COSINE, _SHORTER, _LENGTH = sp.symbols("c g q", positive=True)
 
 
-def span_ratio() -> sp.Expr:
-    """Return kappa in physical quantities, from kappa mu x = delta / (l cos(alpha)) with delta by (2.2)."""
-    return sp.cancel(_displacement() / (rod.l * sp.cos(rod.alpha) * x * rod.find_scales(rod.elastic_rod()).mu))
-
-
 @cache
-def _displacement():
+def displacement() -> sp.Expr:
     """Return delta for R_1 = scale x by Hooke's law and the small angle (2.2), which define x."""
     compression, _ = rod.small_angle()
     elastic = rod.find_scales(rod.elastic_rod()).reaction * x
@@ -67,7 +62,7 @@ def scenes() -> tuple[Scene, ...]:
 def exact_reaction() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Return r = R cos(alpha) / P, cos(alpha + beta) / cos(alpha) and sin(alpha + beta) / sin(alpha)."""
     compression, turn = rod.geometry()
-    rate = _displacement().subs(x, y) / rod.find_scales(rod.elastic_rod()).time
+    rate = displacement().subs(x, y) / rod.find_scales(rod.elastic_rod()).time
     law = rod.k * compression / rod.l + rod.h * rod.k * sp.diff(compression, rod.delta) * rate
     angle = rod.alpha + turn
     wanted = law * sp.cos(rod.alpha) / rod.P, sp.cos(angle) / sp.cos(rod.alpha), sp.sin(angle) / sp.sin(rod.alpha)
@@ -77,7 +72,7 @@ def exact_reaction() -> tuple[sp.Expr, sp.Expr, sp.Expr]:
 def _nondimensional(expr):
     """Substitute the length l q and scales; 1 - q becomes (1 - q^2) / (1 + q), which does not cancel for small g."""
     shorter = rod.l * _COSINE * _SHORTER * x
-    stiffness = sp.solve(sp.Eq(_displacement().subs(sp.cos(rod.alpha), _COSINE), shorter), rod.k)[0]
+    stiffness = sp.solve(sp.Eq(displacement().subs(sp.cos(rod.alpha), _COSINE), shorter), rod.k)[0]
     expr = expr.replace(_is_root, lambda root: (rod.l * _LENGTH) ** (2 * root.exp))
     expr = sp.expand(expr.subs({rod.delta: shorter, sp.cos(rod.alpha): _COSINE}).subs(rod.k, stiffness))
     singular = sp.cancel(sp.expand(expr * _SHORTER).subs(_SHORTER, 0) / (1 - _LENGTH))
