@@ -67,7 +67,7 @@ def read_relation(text: object, symbols: Mapping[str, sp.Expr]) -> sp.Basic:
 
 def _read(text: object, symbols: Mapping[str, sp.Expr], what: str) -> sp.Basic:
     if isinstance(text, int | Fraction) and not isinstance(text, bool):
-        return sp.Rational(Fraction(text).numerator, Fraction(text).denominator)
+        return sp.Rational(text)
     if not isinstance(text, str):
         raise InputError(f"{what} = {short(text)}: it must be a formula in text, such as 'x + 2*y'")
     if len(text) > LONGEST:
@@ -135,7 +135,7 @@ class _Reader:
         value = Fraction(spelled)
         if value and not 1e-300 < value < 1e300:
             raise self._refuse(f"{short(spelled)} is beyond the range of doubles")
-        return sp.Rational(value.numerator, value.denominator)
+        return sp.Rational(value)
 
     def _name(self, name: str) -> sp.Expr:
         if name in self.symbols:

@@ -26,7 +26,6 @@ from asympk.certify.rows import (
     ExactEntries,
     Row,
     affine_form,
-    as_rational,
     ball_at,
     forcing,
     leading_sign,
@@ -157,7 +156,7 @@ class _Modes:
         """Leave out guards of the time alone that vanish at the end itself: no mode follows there."""
         if TIME not in self.waves:
             return guards
-        clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(as_rational(until))
+        clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(sp.Rational(Fraction(until)))
         return [guard for guard in guards if [k for k, c in enumerate(guard.row[:-1]) if c] != [clock]
                 or -guard.row[-1] / guard.row[clock] != end]  # fmt: skip
 

@@ -42,7 +42,7 @@ class ExactEntries:
         entries: Iterable[sp.Expr],
     ):  # fmt: skip
         named = dict(zip(system.parameters, values, strict=True))
-        self.numbers = {s: as_rational(v) for s, v in named.items() if s.name not in sides}
+        self.numbers = {s: sp.Rational(Fraction(v)) for s, v in named.items() if s.name not in sides}
         self.balls = {s: hull(*sides[s.name]) for s in named if s.name in sides}
         placed = (self._placed(entry) for entry in entries if not is_rational(entry))
         self.ranging = {atom: sp.Dummy() for atom in sorted({a for e in placed for a in _irrational(e)}, key=str)}
@@ -202,12 +202,6 @@ def affine_form(mode: GuardedMode, waves: tuple[Wave, ...] | None = None) -> For
     if waves is not None and form.waves != waves:
         raise Refused("forcing: a mode is forced by functions of time that force no mode of a single contact")
     return form
-
-
-def as_rational(value: Number) -> sp.Rational:
-    """Return an exact number as a SymPy one."""
-    value = Fraction(value)
-    return sp.Rational(value.numerator, value.denominator)
 
 
 def leading_sign(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> int | None:

@@ -48,7 +48,7 @@ def _limit(expansion, power=0):
 
 def _over_first_terms(measure, start, expansion):
     """Follow a start for decreasing mu; return (measure - limit) over the terms mu log(1/mu) and mu of an expansion."""
-    at = {pk.sigma: 1, pk.sigma0: 1, **dict(zip(_STATES, map(_rational, start), strict=True))}
+    at = {pk.sigma: 1, pk.sigma0: 1, **dict(zip(_STATES, map(sp.Rational, start), strict=True))}
     limit, with_log, without = (expansion.coefficient(*powers).subs(at) for powers in ((0, 0), (1, 1), (1, 0)))
 
     def error(mu):
@@ -258,7 +258,7 @@ def shallow_rod() -> Iterator[Check]:
 
 
 def _arrival(sigma):
-    first = slow_manifolds(pk.system(), order=1)[1].coefficient(1).subs(pk.sigma, _rational(sigma))
+    first = slow_manifolds(pk.system(), order=1)[1].coefficient(1).subs(pk.sigma, sp.Rational(sigma))
 
     def touch(mu):
         path = precise_path((0, -1, -4), mu, until=6, sigma=sigma)
@@ -268,10 +268,6 @@ def _arrival(sigma):
         return touch(mu).x + touch(mu).y + 1 / precise(sigma)
 
     return ratios(distance, lambda mu: precise(mu) * precise(first.subs(pk.x, symbolic_number(touch(mu).x))))
-
-
-def _rational(value):
-    return sp.Rational(value.numerator, value.denominator)
 
 
 def _stick_duration(mu):

@@ -12,8 +12,7 @@ from asympk.numbers import number, short
 
 def rational(name: str, value: Any) -> sp.Rational:
     """Return a number as the rational that it is exactly; raises ``InputError`` as ``numbers.number`` does."""
-    exact = Fraction(number(name, value))
-    return sp.Rational(exact.numerator, exact.denominator)
+    return sp.Rational(Fraction(number(name, value)))
 
 
 def require_names(symbols: Iterable[sp.Symbol]) -> None:
