@@ -100,26 +100,22 @@ def contact_terms(kinetics: Kinetics) -> tuple[sp.Expr, ...]:
 def _terms(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> _Terms:
     import numpy as np
 
-    slip = kinetics.slip
-    parts = (slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
+    parts = (kinetics.slip.diff(s) * s for s in (*kinetics.coordinates, *kinetics.velocities))
     size = sp.Add(*map(sp.Abs, parts))
     found = evaluate_ahead(kinetics, (*contact_terms(kinetics), size), values)
     shape = common_shape(values, values.values())  # also of values that the equations do not contain
-    *terms, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
+    *arrays, size = (np.array(np.broadcast_to(a, shape), dtype=float) for a in found)
+    terms = _Terms(*arrays)
     require_positive_mass(kinetics, values)
-    if not np.all(terms[0]):
+    if not np.all(terms.G_NN):
         raise InputError("the gap has no slope at these values, G_NN = 0: no reaction of its contact is determined; "
                          "write it as a distance, which grows evenly")  # fmt: skip
-    if (least := terms[_KINETIC].min(initial=0)) < 0:
+    if (least := terms.kinetic.min(initial=0)) < 0:
         raise InputError(f"friction times its load is {least:g} at these values; it must not be negative")
-    if np.any(terms[_STATIC] < terms[_KINETIC]):
+    if np.any(terms.static < terms.kinetic):
         raise InputError("static friction is below the kinetic one at these values; make it at least that")
-    slip = terms[_SLIP]
-    slip[np.abs(slip) <= ROUNDING * size] = 0.0
-    return _Terms(*terms)
-
-
-_SLIP, _KINETIC, _STATIC = 5, 6, 7  # places among the terms
+    terms.slip[np.abs(terms.slip) <= ROUNDING * size] = 0.0
+    return terms
 
 
 def _slip(terms: _Terms, direction: int, sign: int, held: Any) -> Branch:
