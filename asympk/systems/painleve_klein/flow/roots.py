@@ -54,10 +54,9 @@ def fast_slow_root(
 ) -> Number:  # fmt: skip
     r"""Return the root in (lo, hi) of ``start + k t + fast (e^{rate t} - 1) + slow (e^{slow_rate t} - 1)``.
 
-    ``base`` is ``start - fast``, given apart since the difference may cancel. The fast part must balance
-    r(t) = -(base + k t + slow (e^{slow_rate t} - 1)). The step is Newton's for ``rate t = log(r/fast)`` where the fast
-    part changes by a factor e or more, Newton's for r alone where r must change its sign first, and otherwise Newton's
-    for the whole function. Raises ``Undecided`` if there is no convergence.
+    ``base`` is ``start - fast``, apart since the difference may cancel. The fast part balances the rest r(t) = -(base +
+    k t + slow (e^{slow_rate t} - 1)). The step is Newton's for ``rate t = log(r/fast)`` where the fast part changes by
+    e or more, Newton's for r where r must change its sign first, else Newton's for the whole. Raises ``Undecided``.
     """
     positive, rising = fast > 0, sign_hi > 0
     size = m.log(abs(fast)) if fast else -m.most_exponent
