@@ -24,7 +24,7 @@ from asympk.errors import InputError
 
 MOST_STATES = 48
 DIGITS_FOR_DOUBLES = 24
-LARGEST = 400  # the exponent of ten up to which numbers are finite, which no number here reaches
+LARGEST = 400  # the power of ten beyond which numbers are refused, which no number here comes near
 _SPARE_BITS = 64
 _BITS_A_DIGIT = 5.4  # some 1.6 digits for each digit asked for
 _CLEAR_BITS = 24  # bits above the rounding error from which on a value counts

@@ -27,7 +27,7 @@ class CompositeMotion(NamedTuple):
 
 
 class Residual(NamedTuple):
-    """The fast motion left when z = 0: errors ``lasting`` in x, z, and ``passing`` in y for the time ``fades``."""
+    """The fast motion left when z = 0 at ``t``: errors ``lasting`` in x, z, and ``passing`` in y for ``fades``."""
 
     t: Any
     fades: Any

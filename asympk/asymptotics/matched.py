@@ -146,7 +146,7 @@ def _places(system: System, mode: Mode) -> tuple[tuple[int, ...], tuple[int, ...
 
 @lru_cache(maxsize=256)
 def bare_mode(mode: GuardedMode) -> Mode:
-    """Return the rates of a mode on its sides, without its guards and with the time as one of its slow states."""
+    """Return a mode on its sides, without its condition and with the time as one of its slow states."""
     fields = branches.fields(mode.system, mode.branch)
     slow, fast = (sp.Dict({s: on_sides(rate, mode.all_sides) for s, rate in rates.items()}) for rates in fields)
     return mode.system.autonomous(Mode(mode.name, slow, fast))

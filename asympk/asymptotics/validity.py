@@ -53,7 +53,7 @@ def validity_conditions(
             yield later | (sign * s > 0), f"the slow motion does not lie in {step.mode}"
     final = m.pick(now, t, m)
     scale = largest(1, final[0], final[2], m=m)
-    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "what is left out is as large as what is kept"
+    yield error * scale <= TOO_LARGE * largest(scale, final[1], m=m), "the terms left out are as large as those kept"
 
 
 def _apart(segment, step, line):
