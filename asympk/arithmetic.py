@@ -77,8 +77,8 @@ def agreed(
             if error is not None and error * 10**digits < 1:
                 return fine, error
         working *= 2
-    raise Undecided(f"the course of events cannot be told with {working // 2} digits: it hangs on a sign that they do "
-                    "not decide, or grows beyond them; take a smaller until or another start")  # fmt: skip
+    raise Undecided(f"the sequence of events is not decided with {working // 2} digits: it depends on a sign that is "
+                    "within rounding, or errors grow too large; take a smaller until or another start")  # fmt: skip
 
 
 def _expm1(m, p):

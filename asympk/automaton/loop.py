@@ -316,8 +316,8 @@ def _require_progress(segments: list[Segment], mode: NumericMode) -> None:
     if len(last) == WATCHED and hit is not None and all(s.t == last[-1].t and s.hit == hit for s in last):
         kind = mode.kinds[hit][0]
         at = _state_in_words(mode.mode.system, last[-1].state)
-        raise Undecided(f"{kind} or not at t = {float(last[-1].t):.12g}, {at}, in mode {mode.name}: rounding hides it; "
-                        "ask for digits=, or move the start")  # fmt: skip
+        raise Undecided(f"rounding hides whether there is a {kind} at t = {float(last[-1].t):.12g}, {at}, in mode "
+                        f"{mode.name}; ask for digits=, or move the start")  # fmt: skip
 
 
 def _require_apart(ends: list, state: tuple, automaton: Automaton) -> None:

@@ -132,8 +132,8 @@ def scene_table(table: dict[str, Any], where: Any) -> dict[str, Any]:
     """Return the table of the scene in the file of a mechanism; raises ``InputError`` if the file is no scene."""
     refuse_unknown(table, FILE, where)
     if "until" not in table:
-        raise InputError(f"{where}: it is a mechanism, told by asympk mechanism; with until, and compliance and "
-                         "damping of its contact, or contact = \"rigid\", it is a scene, too")  # fmt: skip
+        raise InputError(f"{where}: it is a mechanism, for asympk mechanism; with until, and compliance and "
+                         "damping of its contact, or contact = \"rigid\", it is also a scene")  # fmt: skip
     mechanism, contact = ({key: table[key] for key in keys if key in table} for keys in (KEYS, CONTACT))
     system = {"mechanism": mechanism, "contact": "elastic", **contact}
     found = {"system": system, "values": table.get("values", {}), "start": table.get("state", {})}

@@ -113,8 +113,8 @@ def pressed(kinetics: Kinetics, system: System, values: dict[sp.Symbol, Any], sm
         raise InputError(f"the start is above the contact, {off_by}, where its damper pushes already; start it "
                          "where it touches, or give compliance=eps**2")  # fmt: skip
     if small is None:
-        raise InputError(f"the start is off the contact, {off_by}; give {system.small} among the values, which tells "
-                         "the reaction, or coordinates and rates with g = g' = 0")  # fmt: skip
+        raise InputError(f"the start is off the contact, {off_by}; give {system.small} among the values, from "
+                         "which the reaction follows, or coordinates and rates with g = g' = 0")  # fmt: skip
     scale = float(number(str(system.small), small, lambda value: value > 0, "positive"))
     sizes = {"g": (x, scale**2 if x in system.fast else scale), "g'": (y, scale)}
     return {sizes[name][0]: -value / sizes[name][1] for name, value in off.items()}
