@@ -1,11 +1,14 @@
-r"""Certificates for affine systems of any size: each mode's exponential in balls, and proofs of what follows.
+r"""Certificates of affine systems of any size: the flow of each mode in balls, and proofs of which mode follows.
 
-``e^{M t}`` is the sum of the residues of ``(z - M)^{-1}``, which ``spectrum`` encloses; M and the guards have exact
-entries, see ``rows``. Which mode begins or follows is proven by the signs of every guard, and of the derivatives of
-those that vanish, of every mode that may follow: one holds on all points of the balls and all others fail on all of
-them (Lemma 12). What the state or the time switches has modes on each of its sides, whose edges are guards like others.
-That a quantity vanishes is never read off a ball: it is exact arithmetic at a start, or its coefficients are a
-combination of those of quantities that vanish by the event.
+``e^{M t}`` is the sum of the residues of ``e^{z t} (z - M)^{-1}``, which ``spectrum`` encloses; M and the guards have
+exact entries, see ``rows``. ``enclose`` follows a system from event to event, and ``EnclosedSegment`` is one mode.
+
+The hard function is ``_Modes.chosen``, which proves the mode at the start and after every event (Lemma 12). A candidate
+holds where each of its guards, or the first nonvanishing derivative of the guard, is positive at every point of the
+balls; every candidate that does not hold must have a guard for which this sign is negative at every point. A law that
+switches with the state or the time has a mode on each side of the switch, and the edge of a side is one more guard.
+A ball never proves that a quantity vanishes. A quantity vanishes by exact arithmetic at the start, or because its
+coefficients are a linear combination of those of quantities that vanish at the event.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,7 +50,10 @@ TIME = Wave(1, sp.S.Zero, sp.S.Zero, False)
 
 
 class AffineGuard(NamedTuple):
-    """A guard of a mode: the event that its loss is, its friction, its row; ``touching``: zero at the start, rising."""
+    """A guard of a mode: the kind of its event, its friction, its row.
+
+    ``touching`` tells that the guard vanishes where the mode begins and is positive just after.
+    """
 
     kind: str
     friction: int
@@ -57,10 +63,10 @@ class AffineGuard(NamedTuple):
 
 @dataclass(frozen=True)
 class EnclosedMode:
-    """One mode with exact numbers: its matrix, guards and the residues of its resolvent in balls.
+    """One mode at exact parameters: its matrix M, guards, and roots and residues of the resolvent in balls.
 
-    ``kept`` are the rows that vanish in it: velocities at rest, gaps of closed rigid contacts, and their rates.
-    ``edges`` are those that are positive on the sides of it.
+    ``kept`` are the rows that vanish throughout the mode: velocities at rest, gaps of closed rigid contacts and their
+    rates. ``edges`` are the rows that are positive on the sides of the mode.
     """
 
     mode: GuardedMode
@@ -82,9 +88,10 @@ def enclose(
     finest: float,
     budget: Budget,
 ) -> tuple[list[str], list[Event], tuple[Ball, ...]]:
-    """Return (modes, events, final balls) of a system from enclosures of its start; raises ``Refused``.
+    """Return (names of modes, events, final balls) of an affine system from an enclosure of its start.
 
-    ``sides`` {name: (low, high)} are those of parameters, ``start`` pairs (ball, Fraction or None).
+    ``sides`` {name: (low, high)} are the parameters that range over an interval. ``start`` has a pair (ball, exact
+    Fraction or None) for every state. Raises ``Refused`` where the sequence of modes is not proven.
     """
     modes = _Modes(system, values, sides)
     state = modes.begun(start)
@@ -113,14 +120,14 @@ def enclose(
 
 
 def _after(mode, guard):
-    """Return the branches that may follow a mode: where a law switches, each friction may do something else."""
+    """Return the branches that may follow a mode: any at a switch, else those that change the guard's friction."""
     frictions = mode.system.frictions
     lost = range(len(frictions)) if guard.kind == SWITCH else (guard.friction,)
     return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))
 
 
 def _struck(balls, guard, mode, before):
-    """Return the state at an event: what stands still is as it was, and a single lost state is set, not computed."""
+    """Return the state at an event; coordinates at rest keep their values, and a guard of one state sets it exactly."""
     still = [w is not None and _stands_still(k, mode, before) for k, w in enumerate(before.exact)]
     exact = [w if stays else None for w, stays in zip(before.exact, still, strict=True)]
     for k in np.flatnonzero(still).tolist():
@@ -139,7 +146,7 @@ def _stands_still(k, mode, state):
 
 
 class _Modes:
-    """The modes of a system at exact values, made as they are looked at."""
+    """The modes of a system at exact parameters, each made when it is first needed."""
 
     def __init__(self, system, values, sides):
         self.system, self._known = system, {}
@@ -147,13 +154,13 @@ class _Modes:
         self.field = ExactEntries(system, values, sides, entries)
 
     def begun(self, start):
-        """Return the ``EnclosedState`` at t = 0: the forcing is exact there."""
+        """Return the ``EnclosedState`` at t = 0, where the values of the forcing are exact."""
         waves = [Fraction(int(wave.power == 0 and not wave.sine)) for wave in self.waves]
         pairs = [*start, *((ball(w), w) for w in (*waves, Fraction(1)))]
         return EnclosedState(flint().arb_mat([[b] for b, _ in pairs]), tuple(e for _, e in pairs), self.field)
 
     def ending_by(self, until, guards):
-        """Leave out guards of the time alone that vanish at the end itself: no mode follows there."""
+        """Return the guards without those that depend on the time alone and vanish at ``until``: no mode follows."""
         if TIME not in self.waves:
             return guards
         clock, end = len(self.system.states) + self.waves.index(TIME), self.field.exact(sp.Rational(Fraction(until)))
@@ -161,7 +168,7 @@ class _Modes:
                 or -guard.row[-1] / guard.row[clock] != end]  # fmt: skip
 
     def of(self, mode):
-        """Return the ``EnclosedMode`` of a mode, or None where it is never entered."""
+        """Return the ``EnclosedMode`` of a mode, or None where the parameters exclude the mode."""
         if mode not in self._known:
             self._known[mode] = self._made(mode)
         return self._known[mode]
@@ -179,7 +186,7 @@ class _Modes:
                             *self.field.spectrum(matrix))  # fmt: skip
 
     def _kept(self, mode):
-        """Yield the rows that vanish in a mode: a rigid contact that is closed has neither a gap nor a gap rate."""
+        """Yield the rows that vanish in a mode: velocities of stick, gaps of closed rigid contacts and their rates."""
         closed = [Phase(1, 1) for _ in self.system.frictions]
         for k, (friction, phase) in enumerate(zip(self.system.frictions, mode.branch, strict=True)):
             if phase.mode == "stick":
@@ -199,7 +206,11 @@ class _Modes:
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 
     def chosen(self, candidates, state, what):
-        """Return (mode, its guards from here on) of the one candidate that goes on; at rest stays at rest."""
+        """Return (mode, its guards from the state on) of the candidate that is proven to follow.
+
+        Of several candidates that hold, the one with the most frictions at rest follows. Raises ``Refused`` where the
+        verdict on a candidate is not certain, or where no single candidate is left.
+        """
         holding, open_ones = {}, []
         for mode in (m for branch in candidates for m in self._on_sides(mode_of(self.system, branch), state)):
             verdict, guards = self._verdict(mode, state)
@@ -215,14 +226,14 @@ class _Modes:
         return self.of(found), holding[found]
 
     def _on_sides(self, mode, state):
-        """Yield a mode on all sides on which it may be at a state."""
+        """Yield a mode on every combination of sides of its switches on which a state may lie."""
         opened = mode.open_phases
         for choice in product(*(self._possible(mode, phase, state) for phase in opened)):
             sided = mode_of(self.system, mode.branch, (*mode.sides, *zip(opened, choice, strict=True)))
             yield from self._on_sides(sided, state) if opened else (mode,)
 
     def _possible(self, mode, phase, state):
-        """Return the sides of a phase on which a state may be: both where it vanishes exactly."""
+        """Return the sides of a phase on which a state may lie: both where the phase vanishes exactly."""
         row = self._row(mode, measured(phase))
         if measured(phase) == phase:
             sign = sign_at(row, state)
@@ -236,7 +247,7 @@ class _Modes:
         return found
 
     def _verdict(self, mode, state):
-        """Return (1 where a mode holds, -1 where it does not, 0 if that is open; its guards not 0 for ever)."""
+        """Return (1 if a mode holds at a state, -1 if not, 0 if undecided; its guards, but those identically 0)."""
         for row in self._kept(mode):
             if (off := sign_at(row, state)) != 0:
                 return (-1 if off else 0), ()
@@ -250,11 +261,11 @@ class _Modes:
             verdict = 0 if sign is None else verdict
             if sign != 0:
                 guards.append(guard._replace(touching=sign_at(guard.row, state) == 0))
-        sides = [leading_sign(row, found.matrix, state) for row in found.edges]  # what vanishes for ever is on no side
+        sides = [leading_sign(row, found.matrix, state) for row in found.edges]  # 0: an edge vanishes identically
         return (-1 if -1 in sides else verdict * all(sides)), tuple(guards)
 
     def lost_beyond(self, before, after, state):
-        """Return the guard that a mode loses on the sides of the one after it; None where the mode is the same."""
+        """Return the guard that ``before`` loses on the sides of ``after``; None where both have the same branch."""
         torn = [k for k, (a, b) in enumerate(zip(before.branch, after.branch, strict=True)) if a != b]
         if not torn:
             return None
@@ -265,9 +276,9 @@ class _Modes:
 
 
 class EnclosedSegment:
-    """The motion of one mode from an enclosure of its start, with the methods that ``enclosure.first_event`` asks for.
+    """The motion of one mode from an enclosure of its start, with the methods that ``enclosure.first_event`` needs.
 
-    Where a part grows like ``e^{a t}`` the jets are divided by it, so that their signs do not drown in its growth.
+    Jets are divided by ``e^{growth t}``, the fastest growth of the mode, so that wide balls do not hide their signs.
     """
 
     unstable = False
@@ -282,7 +293,7 @@ class EnclosedSegment:
         self._weights: dict[tuple, list] = {}
 
     def _functions(self, t, growth):
-        """Return the complex ``t^k/k! e^{(l - growth) t}`` of every root."""
+        """Return the complex ``t^k/k! e^{(l - growth) t}`` for every root l and every k below its multiplicity."""
         found = []
         for decay, turn, many in self.mode.roots:
             size = flint().acb((decay - growth) * t, turn * t).exp()
@@ -305,7 +316,7 @@ class EnclosedSegment:
         return flint().arb_mat(total)
 
     def _scalars(self, guard):
-        """Return, for the guard and its first two derivatives, the coefficients of every function."""
+        """Return, for the guard and its first two derivatives, the coefficients of the functions in ``_functions``."""
         if guard.row not in self._weights:
             found = [[[self._applied(guard.row, term) for term in terms] for terms in self.terms]]
             for _ in range(2):
@@ -338,7 +349,7 @@ def _derived(root, factors):
 
 
 def start_of(scene: Scene, box: Mapping[str, tuple[Fraction, Fraction]]) -> list[tuple[Ball, Fraction | None]]:
-    """Return the starts of a scene as pairs (ball, Fraction or None), ``box`` {state: (low, high)} put in."""
+    """Return the start of a scene as pairs (ball, exact Fraction or None), with the intervals of ``box`` in it."""
     found = []
     for name, value in zip(scene.names, scene.start, strict=True):
         low, high = box.get(name, (Fraction(value),) * 2)

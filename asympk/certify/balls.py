@@ -1,7 +1,7 @@
 """Ball arithmetic (python-flint's ``arb``): numbers and expressions as balls that certainly contain them.
 
-A ball is never made from a rounded number: a Fraction becomes a quotient of integers, a float the dyadic rational it
-is. A comparison of balls is true only when it holds for every point of both.
+No ball is made from a rounded number: a Fraction becomes a quotient of integers, a float the dyadic rational that the
+float is. A comparison of balls is true only if every pair of points of the two balls fulfils it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,7 +23,7 @@ _WORKING = RLock()
 
 
 class Refused(ArithmeticError):
-    """What cannot be proven, by name; the message says where."""
+    """Raised where nothing can be proven; the message begins with the name of the obstacle, then says where."""
 
 
 def flint() -> ModuleType:
@@ -37,9 +37,10 @@ def flint() -> ModuleType:
 
 @contextmanager
 def precision(bits: int) -> Iterator[None]:
-    """Let balls have ``bits`` bits; one thread at a time, since python-flint has one precision for all of them.
+    """Compute with balls of ``bits`` bits inside the block, which admits one thread at a time.
 
-    It is the one thing of the process that a certificate changes while it works, and it is put back as it was.
+    python-flint has one precision for all threads. A certificate changes no other state of the process, and the former
+    precision is restored after the block.
     """
     with _WORKING, flint().ctx.workprec(bits):
         yield
@@ -59,12 +60,12 @@ def hull(low: Number, high: Number) -> Ball:
 
 
 def certain_sign(value: Ball) -> int:
-    """Return 1 or -1 where the ball has that sign throughout, 0 where that is not certain."""
+    """Return 1 if every point of the ball is positive, -1 if every point is negative, and 0 otherwise."""
     return 1 if value > 0 else -1 if value < 0 else 0
 
 
 def common(first: Ball, second: Ball) -> Ball:
-    """Return a ball that contains what two enclosures of one number have in common."""
+    """Return the intersection of two enclosures of one number; raises ``Refused`` where they are disjoint."""
     if not (first.is_finite() and second.is_finite()):
         return second if second.is_finite() else first
     if not first.overlaps(second):
@@ -73,7 +74,7 @@ def common(first: Ball, second: Ball) -> Ball:
 
 
 def times(first: Ball, second: Ball) -> Ball:
-    """Return the product; of two wide balls by their ends, since the product of balls as such may lose its sign."""
+    """Return the product, of two wide balls from their ends: the product of midpoints and radii may lose a sign."""
     if first.rel_accuracy_bits() > 8 or second.rel_accuracy_bits() > 8:
         return first * second
     if not (signs := certain_sign(first) * certain_sign(second)):
@@ -84,7 +85,7 @@ def times(first: Ball, second: Ball) -> Ball:
 def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
     """Return a SymPy expression as a ball, ``values`` mapping its symbols to balls.
 
-    Raises ``Refused`` for a function that has no ball here; a float never gets in.
+    Raises ``Refused`` for a function without an enclosure here, and for a float.
     """
     import sympy as sp
 

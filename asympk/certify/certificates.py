@@ -1,11 +1,16 @@
 r"""Certificates: the exact flow enclosed in balls, with a proof of its sequence of modes, or a refusal by name.
 
-Every number of the scene becomes a ball that contains it, a box of starts or parameters a wider one. Each mode is
-followed in closed form in balls (``enclosure``); at an event what vanishes is set exactly, and what follows is decided
-by inequalities that hold for every point of the balls. What cannot be decided is refused: ``grazing``, ``edge``
-(z = 0 met on an edge of the static cone), ``simultaneous``, ``horizon``, ``unstable plane``, ``start``, ``too many``,
-and ``undecided`` where the work that is allowed is spent. The modes, their coefficients and which mode follows stand
-here once more, apart from those that the flow uses: a proof must not rest on the text that it checks.
+Every number of the scene becomes a ball that contains it; an interval of a box becomes a wider ball. ``certify`` raises
+the precision until the result is sharp, ``_follow`` goes through the modes of the rod, ``affine.enclose`` through those
+of an affine system, and ``cover`` cuts a box into pieces that can be proven.
+
+Each mode is followed in closed form in balls (``enclosure``). At an event the vanishing quantity is set to its exact
+value, and the next mode is decided by inequalities that hold at every point of the balls. An inequality that is not
+certain is an obstacle to the proof: ``grazing`` (a guard may or may not vanish), ``edge`` (z = 0 met on an edge of the
+static cone, or a mode that is not certain), ``simultaneous`` (two events), ``horizon`` (an event at the end),
+``unstable plane`` (a start on Pi2), ``start``, ``too many`` (events), ``undecided`` (the allowed work is spent), and
+the obstacles of ``rows`` and ``spectrum``. The modes of the rod, their coefficients and the rules of succession are
+written here independently of the code that the flow uses: a proof must not rest on the code that it checks.
 """
 
 import math
@@ -32,16 +37,16 @@ MOST_EVENTS = 200
 MOST_DIGITS, MOST_PIECES = 300, 100_000
 _BITS = (96, 192, 384, 768, 1536, 3072)
 _FINEST_IN_BOX = 2.0**-16
-WORK = 200_000  # pieces of time, some ten seconds
+WORK = 200_000  # pieces of time that one certificate may examine: about ten seconds
 
 
 @dataclass(frozen=True, repr=False)
 class Certificate(ShownAsTable):
-    """A proof of what ``scene`` does, or why there is none.
+    """A proof of the sequence of modes of ``scene``, or the reason why there is none.
 
-    ``proven`` certificates have ``modes``, ``events`` (Event of balls) and ``final``, three balls that contain the
-    exact (x, y, z) at ``until`` for every point of ``box``; others have ``reason``, which begins with the obstacle.
-    ``bits`` is the working precision.
+    A ``proven`` certificate has ``modes``, ``events`` (Events whose time and state are balls) and ``final``, a ball for
+    every state that contains its exact value at ``until`` for every point of ``box``. Any other certificate has
+    ``reason``, which begins with the name of the obstacle. ``bits`` is the working precision.
     """
 
     scene: Any
@@ -63,12 +68,16 @@ class Certificate(ShownAsTable):
 
     @property
     def obstacle(self) -> str:
-        """The name of what stands in the way of a proof."""
+        """The name of the obstacle to a proof, such as ``grazing``; empty for a proven certificate."""
         return self.reason.partition(":")[0]
 
 
 class SceneBalls(NamedTuple):
-    """The balls of a scene; ``exact`` are the Fractions (sigma0, mu, x, y, z) of a single one, or None."""
+    """The numbers of a scene of the rod in balls.
+
+    ``exact`` are the Fractions (sigma0, mu, x, y, z), or None for a box or physical quantities. ``near`` is (manifold,
+    offset) of a start beside a slow line, else None. ``finest`` is the shortest piece of time, relative to its end.
+    """
 
     sigma: Any
     mu: Any
@@ -87,9 +96,9 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
 
     Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system.
 
-    Without a box the precision is raised until the radii of the final state are below 10^-digits of the largest of
-    1, |x|, |z|, or the work allowed is spent and the certificate is ``undecided``. Raises ``InputError`` for a box that
-    is not one.
+    Without a box the precision is raised until the radii of the final state are below 10^-digits times the largest of
+    1, |x|, |z| (of an affine system: 1 and every second state). If the allowed work is spent before a proof is found,
+    the obstacle is ``undecided``. Raises ``InputError`` for an invalid box.
     """
     require_scene(scene, "certify")
     digits = whole("digits", digits, 1, MOST_DIGITS)
@@ -106,10 +115,10 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
 
 
 def cover(scene: Scene, box: Mapping[str, tuple], pieces: int = 64) -> tuple[Certificate, ...]:
-    """Return certificates of pieces that together make up ``box``; undecided pieces are halved, to ``pieces`` in all.
+    """Return certificates of pieces that make up ``box``; pieces without a proof are halved, to ``pieces`` in all.
 
-    A side of a piece is undecided when it hinders a proof by itself, the others shrunk to their middles. Next is the
-    largest piece, where every undecided side counts for two halvings, and it is cut across its longest undecided side.
+    A side of a piece is undecided if there is no proof with all other sides shrunk to their midpoints. The largest
+    piece is halved next, across its longest undecided side; each undecided side counts as a quarter of the size.
     """
     require_scene(scene, "cover")
     pieces = whole("pieces", pieces, 1, MOST_PIECES)
@@ -131,7 +140,7 @@ def cover(scene: Scene, box: Mapping[str, tuple], pieces: int = 64) -> tuple[Cer
 
 
 def _undecided(scene, found, box):
-    """Return (size, side to be cut) of a piece without a proof: its part of the box, less for every undecided side."""
+    """Return (size, side to cut) of a piece without a proof: its part of the box, a quarter per undecided side."""
     lengths = {name: Fraction(high) - Fraction(low) for name, (low, high) in box.items()}
     parts = {name: float((high - low) / lengths[name]) for name, (low, high) in found.box.items() if low < high}
     middle = {name: ((low + high) / 2,) * 2 for name, (low, high) in found.box.items()}
@@ -169,13 +178,13 @@ def _followed(scene, sides, budget):
 
 
 def _values(scene, corner):
-    """Return the parameters of a scene, those of a box at one of its corners."""
+    """Return the values of the parameters of a scene, with those in ``corner`` {name: value} replaced."""
     pairs = zip(scene.system.parameters, scene.values, strict=True)
     return tuple(corner.get(symbol.name, value) for symbol, value in pairs)
 
 
 def _sides_of_system(scene, box):
-    """Return the sides of a box of starts and parameters of an affine system."""
+    """Return the sides of a box of an affine system; raises ``InputError`` where a corner of parameters is invalid."""
     if found := obstacle(scene.system):
         raise InputError(f"a certificate is for the rod and for systems whose modes are all affine; {found}")
     known = (*scene.names, *(s.name for s in scene.system.parameters))
@@ -189,7 +198,7 @@ def _sides_of_system(scene, box):
 
 
 def _exact_sides(box, known, what):
-    """Return {name: (low, high)} of a box as Fractions; refuse names that are not ``known``, and what is empty."""
+    """Return {name: (low, high)} of a box in Fractions; raises ``InputError`` for unknown names and empty intervals."""
     if not isinstance(box, Mapping):
         raise InputError(f"box = {short(box)}: it must be a mapping from names to (low, high)")
     sides = {}
@@ -252,7 +261,7 @@ def _from_rod(quantities):
 
 
 def _follow(case, budget):
-    """Return (modes, events, final balls) of a case; raises ``Refused``."""
+    """Return (modes, events, final balls) of a scene of the rod; raises ``Refused``."""
     state, s_sign, z_sign, touching, deviation = _beginning(case)
     t, modes, events = ball(0), [], []
     while True:
@@ -289,7 +298,7 @@ def _guards(case, state, s_sign, z_sign, touching):
 
 
 def _edges(case, s_sign):
-    """Return the static cone's edges on the side of s: near zero (None: no cone), and far from it (None: unbounded)."""
+    """Return (near edge or None: no cone, far edge or None: unbounded) of the static cone on the side of s."""
     which = certain_sign(case.sigma0 + 1)
     if not which and not case.sigma0 == -1:
         raise Refused("edge: the shape of the static cone changes at sigma0 = -1, within the box")
@@ -299,7 +308,7 @@ def _edges(case, s_sign):
 
 
 def _beginning(case):
-    """Return (state, sign of s, sign of z, what touches its guard, deviation) just after the start."""
+    """Return (state, sign of s, sign of z, guards that vanish, deviation from the slow line) just after the start."""
     if case.near:
         return _beside_line(case)
     s = case.x + case.y
@@ -318,7 +327,7 @@ def _beginning(case):
 
 
 def _exact_beginning(case):
-    """Decide the start in rational arithmetic, down to the rates where s = 0 or s is on an edge of the cone."""
+    """Return ``_beginning`` in rational arithmetic: the rates decide where s = 0 or s is on an edge of the cone."""
     sigma0, mu, x, y, z = case.exact
     s = x + y
     touching = {axis for axis, value in (("s", s), ("z", z)) if value == 0}
@@ -349,7 +358,7 @@ def _beside_line(case):
 
 
 def _sticks(case, s, s_sign):
-    """Tell whether s lies inside the static cone, or outside; refuse its edges."""
+    """Tell whether s lies inside the static cone; raises ``Refused`` where s may lie on an edge."""
     near, far = _edges(case, s_sign)
     if near is None:
         return False
@@ -367,7 +376,7 @@ def _direction(s):
 
 
 def _after(case, guard, state, s_sign, z_sign):
-    """Return the state with what vanishes set, the signs that follow, and which guards of the next mode it touches."""
+    """Return (state with the vanishing quantity exact, next sign of s, next sign of z, next guards that vanish)."""
     if guard.kind == "force_zero":
         return RodBalls(state.x, -state.x, ball(0), state.z), -s_sign, z_sign, {"s"}
     if guard.kind == "slip_onset":

@@ -1,10 +1,12 @@
-r"""One mode in ball arithmetic, and a proof of what ends it.
+r"""One mode in ball arithmetic, and a proof of the event that ends it.
+
+``segment`` chooses the closed form of a mode of the rod, and ``first_event``, the hard function, finds its first event.
 
 A guard is a quantity that is positive while the mode lasts: +-s and +-z in slip, the distances of s from the edges of
-the static cone in stick. The time axis is cut from the left until on every piece each guard is proven positive, by
-its value, its slope, or at the start its slope's slope; or exactly one guard falls strictly from plus to minus while
-the others stay positive, which proves that its root exists, is alone, and is the first event. Newton's interval step
-then encloses the root. Nothing here relies on the closed-form roots or the extrema that ``flow`` uses.
+the static cone in stick. ``first_event`` cuts the time axis from the left. On each piece a guard is proven positive by
+its value or its first derivative, at the start also by its second derivative. If exactly one guard falls strictly from
+plus to minus on a piece while the others stay positive, its root exists, is the only one and is the first event. The
+interval Newton method then encloses the root. Nothing here uses the closed-form roots or extrema of the flow.
 """
 
 from collections.abc import Sequence
@@ -14,7 +16,7 @@ from asympk.certify.balls import Ball, Refused, certain_sign, common, flint, tim
 
 _CUTS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.0625, 0.9375)
 _MOST_PIECES = 1500
-_LARGEST_EXPONENT = 2.0**400  # of a matrix: its exponential is squared as often as this has bits
+_LARGEST_EXPONENT = 2.0**400  # largest |t rate| in a matrix exponential, which takes one squaring per bit of it
 _MATRIX_WORK = 2
 _NEWTON_STEPS = 200
 
@@ -29,20 +31,20 @@ class RodBalls(NamedTuple):
 
 
 class Budget:
-    """The work that a certificate may take, in pieces of time looked at with 96 bits."""
+    """The work allowed for a certificate, counted in pieces of time examined with 96 bits."""
 
     def __init__(self, pieces: int):
         self.pieces = self.left = pieces
 
     def spend(self, segment: "MatrixExponential") -> None:
-        """Take off one piece; raises ``Refused`` when nothing is left."""
+        """Subtract one piece, weighted by the segment's work and the precision; raises ``Refused`` below zero."""
         self.left -= segment.work * flint().ctx.prec / 96
         if self.left < 0:
             raise Refused(f"undecided: {self.pieces} pieces of work are spent; take a smaller box, or a smaller until")
 
 
 class LevelGuard(NamedTuple):
-    """A quantity ``side * (q - level)``, q = s or z; ``touching``: zero at the start, and not falling there."""
+    """A guard ``side * (q - level)``, q = s or z; ``touching``: zero at the start of the mode, not falling."""
 
     kind: str
     axis: str
@@ -52,7 +54,7 @@ class LevelGuard(NamedTuple):
 
 
 def segment(a: int, b: Ball, mu: Ball, start: RodBalls, deviation: Ball | None = None) -> "MatrixExponential":
-    """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is that from its slow line."""
+    """Return the closed form of the mode ``mu y' = a - b s`` from a state; ``deviation`` is y less the slow line's."""
     if not b.contains(0):
         square = 1 - 4 * mu / b
         if square > 0:
@@ -63,9 +65,9 @@ def segment(a: int, b: Ball, mu: Ball, start: RodBalls, deviation: Ball | None =
 
 
 class MatrixExponential:
-    """A mode followed by the exponential of its matrix: for b and 1 - 4 mu/b that may vanish.
+    """A mode followed by the exponential of its matrix, for balls in which b or 1 - 4 mu/b may vanish.
 
-    The jets of a segment at t are divided by e^{growth t}, so that their signs do not drown in the growth of the mode.
+    The jets of a segment are divided by e^{growth t}, so that the growth of an unstable mode does not hide their signs.
     """
 
     unstable, work, growth = False, _MATRIX_WORK, 0
@@ -100,7 +102,7 @@ class MatrixExponential:
 
 
 class Oscillation(MatrixExponential):
-    """A mode with complex rates."""
+    """A mode with complex eigenvalues."""
 
     work = 1
 
@@ -109,7 +111,7 @@ class Oscillation(MatrixExponential):
         self.rest, self.turns = a / b, (b / mu - (b / (2 * mu)) ** 2).sqrt()
 
     def state(self, t: Ball) -> RodBalls:
-        """Return the state on ``t``; z = z0 + (a/b) t + mu (1 - 1/b)(y - y0) follows from the two rates."""
+        """Return the state on ``t``; z = z0 + (a/b) t + mu (1 - 1/b)(y - y0), from z' = a/b + mu (1 - 1/b) y'."""
         beta, start = self.b / self.mu, self.start
         decay, angle = (-beta * t / 2).exp(), self.turns * t
         g = decay * angle.sin() / self.turns
@@ -120,7 +122,7 @@ class Oscillation(MatrixExponential):
 
 
 class Exponentials(MatrixExponential):
-    """A mode of two real rates: x = a/b + P e^{l1 t} + Q e^{l2 t}, l1 = -rho b/mu, l2 = -1/rho, rho = (1 + root)/2."""
+    """A mode with real rates: x = a/b + P e^{l1 t} + Q e^{l2 t}, l1 = -rho b/mu, l2 = -1/rho, rho = (1 + root)/2."""
 
     work = 1
 
@@ -168,7 +170,7 @@ class Exponentials(MatrixExponential):
         return self._factors[axis]
 
     def at(self, guard: LevelGuard, t: Ball) -> RodBalls:
-        """Return the state at the root of the guard, the fast part from its equation where that is sharper."""
+        """Return the state at the root of the guard, whose equation sharpens the enclosure of the fast part."""
         (fast, slow), (l1, l2), start = self.parts, self.rates, self.start
         q = slow * (l2 * t).exp()
         if guard.axis == "s":
@@ -181,10 +183,10 @@ class Exponentials(MatrixExponential):
 def first_event(
     segment: Any, guards: Sequence[Any], left: Ball, finest: float, budget: Budget
 ) -> tuple[Any, Ball] | None:
-    """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None.
+    """Return (guard, time ball) of the first guard to vanish in (0, upper end of ``left``], or None if none vanishes.
 
-    Raises ``Refused`` where a piece of time, relative to its end, would have to be shorter than ``finest``, and when
-    the ``Budget`` is spent.
+    Raises ``Refused`` where a piece of time would have to be shorter than ``finest`` times its end, and when the
+    ``Budget`` is spent.
     """
     arb = flint().arb
     pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
@@ -219,7 +221,7 @@ def _verdict(segment, guard, lo, hi):
 
 
 def _cut(segment, guards, lo, hi):
-    """Return a time between, where if possible the sign of every guard is certain."""
+    """Return a time between ``lo`` and ``hi``, if possible one at which the sign of every guard is certain."""
     for part in _CUTS:
         middle = (lo + (hi - lo) * part).mid()
         if all(certain_sign(segment.jet(guard, middle)[0]) for guard in guards):
@@ -228,7 +230,7 @@ def _cut(segment, guards, lo, hi):
 
 
 def _root(segment, guard, lo, hi):
-    """Enclose the only root in (lo, hi) of a falling guard: bisect while signs are certain, then Newton's step."""
+    """Enclose the only root in (lo, hi) of a falling guard: bisect while signs are certain, with Newton's steps."""
     for _ in range(_NEWTON_STEPS):
         time = lo.union(hi)
         middle = ((lo + hi) / 2).mid()

@@ -1,8 +1,9 @@
 r"""Inequalities among the claims, proven in ball arithmetic on boxes of parameters.
 
-Each is the sign of an expression that the package has derived: coefficients of a characteristic polynomial (Hurwitz),
-the load on a critical manifold, a rate of the velocity there, the leading coefficient and the order of the roots of
-the friction cone. A box is halved until the sign is certain on every piece; then it holds at every point of the box.
+Each inequality states the sign of an expression that the package has derived: coefficients of a characteristic
+polynomial (Hurwitz), the load on a critical manifold, the rate of the velocity there, the leading coefficient of the
+friction cone and the order of its roots. ``inequalities`` lists them. ``prove`` halves a box until the sign is certain
+on every piece; then the inequality holds at every point of the box.
 """
 
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ _BITS = 128
 
 @dataclass(frozen=True)
 class Inequality:
-    """A claim's id, a statement, expressions that must all be positive, and the box of parameters."""
+    """The id of a claim, its statement, expressions that must all be positive, and the box of parameters."""
 
     claim: str
     statement: str
@@ -91,7 +92,7 @@ def _velocity_rate(pk, mode):
 
 
 def _cone(pk):
-    """Return the leading coefficient of Q(s) = (static s)^2 - drive^2 and its roots; it sticks where Q >= 0."""
+    """Return the leading coefficient of Q(s) = (static s)^2 - drive^2 and its roots; the mass sticks where Q >= 0."""
     load, drive = drive_of_load(pk)
     cone = sp.Poly((pk.friction.static * load) ** 2 - drive**2, load)
     high, low = stick_regions(pk).edges
@@ -102,14 +103,14 @@ def _cone(pk):
 
 
 def prove(inequality: Inequality) -> Proof:
-    """Return the ``Proof`` of an inequality, halving its box up to some thousand pieces."""
+    """Return the ``Proof`` of an inequality, halving its box into at most ``_MOST_PIECES`` pieces per expression."""
     with precision(_BITS):
         pieces = [_pieces(expr, inequality.box) for expr in inequality.positive]
     return Proof(inequality, None not in pieces, sum(n or _MOST_PIECES for n in pieces))
 
 
 def _pieces(expr, box):
-    """Return on how many pieces of the box ``expr`` is proven positive, or None when that fails."""
+    """Return the number of pieces of the box on which ``expr`` is proven positive, or None if a piece fails."""
     todo, pieces = [{symbol: ends for symbol, ends in box.items() if symbol in expr.free_symbols}], 0
     while todo:
         piece = todo.pop()
@@ -123,7 +124,7 @@ def _pieces(expr, box):
 
 
 def _halves(box):
-    """Halve the side that is longest against the smaller of its ends' sizes, which suits ranges of many decades."""
+    """Halve the side that is longest relative to the sum of its ends' sizes, which suits ranges of many decades."""
     symbol = max(box, key=lambda s: (box[s][1] - box[s][0]) / (abs(box[s][0]) + abs(box[s][1])))
     low, high = box[symbol]
     middle = _middle(low, high)

@@ -1,8 +1,12 @@
-r"""Rows over the states, the forcing and 1 of an affine mode, with exact entries, and their signs at an enclosed state.
+r"""Linear forms of an affine mode as rows with exact entries, and their signs at an enclosed state.
 
-A row ``r`` stands for the quantity ``r . (w, 1)``. Its entries are Fractions, or rational functions of the parameters
-that range over intervals. What is not rational in them, as pi or a root, ranges over its ball like one more parameter.
-A row that is a combination of rows that vanish does so, too (Lemma 13).
+A row ``r`` stands for the quantity ``r . (w, 1)``, where w are the states and the waves of the forcing. Its entries are
+Fractions, or rational functions of the parameters that range over intervals. A part of an entry that is not rational in
+these parameters, such as pi or a root, counts as one more parameter, which ranges over the ball of this part. A linear
+combination of rows that vanish vanishes, too (Lemma 13).
+
+``ExactEntries`` makes the entries, and ``ExactEntries.spectrum`` is the hard function. ``leading_sign`` finds the sign
+of a row shortly after a state.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -34,7 +38,8 @@ Row = tuple[Any, ...]
 class ExactEntries:
     """The exact entries of modes: Fractions, or rational functions of the parameters that range over intervals.
 
-    Of ``entries``, what is not rational in the parameters ranges over an interval, too.
+    ``entries`` are all that will be asked for: every part of them that is not rational in the parameters becomes a
+    symbol, which ranges over the ball of this part.
     """
 
     def __init__(
@@ -74,9 +79,10 @@ class ExactEntries:
         return self._known[entry]
 
     def placed(self, form: Form) -> tuple[tuple, tuple, tuple[int, ...]]:
-        """Return (matrix, guards, which guards move) of a form; raises ``InputError`` for a mode that is not entered.
+        """Return (matrix, guards that depend on the states or the forcing, their places among all guards) of a form.
 
-        Raises ``Refused`` where a guard that depends on the parameters alone has no certain sign, or is 0.
+        A guard that depends on the parameters alone must be positive. Raises ``InputError`` where it is negative, as
+        the mode is never entered, and ``Refused`` where its sign is not certain or it is 0.
         """
         matrix = self.matrix(form)
         guards = [tuple(map(self.exact, row)) for row in form.guards]
@@ -85,11 +91,11 @@ class ExactEntries:
         return matrix, tuple(guards[k] for k in kept), kept
 
     def matrix(self, form: Form) -> tuple[tuple, ...]:
-        """Return the rows of M of a form, ``(w, 1)' = M (w, 1)``."""
+        """Return the rows of the matrix M of a form: ``(w, 1)' = M (w, 1)``."""
         return *(tuple(map(self.exact, row)) for row in form.matrix), (self.exact(sp.S.Zero),) * (len(form.matrix) + 1)
 
     def require_positive(self, entries: Iterable[Any]) -> None:
-        """Raise ``InputError`` where an entry is negative, ``Refused`` where that is not certain, or it is 0."""
+        """Raise ``InputError`` if an entry is negative, ``Refused`` if the sign of one is not certain or one is 0."""
         signs = [(entry, certain_sign(self.ball(entry))) for entry in entries]
         if any(sign < 0 for _, sign in signs):
             raise InputError("a mode is not entered at these parameters")
@@ -99,9 +105,10 @@ class ExactEntries:
                 raise Refused(f"{found}, a condition on the parameters of a mode")
 
     def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
-        """Return the roots and residues of a matrix in balls; see ``spectrum``.
+        """Return the roots and residues of a matrix in balls; see the module ``spectrum``.
 
-        Eigenvalues may meet where they are those of exact entries: what ranges only drives others by what it leads to.
+        Eigenvalues may coincide where no entry that ranges lies within a strongly connected block of the matrix: such
+        entries do not change the characteristic polynomial, which is then exact.
         """
         if not self.field:
             return of_exact(matrix)
@@ -121,9 +128,9 @@ class ExactEntries:
         return [[self.ball(entry) for entry in row] for row in matrix]
 
     def _with_invariants(self, matrix: tuple[tuple[Any, ...], ...]) -> list[list[list[Any]]]:
-        """Return T, ``T M T^-1`` and ``T^-1``, with invariants of the core of M in the place of states.
+        """Return T, ``T M T^-1`` and ``T^-1``; T puts invariants (rows r, ``r M = 0``) of the core for states.
 
-        Their eigenvalue 0 is then that of the pattern, whatever the parameters are.
+        The eigenvalue 0 of an invariant is then visible in the zeros of ``T M T^-1``, whatever the parameters are.
         """
         moved = DomainMatrix([[*row] for row in matrix], (len(matrix),) * 2, self.field)
         basis = DomainMatrix.eye(moved.shape, self.field).to_dense()
@@ -136,7 +143,7 @@ class ExactEntries:
         return [m.to_list() for m in (basis, moved, basis.inv())]
 
     def _invariant(self, matrix: DomainMatrix) -> tuple[int, list[Any]] | None:
-        """Return where a row r with ``r M = 0`` in the core of M is certainly not 0, and that row; None without one."""
+        """Return (place of an entry that is certainly not 0, row r) with ``r M = 0`` in the core of M, or None."""
         core = core_of(_pattern(matrix.to_list()))[0]
         for found in matrix.extract(core, core).transpose().nullspace().to_list() if core else ():
             entries = dict(zip(core, found, strict=True))
@@ -151,7 +158,7 @@ def _pattern(matrix: Iterable[Iterable[Any]]) -> np.ndarray:
 
 
 def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
-    """Yield the largest parts of an expression that are no rational functions."""
+    """Yield the largest parts of an expression that are not rational functions."""
     if expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Integer):
         for part in expr.args:
             yield from _irrational(part)
@@ -160,7 +167,7 @@ def _irrational(expr: sp.Expr) -> Iterator[sp.Expr]:
 
 
 class EnclosedState(NamedTuple):
-    """Enclosures of (w, 1), the exact coordinates where they are known (else None), and rows that vanish there."""
+    """Enclosures of (w, 1), its exact entries where known (else None), and rows ``null`` that vanish at this state."""
 
     balls: Any
     exact: tuple
@@ -170,7 +177,7 @@ class EnclosedState(NamedTuple):
 
 @lru_cache(maxsize=64)
 def forcing(system: System) -> tuple[tuple[Wave, ...], tuple[sp.Expr, ...]]:
-    """Return the waves that force the modes of a system or move their edges, and the entries of all rows over them."""
+    """Return the waves that force the modes of a system or move edges of sides, and all entries of rows over them."""
     modes = [side for branch in branches.telling(system) for side in on_all_sides(mode_of(system, branch))]
     edges = [(mode, edge) for mode in modes for side in mode.sides for edge in inside(*side)]
     moving = {wave for edge in edges for wave in _affine_parts(*edge)[1]}
@@ -181,7 +188,7 @@ def forcing(system: System) -> tuple[tuple[Wave, ...], tuple[sp.Expr, ...]]:
 
 @lru_cache(maxsize=1024)
 def row_of(mode: GuardedMode, expr: sp.Expr, waves: tuple[Wave, ...]) -> tuple[sp.Expr, ...]:
-    """Return the row of an expression on the sides of a mode."""
+    """Return the row of an expression on the sides of a mode; raises ``Refused`` where the expression has none."""
     slopes, forced = _affine_parts(mode, expr)
     if not {*forced} <= {*waves, CONSTANT}:
         raise Refused(f"forcing: {expr!s:.80} moves by functions of time that force no mode")
@@ -195,7 +202,7 @@ def _affine_parts(mode: GuardedMode, expr: sp.Expr) -> tuple[tuple[sp.Expr, ...]
 
 
 def affine_form(mode: GuardedMode, waves: tuple[Wave, ...] | None = None) -> Form:
-    """Return the form of a mode over ``waves``, or over those it needs; raises ``Refused`` where it has none."""
+    """Return the affine form of a mode over ``waves``, or over the waves it needs; raises ``Refused`` without one."""
     form = form_of(mode, waves or ())
     if form is None:
         raise Refused("not affine: a mode is not linear in the states")
@@ -205,7 +212,10 @@ def affine_form(mode: GuardedMode, waves: tuple[Wave, ...] | None = None) -> For
 
 
 def leading_sign(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> int | None:
-    """Return the sign of a row shortly after a state: its own, or that of the first derivative that does not vanish."""
+    """Return the sign of a row just after a state, from its first nonvanishing derivative.
+
+    0 means that all derivatives vanish exactly, None that the sign is not certain.
+    """
     sign = sign_at(row, state)
     for _ in matrix:
         if sign != 0:
@@ -216,7 +226,7 @@ def leading_sign(row: Row, matrix: tuple[Row, ...], state: EnclosedState) -> int
 
 
 def sign_at(row: Row, state: EnclosedState) -> int | None:
-    """Return the sign of ``row . (w, 1)``, 0 only where it vanishes exactly, None where it is not certain."""
+    """Return the sign of ``row . (w, 1)``: 0 only if the product vanishes exactly, None if the sign is not certain."""
     if all(w is not None for c, w in zip(row, state.exact, strict=True) if c):
         value = sum(c * w for c, w in zip(row, state.exact, strict=True) if c)
         if isinstance(value, int | Fraction):
@@ -233,7 +243,7 @@ def ball_at(row: Row, state: EnclosedState) -> Ball:
 
 
 def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
-    """Return the row of the derivative by the time where ``matrix`` moves the state."""
+    """Return the row of the time derivative of a row, ``r M``, where the state moves by ``(w, 1)' = M (w, 1)``."""
     return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c) for column in zip(*matrix, strict=True))
 
 

@@ -1,8 +1,11 @@
 r"""The residues of the resolvent of a matrix in balls: exact entries, or entries that range over intervals.
 
-Where entries range over intervals, every matrix in them must have simple eigenvalues, but for a zero whose multiplicity
-is that of its pattern: rows and columns without entries are left out, again and again, and Krawczyk's test encloses the
-eigenpairs of the rest. The part of the eigenvalue 0 is what the others leave of the unit matrix.
+``of_exact`` isolates the roots of the exact characteristic polynomial and takes the residues from the adjugate.
+
+``of_balls`` requires that every matrix within the intervals has simple eigenvalues, apart from an eigenvalue 0 whose
+multiplicity follows from the zeros of the matrix. Rows and columns without nonzero entries are removed, again and
+again; what remains is the core, and Krawczyk's test encloses its eigenpairs (``_enclosed``, the hard function). The
+projector of the eigenvalue 0 is the unit matrix less the projectors of all other eigenvalues.
 """
 
 from itertools import product
@@ -17,10 +20,11 @@ Spectrum = tuple[tuple, tuple]
 
 
 def of_exact(rows: tuple, balls: list | None = None) -> Spectrum:
-    """Return the roots (decay, turn, multiplicity) of a matrix of Fractions in balls, upper ones of complex pairs, and
-    the coefficients of ``t^k/k! e^{l t}``, k below the multiplicity.
+    """Return (roots, residues) of a matrix of Fractions in balls.
 
-    ``balls`` are the entries of a matrix of the same characteristic polynomial, where it is another one.
+    A root is (real part, imaginary part, multiplicity), the upper one of a complex pair. Its residues are the matrices
+    before ``t^k/k! e^{l t}`` in ``e^{M t}``, k below the multiplicity. ``balls``, if given, are the entries of another
+    matrix with the same characteristic polynomial, whose residues are returned instead.
     """
     found = resolvent(rows)
     adjugate = _adjugate(found, balls)
@@ -35,9 +39,9 @@ def of_exact(rows: tuple, balls: list | None = None) -> Spectrum:
 
 
 def _adjugate(found, balls):
-    """Return the matrices before the powers of z in the adjugate of z - M, times the denominator to some power.
+    """Return the matrices N_k before z^k in the adjugate of z - M, for M times its denominator.
 
-    With N_k before z^k and c_k before it in the polynomial of n roots, N_{n-1} = 1 and N_{k-1} = M N_k + c_k.
+    With c_k before z^k in the characteristic polynomial of degree n, N_{n-1} = 1 and N_{k-1} = M N_k + c_k.
     """
     acb, acb_mat = flint().acb, flint().acb_mat
     if balls is None:
@@ -51,7 +55,7 @@ def _adjugate(found, balls):
 
 
 def _residue(polynomial, adjugate, root, many, scale):
-    """Yield the matrices of ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
+    """Yield the matrices before ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
     acb = flint().acb
     p = _taylor([acb(c) for c in polynomial], root, 2 * many)[many:]
     series = [1 / p[0]]
@@ -78,9 +82,9 @@ def _taylor(coefficients, z, order):
 
 
 def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
-    """Return the same of every matrix in rows of balls; ``pattern`` (n, n) tells which entries are not exactly 0.
+    """Return (roots, residues), as ``of_exact``, that enclose those of every matrix within rows of balls.
 
-    Raises ``Refused`` where the eigenvalues are not known to be apart.
+    ``pattern`` (n, n) is true where an entry is not exactly 0. Raises ``Refused`` where eigenvalues may coincide.
     """
     acb, acb_mat = flint().acb, flint().acb_mat
     core, before, after = core_of(pattern)
@@ -103,19 +107,19 @@ def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
 
 
 def seen_in(basis: list, spectrum: Spectrum, inverse: list) -> Spectrum:
-    """Return the spectrum of M from that of ``T M T^-1``; ``basis`` is T in balls, ``inverse`` that of it."""
+    """Return the spectrum of M from that of ``T M T^-1``; ``basis`` is T in balls, ``inverse`` is ``T^-1``."""
     before, after = (flint().acb_mat([[flint().acb(entry) for entry in row] for row in m]) for m in (inverse, basis))
     roots, residues = spectrum
     return roots, tuple(tuple(before * part * after for part in parts) for parts in residues)
 
 
 def _powers(matrix, part, pattern, core, outside):
-    """Return the ``P M^k`` of the part P of the eigenvalue 0 that do not vanish by the pattern.
+    """Return the matrices ``P M^k`` that the pattern does not make vanish, P being the projector of the eigenvalue 0.
 
-    The core is invertible, so what is outside drives what is outside through it as well, any number of times.
+    As the core is invertible, states outside the core also drive one another through any chain of states of the core.
     """
     if not any(pattern[i, j] for i in outside for j in core):
-        for i, j in product(range(len(pattern)), core):  # nothing outside the core is driven by it
+        for i, j in product(range(len(pattern)), core):  # the core drives no state outside
             part[i, j] = 0
     within = np.linalg.matrix_power(pattern[np.ix_(core, core)] | np.eye(len(core), dtype=bool), len(core))
     through = pattern[np.ix_(outside, core)] @ within @ pattern[np.ix_(core, outside)]
@@ -128,7 +132,7 @@ def _powers(matrix, part, pattern, core, outside):
 
 
 def core_of(pattern: np.ndarray) -> tuple[list[int], list[int], list[int]]:
-    """Return the indices of the core, of what only drives it and of what it only drives, in order of dependence."""
+    """Return the indices of the core, of states that only drive it, and of states only driven, by dependence."""
     left, before, after = set(range(len(pattern))), list[int](), list[int]()
     for found, matrix in ((before, pattern), (after, pattern.T)):
         while empty := [i for i in sorted(left) if not any(matrix[i, j] for j in left)]:
@@ -138,7 +142,7 @@ def core_of(pattern: np.ndarray) -> tuple[list[int], list[int], list[int]]:
 
 
 def _eigenpairs(matrix, core):
-    """Yield (eigenvalue, right eigenvector, left eigenvector) of the core, their product being 1."""
+    """Yield (eigenvalue, right eigenvector, left eigenvector) of the core; the product of the vectors is 1."""
     if not core:
         return
     part = flint().acb_mat([[matrix[i, j] for j in core] for i in core])
@@ -158,10 +162,12 @@ def _eigenpairs(matrix, core):
 
 
 def _enclosed(matrix, value, vectors, k):
-    """Return (eigenvalue, eigenvector) that every matrix of the balls has near those of the middle, by Krawczyk's test.
+    """Return balls of eigenvalue k and its eigenvector for every matrix within the balls, by Krawczyk's test.
 
-    With ``x = (dv, dl)``, the largest component of v being 1 and dl in the place of its change, the eigenvalue equation
-    is ``r + B x - dl dv = 0``; where ``-Y r + (1 - Y B) x + Y dl dv`` lies in x for all matrices, x holds a root.
+    The approximate eigenpair of the midpoint matrix changes by dl and dv, and the largest component of v is held at 1.
+    The unknown x is dv with dl in the place of the held component, and the eigenvalue equation is
+    ``r + B x - dl dv = 0``. If ``-Y r + (1 - Y B) x + Y dl dv`` lies in the box x for all matrices, x contains a root.
+    Raises ``ValueError`` where no such box is found.
     """
     size, acb_mat = matrix.nrows(), flint().acb_mat
     held = max(range(size), key=lambda i: float(vectors[i, k].abs_upper()))
@@ -188,7 +194,7 @@ def _enclosed(matrix, value, vectors, k):
 
 
 def _inflated(box):
-    """Return balls somewhat larger than those of a column."""
+    """Return a column of balls somewhat larger than the given ones."""
     arb, acb = flint().arb, flint().acb
     tiny = arb(2) ** (-flint().ctx.prec + 16)
 
