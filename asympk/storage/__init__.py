@@ -1,1 +1,1 @@
-"""Files: written so that no reader meets half of one, rows with their provenance, TOML that refuses unknown keys."""
+"""Files: written whole or not at all, rows with their provenance, and TOML whose unknown keys are refused."""

@@ -1,4 +1,4 @@
-"""Writing files so that a reader never meets half of one."""
+"""Writing files so that a reader never finds a partly written one."""
 
 import os
 from pathlib import Path
@@ -9,7 +9,7 @@ from asympk.numbers import short
 
 
 def named_file(file: Any) -> Path:
-    """Return the ``Path`` of a file's name; raises ``InputError`` for what is no name."""
+    """Return the ``Path`` of a file's name; raises ``InputError`` for anything that is not a name."""
     try:
         return Path(file)
     except TypeError:
@@ -24,15 +24,15 @@ def write_text(path: str | Path, text: str) -> Path:
 def write_bytes(path: str | Path, content: bytes) -> Path:
     """Write ``content`` to ``path``, making directories, and return the path.
 
-    A regular file, or the one that a link leads to, is replaced by a finished one; what is no file (a terminal, a
-    pipe, /dev/null) is written to where it is. Raises ``InputError`` for a directory, ``OSError`` as the system does.
+    A regular file, or the target of a link, is replaced by a complete new file. A terminal, a pipe or a device such as
+    /dev/null is written to directly. Raises ``InputError`` for a directory, and any ``OSError`` of the system.
     """
     path = named_file(path)
     if path.is_dir():
         raise InputError(f"{path}: it is a directory; give the name of a file")
     try:
         _put(path, content)
-    except OSError as reason:  # its file is a temporary one
+    except OSError as reason:  # which names the temporary file
         raise OSError(reason.errno, reason.strerror or str(reason), str(path)) from None
     return path
 
@@ -47,7 +47,7 @@ def _put(path, content):
 
 
 def _replace(path, content):
-    """Write next to ``path`` under a name of its own, which an interruption takes away again, and move it there."""
+    """Write a temporary file next to ``path`` and rename it to ``path``; an interruption removes the temporary file."""
     temporary = path.with_name(f".{path.name}.{os.urandom(8).hex()}.part")
     try:
         with open(temporary, "xb") as stream:
@@ -59,7 +59,7 @@ def _replace(path, content):
 
 
 def _opened(path):
-    """Open what is no regular file; a pipe that nobody reads is an error rather than a wait without end."""
+    """Open a pipe or a device for writing; a pipe without a reader raises an error instead of blocking."""
     handle = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
     os.set_blocking(handle, True)
     return handle

@@ -1,7 +1,8 @@
-"""Rows: what is stored of a computation, as CSV beside a JSON file that says how it came about.
+"""Rows: the stored results of a computation, as CSV beside a JSON file with the provenance of the rows.
 
-A row is a mapping or a dataclass of numbers, words and truth values; None is an empty cell. The kind of every column
-stands in the JSON file, so that what is read equals what was written, and the bytes depend on the rows alone.
+A row is a mapping or a dataclass of numbers, words and truth values; None is an empty cell. The JSON file also has the
+kind of every column, so that the rows that are read equal the rows that were written. The bytes of the CSV file depend
+on the rows alone.
 """
 
 import csv
@@ -20,7 +21,7 @@ from asympk.errors import InputError
 from asympk.storage.files import write_text
 
 Row: TypeAlias = dict[str, Any]  # a stored result: its columns by name
-Stored: TypeAlias = tuple[Iterable[Any], dict[str, Any]]  # rows, and what they were computed with
+Stored: TypeAlias = tuple[Iterable[Any], dict[str, Any]]  # rows, and their provenance
 PACKAGES = ("numpy", "scipy", "sympy", "mpmath", "heyoka", "scikit-sundae", "diffrax", "jax")
 _READ: dict[str, Callable] = {"float": float, "int": int, "str": str, "bool": lambda word: word == "true"}
 
@@ -46,7 +47,7 @@ def write_rows(path: str | Path, rows: Iterable[Any], provenance: Mapping[str, A
 
 
 class StoredRows(list[Row]):
-    """Rows that were read, with the ``provenance`` that the JSON file beside them tells."""
+    """Rows read from a file, with the ``provenance`` of the JSON file beside it."""
 
     def __init__(self, rows: Iterable[Row] = (), provenance: Mapping[str, Any] = MappingProxyType({})):
         super().__init__(rows)
@@ -64,7 +65,7 @@ def read_rows(path: str | Path) -> StoredRows:
 
 
 def provenance(**parameters: Any) -> dict[str, Any]:
-    """Return ``parameters`` with the versions of everything that took part."""
+    """Return ``parameters`` with the versions of Python, asympk and ``PACKAGES``."""
     versions = {"python": python_version(), "asympk": __version__}
     for package in PACKAGES:
         try:

@@ -1,4 +1,4 @@
-"""TOML as the package reads it: decimals as they are written, and no key that is not known."""
+"""Reading TOML: decimals stay exact, and unknown keys are refused."""
 
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -9,7 +9,7 @@ from typing import Any
 
 from asympk.errors import InputError
 
-LARGEST = 1_000_000  # bytes
+LARGEST = 1_000_000  # bytes of a file
 
 
 def read_table(path: str | Path) -> dict[str, Any]:
@@ -25,7 +25,7 @@ def read_table(path: str | Path) -> dict[str, Any]:
 def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
     """Return the table in the bytes ``raw``, every decimal a string that spells it, so that 0.2 stays 1/5.
 
-    A byte order mark, which some editors put first, is passed over.
+    A byte order mark, which some editors put first, is skipped.
     """
     try:
         return tomllib.loads(raw.decode("utf-8-sig"), parse_float=lambda text: str(Decimal(text)))
@@ -36,7 +36,7 @@ def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:
 
 
 def refuse_unknown(table: Mapping[str, Any], known: Iterable[str], where: str | Path) -> None:
-    """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest that is."""
+    """Raise ``InputError`` for the first key of ``table`` that is not ``known``, naming the nearest known key."""
     for key in table:
         if key not in known:
             raise InputError(f"{where}: key {key!r:.60} is unknown; the nearest known one is {nearest(key, known)!r}")

@@ -1,4 +1,4 @@
-"""Sweeps: more trajectories than fit into memory or into a day, chunk by chunk into a directory."""
+"""Sweeps: more trajectories than memory can hold or one run can follow, computed chunk by chunk into a directory."""
 
 from asympk.sweep.directory import MANIFEST, files, read_manifest, results, run_sweep
 

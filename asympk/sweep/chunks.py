@@ -1,8 +1,9 @@
-"""Chunks of a sweep: computed anywhere, stored as bytes that depend on the sweep alone, told whole from damaged.
+"""Chunks of a sweep: computed by any worker, stored as bytes that depend on the sweep and its versions, and checked.
 
-A chunk holds, per trajectory, the states at the end, the number of events and of collisions (``velocity_zero``), the
-itinerary as a number (``itineraries.Alphabet``), and an outcome: 0, or why there is no result (``many.OUTCOMES``): then
-the states are NaN and the others 0.
+A chunk has a column for every final state, for the numbers of events and of collisions (``velocity_zero``), for the
+itinerary as a number (``itineraries.Alphabet``), and for the outcome. The outcome is 0, or the index in
+``many.OUTCOMES`` of the reason why a trajectory has no result; its states are then NaN and its other columns 0.
+``compute`` makes a chunk, and ``read_chunk`` refuses a damaged one.
 """
 
 import re
@@ -26,7 +27,7 @@ _NAME = re.compile(r"chunk-(\d{8,15})\.(?:npz|parquet)", re.ASCII)
 
 
 def chunk_provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
-    """Return what a chunk says of itself."""
+    """Return the provenance of a chunk: its sweep, its trajectories, and the versions that compute it."""
     import numpy as np
 
     start, stop = sweep.rows(index)
@@ -45,7 +46,7 @@ def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
 def chunk_columns(
     family: Family, columns: Mapping[str, Any], size: int, itineraries: bool = True
 ) -> "dict[str, np.ndarray]":
-    """Return {name: array} of what becomes of ``size`` trajectories of a family, from {field: number or array}."""
+    """Follow ``size`` trajectories of a family from {field: number or array} and return their columns {name: array}."""
     found = family.follow(columns, size, itineraries)
     made = {**dict(zip(family.states, found.final, strict=True)), "n_events": found.n_events, "outcome": found.outcome}
     if itineraries:
@@ -59,7 +60,7 @@ def _kinds(family, itineraries):
 
 
 def _coded(alphabet, found):
-    """Return the number of collisions, and the itinerary as a number; both are 0 where there is an outcome."""
+    """Return the number of collisions, and the itinerary as a number, 0 where the outcome is not 0."""
     import numpy as np
 
     count = found.n_events
@@ -82,7 +83,7 @@ def index_of(file: str) -> int | None:
 def read_chunk(
     sweep: "Sweep", path: str | Path, only: Iterable[str] | None = None
 ) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
-    """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; ``InputError`` when it is damaged."""
+    """Return (provenance, {name: array}) of a chunk's file, all or ``only`` some; raises ``InputError`` if damaged."""
     path = Path(path)
     try:
         written, columns = stored.load_arrays(path)
@@ -95,7 +96,7 @@ def read_chunk(
 
 
 def _check(sweep, written, columns):
-    """Require all the columns of a chunk and no other, of their kinds and lengths, with outcomes that exist."""
+    """Raise an error unless a chunk has its columns and no others, of the right kinds and lengths, with valid codes."""
     import numpy as np
 
     expected = _kinds(sweep.family, sweep.itineraries)

@@ -1,12 +1,12 @@
-r"""Sweeps: more trajectories than fit into memory or into a day, chunk by chunk into a directory.
+r"""The directory of a sweep: which chunks it holds, and how the missing ones are computed.
 
     DIR/sweep.json          what is swept over, and the versions that do it
     DIR/chunk-00000000.npz  one file per chunk, written whole or not at all
     DIR/summary.json        itineraries, collisions, quantiles of the final state
 
 A run computes the chunks that are missing or damaged and leaves the others alone, so that a run killed at any moment
-is resumed by starting it again. What a chunk holds depends on the sweep alone: neither on the executor nor on who
-computed it when.
+is resumed by starting it again. The contents of a chunk depend on the sweep alone, and neither on the executor nor on
+the time. ``_drive``, the hard function, keeps chunks under way and submits those of dead workers again.
 """
 
 import itertools
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 MANIFEST = "sweep.json"
 _UNFINISHED = re.compile(
     r"\.(chunk-\d{8,}\.(npz|parquet)|sweep\.json|summary\.json)\.[0-9a-f]{16}\.part", re.ASCII)
-_AHEAD = 32  # chunks under way at once, whatever the executor
-_MOST_LOSSES = 160  # five times all that is under way
+_AHEAD = 32  # chunks submitted at once to an executor other than this process
+_MOST_LOSSES = 160  # dead workers while no chunk is finished: five times _AHEAD
 
 
 def run_sweep(
@@ -42,12 +42,12 @@ def run_sweep(
     executor: Executor | None = None,
     progress: Callable[[int, bool], None] | None = None,
 ) -> int:
-    """Compute the missing chunks of ``sweep`` into the directory ``out`` and return how many they were.
+    """Compute the missing or damaged chunks of ``sweep`` into the directory ``out`` and return their number.
 
-    ``executor`` is any ``concurrent.futures.Executor``; by default chunks are computed here. ``progress(n, fresh)`` is
-    called with the number of trajectories of each chunk, found (``fresh`` false) or done. A damaged chunk is
-    computed again. Raises ``InputError`` when ``out`` holds another sweep, is damaged or in use, ``WorkersLost``
-    when workers keep dying.
+    ``executor`` is any ``concurrent.futures.Executor``; by default chunks are computed in this process.
+    ``progress(n, fresh)`` is called once for each chunk: n is its number of trajectories, and ``fresh`` is false for a
+    chunk that was there already. Raises ``InputError`` if ``out`` holds another sweep, is damaged or in use, and
+    ``WorkersLost`` if workers keep dying.
     """
     if not isinstance(sweep, Sweep):
         raise InputError(f"run_sweep takes a Sweep, not {type(sweep).__name__}; read one with read_sweep")
@@ -60,14 +60,14 @@ def run_sweep(
 
 
 def _sweep_up(out):
-    """Remove what a killed run left half written, and nothing else."""
+    """Remove the half-written files that a killed run left, and no others."""
     for path in out.glob(".*"):
         if _UNFINISHED.fullmatch(path.name) and path.is_file():
             path.unlink()
 
 
 def _declare(sweep, out):
-    """Write the manifest, or check that the one there is of this sweep and of these versions."""
+    """Write the manifest, or raise ``InputError`` if the existing manifest is of another sweep or of other versions."""
     path, mine = out / MANIFEST, manifest.manifest_of(sweep)
     if not os.path.lexists(path):
         if next(out.glob("chunk-*"), None):
@@ -87,7 +87,7 @@ def _words(versions):
 
 
 def _kept(sweep, out, index, progress):
-    """Tell whether the file of a chunk is there and whole; what stands in its place and is no file is set aside."""
+    """Tell whether the file of a chunk is there and whole; a directory or the like in its place is renamed."""
     path = out / chunks.file_name(sweep, index)
     if not os.path.lexists(path):
         return False
@@ -111,7 +111,7 @@ def _set_aside(path):
 
 
 def _drive(sweep, out, missing, executor, progress):
-    """Keep some chunks under way until all are written, and count them; one whose worker died is given out again."""
+    """Keep chunks under way until all are written, and return their number; chunks of dead workers are repeated."""
     under_way, again, losses, done = {}, deque(), 0, 0
     ahead = 1 if isinstance(executor, Here) else _AHEAD
     try:
@@ -138,7 +138,7 @@ def _drive(sweep, out, missing, executor, progress):
 
 
 def _lost(future):
-    """Tell whether the worker is to blame and not the work; a cluster names that error in its own class."""
+    """Tell whether a chunk was lost with its worker, not by its own error; dask raises its own ``KilledWorker``."""
     if future.cancelled():
         return True
     error = future.exception()
@@ -167,7 +167,7 @@ def _write(sweep, out, index, written, content):
 def results(
     out: str | Path, only: Iterable[str] | None = None
 ) -> "Iterator[tuple[str, dict[str, Any], dict[str, np.ndarray]]]":
-    """Yield (file name, provenance, {name: array}) of the chunks in ``out``, one at a time, or ``only`` some arrays.
+    """Yield (file name, provenance, {name: array}) of each chunk in ``out``, all arrays or ``only`` some.
 
     Raises ``InputError`` for a directory without a sweep, one that is not complete, or a damaged chunk.
     """
@@ -180,7 +180,7 @@ def results(
 
 
 def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":
-    """Return (the ``Sweep`` in ``out``, what its manifest says); raises ``InputError`` where there is none."""
+    """Return (the ``Sweep`` in ``out``, the contents of its manifest); raises ``InputError`` where there is none."""
     return manifest.read_manifest_file(Path(out) / MANIFEST)
 
 

@@ -15,12 +15,12 @@ from typing import Any
 from asympk.errors import InputError, MissingPackage
 from asympk.numbers import short
 
-_PATIENCE = 2.5  # seconds
+_PATIENCE = 2.5  # seconds to wait for the answer of a dask scheduler
 _ADDRESS = re.compile(r"(?:(?:tcp|tls|ws|wss|ucx)://)?([^/\s:]+|\[[0-9a-fA-F:.]+\]):(\d{1,5})", re.ASCII)
 
 
 class Here(Executor):
-    """Compute in this process, at once."""
+    """An executor that computes in this process, during ``submit``."""
 
     def submit(self, function: Callable, /, *arguments: Any, **named: Any) -> Future:
         """Return a ``Future`` that is done."""
@@ -33,9 +33,9 @@ class Here(Executor):
 
 
 class Processes(Executor):
-    """Compute in worker processes; when one is killed, a new pool takes the place of the broken one.
+    """An executor of worker processes; when a worker is killed, a new pool takes the place of the broken one.
 
-    Workers ignore Ctrl-C, which is for the process that gave them work, and leave when that process is gone.
+    Workers ignore Ctrl-C, which their parent process handles, and exit when the parent process is gone.
     """
 
     def __init__(self, workers: int):
@@ -50,7 +50,7 @@ class Processes(Executor):
             return self._running().submit(function, *arguments, **named)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Let the workers go."""
+        """Stop the workers."""
         if self._pool:
             self._pool.shutdown(wait, cancel_futures=cancel_futures)
             self._pool = None
@@ -77,7 +77,7 @@ def _leave_with_parent():
 
 @contextmanager
 def executor(workers: int | None = None, dask: str | None = None) -> Iterator[Executor]:
-    """Yield the ``Executor`` for a number of worker processes, or for the dask cluster at an address.
+    """Yield the ``Executor`` of a number of worker processes, or of the dask cluster at an address, or this process.
 
     Raises ``InputError`` where there is no such cluster, ``MissingPackage`` without dask.
     """
@@ -104,7 +104,7 @@ def _client(address):
     found = []
     asking = threading.Thread(target=_ask, args=(address, found), daemon=True)
     asking.start()
-    asking.join(_PATIENCE + 1.5)  # what answers may be anything, and may keep silent
+    asking.join(_PATIENCE + 1.5)  # any server may listen there, and may never answer
     answer = found[0] if found else "what answers there does not speak as one"
     if isinstance(answer, Exception | str):
         raise InputError(f"--dask {short(address)}: there is no dask scheduler ({str(answer)[:80]})") from None
@@ -121,7 +121,7 @@ def _ask(address, found):
 
 
 def _knock(address):
-    """Raise ``InputError`` unless something answers at ``address``: a client that finds nobody waits, and complains."""
+    """Raise ``InputError`` unless a server listens at ``address``: without one, a dask client waits and warns."""
     found = _ADDRESS.fullmatch(address)
     if not found or not 0 < int(found[2]) < 2**16:
         raise InputError(f"--dask {short(address)}: give the address of a scheduler, such as tcp://localhost:8786")

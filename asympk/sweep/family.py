@@ -1,4 +1,4 @@
-"""What a sweep runs through: a family of scenes, its quantities, and how its trajectories are followed."""
+"""A family of scenes, the object of a sweep: the quantities that may vary, and how trajectories are followed."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 
 class Followed(NamedTuple):
-    """What becomes of trajectories: ``final`` states (n, size), ``n_events`` and ``outcome`` as in ``Many``.
+    """The results of trajectories: ``final`` states (n, size), ``n_events`` and ``outcome`` as in ``Many``.
 
-    ``first`` (frictions, size) tells what every friction does at the start, a place in ``PHASES``, where there is no
-    outcome; ``kind`` and ``friction`` are of all events, trajectory by trajectory.
+    ``first`` (frictions, size) is the phase of every friction at the start, an index in ``PHASES``, valid where the
+    outcome is 0. ``kind`` and ``friction`` list the events of all trajectories, one trajectory after the other.
     """
 
     final: Any
@@ -30,12 +30,13 @@ class Family(Protocol):
     """A family of scenes.
 
     1. ``fields`` name the quantities that may vary, in order: in a grid the later ones vary faster.
-    2. ``states`` name the states whose final values are stored; ``alphabet`` has the letters of the itineraries.
-    3. ``description`` is plain data that tells the family from every other one.
-    4. ``given`` finds the entries of a TOML table by field, ``number`` reads a number of one of them.
-    5. ``check`` raises ``InputError`` where ranges reach what is not allowed, before anything is computed.
-    6. ``chunk`` says how many trajectories make a chunk where the file does not.
-    7. ``follow`` takes {field: number or array}; without ``itineraries`` the last three of what it returns may be None.
+    2. ``states`` name the states whose final values are stored; ``alphabet`` encodes the itineraries.
+    3. ``description`` is plain data that distinguishes the family from every other family.
+    4. ``given`` returns {field: entry} of a TOML table; ``number`` reads one number of a field.
+    5. ``check`` raises ``InputError`` where a range contains values that are not allowed, before anything is computed.
+    6. ``chunk`` returns the number of trajectories per chunk, used where the file gives none.
+    7. ``follow`` takes {field: number or array}; without ``itineraries`` the last three fields of ``Followed`` may be
+       None.
     """
 
     @property
@@ -54,19 +55,19 @@ class Family(Protocol):
 
 
 def require_time(field: str, axes: "Mapping[str, Axis]") -> None:
-    """Raise ``InputError`` where a time reaches below zero."""
+    """Raise ``InputError`` where the range of a time contains negative values."""
     if (least := min(axes[field].values)) < 0:
         raise InputError(f"{field} reaches {float(least):g}: it must be zero or positive")
 
 
 def require_static(static: str, kinetic: str, axes: "Mapping[str, Axis]") -> None:
-    """Raise ``InputError`` where a static bound, if there is one, reaches below the kinetic one."""
+    """Raise ``InputError`` where the least static friction, if given, is below the largest kinetic friction."""
     if static in axes and min(axes[static].values) < max(axes[kinetic].values):
         raise InputError(f"{static} reaches below the largest {kinetic}: it must be at least {kinetic} everywhere")
 
 
 def by_state(start: Any, states: tuple[str, ...]) -> dict[str, Any]:
-    """Return the entries of a list by state; raises ``InputError`` for what is no list of them."""
+    """Return {state: entry} of a list; raises ``InputError`` unless ``start`` is a list with one entry per state."""
     if not isinstance(start, list) or len(start) != len(states):
         raise InputError(f"start = {short(start)}: it must be a list of {len(states)}: {', '.join(states)}")
     return dict(zip(states, start, strict=True))

@@ -1,7 +1,7 @@
-"""Itineraries as numbers: what every friction does at the start, then the events, in letters of a few bits each.
+"""Itineraries as numbers: the phase of every friction at the start, then the events, in letters of a few bits each.
 
-A letter is never 0: that of a phase is its place in ``PHASES``, that of an event its kind and its friction. Of an
-itinerary that is too long for 62 bits the first events are told.
+The letter of a phase is its index in ``PHASES`` plus 1; the letter of an event encodes its kind and its friction. No
+letter is 0. Of an itinerary that is too long for 62 bits, only the first events are encoded.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _BITS = 62
 
 @dataclass(frozen=True)
 class Alphabet:
-    """The letters for a number of ``frictions``, of which some ``open``, or none."""
+    """The letters for a number of ``frictions``; ``open`` tells whether the contact of one of them can open."""
 
     frictions: int = 1
     open: bool = False
@@ -36,7 +36,7 @@ class Alphabet:
 
     @property
     def longest(self) -> int:
-        """How many events are told; raises ``InputError`` where not even the start of so many frictions can be."""
+        """The largest number of encoded events; raises ``InputError`` where so many frictions leave room for none."""
         left = _BITS // self.bits - self.frictions
         if left < 1:
             raise InputError(f"the itineraries of {self.frictions} frictions do not fit; set itineraries = false")
@@ -47,8 +47,8 @@ class Alphabet:
     ) -> "np.ndarray":
         """Return the itineraries of trajectories as numbers.
 
-        ``first`` (frictions, n) are the places of phases, ``count`` the numbers of events, ``kind`` and ``friction``
-        those of all events, trajectory by trajectory.
+        ``first`` (frictions, n) are indices in ``PHASES``, and ``count`` (n,) the numbers of events. ``kind`` and
+        ``friction`` list the events of all trajectories, one trajectory after the other.
         """
         import numpy as np
 
@@ -62,7 +62,7 @@ class Alphabet:
         return found
 
     def _letters(self, kind, friction):
-        """Return the letters of events, their kinds told apart by the first letter: comparing whole words is slow."""
+        """Return the letters of events; kinds are distinguished by their initials, as comparing whole words is slow."""
         import numpy as np
 
         if not kind.size:
@@ -72,7 +72,7 @@ class Alphabet:
         return place + np.uint64(len(self.kinds)) * np.asarray(friction, dtype=np.uint64)
 
     def words(self, code: int) -> str:
-        """Return an itinerary in words; raises ``ValueError`` or ``IndexError`` for a number that is none."""
+        """Return an itinerary in words; raises ``ValueError`` or ``IndexError`` for a number that encodes none."""
         letters, code = [], int(code)
         while code:
             letters.append((code & (1 << self.bits) - 1) - 1)

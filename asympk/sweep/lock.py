@@ -1,4 +1,4 @@
-"""One writer per directory: a lock that the operating system takes back when its holder dies, however it dies."""
+"""One writer per directory: a lock that the operating system releases when its holder dies, in whatever way."""
 
 import json
 import os
@@ -16,7 +16,7 @@ NAME = ".lock"
 def locked(directory: str | Path) -> Iterator[None]:
     """Hold the lock of ``directory``, making it if need be; raises ``InputError`` while another process holds it.
 
-    A lock file left by a process that is gone holds nobody up.
+    A lock file left by a dead process does not lock the directory.
     """
     directory = Path(directory)
     try:

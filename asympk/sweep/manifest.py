@@ -1,4 +1,4 @@
-"""``sweep.json``: what a directory of chunks is swept over; read only when all that it says fits together."""
+"""``sweep.json``, the manifest of a directory of chunks: the sweep and its versions; an inconsistent one is refused."""
 
 import json
 from pathlib import Path
@@ -16,14 +16,14 @@ VERSIONS = ("asympk", "numpy")
 
 
 def manifest_of(sweep: "Sweep") -> dict[str, Any]:
-    """Return what ``sweep.json`` says of a sweep begun now."""
+    """Return the contents of ``sweep.json`` for a sweep that begins with the present versions."""
     written = chunks.chunk_provenance(sweep, 0)
     return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
             "versions": {key: written[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
 
 
 def read_manifest_file(path: Path) -> "tuple[Sweep, dict[str, Any]]":
-    """Return (the ``Sweep``, what the file says); raises ``InputError`` where there is none or it is damaged."""
+    """Return (the ``Sweep``, the contents of the file); raises ``InputError`` if the file is missing or damaged."""
     if not path.is_file():
         raise InputError(f"{path.parent}: there is no sweep in it (no readable {path.name})")
     try:

@@ -28,7 +28,7 @@ class RodFamily:
 
     @property
     def description(self) -> dict[str, Any]:
-        """Nothing: what tells no family is of the rod."""
+        """No entry: a description that names no family is of the rod."""
         return {}
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -38,11 +38,11 @@ class RodFamily:
                 **by_state(table["start"], self.states)}  # fmt: skip
 
     def number(self, field: str, value: Any) -> Number:
-        """Return one of the numbers of a field as it is read."""
+        """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
         return number(field, value)
 
     def check(self, axes: "Mapping[str, Axis]") -> None:
-        """Refuse ranges that reach where a quantity is not allowed, before anything is computed."""
+        """Raise ``InputError`` where a range contains values that are not allowed."""
         lowest = {field: min(axis.values) for field, axis in axes.items()}
         for field, bound in (("sigma", -2), ("mu", 0)):
             if lowest[field] <= bound:
@@ -51,11 +51,11 @@ class RodFamily:
         require_static("sigma0", "sigma", axes)
 
     def chunk(self, axes: "Mapping[str, Axis]") -> int:
-        """Return how many trajectories make a chunk."""
+        """Return the number of trajectories per chunk."""
         return 65536
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
-        """Return what becomes of trajectories."""
+        """Follow ``size`` trajectories in arrays."""
         import numpy as np
 
         from asympk.systems.painleve_klein.arrays.ensemble import solve_many
@@ -72,14 +72,14 @@ class RodFamily:
 
 @dataclass(frozen=True)
 class PhysicalRodFamily(RodFamily):
-    """The rod in physical quantities: final states are told in them, too."""
+    """The Painlevé-Klein rod in physical quantities; its final states are physical, too."""
 
     fields = (*PHYSICAL, "R_1", "dR_1", "u", "until")
     states = ("R_1", "dR_1", "u")
 
     @property
     def description(self) -> dict[str, Any]:
-        """The word for the quantities."""
+        """The entry that distinguishes physical quantities from nondimensional ones."""
         return {"quantities": "physical"}
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -89,7 +89,7 @@ class PhysicalRodFamily(RodFamily):
                 **by_state(table["start"], self.states)}  # fmt: skip
 
     def number(self, field: str, value: Any) -> Number:
-        """Return one of the numbers of a field as it is read, an angle in radians."""
+        """Return ``value`` as a number of a field, an angle in radians; raises ``InputError`` if it is not allowed."""
         from asympk.systems.painleve_klein.units import Degrees, quantity
 
         if field in self.states:
@@ -100,11 +100,11 @@ class PhysicalRodFamily(RodFamily):
         return number(field, found.radians) if isinstance(found, Degrees) else found
 
     def check(self, axes: "Mapping[str, Axis]") -> None:
-        """Refuse static friction below the kinetic one; the numbers themselves are checked as they are read."""
+        """Raise ``InputError`` for static friction below kinetic friction; ``number`` checks all else."""
         require_static("f0", "f", axes)
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
-        """Return what becomes of trajectories."""
+        """Follow ``size`` trajectories in nondimensional quantities; their final states are physical again."""
         import numpy as np
 
         from asympk.systems.painleve_klein.units import in_arrays
@@ -116,14 +116,14 @@ class PhysicalRodFamily(RodFamily):
 
 
 def first_phases(part: "Mapping[str, np.ndarray]") -> "np.ndarray":
-    """Return the mode of the rod in which each trajectory begins, a place in ``PHASES``."""
+    """Return the mode of the rod in which each trajectory begins, as an index in ``PHASES``."""
     import numpy as np
 
     from asympk.systems.painleve_klein.arrays.safeguarded import starting_signs
 
     x, y, z = (part[axis] for axis in "xyz")
     s_sign, z_sign, close = starting_signs(part.get("sigma0", part["sigma"]), part["mu"], x, y, x + y, z)
-    modes = np.array([2, 0, 1])[(s_sign * z_sign).astype(int)]  # of the products 0, 1 and -1
+    modes = np.array([2, 0, 1])[(s_sign * z_sign).astype(int)]  # indexed by the products 0, 1 and -1
     for row in np.flatnonzero(close):
         modes[row] = PHASES.index(_first_mode({field: float(values[row]) for field, values in part.items()}))
     return modes

@@ -1,8 +1,9 @@
-"""The bytes of a chunk's file, and back: what is read is what was written, or an error.
+"""The bytes of a chunk's file: written, and read back only if the file is undamaged.
 
-A .npz file depends on its arrays and its provenance alone, so it is whole just when they give the same bytes again.
-A Parquet file has page checksums, and a digest of its columns beside the provenance, since its pages' heads have none.
-An archive that Ctrl-C leaves half written fails in another way once more when it is let go: so Ctrl-C waits for it.
+The bytes of a .npz file depend on its arrays and its provenance alone, so a file is undamaged exactly if writing its
+contents again gives the same bytes. A Parquet file has page checksums, which leave out the headers of its pages, and
+therefore a digest of its columns beside the provenance. Ctrl-C waits until an archive is complete, since an
+interrupted archive raises a second error when it is closed.
 """
 
 import hashlib
@@ -26,7 +27,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Let Ctrl-C wait until the block is done; it is the main thread alone that hears it."""
+    """Defer Ctrl-C until the block is done; other threads than the main one never receive Ctrl-C."""
     if threading.current_thread() is not threading.main_thread() or signal.getsignal(signal.SIGINT) is None:
         yield
         return
@@ -48,7 +49,7 @@ def content(columns: "Mapping[str, np.ndarray]", provenance: Mapping[str, Any], 
 
 @uninterrupted()
 def load_arrays(path: Path) -> "tuple[dict[str, Any], dict[str, np.ndarray]]":
-    """Return (provenance, {name: array}) of a file; raises whatever a damaged one leads to."""
+    """Return (provenance, {name: array}) of a file; a damaged file may raise any error."""
     if not path.is_file():
         raise ValueError("it is not a regular file")
     return (_load_npz if path.suffix == ".npz" else _load_parquet)(path.read_bytes())

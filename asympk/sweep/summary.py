@@ -1,4 +1,7 @@
-"""What a sweep found: counted and ranked chunk by chunk, with memory that does not grow with the sweep."""
+"""The summary of a sweep: counts and exact quantiles, chunk by chunk, in memory that does not grow with the sweep.
+
+``quantiles`` is the hard function: it selects ranks by the leading bits of doubles, a few bits in each pass.
+"""
 
 import json
 from collections import Counter
@@ -14,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 PROBABILITIES = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
-_WIDTHS = (20, 16, 14, 14)  # bits of a double that one pass decides
+_WIDTHS = (20, 16, 14, 14)  # bits of a double that each pass finds; 64 in all
 _GATHERED = 4_000_000  # doubles that may be held at once
 _COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisions", "itineraries": "itinerary"}
 
@@ -22,7 +25,7 @@ _COLUMNS = {"outcomes": "outcome", "events": "n_events", "collisions": "collisio
 def summarise(out: str | Path) -> dict[str, Any]:
     """Return the summary of the complete sweep in ``out`` and write it to ``summary.json`` there.
 
-    Quantiles are exact: the ones at p are the elements of rank floor(p (n - 1)) of the final states.
+    Quantiles are exact: the quantile of a state at p is the element of rank floor(p (n - 1)) of its n final values.
     """
     out = Path(out)
     family = read_manifest(out)[0].family
@@ -43,7 +46,7 @@ def summarise(out: str | Path) -> dict[str, Any]:
 
 
 def _final_states(out, states, counts):
-    """Yield {state: final values} of every chunk, counting its other columns on the way when ``counts`` are given."""
+    """Yield {state: final values} of every chunk, adding its other columns to ``counts`` if given."""
     for _, _, columns in results(out, None if counts else (*states, "outcome")):
         good = columns["outcome"] == 0
         if counts:
@@ -63,10 +66,11 @@ def _count(columns, good, counts):
 def quantiles(
     parts: "Callable[[bool], Iterable[dict[str, np.ndarray]]]", probabilities: Sequence[float]
 ) -> dict[str, list[float]]:
-    """Return {axis: quantiles} of all that ``parts(first)`` yields, {axis: array} at a time, in a few passes.
+    """Return {axis: quantiles} of all arrays that ``parts(first)`` yields as {axis: array}, in at most four passes.
 
-    A double is ranked as the integer of the same order. A pass counts the next bits of those that agree with a wanted
-    quantile so far; once they are few they are gathered and sorted. ``first`` tells the first pass from the others.
+    Doubles are ranked as integers of the same order. A pass counts the next bits of the integers that share the known
+    leading bits of a wanted quantile; once such integers are few, a pass gathers and sorts them. ``first`` is true in
+    the first pass alone.
     """
     searches: dict[str, _Search] = {}
     shift = 64
@@ -83,14 +87,14 @@ def quantiles(
 
 
 class _Search:
-    """The ranks that are wanted of one axis, and the leading bits of the keys there as far as they are known."""
+    """The wanted ranks of one axis, and the known leading bits of the keys at these ranks."""
 
     def __init__(self, probabilities):
         self.probabilities, self.ranks, self.prefixes = probabilities, None, [0]
         self.found, self.few, self.tables, self.gathered = None, False, {}, {}
 
     def look(self, keys, shift, width):
-        """Count, or gather, those of ``keys`` that begin with a wanted prefix."""
+        """Count, or gather, the ``keys`` that begin with a wanted prefix."""
         if self.found is not None:
             return
         for prefix in sorted(set(self.prefixes)):
@@ -111,7 +115,7 @@ class _Search:
         self.tables[prefix][least:least + counted.size] += counted
 
     def narrow(self, shift, width):
-        """Learn the next bits of every wanted key from what was counted, or all of them from what was gathered."""
+        """Find the next bits of every wanted key from the counts, or all its bits from the gathered keys."""
         import numpy as np
 
         if self.found is not None:
@@ -159,7 +163,7 @@ def _double(key):
 
 
 def summary_as_text(summary: Mapping[str, Any]) -> str:
-    """Return a summary as lines that a person reads."""
+    """Return a summary as lines of text for a reader."""
     outcomes = ", ".join(f"{n:,} {words}" for words, n in summary["outcomes"].items())
     lines = [f"{summary['trajectories']:,} trajectories: {outcomes}"]
     lines += [f"{n:>14,}  {words}" for words, n in list(summary["itineraries"].items())[:12]]

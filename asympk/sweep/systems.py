@@ -1,6 +1,6 @@
 """Sweeps over any system: its parameters, its start, the horizon.
 
-An affine system is followed in arrays, any other one scene at a time.
+The rod is followed by its own kernel, an affine system in arrays, and any other system one scene at a time.
 """
 
 import json
@@ -35,16 +35,16 @@ if TYPE_CHECKING:
     from asympk.sweep.sweepfile import Axis
 
 UNTIL = "until"
-COLUMNS = ("n_events", "outcome", "collisions", "itinerary", "provenance")  # what a chunk tells beside the states
-CHUNK, FEW = 8192, 64
+COLUMNS = ("n_events", "outcome", "collisions", "itinerary", "provenance")  # of a chunk, beside those of the states
+CHUNK, FEW = 8192, 64  # trajectories per chunk, in arrays and one at a time
 _MOST_CORNERS = 128
 
 
 @dataclass(frozen=True)
 class SystemFamily:
-    """The scenes of a system, told as JSON of its entry in a file and of the names of its parameters.
+    """The scenes of a system; ``text`` is JSON of the system's entry in a file and of the names of its parameters.
 
-    Those of a mechanism may start from its ``coordinates``, the names of all and of their rates.
+    Scenes of a mechanism may start from its ``coordinates``: the names of all its coordinates and of their rates.
     """
 
     text: str
@@ -58,7 +58,7 @@ class SystemFamily:
 
     @property
     def description(self) -> dict[str, Any]:
-        """The system as the file has it."""
+        """The system's entry in its file, the names of its parameters, and its coordinates if any."""
         system, parameters = json.loads(self.text)
         told = {"coordinates": [*self.coordinates]} if self.coordinates else {}
         return {"system": system, "parameters": parameters, **told}
@@ -80,7 +80,7 @@ class SystemFamily:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """The names of parameters, of what a start tells, and the horizon."""
+        """The names of the parameters, of the quantities of a start, and of the horizon."""
         return (*self.parameters, *self._begins, UNTIL)
 
     @property
@@ -94,7 +94,7 @@ class SystemFamily:
         return Alphabet(len(frictions), any(f.gap is not None for f in frictions))
 
     def given(self, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the entries of a table by field; raises ``InputError`` unless they are those of the system."""
+        """Return {field: entry} of a table; raises ``InputError`` unless its entries fit the system."""
         require_keys(table, ("start", UNTIL))
         start = table["start"]
         if isinstance(start, list):
@@ -113,11 +113,14 @@ class SystemFamily:
         return {**found, UNTIL: table[UNTIL]}
 
     def number(self, field: str, value: Any) -> Number:
-        """Return one of the numbers of a field as it is read."""
+        """Return ``value`` as an exact number; raises ``InputError`` if it is none."""
         return number(field, value)
 
     def check(self, axes: "Mapping[str, Axis]") -> None:
-        """Refuse ranges whose ends the system refuses, before anything is computed."""
+        """Raise ``InputError`` where the system refuses parameters at the ends of their ranges.
+
+        All combinations of ends are tried, or only the lowest and the highest if there are too many.
+        """
         require_time(UNTIL, axes)
         ends = [{min(axes[name].values), max(axes[name].values)} for name in self.parameters]
         if math.prod(map(len, ends)) <= _MOST_CORNERS:
@@ -132,13 +135,13 @@ class SystemFamily:
             self.system.placed(values, begun)
 
     def chunk(self, axes: "Mapping[str, Axis]") -> int:
-        """Return how many trajectories make a chunk: fewer where each takes longer."""
+        """Return the number of trajectories per chunk, smaller where one takes longer."""
         if is_rod(self.system):
             return RodFamily().chunk(axes)
         return CHUNK if affine(self.system) and not any(axes[name].random for name in self.parameters) else FEW
 
     def follow(self, columns: Mapping[str, Any], size: int, itineraries: bool) -> Followed:
-        """Return what becomes of trajectories."""
+        """Follow ``size`` trajectories by the fastest method for the system."""
         if is_rod(self.system):
             return RodFamily().follow(columns, size, itineraries)
         columns = {name: np.broadcast_to(values, (size,)) for name, values in columns.items()}
@@ -146,17 +149,17 @@ class SystemFamily:
         if self.coordinates:
             start = self._starts(values, start, size)
         if affine(self.system):
-            with suppress(InputError):  # parameters that are refused cost the others nothing
+            with suppress(InputError):  # refused parameters: scenes are then tried one by one
                 return _together(solve_many(system=self.system, values=values, start=start, until=columns[UNTIL]))
         return _one_by_one(self.system, values, start, columns[UNTIL])
 
     def _in_states(self, values, start):
-        """Return a start by state."""
+        """Return a start as {state: value}."""
         system, mechanism = _system(self.text)
         return start_at(mechanism, system, values, start) if self.coordinates else start
 
     def _starts(self, values, start, size):
-        """Return the columns of states, NaN in rows that start where the mechanism refuses it."""
+        """Return the columns of the starting states, NaN in rows whose start the mechanism refuses."""
         found = np.full((len(self.states), size), np.nan)
         for row in range(size):
             with suppress(InputError, OutOfRange):
@@ -174,7 +177,7 @@ def _together(many):
 
 
 def _one_by_one(system, values, start, until):
-    """Follow scenes by ``solve``."""
+    """Follow scenes one at a time by ``solve``."""
     size, frictions = until.size, len(system.frictions)
     final, count = np.full((len(start), size), np.nan), np.zeros(size, dtype=np.int32)
     first, outcome = np.zeros((frictions, size), dtype=np.uint8), np.zeros(size, dtype=np.uint8)
@@ -206,7 +209,7 @@ def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
         if name == UNTIL or (name in COLUMNS and name in family.states):
             raise InputError(f"{name} is what a sweep calls something else; give the quantity another name")
     if table.get("itineraries", True):
-        family.alphabet.longest  # noqa: B018 - it refuses what is too much
+        family.alphabet.longest  # noqa: B018 - raises where there are too many frictions
     return family
 
 
