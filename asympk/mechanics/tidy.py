@@ -21,14 +21,16 @@ CLEAR = 1e-9  # size above which a value of fifteen digits is certainly not 0
 def tidy(expr: sp.Expr) -> sp.Expr:
     """Return the shortest of a few forms of ``expr``: unchanged, factored, or with squares of one function only.
 
-    An expression of more than ``LONG`` operations is returned unchanged.
+    An expression of more than ``LONG`` operations is returned unchanged. Sines of sums are not expanded where the
+    expanded expression would be longer than that.
     """
     if is_longer(expr, LONG):
         return expr
     plain = sp.cancel(sp.together(expr))
-    if not plain.has(sp.sin, sp.cos):
+    expanded = sp.expand_trig(plain)
+    if not plain.has(sp.sin, sp.cos) or (expanded != plain and is_longer(expanded, LONG)):
         return shortest(expr, sp.factor(plain))
-    return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain))))
+    return shortest(expr, plain, *map(sp.factor, dict.fromkeys(_normal_forms(plain, expanded))))
 
 
 def contracted(expr: sp.Expr) -> sp.Expr:
@@ -84,9 +86,8 @@ def _length(form: sp.Expr) -> tuple:
     return form.count_ops(), negative, sp.default_sort_key(form)
 
 
-def _normal_forms(expr: sp.Expr) -> Iterator[sp.Expr]:
+def _normal_forms(expr: sp.Expr, expanded: sp.Expr) -> Iterator[sp.Expr]:
     """Yield a cancelled fraction without squares of sines, and without squares of cosines."""
-    expanded = sp.expand_trig(expr)
     angles = sorted({part.args[0] for part in expanded.atoms(sp.sin, sp.cos)}, key=sp.default_sort_key)
     names = {angle: (sp.Symbol(f"sine#{k}"), sp.Symbol(f"cosine#{k}")) for k, angle in enumerate(angles)}
     renamed = {f(angle): names[angle][k] for angle in angles for k, f in enumerate((sp.sin, sp.cos))}

@@ -217,7 +217,7 @@ def of_contacts(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def of_models(rows: Sequence[Row]) -> dict[str, str]:
-    """Return the range over mu of the costs of the cheapest integrator per that of ``jump 1``, at the latter's error."""
+    """Return the range over mu of the cost of the cheapest integrator per that of ``jump 1``, at the same error."""
     saved = modelwork.savings([*rows])
     mus = {mu for _, mu in saved}
     names = _names([row for row in rows if not row["method"].startswith("jump")])

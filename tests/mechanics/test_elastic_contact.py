@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 from contactmodel import Model, follow
 from mechanisms import T, X, Y, masses_between_guides, slender_rod
+from sympy.physics.mechanics import dynamicsymbols
 from test_jump_law import EACH, MECHANISMS, bead_rod
 
 import asympk as ap
@@ -32,6 +33,20 @@ def test_gap_plus_compliance_times_reaction_is_an_invariant(make, compliance, da
     for _ in range(3):
         at = {s: sp.Rational(int(rng.integers(1, 50)), 60) for s in sorted(rate.free_symbols, key=str)}
         assert abs(rate.subs(at).evalf(30)) < 1e-25
+
+
+def test_the_end_of_a_chain_on_a_wavy_wire_has_an_elastic_contact_though_the_wave_of_a_sum_of_sines_is_long():
+    """Expanded, cos(2 X) of X = sin a + ... + sin d has thousands of terms, over which normal forms took for ever."""
+    angles = dynamicsymbols("a:4")
+    x, y = sum(map(sp.sin, angles)) + sp.sin(T) / 4, -sum(map(sp.cos, angles))
+    kinetic = sum(q.diff(T) ** 2 for q in angles) / 2
+    wire = ap.Contact(gap=y - sp.cos(2 * x) / 4, slip=x, friction=1)
+    chain = ap.Mechanism.from_lagrangian(kinetic, angles, contact=wire)
+    system = chain.elastic(compliance=c, damping=h)
+    invariant = chain.plain.gap + c * next(s for s in system.states if s.name == "x")
+    rate = invariant.diff(system.time) + sum(invariant.diff(s) * system.rates[s] for s in system.states)
+    at = {s: sp.Rational(k + 1, 20) for k, s in enumerate(sorted(rate.free_symbols, key=str))}
+    assert abs(rate.subs(at).evalf(30)) < 1e-25
 
 
 @pytest.mark.parametrize("make", EACH)
