@@ -1,4 +1,4 @@
-r"""What to sweep over, in TOML: a scene as in ``asympk.scenes.scenefile``, with a grid or a draw for any number.
+r"""The file of a sweep, in TOML: a scene as in ``asympk.scenes.scenefile``, with a grid or a draw for any number.
 
     seed = 7
     count = 1000000                                   # random draws at every point of the grid
@@ -11,7 +11,7 @@ A sweep in physical quantities has m, P, f, alpha, l, k, h in place of sigma and
 ``[system]``, ``[values]`` and ``[start]``; one over a mechanism may be its file, ``asympk.mechanics.described``.
 
 Trajectory i has grid point i // count. A random number depends on the seed, the quantity and i alone: it is the i-th
-output of a counter-based generator (Philox) with the key (seed, quantity), however the trajectories are cut up.
+output of a counter-based generator (Philox) with the key (seed, quantity), whatever the size of the chunks.
 """
 
 import hashlib
@@ -80,18 +80,18 @@ class Sweep:
         return -(-self.total // self.chunk)
 
     def described(self) -> dict[str, Any]:
-        """Return the sweep as plain data, all that its results depend on."""
+        """Return all that the results of the sweep depend on, as plain data."""
         axes = {field: [axis.kind, *map(str, axis.values)] for field, axis in self.axes.items()}
         return {**self.family.description, "axes": axes, "count": self.count, "seed": self.seed, "chunk": self.chunk,
                 "format": self.format, "itineraries": self.itineraries}  # fmt: skip
 
     @property
     def digest(self) -> str:
-        """A name of the sweep that differs wherever its results could differ."""
+        """A hash of the description: sweeps whose results could differ have different ones."""
         return hashlib.sha256(json.dumps(self.described(), sort_keys=True).encode()).hexdigest()
 
     def rows(self, index: int) -> tuple[int, int]:
-        """Return (first, last + 1) of the trajectories of a chunk."""
+        """Return (first, last + 1), the range of the trajectories of a chunk."""
         return index * self.chunk, min(self.total, (index + 1) * self.chunk)
 
     def quantities(self, start: int, stop: int) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def _draws(axis, start, stop, key):
     """Return the outputs ``start`` to ``stop`` of the stream ``key``, 53 bits each, spread over the range."""
     import numpy as np
 
-    block = start // 4  # Philox makes four numbers at each count
+    block = start // 4  # Philox makes four numbers at each value of its counter
     raw = np.random.Philox(key=key, counter=block).random_raw(stop - 4 * block)[start - 4 * block:]
     part = (raw >> np.uint64(11)) * 2.0**-53
     low, high = map(float, axis.values)
@@ -135,7 +135,7 @@ def _draws(axis, start, stop, key):
 
 
 def from_description(description: Mapping[str, Any]) -> Sweep:
-    """Return the ``Sweep`` that ``described`` describes; raises ``InputError`` and others for what is no such thing."""
+    """Return the ``Sweep`` of a description from ``Sweep.described``; an invalid one raises an error."""
     axes = {field: Axis(kind, tuple(Fraction(number(field, value)) for value in values))
             for field, (kind, *values) in description["axes"].items()}  # fmt: skip
     settings = (description[key] for key in ("count", "seed", "chunk", "format", "itineraries"))
@@ -146,7 +146,7 @@ def from_description(description: Mapping[str, Any]) -> Sweep:
 
 
 def read_sweep(path: str | Path) -> Sweep:
-    """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` for what is not one."""
+    """Return the ``Sweep`` in the TOML file ``path``; raises ``InputError`` if the file describes none."""
     return sweep_of_table(read_table(path), path)
 
 
@@ -199,7 +199,7 @@ def _family(table):
 
 
 def _described(description):
-    """Return the family of a ``description``; what is none makes another description, or an error."""
+    """Return the family of a ``description``; an invalid description raises, or yields a family with another one."""
     if "system" in description:
         from asympk.sweep.systems import SystemFamily
 
@@ -249,7 +249,7 @@ def _range(family, field, table):
 
 
 def _exact(family, field, value):
-    """Return a number that has a double, as trajectories are followed in doubles."""
+    """Return a number exactly; raises ``InputError`` where no double holds it, since trajectories have doubles."""
     exact = Fraction(family.number(field, value))
     if exact.denominator.bit_length() > _MOST_BITS:
         raise InputError(f"{field} = {short(value)}: a double must be able to hold it")
