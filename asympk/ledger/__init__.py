@@ -1,7 +1,8 @@
-"""The ledger: what Fufaev's 1991 paper claims, sentence by sentence, and what holds.
+"""The ledger: the claims of Fufaev's 1991 paper, sentence by sentence, each with a verdict and its evidence.
 
-A claim is a function that yields checks; its verdict follows from which of them hold. ``verdicts`` has the rule,
-``rigid``, ``elastic``, ``geometry``, ``motion`` and ``jumps`` the claims in the paper's order.
+A claim is a function that yields checks, and its verdict follows from which checks hold, by the rule in ``verdicts``.
+The claims are in ``rigid``, ``elastic``, ``geometry``, ``motion`` and ``jumps``, in the order of the paper, and in
+``predecessors`` and ``remarks``. ``runs`` and ``trend`` have the numeric evidence.
 """
 
 from collections.abc import Callable

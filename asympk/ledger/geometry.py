@@ -1,4 +1,4 @@
-"""Section 3, what is where in the phase space: fields, stick regions, slow planes (C15 to C17, C19 to C22, C28, C29,
+"""Section 3, the geometry of the phase space: fields, stick regions, slow planes (C15 to C17, C19 to C22, C28, C29,
 C31, C32)."""
 
 from collections.abc import Iterator
@@ -253,7 +253,7 @@ def cause_of_the_paradoxes() -> Iterator[Check]:
 
 
 def _planes_by_side(sigma):
-    """Count, mode by mode and side by side, the loads at which mu y' = 0 inside its own quadrant."""
+    """Return the numbers of slow planes in z > 0 and z < 0: a mode has its plane on the side where the load fits it."""
     loads = {"slip_same": Fraction(1) / (sigma + 4), "slip_opposite": Fraction(-1) / sigma}
     sides = [load > 0 if mode == "slip_same" else load < 0 for mode, load in loads.items()]
     return sum(sides), len(sides) - sum(sides)

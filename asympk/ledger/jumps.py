@@ -1,10 +1,11 @@
-"""Section 3, the jumps: what the layers do to x, y and z (C18, C23, C24, C26, C30).
+"""Section 3, the jumps: the changes of x, y and z across the layers (C18, C23, C24, C26, C30).
 
-One rule judges what a sentence says of x. The source speaks of "fast motions in the variable y" and nowhere says that
-x is held. Where its words name a direction in the space (x, y, z), "a jump in the positive direction of the axis y",
-we read that x is held, for that is what moving along y means; that the point "comes to z = 0 by the equations of z"
-it says itself. Where its words name only where the jump ends, "a jump to the edge", x is left open. ``_of_x`` is the
-rule: x moves by as much in all four, which contradicts the first kind and completes the second.
+One rule, ``_of_x``, judges what a sentence says about x. The paper speaks of "fast motions in the variable y" and
+nowhere states that x is constant. A sentence that names a direction in the space (x, y, z), such as "a jump in the
+positive direction of the axis y", is read as a statement that x is constant, for this is the meaning of a motion along
+y; z is another matter, as the paper says that the point "comes to z = 0 by the equations of z". A sentence that names
+only the end of the jump, such as "a jump to the edge", says nothing about x. In all four sentences x changes by an
+amount that does not vanish with mu, which corrects a sentence of the first kind and refines one of the second.
 """
 
 from collections.abc import Iterator
@@ -61,7 +62,7 @@ def _over_first_terms(measure, start, expansion):
 
 
 def _of_x(along_y, limit, gain, what):
-    """Judge what a jump does to x: ``limit`` is x after it, ``gain`` what x moves by, told by ``what``."""
+    """Yield the check of x across a jump; ``limit`` is x after the jump, ``gain`` its change, which ``what`` states."""
     moves = sp.cancel(limit - pk.x - gain) == 0 and gain != 0
     if along_y:
         yield symbolic("x is then what it was: the jump is along y", limit == pk.x, limit)

@@ -1,4 +1,4 @@
-"""Section 1, what it reports of earlier work: Pfeiffer, Butenin, Le Suan An (C33 to C36)."""
+"""Section 1, its reports of earlier work: Pfeiffer, Butenin, Le Suan An (C33 to C36)."""
 
 import math
 from collections.abc import Iterator
@@ -115,7 +115,7 @@ def _slender_rod():
 
 
 def _slips(mechanism, values, velocity):
-    """Count the motions in slip with the first velocity given, all else at rest."""
+    """Return the number of motions that slip with the given first velocity, all other velocities being 0."""
     rest = dict.fromkeys((*mechanism.coordinates, *mechanism.velocities), 0)
     return len(mechanism.motions({**rest, mechanism.velocities[0]: velocity, **values}))
 

@@ -1,4 +1,4 @@
-"""Sections 2 and 3 in passing: signs, damping, borders, fast motions, misprints (C37 to C43)."""
+"""Remarks in sections 2 and 3: on signs, damping, borders, fast motions, and misprints (C37 to C43)."""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -77,7 +77,7 @@ def _power_of_forces(name):
 
 
 def _lost_in_stick(start, mu, until):
-    """Return the energy that the first stick takes, at sigma = 1."""
+    """Return the energy that is lost during the first stick, at sigma = 1."""
     landed, left = precise_path(start, mu, until).events[:2]
 
     def energy(event):
@@ -87,7 +87,7 @@ def _lost_in_stick(start, mu, until):
 
 
 def _share_at_fixed_ratio(small):
-    """Return what the first stick takes of z0^2 at mu = 1/4, where k ~ small^-2 makes z0 = -1/small."""
+    """Return the share of z0^2 that is lost in the first stick at mu = 1/4; k ~ small^-2 makes z0 = -1/small."""
     start = (0, 0, -1 / small)
     return _lost_in_stick(start, Fraction(1, 4), 100) * precise(small) ** 2
 
@@ -140,7 +140,7 @@ def stick_region_by_stability() -> Iterator[Check]:
 
 
 def _returns(load, sigma0=None):
-    """Tell whether both sides of z = 0 lead back to it at once, from this load at sigma = 1."""
+    """Tell whether runs from both sides of z = 0, at this load and sigma = 1, return at once and stick."""
     mu, off = Fraction(1, 1000), Fraction(1, 10**12)
     runs = [precise_path((0, load, side * off), mu, Fraction(1, 10**6), sigma0=sigma0) for side in (1, -1)]
     return all(run.events and run.modes[1] == "stick" for run in runs)
@@ -173,12 +173,12 @@ def _layer(mu):
 
 
 def _shift(sigma, mu):
-    """Return what x gains from z = -1 within 10 mu log(1/mu)."""
+    """Return the change of x from z = -1 within the time 10 mu log(1/mu)."""
     return precise_path(_BELOW, mu, Fraction(str(float(10 * _layer(mu)))), sigma).final[0]
 
 
 def _load_at_stop(mu):
-    """Return the load when z = -1 has come to 0, at sigma = -sqrt(mu)/10, over that on Pi2."""
+    """Return the load at the first stop from z = -1, over the load on Pi2, at sigma = -sqrt(mu)/10."""
     sigma = Fraction(-1, 10 * round(float(mu) ** -0.5))
     stop = next(event for event in precise_path(_BELOW, mu, 1, sigma).events if event.kind == "velocity_zero")
     return (stop.x + stop.y) * -precise(sigma)

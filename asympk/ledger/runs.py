@@ -37,7 +37,7 @@ def _numbers(values):
 
 
 def escape_time(offset: Number, mu: Number) -> Number:
-    """Return when a run from z = 1, ``offset`` off the unstable plane Pi2 of sigma = 1, meets x + y = 0."""
+    """Return the time at which a run at sigma = 1, from z = 1 and ``offset`` off the plane Pi2, meets x + y = 0."""
     scene = Scene.near("Pi2", x=0, offset=offset, z=1, sigma=1, mu=mu, until=1)
     return M.mpf(solve(scene, digits=DIGITS).events[0].t)
 
@@ -61,20 +61,20 @@ def value_at(expr: sp.Expr, values: Mapping[sp.Symbol, Number]) -> Number:
 
 
 def symbolic_number(value: Number) -> sp.Float:
-    """Return a number of ``M`` as SymPy's."""
+    """Return a number of ``M`` as a SymPy Float."""
     return sp.Float(as_mpf(value), M.dps)
 
 
 def modes(start: Sequence[Number | str], sigma: Number = 1, until: Number = 1) -> list[tuple[str, ...]]:
-    """Return the mode sequences met for decreasing mu, each once, in order of appearance."""
+    """Return the mode sequences of the runs for decreasing mu, each once, in order of appearance."""
     return list(dict.fromkeys(precise_path(start, mu, until, sigma).modes for mu in MUS))
 
 
 def listing(sequences: Iterable[tuple[str, ...]]) -> str:
-    """Print mode sequences for evidence."""
+    """Return mode sequences as text for the evidence."""
     return "; ".join(" > ".join(sequence) for sequence in sequences)
 
 
 def decimals(numbers: Iterable[Number]) -> str:
-    """Print numbers with four places for evidence."""
+    """Return numbers with four decimal places as text for the evidence."""
     return ", ".join(f"{float(number):.4f}" for number in numbers)

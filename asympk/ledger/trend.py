@@ -1,4 +1,4 @@
-"""Does a sequence tend to its limit, does a residual vanish? The tests behind the numeric evidence."""
+"""The tests behind the numeric evidence: whether ratios tend to 1, and whether a residual vanishes."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -9,12 +9,12 @@ DIGITS = 40
 
 
 def negligible(residual: Number) -> tuple[bool, str]:
-    """Tell whether a residual, computed to more digits, is zero to 40, and say so."""
+    """Return (whether a residual, computed to more digits, is zero to ``DIGITS`` digits; the words for it)."""
     return bool(abs(residual) < 10**-DIGITS), f"zero to {DIGITS} digits"
 
 
 def tends_to_one(ratios: Sequence[Number]) -> tuple[bool, str]:
-    """Tell whether ratios, for mu falling by a constant factor, tend to 1, and print them.
+    """Return (whether ratios, for mu falling by a constant factor, tend to 1; the ratios as text).
 
     Each deviation from 1 must be at most a tenth of the one before, and the first already below 1.
     """

@@ -2,8 +2,8 @@ r"""The rod without damping, R = R_1, that Pfeiffer and Butenin followed.
 
     epsilon^2 s'' = 1 - 2 s + phi,    v' = 1 - s + phi,    s = R cos(alpha) / P,
 
-with w = epsilon s'; the unit of time is that in which the force P gives the mass the unit of velocity. It has no
-scales of its own, as Fufaev's need damping, so that epsilon, the period of the rod over 2 pi, is measured in that unit.
+with w = epsilon s'. In the unit of time the force P gives the mass the unit of velocity. The scales of Fufaev need
+damping, and the undamped rod has none of its own: epsilon, its period over 2 pi, is measured in this unit of time.
 """
 
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ def undamped_system() -> System:
 
 
 def fast_eigenvalues(mode: str) -> set[sp.Expr]:
-    """Return the eigenvalues of one slip mode in the fast time t / epsilon, as a set."""
+    """Return the set of the eigenvalues of one slip mode in the fast time t / epsilon."""
     field = undamped_system().mode(mode).fast
     return set(sp.Matrix([field[s], field[w]]).jacobian([s, w]).eigenvals())
 

@@ -13,10 +13,11 @@ UNSETTLED = "not settled"
 
 @dataclass(frozen=True)
 class Check:
-    """One piece of evidence.
+    """One piece of evidence for or against a claim.
 
-    ``role`` is "as written" (the sentence itself), "left out" (a condition or a quantity, found to matter, that the
-    sentence leaves out) or "instead" (what is true where the sentence is not); ``kind`` is "symbolic" or "numeric".
+    ``role`` is "as written" (the check is of the sentence itself), "left out" (of a condition or a quantity that the
+    sentence omits although it matters) or "instead" (of the statement that replaces a false sentence). ``kind`` is
+    "symbolic" or "numeric".
     """
 
     role: str
@@ -30,7 +31,7 @@ class Check:
 class Claim(ShownAsTable):
     """A sentence of the paper with its verdict: confirmed, refined, corrected, or not settled when checks fail.
 
-    ``finding`` says what the sentence leaves out or what holds instead; it is empty for a confirmed claim.
+    ``finding`` states what the sentence leaves out or what holds instead, and is empty for a confirmed claim.
     """
 
     id: str
@@ -59,10 +60,11 @@ class Claims(ShownAsTable, tuple):
 
 
 def verdict(evidence: Sequence[Check]) -> str:
-    """Judge a claim.
+    """Return the verdict on a claim from its checks.
 
-    It is confirmed when the sentence holds as written and nothing it leaves out was found to matter; refined when it
-    holds and something did; corrected when it does not hold but all that is put in its place does.
+    Confirmed: all checks "as written" hold, and no check "left out" holds. Refined: all checks "as written" hold, and
+    one "left out" does. Corrected: one "as written" fails, and all checks "left out" and "instead" hold, of which at
+    least one is "instead". Not settled: anything else, or evidence that is not both symbolic and numeric.
     """
     by_role = {role: [c.holds for c in evidence if c.role == role] for role in ("as written", "left out", "instead")}
     if not {check.kind for check in evidence} >= {"symbolic", "numeric"} or not by_role["as written"]:
@@ -76,9 +78,9 @@ def verdict(evidence: Sequence[Check]) -> str:
 def claim(
     identifier: str, where: str, statement: str, finding: str = ""
 ) -> Callable[[Callable[[], Iterator[Check]]], Callable[[], Claim]]:
-    """Make a function that yields checks into one that returns a judged ``Claim``.
+    """Return a decorator that turns a function that yields checks into one that returns a judged ``Claim``.
 
-    ``finding`` is what to say when the verdict is not a plain confirmation.
+    ``finding`` is the finding of the claim unless the verdict is "confirmed".
     """
 
     def decorate(checks):
