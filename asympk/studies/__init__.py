@@ -1,1 +1,1 @@
-"""Models against the exact flow: what they cost, what they get wrong, and which is the least that a scene needs."""
+"""Models and integrators against the exact flow: their costs, their errors, and the least model that a scene needs."""

@@ -1,8 +1,9 @@
-r"""The jump law of any mechanism in numbers: the catalogue, errors for decreasing compliance, and the rebound.
+r"""The jump law of any mechanism in numbers: its values for the catalogue, its errors, and the rebound.
 
-With the compliance c and L = log(1/c) the errors of the law are c (A L + B + ..): error / (c L) tends to the constant
-A, linearly in 1/L. The rebound of a one-sided contact is followed through the jump for a stiff contact of fixed damping
-ratio and set beside its formula, with the limits of no damping, sqrt(p (p - p_s)) / q, and of much, |G_NT| / (D b^2).
+The law is that of ``mechanics.jump_law``. For decreasing compliance c, with L = log(1/c), the error of the law is
+c (A L + B + ..), so that error / (c L) tends to the constant A, linearly in 1/L. The rebound of a contact that only
+pushes is followed through the jump of a stiff contact with a fixed damping ratio b. It is compared with the formula of
+the law and with two limits: sqrt(p (p - p_s)) / q without damping, |G_NT| / (D b^2) for strong damping.
 """
 
 from dataclasses import dataclass
@@ -21,21 +22,21 @@ from asympk.storage.rows import Stored
 from asympk.systems import MECHANISMS, painleve_rod
 from asympk.systems.catalogue import c, described_mechanism, eps, example_scene, h
 
-CHECKED = ("bead_rod", "arm", "crank_slider")  # nonlinear; held both ways and one-sided; two and three coordinates
+CHECKED = ("bead_rod", "arm", "crank_slider")  # nonlinear; bilateral and unilateral; two and three coordinates
 COMPLIANCES = ("1e-3", "1e-4", "1e-5", "1e-6", "1e-7")
 LAYER = 8  # the time in c log(1/c) after which the law is checked
 REBOUNDS = ((1.1, "2"), (0.9, "3"), (1.2, "9/5"))  # theta, friction
 RATIOS = tuple(10 ** (k / 8) for k in range(-16, 17))
-FOLLOWED = RATIOS[:25:4]  # for more damping the rebound is not large against the closing of the gap by a_N
-STIFF = 1e-4  # eps, where the rebound is followed
+FOLLOWED = RATIOS[:25:4]  # for larger ratios the rebound is not large against the effect of a_N on the gap
+STIFF = 1e-4  # eps of the contact whose rebound is followed
 BETA = sp.Symbol("beta", positive=True)  # the damping ratio of the ground
 KEPT = 6  # digits of a row
-LONG = 130  # letters of a formula beyond which a shorter form is sought
+LONG = 130  # letters of a critical friction in LaTeX, from which on a shorter form is shown
 
 
 @dataclass(frozen=True)
 class MechanismFormulas:
-    """What the law says of a mechanism: formulas in LaTeX, and their values for its example; impulses over gamma."""
+    """Critical friction and impulses over gamma of a mechanism, as formulas in LaTeX and as values for its example."""
 
     mechanism: str
     coordinates: int
@@ -51,7 +52,7 @@ class MechanismFormulas:
 
 @dataclass(frozen=True)
 class Error:
-    """The largest error of the law in the coordinates, the velocities (g', gamma, others) and x, and over c L."""
+    """The largest error of the law among the states, in the state ``worst``; ``ratio`` is this error over c L."""
 
     mechanism: str
     compliance: float
@@ -62,7 +63,7 @@ class Error:
 
 @dataclass(frozen=True)
 class Rebound:
-    """g' / |gamma| after the jump of the slender rod, by the formula and followed; the limits b -> 0 and b -> oo."""
+    """g' / |gamma| of the slender rod after the jump: by the law, as followed, and in the limits b -> 0 and b -> oo."""
 
     theta: float
     friction: float
@@ -109,7 +110,7 @@ def _collected(expr, kinetics):
 
 
 def errors() -> list[Error]:
-    """Return the errors of the law for the ``CHECKED`` mechanisms, the compliance decreasing."""
+    """Return the errors of the law for the ``CHECKED`` mechanisms, for decreasing compliance."""
     return [_error(name, small) for name in CHECKED for small in COMPLIANCES]
 
 
@@ -128,7 +129,7 @@ def _error(name, small):
 
 
 def _after(described: Any, scene: Scene) -> dict[str, float]:
-    """Return what the states are after the jump by the law; y stands for c y."""
+    """Return {state: value} after the jump by the law, where the value of y is that of c y."""
     rod = described.mechanism
     law = rod.jump_law(damping=sp.Rational(described.values[h.name]))
     rates = {plain.name: rod.evaluate(law.velocities[own], described.numbers)
@@ -159,7 +160,7 @@ def _stiff_ground():
 
 
 def _followed(numbers, ratio):
-    """Return the gap rate at lift-off of the rod on ground of the compliance STIFF^2 and the given damping ratio."""
+    """Return the gap rate at lift-off of the rod from ground with the compliance STIFF^2 and a damping ratio."""
     state = {name: value for name, value in numbers.items() if name in painleve_rod.STATE}
     values = {**numbers, eps.name: repr(STIFF), BETA.name: ratio}
     until = 20 * STIFF * (1 + ratio) * log(1 / STIFF)
@@ -173,12 +174,12 @@ def _kept(value):
 
 
 def stored_formulas() -> Stored:
-    """Return a row for every mechanism of the catalogue, in its order, and what they were computed with."""
+    """Return a row for every mechanism of the catalogue, in its order, and the settings of the rows."""
     return [_formulas(name) for name in MECHANISMS], {"kept": KEPT, "examples": "those of the catalogue"}
 
 
 def stored_errors() -> Stored:
-    """Return the rows of ``errors``, and what they were computed with."""
+    """Return the rows of ``errors``, and the settings with which they were computed."""
     return errors(), {"kept": KEPT, "layer": LAYER, "reference": "exact motion of the elastic contact"}
 
 

@@ -1,4 +1,4 @@
-"""What a trajectory costs: times as ratios, measured in one run with medians.
+"""The cost of a trajectory: medians of times measured in one run, and their ratios.
 
 A line of the table is a label and a function without arguments that returns its text; add yours to ``LINES``.
 """
@@ -24,7 +24,7 @@ BOXES = {
 
 
 def median_seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25) -> float:
-    """Return the median time of a call, of at least ``least`` calls and as many as fit the budget."""
+    """Return the median time of a call over at least ``least`` calls, or as many as ``budget`` seconds allow."""
     times: list[float] = []
     end = perf_counter() + budget
     while len(times) < least or perf_counter() < end:
@@ -35,7 +35,7 @@ def median_seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25
 
 
 def scalar(name: str, mu: float) -> str:
-    """Compare the exact flow in doubles and in 50 digits with a careful LSODA at 1e-6."""
+    """Compare the exact flow in doubles with 50 digits and with LSODA at the tolerance 1e-6."""
     scene = ap.Scene(1, mu, SCENES[name], 5)
     ap.solve(scene)
     exact = median_seconds(lambda: ap.solve(scene))
@@ -48,7 +48,7 @@ def scalar(name: str, mu: float) -> str:
 
 
 def random_starts(mu: float) -> str:
-    """Time the scalar flow on starts that differ, so that no branch is foreseen."""
+    """Time the scalar flow on random starts, of which the processor can predict no branch."""
     draw = random.Random(1)
     scenes = [ap.Scene(1, mu, [draw.uniform(-2, 2) for _ in range(3)], 5) for _ in range(300)]
     each = median_seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)
@@ -69,7 +69,7 @@ def many(box: str, mu: float) -> str:
 
 @cache
 def rod_in_general_clothes() -> ap.System:
-    """Return the rod's system under other names, which no kernel knows."""
+    """Return the system of the rod under other names, under which its kernel does not apply."""
     import sympy as sp
 
     p, q, w, force = sp.symbols("p q w force", real=True)
@@ -84,7 +84,7 @@ def beside_the_kernel(name: str, mu: float) -> tuple[ap.Scene, float, float, flo
     """Return a scene of the rod in general clothes, and the seconds of the affine flow, of the kernel and of LSODA."""
     start = dict(zip("pqw", SCENES[name], strict=True))
     scene = ap.Scene(system=rod_in_general_clothes(), values={"eps": mu, "k": 1, "k0": 1}, start=start, until=5)
-    for _ in range(6):  # tables of what follows are made when they pay
+    for _ in range(6):  # the affine flow tables its decisions only after several runs
         ap.solve(scene)
     affine = median_seconds(lambda: ap.solve(scene))
     kernel = median_seconds(lambda: ap.solve(ap.Scene(1, mu, SCENES[name], 5)))

@@ -1,6 +1,6 @@
-"""The chart of methods: what each costs and what it gets wrong, as rows.
+"""The chart of methods: the cost and the errors of each method, as rows.
 
-The full run makes the rows that the paper keeps; ``quick`` makes fewer, beside them.
+``write`` computes the rows: those of the paper by the plan ``FULL``, or fewer, in less time, by the plan ``QUICK``.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -47,8 +47,8 @@ QUICK = {
     "model_mus": ("1e-2", "1e-4"), "model_tolerances": (1e-5, 1e-8, 1e-11), "contact_mus": (),
     "repeats": 1, "steps": 2_000, "seconds": 10.0,
 }  # fmt: skip
-JUST_IN_TIME = ("heyoka", "kvaerno5")  # compiled for a system when it is first followed
-COMPILED = 100  # a compiled step of heyoka is so much cheaper that it may make this many times more of them
+JUST_IN_TIME = ("heyoka", "kvaerno5")  # these compile a system when they first follow it
+COMPILED = 100  # factor on the step limit of heyoka, whose compiled steps are cheap
 SLOPE = 3  # tan(alpha) of the nonlinear rod; f = 1 makes sigma = 1
 PARTS = ("work", "plane", "nonlinear", "models", "contacts")
 
@@ -58,8 +58,8 @@ def write(
 ) -> list[Path]:
     """Compute the rows of ``parts`` into ``out``/rows; return the files written.
 
-    ``quick`` computes fewer, of the peers that are there; references are those of ``kept`` where it has them. ``tell``
-    is called with one line for each step. Raises ``MissingPackage`` where the full run lacks a peer.
+    ``quick`` computes fewer rows, for the peers that are installed. Reference solutions stored in ``kept`` are used
+    again. ``tell`` is called with one line for each step. Raises ``MissingPackage`` if the full run lacks a peer.
     """
     lacking = absent()
     if lacking and not quick:
@@ -102,7 +102,7 @@ def work_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row]
 
 
 def _models():
-    """Return (name, options with the method, tolerances) of what has no tolerance."""
+    """Return (name, options with the method, tolerances) of the exact flow and the models, which have no tolerance."""
     return [(name, options, (None,)) for name, options in {"exact": {"method": "exact"}, **MODELS}.items()]
 
 
@@ -125,7 +125,7 @@ def _one_field(plan):
 
 
 def _warm(plan, tell):
-    """Compile what is compiled, so that no run is charged with it."""
+    """Run the methods that compile just in time once, so that no measured time includes compilation."""
     for method, options, tolerances in _integrators(plan):
         if method in JUST_IN_TIME:
             tell(f"compiling {method}")
@@ -145,7 +145,7 @@ def plane_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Row
 
 
 def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Callable[[str], None]) -> list[Row]:
-    """Return rows for the rod whose geometry is kept, with the column ``kappa``; see ``systems.nonlinear_rod``."""
+    """Return rows for the rod with exact geometry, with a column ``kappa``; see ``systems.nonlinear_rod``."""
     rows = []
     for found in references:
         scene, truth = _truth(found)
@@ -165,7 +165,7 @@ def nonlinear_rows(plan: Mapping[str, Any], references: Iterable[Row], tell: Cal
 
 
 def _kept(kappa, scene):
-    """Return a scene of the rod as one of the rod whose geometry is kept."""
+    """Return a scene of the rod as a scene of the rod with exact geometry."""
     n, square = nonlinear_rod, 1 / Fraction(1 + SLOPE**2)
     values = {n.mu: scene.mu, n.sigma: scene.sigma, n.sigma0: scene.sigma0, n.kappa: kappa, n.c2: square}
     return Scene(system=n.system(), values=values, start=scene.start, until=scene.until, name=scene.name)
@@ -179,7 +179,7 @@ def model_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[mod
 
 def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[Any]:
     """Return the rows of integrators on the rod between two rough guides; see ``studies.contacts``."""
-    rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # as many steps a unit of time
+    rows, share = [], {**plan, "steps": plan["steps"] * contacts.UNTIL // UNTIL}  # the same limit per unit of time
     for method in [m for m, *_ in _integrators(share) if m in JUST_IN_TIME]:
         tell(f"compiling {method} for two contacts")
         solve(contacts.scene(plan["contact_mus"][0]), method, seconds=UNBOUNDED)
@@ -191,9 +191,9 @@ def contact_rows(plan: Mapping[str, Any], tell: Callable[[str], None]) -> list[A
 
 
 def nonlinear_references(plan: Mapping[str, Any], kept: Path, tell: Callable[[str], None]) -> list[Row]:
-    """Return rows with the reference solutions of scene (ii), final state and events as decimals.
+    """Return rows with the reference solutions of scene (ii): final states and events, as decimals.
 
-    Those of ``kept`` are used again: they do not depend on the plan, and take half a minute each.
+    Solutions stored in ``kept`` are used again: they do not depend on the plan, and each takes half a minute.
     """
     known = kept / "rows" / "nonlinear-reference.csv"
     stored = {(row["kappa"], row["mu"]): row for row in read_rows(known)} if known.exists() else {}

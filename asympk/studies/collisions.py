@@ -1,4 +1,4 @@
-"""How often the rough mass comes to rest: counts over mu x0 and z0, for an undisturbed start y0 = 0."""
+"""The number of times at which the rough mass comes to rest, over mu x0 and z0, from starts with y0 = 0."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ class CollisionRow:
 
 
 def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[CollisionRow]:
-    """Return the rows of a logarithmic grid for every mu, both signs of z0."""
+    """Return the rows of a logarithmic grid in mu x0 and |z0| for every mu and both signs of z0."""
     import numpy as np
 
     from asympk.systems.painleve_klein.arrays.ensemble import solve_many
@@ -36,7 +36,7 @@ def rows(mus: Iterable[float] = MUS, cells: tuple[int, int] = CELLS) -> list[Col
 
 
 def stored() -> Stored:
-    """Return all rows, and what they were computed with."""
+    """Return all rows, and the settings with which they were computed."""
     return rows(), {"sigma": SIGMA, "until": UNTIL, "start": "(x0, 0, z0)", "method": "exact flow"}
 
 

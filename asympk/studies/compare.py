@@ -1,7 +1,7 @@
-r"""Comparison of methods on one scene: errors that make sense across a jump, and what they cost.
+r"""Comparison of methods on one scene: errors that remain meaningful across a jump, and costs.
 
 A jump that is late by a small part of mu has a large error in every norm that compares states at equal times, since
-y' is of the order 1/mu^2 there. Hence four separate measures against the exact flow at many digits:
+y' is of the order 1/mu^2 during a jump. Hence four separate measures against the exact flow at many digits:
 
     final_error   |x - x*|, |y - y*|, |z - z*| at the end, the largest, relative to max(1, |x*|, |z*|)
     time_error    |t - t*| / mu of the events, the largest, when their kinds are the same
@@ -21,8 +21,8 @@ from asympk.methods import solve
 from asympk.path import Path
 
 GRID = 64
-WRONG = 0.1  # a final error above it is another motion, not an inaccurate one
-PATIENCE = 0.3  # a run longer than this many CPU seconds is timed once
+WRONG = 0.1  # a larger final error means another motion, not an inaccurate one
+PATIENCE = 0.3  # CPU seconds; a longer run is repeated at most once
 ONE_FIELD = ("one_field",)
 
 
@@ -31,8 +31,8 @@ class WorkRow:
     """One run of one method on one scene; None where a measure does not apply.
 
     ``ratio`` is the CPU time in units of that of the exact flow in doubles, measured in the same run. ``status`` is
-    "finished", "events missed" (the modes differ, the end is right), "wrong branch" (the end is wrong), or what the
-    run or the model says of itself.
+    "finished", "events missed" (the modes differ, the end is right), "wrong branch" (the end is wrong), or the
+    message of the run or of the model.
     """
 
     scene: str
@@ -69,8 +69,8 @@ def workprec(
 ) -> Callable[[Iterable[float | None]], list[WorkRow]]:
     """Return ``measure(tolerances) -> rows``: work against precision of ``method`` on ``scene``.
 
-    A tolerance is given to the method as ``rtol`` (and atol); None gives it none, as for models that have no
-    tolerance. ``reference`` is the exact path, by default that of the scene at 30 digits. ``label`` is the method's
+    A tolerance is passed to the method as ``rtol``, which is also its default atol; None passes none, for models
+    without a tolerance. ``reference`` is the exact path, by default the scene's at 30 digits. ``label`` is the method's
     name in the rows. ``follow(scene, method, **options)`` returns the path; the unit of cost stays the exact flow.
     """
     def measure(tolerances):
@@ -92,7 +92,7 @@ def _row(scene, method, rtol, truth, repeats, label, follow, options):
 
 
 def _followed(follow, scene, method, options):
-    """Return the path of a run, or as much of it as was followed."""
+    """Return the path of a run, or the part of the path up to the stop of an unfinished run."""
     try:
         return follow(scene, method, **options)
     except Unfinished as stop:
@@ -108,7 +108,7 @@ def _as_row(scene, label, options, rtol, errors, work, ratio, status):
 
 
 def errors_of(path: Path, truth: Path, scene: Any) -> dict[str, Any]:
-    """Return the four measures of ``path`` against the exact path ``truth``; none for a run that did not finish."""
+    """Return the four measures of ``path`` against the exact path ``truth``, or {} for a run that did not finish."""
     if path.info.get("status", "finished") != "finished":
         return {}
     single = path.modes == ONE_FIELD
@@ -146,7 +146,7 @@ def _distance(state, truth):
 
 
 def status_of(path: Path, errors: Mapping[str, Any]) -> str:
-    """Return the status sentence of a run, judged against the exact path when it finished."""
+    """Return the status of a run, judged by its errors if the run finished."""
     status = path.info.get("status", "finished")
     if status != "finished" or errors["final_error"] < WRONG:
         return "events missed" if errors.get("same_modes") is False else status
@@ -156,7 +156,8 @@ def status_of(path: Path, errors: Mapping[str, Any]) -> str:
 def timed(run: Callable[[], Path], unit: Callable[[], Any], repeats: int) -> tuple[Path, float]:
     """Return (result of ``run``, its CPU time in units of that of ``unit``): medians of interleaved runs.
 
-    The first run is not timed (it may compile) unless it is long.
+    The first run does not count, as it may compile, unless it takes longer than ``PATIENCE``. A long run is repeated
+    only once, the shorter of both times counts, and a long run that did not finish is not repeated.
     """
     first, result = _clocked(run)
     unit()

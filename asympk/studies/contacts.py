@@ -4,8 +4,8 @@ With the velocity w = z - mu y of the second mass, s = x + y and a friction on e
 
     mu y' = 1 - 2 s + phi_1 - phi_2,   z' = 1 - s + phi_1,   |phi_1| <= (sigma + 2) |s|,   |phi_2| <= kappa |s|,
 
-where kappa = f_2 tan(alpha) belongs to the guide of the second mass. Both frictions have the one load s; for kappa = 0
-it is the rod of ``systems.painleve_klein``.
+where kappa = f_2 tan(alpha) belongs to the guide of the second mass. Both frictions have the same load s. For
+kappa = 0 the system is the rod of ``systems.painleve_klein``.
 """
 
 from functools import cache
@@ -43,7 +43,7 @@ def scene(mu: Any, second: Any = KAPPA) -> Scene:
 
 
 def measure(mu: Any, method: str, tolerances: tuple, repeats: int, **options: Any) -> list:
-    """Return the rows of ``compare`` for one method, an exact path of 30 digits their reference.
+    """Return the rows of ``compare`` for one method, with the exact path to 30 digits as reference.
 
     The unit of cost is the exact flow of the rod with one rough guide, from the same start.
     """

@@ -1,13 +1,14 @@
 r"""Convergence of the expansions: their error over the first omitted term, which must tend to 1 as mu -> 0.
 
-A composite of order n, or the slow flow, and the exact flow, both at many digits, are compared in x and z at the end of
-the run and in the times of the events. With e(n) the value of order n, the first omitted term is e(n+1) - e(n), and
+A composite expansion of order n, or the slow flow, is compared with the exact flow, both at many digits, in x and z at
+the end of the run and in the times of the events. With the value e(n) of order n, the first omitted term is
+e(n+1) - e(n), and
 
     error/(first omitted) - 1 = (second omitted)/(first omitted) + ...,
 
-a rational function of L = log(1/mu) times mu. It tends to 0 monotonically once mu is below the zeros of its numerator
-and its denominator as functions of L; where a zero lies within the range of mu, ``excess`` changes sign or
-peaks there, as ``expected`` does, and that is where the quotient is not monotone.
+which is mu times a rational function of L = log(1/mu). The right-hand side tends to 0 monotonically once mu is below
+all zeros of its numerator and its denominator as functions of L. Where such a zero lies within the range of mu, the
+column ``excess`` changes its sign or has a peak, as the column ``expected`` does, and is not monotone.
 """
 
 from collections.abc import Iterable, Iterator
@@ -35,7 +36,7 @@ class CheckedExpansion:
     signs: tuple = (1, -1)
 
     def exists(self, sigma: str) -> bool:
-        """Tell whether the expansion exists for ``sigma``, a word."""
+        """Tell whether the expansion exists for ``sigma``, a string."""
         return (-1 if sigma.startswith("-") else 1) in self.signs
 
 
@@ -51,10 +52,10 @@ EXPANSIONS = {
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """How far one quantity is off at one order, beside the first term that the order omits.
+    """The error of one quantity at one order, beside the first term that the order omits.
 
     ``quantity`` is x, z, or tk, the time of the k-th event. ``excess`` is error/omitted - 1, computed before rounding,
-    and ``expected`` the second omitted term over the first. ``sigma`` is kept as a word, exact.
+    and ``expected`` the second omitted term over the first. ``sigma`` is a string, and thus exact.
     """
 
     expansion: str
@@ -74,7 +75,7 @@ def rows(
     mus: Iterable[str] = MUS,
     orders: Iterable[int] = ORDERS,
 ) -> list[ConvergenceRow]:
-    """Return the rows by expansion, sigma, order and quantity, mu decreasing within."""
+    """Return the rows by expansion, sigma, order and quantity, in order of decreasing mu."""
     found = []
     for name in cases:
         for sigma in filter(EXPANSIONS[name].exists, sigmas):
@@ -84,20 +85,20 @@ def rows(
 
 
 def stored() -> Stored:
-    """Return all rows, and what they were computed with."""
+    """Return all rows, and the settings with which they were computed."""
     starts = {name: list(map(str, case.start)) for name, case in EXPANSIONS.items()}
     return rows(), {"starts": starts, "until": UNTIL, "digits": DIGITS, "kept": KEPT, "reference": "exact flow"}
 
 
 def monotone_from(group: list[dict]) -> float:
-    """Return the largest mu from which on ``excess`` shrinks in modulus to the end, for rows of one quantity."""
+    """Return the largest mu below which the modulus of ``excess`` only falls, from rows of one quantity."""
     sizes = [abs(row["excess"]) for row in group]
     broken = [k + 1 for k, (before, after) in enumerate(pairwise(sizes)) if not after < before]
     return group[broken[-1] if broken else 0]["mu"]
 
 
 def by_quantity(rows: Iterable[dict]) -> Iterator[list[dict]]:
-    """Yield the rows, as dictionaries, of one expansion, sigma, order and quantity after the other."""
+    """Yield lists of the rows, as dictionaries, that have the same expansion, sigma, order and quantity."""
     names = ("expansion", "sigma", "order", "quantity")
     for _, group in groupby(rows, key=lambda row: [row[name] for name in names]):
         yield list(group)

@@ -1,25 +1,26 @@
-r"""How much damping the resolution needs: one family from Butenin's undamped rod to Fufaev's.
+r"""The damping that resolves the paradox: one family of rods from Butenin's undamped rod to Fufaev's.
 
-With the compliance epsilon^2 and the damping time d, in a unit of time that is neither, the rod is the exact flow at
-mu = (epsilon/d)^2 with z/d and t/d; the damping ratio is zeta = d/(2 epsilon). From z0 < 0, sigma > 0, the mass first
-stops after T_1 and then is jammed until it leaves for good. To leading order in L = log(|z0|/epsilon), zeta fixed,
+The rod has the compliance epsilon^2 and the damping time d, both in one unit of time. It is the exact flow at
+mu = (epsilon/d)^2 with z/d and t/d, and its damping ratio is zeta = d/(2 epsilon). From z0 < 0 with sigma > 0 the mass
+first stops at T_1 and is then jammed until it leaves z = 0 for good at T (``jammed`` measures both). To leading order
+in L = log(|z0|/epsilon), for a fixed zeta in the first three formulas,
 
     T_1 = epsilon L / (sigma zeta + sqrt(sigma^2 zeta^2 + sigma)),
     T - T_1 = epsilon L / zeta,  in sqrt(1 - zeta^2) L / (pi zeta) sticks          zeta < 1,
     T - T_1 = epsilon L / (zeta - sqrt(zeta^2 - 1)),  in two sticks                zeta > 1,
     T = (epsilon^2/d) (1 + 1/sigma) log(d |z0| / epsilon^2),  in one stick         d^3 > epsilon^2 |z0|.
 
-The last one is Fufaev's jump: in stick the load of a rod whose fast motion has died away is -mu x, x = |z0|/d, and as
-s' = (1 - mu x)/mu at s = 0, the mass goes on where mu x < 1 and comes back to rest where mu x > 1, for every sigma.
+The last formula is Fufaev's jump. In stick, once the fast motion has decayed, the load is -mu x with x = |z0|/d. Since
+s' = (1 - mu x)/mu at s = 0, the mass slides on where mu x < 1 and returns to rest where mu x > 1, for every sigma.
 
-``jam_law`` has the constants, too. Let l > 0 > k be the roots of mu l^2 = sigma (1 + l), r < q < 0 those of stick,
+``jam_law`` includes the constants. Let l > 0 > k be the roots of mu l^2 = sigma (1 + l), r < q < 0 those of stick,
 mu r^2 + r + 1 = 0. The growing motion meets z = 0 with x = X, y = l X, X = l |z0| / (d (sigma + 1)(1 + l)), after
 (d/l) log(sigma X (k - l)/k); stick ends where its load has fallen to 1/(sigma + 3) at the rate -r (one stick), where
 the slow part of the load, (1 + q)(l - r)/(q - r) X exp(q t), has risen to -1/(sigma + 1) (two), or where the
 envelope of the ringing load has fallen to 1/(sigma + 1) (zeta < 1, up to half a period).
 
-Without damping the rod rings with the amplitude A (of the load), and each crossing of the gap between the edges of
-stick is a slip too short to stop the ringing: in one period the energy epsilon^2 A^2/2 loses C epsilon^2/A^2, so that
+Without damping the load rings with the amplitude A, and each crossing of the gap between the edges of stick is a slip
+too short to stop the ringing. In one period the energy epsilon^2 A^2/2 falls by C epsilon^2/A^2, so that
 
     T = pi epsilon A^4 / (2 C),    A^2 -> sigma z0^2 / ((sigma + 1) epsilon^2),
 
@@ -42,20 +43,20 @@ from asympk.systems.painleve_klein.modes import cone
 
 SIGMA, UNTIL = 1, 1.0
 EPSILONS = (1e-3, 1e-6, 1e-12)
-RATIOS = tuple(10 ** (k / 16) for k in range(-13, 65, 2))  # none is critical, where the roots of stick coincide
+RATIOS = tuple(10 ** (k / 16) for k in range(-13, 65, 2))  # not 1, where the roots of stick coincide
 BORDER = (0.9, 0.99, 1.01, 1.1)
 UNDAMPED = (1 / 2, 1 / 3, 1 / 4)
-TINY = 1e-13  # d/epsilon of what stands for no damping: it takes less than 1e-8 of the energy while the rod rings
-PIECE = 150  # in epsilon: an undamped run is cut there, as the number of events of one run is bounded
+TINY = 1e-13  # d/epsilon that stands for no damping: less than 1e-8 of the energy is lost to it
+PIECE = 150  # length, in epsilon, of the parts of an undamped run, since the number of events of a run is bounded
 
 
 @dataclass(frozen=True)
 class DampingRow:
-    """A start (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at sigma = SIGMA.
+    """The run from (0, 0, -1) of the rod with compliance ``epsilon``^2 and damping time ``damping``, at sigma = SIGMA.
 
-    ``part`` is "ratio" (zeta on a grid), "border" (d^3 near epsilon^2) or "undamped". ``stop`` is when the mass first
-    stops, ``jam`` when it leaves for good, both from the start, ``sticks`` how often it comes to rest, ``amplitude``
-    that of the load at the first stop; ``law`` is what the module's formulas give for ``jam``.
+    ``part`` is "ratio" (zeta on a grid), "border" (d^3 near epsilon^2) or "undamped". ``stop`` is the time of the first
+    stop, ``jam`` the time at which the mass leaves for good, and ``sticks`` the number of stops. ``amplitude`` is the
+    amplitude of the load at the first stop, and ``law`` the value of ``jam`` by the formulas of this module.
     """
 
     part: str
@@ -75,14 +76,14 @@ def rows(
     border: Iterable[float] = BORDER,
     undamped: Iterable[float] = UNDAMPED,
 ) -> list[DampingRow]:
-    """Return the rows: epsilon by epsilon over the damping ratio, at the border of the single jump, and undamped."""
+    """Return the rows over epsilon and the damping ratio, at the border of the single jump, and without damping."""
     found = [_row("ratio", epsilon, 2 * zeta * epsilon) for epsilon in epsilons for zeta in ratios]
     found += [_row("border", epsilon, share * epsilon ** (2 / 3)) for epsilon in epsilons for share in border]
     return found + [_row("undamped", epsilon, TINY * epsilon) for epsilon in undamped]
 
 
 def stored() -> Stored:
-    """Return all rows, and what they were computed with."""
+    """Return all rows, and the settings with which they were computed."""
     return rows(), {"sigma": SIGMA, "start": "(0, 0, -1)", "tiny": TINY, "method": "exact flow"}
 
 
@@ -96,10 +97,10 @@ def _row(part, epsilon, damping):
 def jammed(
     epsilon: float, damping: float, sigma: Any = SIGMA, digits: int | None = None
 ) -> tuple[float, float, int, float]:
-    """Return when the mass first stops and when it leaves for good, how often it stops, and the amplitude then.
+    """Return (time of the first stop, time of leaving for good, number of stops, amplitude of the load at the first).
 
-    From (0, 0, -1) in physical units. Raises ``InputError`` for numbers that are not positive, and where the mass is
-    jammed still at UNTIL although there is damping.
+    The start is (0, 0, -1), in the unit of time of ``epsilon`` and ``damping``. Raises ``InputError`` for numbers out
+    of range, and where a damped mass is still jammed at UNTIL.
     """
     if not (0 < epsilon < 1 and damping > 0 and sigma > 0):
         given = f"epsilon = {epsilon}, damping = {damping}, sigma = {sigma}"
@@ -125,7 +126,7 @@ def jammed(
 
 
 def _amplitude(event, mu):
-    """Return sqrt(s^2 + (epsilon ds/dt)^2) of an undamped rod, where s = x and epsilon ds/dt = sqrt(mu) y."""
+    """Return sqrt(s^2 + (epsilon ds/dt)^2) for an undamped rod, whose s is x and whose epsilon ds/dt is sqrt(mu) y."""
     return sqrt(float(event.x) ** 2 + mu * float(event.y) ** 2)
 
 
@@ -135,7 +136,7 @@ def is_single(row: Mapping) -> bool:
 
 
 def jam_law(epsilon: float, damping: float, sigma: Any = SIGMA) -> float:
-    """Return T for z0 = -1, on its side of critical damping and of d^3 = epsilon^2, with the constants."""
+    """Return T for z0 = -1 with its constants, by the formula for this zeta and this side of d^3 = epsilon^2."""
     mu, (low, high) = (epsilon / damping) ** 2, cone(sigma)
     growing, shrinking = _roots(mu, -sigma)
     landing = growing / (damping * (sigma + 1) * (1 + growing))
@@ -156,14 +157,14 @@ def leading_law(epsilon: float, zeta: float) -> float:
 
 
 def _roots(mu, b):
-    """Return the roots of mu r^2 + b r + b = 0, complex or real, that of larger modulus first, without cancellation."""
+    """Return the roots of mu r^2 + b r + b = 0 without cancellation, the root of larger modulus first."""
     swing = b * b - 4 * mu * b
     half = -(b + (1 if b > 0 else -1) * (sqrt(swing) if swing >= 0 else 1j * sqrt(-swing))) / 2
     return half / mu, b / half
 
 
 def stick_law(epsilon: float, zeta: float) -> float:
-    """Return how often the mass comes to rest below critical damping, to leading order."""
+    """Return the number of stops of the mass below critical damping, to leading order."""
     return sqrt(1 - zeta**2) * log(1 / epsilon) / (pi * zeta)
 
 
@@ -178,11 +179,11 @@ def undamped_factor(sigma: Any = SIGMA) -> float:
 
 
 def loss_per_period(sigma: Any) -> sp.Expr:
-    r"""Return C, exactly: minus the work on the mass during one slip down and one up through the gap of stick.
+    r"""Return C exactly: minus the work on the mass during two slips, with the load falling and rising through the gap.
 
-    The load runs through the gap at the steady rate A/epsilon, downwards from 1/(sigma + 3), upwards from
-    -1/(sigma + 1), and v = (epsilon/A) V with dV = v' ds until V is 0 again. P and friction together give the energy
-    (epsilon/A)^2 times the integral of V (1 - (sigma + 2)|s|).
+    The load s crosses the gap between the edges of stick at the constant rate A/epsilon, downwards from 1/(sigma + 3)
+    and upwards from -1/(sigma + 1). The velocity is v = (epsilon/A) V with dV = v' ds, until V is 0 again. The work of
+    P and friction is (epsilon/A)^2 times the integral of V (1 - (sigma + 2)|s|).
     """
     sigma = rational("sigma", sigma)
     low, high = cone(sigma)

@@ -1,8 +1,8 @@
 r"""The models of five systems checked for decreasing mu: a reaction, several states, a nonlinear layer, two mechanisms.
 
-The error of order n over its first omitted term must tend to 1 as mu -> 0. In the limit with friction, whose first
-omitted term is not known, the error over mu log(1/mu) must tend to a constant. A row is left out where the measure is
-below what the reference holds.
+The error of order n over its first omitted term must tend to 1 as mu -> 0. For the limit (order 0) of a system with
+friction the first omitted term is not known, and the error over mu log(1/mu) must tend to a constant. A row whose
+measure is too small for the accuracy of the reference is left out.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -23,7 +23,7 @@ from asympk.systems import nonlinear_rod
 MUS = ("1/32", "1/100", "1/320", "1/1000", "1/3200", "1/10000")
 ORDERS = (0, 1, 2)
 DIGITS = 18  # of the reference
-LEAST = 1e-11  # a measure below it is not compared
+LEAST = 1e-11  # rows with a smaller measure are left out
 KEPT = 6  # digits of a row
 
 x, y, u, v, w = sp.symbols("x y u v w", real=True)
@@ -33,7 +33,7 @@ kappa, lambda_ = sp.symbols("kappa lambda", positive=True)
 
 @dataclass(frozen=True)
 class SceneFamily:
-    """A system, the numbers of its parameters but the small one, a start, and a horizon."""
+    """A system, the values of its parameters except the small one, a start, and a horizon."""
 
     system: System
     values: dict
@@ -48,7 +48,7 @@ class SceneFamily:
 
 @dataclass(frozen=True)
 class DecreasingRow:
-    """The error of one state at one order, beside its ``measure``: the first omitted term, or mu log(1/mu)."""
+    """The error of one state at one order, and its ``measure``: the first omitted term, or mu log(1/mu)."""
 
     system: str
     with_friction: bool
@@ -79,7 +79,7 @@ def five_systems() -> dict[str, SceneFamily]:
 
 @cache
 def held_rod() -> System:
-    """Return two masses on parallel guides joined by an elastic rod, the smooth one on a spring; friction f."""
+    """Return the system of two masses joined by an elastic rod, one with friction f, the other on a spring."""
     x1, x2 = dynamicsymbols("x1 x2")
     f, t = sp.Symbol("f", positive=True), dynamicsymbols._t
     cosine, sine = sp.Rational(3, 5), sp.Rational(4, 5)
@@ -89,7 +89,7 @@ def held_rod() -> System:
 
 
 def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list[DecreasingRow]:
-    """Return the rows by system, order and state, mu decreasing within."""
+    """Return the rows by system, order and state, in order of decreasing mu."""
     found = []
     for name, family in five_systems().items():
         if names is None or name in names:
@@ -98,13 +98,13 @@ def rows(names: Collection[str] | None = None, mus: Iterable[str] = MUS) -> list
 
 
 def stored() -> Stored:
-    """Return all rows, and what they were computed with."""
+    """Return all rows, and the settings with which they were computed."""
     about = {name: {"start": str(family.start), "until": family.until} for name, family in five_systems().items()}
     return rows(), {"cases": about, "digits": DIGITS, "kept": KEPT, "reference": "collocation, exact flow"}
 
 
 def is_limit(row: Mapping) -> bool:
-    """Tell whether a row is that of a limit with friction, whose error is compared with mu log(1/mu)."""
+    """Tell whether a row is of a limit with friction, where the measure is mu log(1/mu)."""
     return row["with_friction"] and row["order"] == 0
 
 

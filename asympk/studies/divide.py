@@ -1,15 +1,15 @@
-r"""How sensitive the choice between the two rigid motions is: the separatrix through Pi2 and the time to leave it.
+r"""The sensitivity of the choice between the two rigid motions: the separatrix through Pi2 and the time to leave it.
 
-For sigma > 0 the plane of fast starts in z > 0 is divided by the slow line of ``slip_opposite``, which repels: on one
-side the motion goes on (to Pi1), on the other the velocity vanishes at once. A start at the load s = s_line(x) + delta
+For sigma > 0 the repelling slow line of ``slip_opposite`` divides the plane of fast starts in z > 0. On one side the
+motion goes to Pi1; on the other the velocity vanishes within a fast layer. A start at the load s = s_line(x) + delta
 stays near the line for the time
 
     T = (mu/sigma) log(1/(sigma delta)) + ...                          to s = 0,     delta > 0,
     T = (mu/sigma) log(sigma z/((sigma + 1) mu |delta|)) + ...         to z = 0,     delta < 0,
 
-and follows Pi2, the second of the rigid motions, for a time that does not vanish with mu only if delta does so
-exponentially: T is O(1) where mu log(1/delta) is. All of it is derived: ``jump_map(near=...)``,
-``series.solve_for_series``.
+The start follows Pi2, the second of the rigid motions, for a time that does not vanish with mu only if delta is
+exponentially small: T is O(1) where mu log(1/delta) is O(1). ``divide`` derives all this, with the help of
+``jump_map(near=...)`` and ``series.solve_for_series``; ``escapes`` compares it with the exact flow.
 """
 
 from collections.abc import Iterable
@@ -45,7 +45,7 @@ OFFSETS = ("1e-2", "1e-12", "1e-400", "0", "-1e-12", "-1e-2")
 class Divide:
     """The load on the separatrix, a series in mu whose coefficients depend on x, and the jump maps on its two sides.
 
-    ``delay`` is the time to leave it upwards where the offset is exponentially small, ``delta = exp(-kappa/mu)``.
+    ``delay`` is the time until the load vanishes for an exponentially small offset, ``delta = exp(-kappa/mu)``.
     """
 
     load: Series
@@ -66,10 +66,10 @@ class Divide:
 
 @dataclass(frozen=True)
 class Escape:
-    """One start near the divide: when it leaves, and which of the rigid motions it then takes.
+    """One start near the divide: the time at which it leaves, and the rigid motion that it then follows.
 
     ``depth`` is mu log(1/|offset|), None on the divide itself. ``motion``: "goes on" along Pi1, "stops at once", or
-    "decelerates" along Pi2 to the end. ``time`` is that of the first event of the exact flow. ``leading`` and ``next``
+    "decelerates" along Pi2 to the end. ``time`` is the first event time of the exact flow. ``leading`` and ``next``
     are the terms of the expansion for a fixed offset, ``ratio`` is (time - leading)/next; ``delayed`` is the expansion
     for a fixed depth (offset > 0).
     """
@@ -99,7 +99,7 @@ def rows(sigmas: Iterable[str] = SIGMAS, mus: Iterable[str] = MUS, offsets: Iter
 
 
 def stored() -> Stored:
-    """Return all rows, and what they were computed with."""
+    """Return all rows, and the settings with which they were computed."""
     return rows(), {"start": list(map(str, START)), "digits": DIGITS, "reference": "exact flow"}
 
 
@@ -141,7 +141,7 @@ def _delayed():
 
 
 def divide(system: System, order: int = 1, mode: str = "slip_opposite") -> Divide:
-    """Derive the divide along the slow line of ``mode`` in z > 0; raises as ``jump_map`` does."""
+    """Derive the ``Divide`` along the slow line of ``mode`` in z > 0; raises the errors of ``jump_map``."""
     z = linear(system).states[2]
     above, below = (jump_map(system, order, {z: 1, OFFSET: sp.Rational(k, 10)}, near=mode) for k in (1, -1))
     return Divide(separatrix(system, order, mode), above, below, _delay(system, mode, order))

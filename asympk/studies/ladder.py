@@ -1,10 +1,13 @@
 r"""The ladder of models for the scene of any slow-fast system: slow, jump of orders 0, 1, 2, exact.
 
-A smooth system's models predict their errors from the terms that they omit, and so do those of higher order with
-friction. What the limit with friction is wrong by is its distance from the jump of order 1, and what that is wrong by.
-The limit without a layer is ``"rigid"``: of an elastic contact it is the rigid mechanism. The error of an exact motion
-that is integrated is bounded by what tolerances a hundred times as large and as small change, twice the latter; one in
-closed form tells its own.
+``rungs`` predicts, measures and times every model of the ladder; ``predicted`` is the rule of the predictions. A model
+of a smooth system predicts its error from the terms that it omits, and so does a model of order 1 or 2 with friction.
+The predicted error of the limit with friction is its distance from the jump of order 1 plus the predicted error of this
+jump. The model ``"rigid"`` is the limit without a layer; for an elastic contact it is the rigid mechanism.
+
+The error of an exact motion that is integrated is estimated by two runs: it is the larger of the change that a
+tolerance a hundred times as large makes, and twice the change that one a hundred times as small makes. An exact motion
+in closed form has an error bound of its own.
 """
 
 from collections.abc import Callable, Mapping
@@ -24,9 +27,9 @@ JUMPS = {f"jump-{n}": ("jump", {"order": n}) for n in range(3)}
 SMOOTH = {"slow": ("slow", {"order": 1}), **JUMPS}
 FRICTION = {"rigid": ("slow", {"order": 0}), **SMOOTH}
 ROD = {"rigid": ("rigid", {}), **{name: SMOOTH[name] for name in ("slow", "jump-0", "jump-1")}}
-CHECKS = ((1e-8, 1), (1e-12, 2))  # tolerances beside the exact motion's, and times what they change it may be wrong by
+CHECKS = ((1e-8, 1), (1e-12, 2))  # tolerances beside the exact motion's, and factors on the changes they make
 REFERENCE_DIGITS, OF_ROD = 16, 30
-DOUBLES = 2e-15  # what the exact flow is held to in doubles, relative to the largest of 1 and the states on the path
+DOUBLES = 2e-15  # error of the exact flow in doubles, relative to the largest of 1 and the states on the path
 _REPEATS = 5
 
 
@@ -34,8 +37,8 @@ _REPEATS = 5
 class Rung:
     """One model on the ladder; errors at ``until`` are relative to the largest of 1 and the states (the rod's x and z).
 
-    ``cost`` is its time as a multiple of the exact flow's in the same run. Where the model does not apply, was not
-    tried or not measured, ``reason`` says why and the numbers are None.
+    ``cost`` is the time of the model over that of the exact flow, measured in the same run. Where the model does not
+    apply, was not tried or not measured, ``reason`` says why, and the numbers that are missing are None.
     """
 
     model: str
@@ -67,9 +70,9 @@ def models_below(system: Any) -> dict[str, tuple[str, dict]]:
 def rungs(scene: Scene, allowed: float = inf) -> tuple[Rung, ...]:
     """Return the rungs of a scene's ladder, lowest first, with predictions, measured errors and costs.
 
-    After ``allowed`` seconds no further rung is tried, and errors are measured only where the reference, collocation to
-    ``REFERENCE_DIGITS`` digits, is there by then. Raises what ``solve`` raises where the exact motion itself cannot be
-    followed.
+    After ``allowed`` seconds no further rung is tried, and errors are measured only if the reference is complete by
+    then: the exact motion to ``OF_ROD`` digits for the rod, else to ``REFERENCE_DIGITS`` digits, by collocation if it
+    is not affine. Raises the errors of ``solve`` where the exact motion itself cannot be followed.
     """
     end = monotonic() + allowed
     exact = solve(scene)
@@ -98,7 +101,7 @@ def _measured(rung: Rung, final: tuple | None, reference: tuple | None, unit: fl
 def least_places(
     system: Any, values: Mapping, start: Mapping, until: Any, rtol: float, progress: Callable[[float], None] | None
 ) -> np.ndarray:
-    """Return the place on the ladder of the least model, over values, starts and horizons that broadcast."""
+    """Return the index of the least model on the ladder, for values, starts and horizons that broadcast."""
     given = [dict(part) for part in (values, start)]
     columns = [*given[0].values(), *given[1].values(), until]
     shape = np.broadcast_shapes(*(np.shape(c) for c in columns))
@@ -126,7 +129,7 @@ def _least(scene, rtol):
 
 
 def _rung(scene, name, method, options, late):
-    """Return a rung and the final state that its model gives, or None."""
+    """Return (rung, final state of its model, or None where the model does not apply)."""
     if late:
         return Rung(name, None, reason="not tried: the time was over"), None
     try:
@@ -138,7 +141,7 @@ def _rung(scene, name, method, options, late):
 
 
 def predicted(scene: Scene, path: Any) -> float:
-    """Return the error that a path predicts, or, in the limit with friction, its distance from the jump of order 1."""
+    """Return the error that a path predicts; for the limit with friction, a bound by way of the jump of order 1."""
     if path.error is not None:
         return path.error
     finer = solve(scene, "jump", order=1)
@@ -157,12 +160,12 @@ def _exact_error(scene, exact):
 
 
 def distance(final: tuple, reference: tuple) -> float:
-    """Return how far ``final`` is from ``reference``, relative to the largest of 1 and its states."""
+    """Return the largest error of ``final``, relative to the largest of 1 and the states of ``reference``."""
     off = max(abs(float(a - b)) for a, b in zip(final, reference, strict=True))
     return off / max(1.0, *(abs(float(b)) for b in reference))
 
 
 def seconds(scene: Scene, method: str, options: dict) -> float:
-    """Return the median time of a few runs, after one to warm up."""
+    """Return the median time of a few runs, after a first run that does not count."""
     solve(scene, method, **options)
     return median_seconds(lambda: solve(scene, method, **options), _REPEATS, 0)

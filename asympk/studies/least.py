@@ -1,7 +1,8 @@
 """The least model that a scene needs: the ladder rigid < slow < jump order 0 < jump order 1 < exact.
 
-Each rung predicts its own error at ``until``, from the first terms it omits; the least model is the lowest rung whose
-prediction is below the tolerance. That the prediction bounds the true error is measured, against the exact flow.
+Each rung predicts its own error at ``until`` from the first terms that it omits; the least model is the lowest rung
+whose prediction is below the tolerance. The true error, against the exact flow, is measured beside each prediction.
+``ladder`` makes the rungs; ``least_model`` finds the rung for one scene, and ``atlas`` for many.
 """
 
 from collections.abc import Callable, Mapping
@@ -43,9 +44,9 @@ class Ladder(ShownAsTable):
 def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) -> Ladder:
     """Climb the ladder for ``scene``; return the ``Ladder`` with the lowest rung that predicts an error below ``rtol``.
 
-    The scene of a system that is not the rod has the ladder of ``ladder.rungs``: rigid, slow, jump-0 .. jump-2, exact.
-    After so many ``seconds`` its further rungs are not tried, and its errors not measured; each rung says so. Raises
-    ``InputError`` for an rtol or seconds that are no positive number, and for an rtol below what doubles hold.
+    The ladder of a system other than the rod is that of ``ladder.rungs``: rigid, slow, jump-0 .. jump-2, exact. For
+    such a system no further rung is tried and no error measured after ``seconds``, and each rung says so. Raises
+    ``InputError`` if rtol or seconds is not a positive number, or if the exact motion in doubles does not reach rtol.
     """
     require_scene(scene, "least_model")
     rtol = _tolerance(rtol)
@@ -73,14 +74,14 @@ def atlas(
     values: Mapping | None = None,
     start: Mapping | None = None,
 ) -> Any:
-    """Map the least model over parameters and starts that broadcast: an array of rung numbers, 0 for ``"rigid"``.
+    """Return the least model for parameters and starts that broadcast, as an integer array of rung numbers from 0.
 
-    Plane by plane: give two of the arguments as ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the
-    share of the work that is done. The names of the rungs are the keys of ``LADDER``, in order; those of a ``system``
-    with ``values`` and ``start``, mappings to numbers or arrays, are the keys of ``ladder.models_below``, and
-    ``"exact"``, which says that no model will do: whether the exact motion goes on there, ``solve_many`` tells. The
-    array is of whole numbers, of the shape to which the arguments broadcast. Raises ``InputError`` for an rtol as
-    ``least_model`` does, and for arguments that are no numbers or do not broadcast.
+    The array has the shape to which the arguments broadcast. For a map over two of the arguments, give these as
+    ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the finished share of the work. For the rod, the
+    names of the rungs are the keys of ``LADDER``, in order. For a ``system`` with ``values`` and ``start``, mappings to
+    numbers or arrays, they are the keys of ``ladder.models_below`` and then ``"exact"``. The rung ``"exact"`` means
+    that no model suffices; whether the exact motion exists, ``solve_many`` tells. Raises ``InputError`` for an rtol as
+    ``least_model`` does, and for arguments that are not numbers or do not broadcast.
     """
     rtol = _tolerance(rtol)
     if system is not None:
@@ -89,7 +90,7 @@ def atlas(
 
 
 def _least_places(shape, columns, rtol, progress):
-    """Return the place on ``LADDER`` of the least model of every rod, in the given shape."""
+    """Return the index on ``LADDER`` of the least model of every rod, in the given shape."""
     import numpy as np
 
     left = np.arange(int(np.prod(shape)))

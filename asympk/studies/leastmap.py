@@ -1,4 +1,4 @@
-"""The least model over mu and the velocity at the start, for a steep and a shallow rod: rows of the atlas."""
+"""The least model over mu and the starting velocity, for a steep and a shallow rod, as rows."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ CELLS = (31, 25)
 
 @dataclass(frozen=True)
 class LeastMapRow:
-    """The least model from (x, y) = START and z; ``rung`` counts from 0, the rigid rod."""
+    """The least model from (x, y) = START and z; ``rung`` is an index of ``LADDER``, 0 for the rigid rod."""
 
     sigma: str
     mu: float
@@ -22,7 +22,7 @@ class LeastMapRow:
 
 
 def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list[LeastMapRow]:
-    """Return the rows of a logarithmic grid for every sigma, both signs of z0."""
+    """Return the rows of a logarithmic grid in mu and |z0| for every sigma and both signs of z0."""
     from fractions import Fraction
 
     import numpy as np
@@ -38,5 +38,5 @@ def rows(sigmas: Iterable[str] = SIGMAS, cells: tuple[int, int] = CELLS) -> list
 
 
 def stored() -> Stored:
-    """Return all rows, and what they were computed with."""
+    """Return all rows, and the settings with which they were computed."""
     return rows(), {"start": list(START), "until": UNTIL, "rtol": RTOL, "rungs": list(LADDER)}

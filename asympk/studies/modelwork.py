@@ -1,8 +1,8 @@
-"""What a model saves: integrators that reach the error of the jump of order 1, on a nonlinear mechanism and a reaction.
+"""The saving by a model: integrators as accurate as the jump of order 1, on a nonlinear mechanism and a reaction.
 
-The unit of cost is the jump of order 1 on the same scene, timed in turns with each run, a scene of its system having
-been solved before, so that what is derived and compiled once is not counted. Integrators follow one mode at a time,
-their tolerances from loose to fine until the error is reached. The reference is Radau at its finest.
+The unit of cost is the jump of order 1 on the same scene. Runs of the two are timed in turns, after a first run of the
+system, so that derivation and compilation do not count. An integrator follows one mode at a time; its tolerance is
+refined until its error is at most that of the jump of order 1. The reference is Radau with the settings ``FINEST``.
 """
 
 from collections.abc import Callable, Iterable
@@ -26,7 +26,10 @@ FINEST = {"rtol": 1e-13, "atol": 1e-13, "steps": 10**6, "seconds": 600.0}
 
 @dataclass(frozen=True)
 class SavingRow:
-    """One run: its error at the end and its CPU time in units of that of the jump of order 1; or why there is none."""
+    """One run: its final error, and ``ratio``, its CPU time over that of the jump of order 1.
+
+    Both are None for a run that failed, and ``status`` says why.
+    """
 
     system: str
     mu: float
@@ -44,7 +47,7 @@ def rows(
     repeats: int = 5,
     tell: Callable[[str], None] = lambda line: None,
 ) -> list[SavingRow]:
-    """Return the rows of both systems by mu and method, of an integrator up to the tolerance that reaches the error."""
+    """Return the rows by system, mu and method; tolerances end with the first that is fine enough."""
     found = []
     for system, mu in product(SYSTEMS, mus):
         tell(f"{system}, mu = {mu}: models beside integrators")
@@ -72,7 +75,7 @@ def _row(system, scene, truth, repeats, name, method, options):
 
 
 def savings(rows: list[dict]) -> dict[tuple[str, float], dict[str, float | None]]:
-    """Return {(system, mu): {integrator: its least ratio at the error of the jump of order 1, or None}}."""
+    """Return {(system, mu): {integrator: its least ratio with at most the error of the jump of order 1, or None}}."""
     found: dict = {}
     for row in rows:
         mine = [r for r in rows if (r["system"], r["mu"]) == (row["system"], row["mu"])]

@@ -1,7 +1,7 @@
-"""The nearest peer of the rod's kernel: matrix exponentials with located events, for any system of affine modes.
+"""The kernel of the rod against its nearest peer: the affine flow, by matrix exponentials, of any affine system.
 
-The affine flow is such a peer. It follows the rod under other names, which no kernel knows; times are medians of runs
-of each, as ratios.
+The affine flow follows the rod under other names, under which the kernel does not apply. Costs are ratios of the median
+times of several runs.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from asympk.studies.bench import MUS, SCENES, beside_the_kernel
 
 @dataclass(frozen=True)
 class PeerRow:
-    """What the affine flow costs on a scene in units of the kernel, and LSODA at 1e-6 in units of the affine flow."""
+    """Time of the affine flow on a scene over that of the kernel, and of LSODA at 1e-6 over that of the affine flow."""
 
     scene: str
     mu: float
@@ -21,7 +21,7 @@ class PeerRow:
 
 
 def rows() -> list[PeerRow]:
-    """Return the rows of all scenes and values of mu that ``asympk bench`` has."""
+    """Return the rows for all scenes and values of mu of ``asympk bench``."""
     return [_row(name, mu) for name in SCENES for mu in MUS]
 
 
@@ -31,5 +31,5 @@ def _row(name, mu):
 
 
 def stored() -> Stored:
-    """Return all rows, and what they were computed with."""
+    """Return all rows, and the settings with which they were computed."""
     return rows(), {"until": 5, "sigma": 1}
