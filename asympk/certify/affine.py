@@ -5,10 +5,12 @@ exact entries, see ``rows``. ``enclose`` follows a system from event to event, a
 
 The hard function is ``_Modes.chosen``, which proves the mode at the start and after every event (Lemma 12). A candidate
 holds where each of its guards, or the first nonvanishing derivative of the guard, is positive at every point of the
-balls; every candidate that does not hold must have a guard for which this sign is negative at every point. A law that
-switches with the state or the time has a mode on each side of the switch, and the edge of a side is one more guard.
-A ball never proves that a quantity vanishes. A quantity vanishes by exact arithmetic at the start, or because its
-coefficients are a linear combination of those of quantities that vanish at the event.
+balls. Every other candidate must have a guard for which this sign is negative at every point, or keep a quantity at 0
+that is nowhere 0. A law that switches with the state or the time has a mode on each side of the switch, and the edge of
+a side is one more guard.
+
+A ball never proves that a quantity vanishes: a quantity vanishes by exact arithmetic at the start, or because its
+coefficients are a linear combination of the coefficients of quantities that vanish at the event.
 """
 
 from collections.abc import Mapping, Sequence
@@ -120,7 +122,7 @@ def enclose(
 
 
 def _after(mode, guard):
-    """Return the branches that may follow a mode: any at a switch, else those that change the guard's friction."""
+    """Return the branches that may follow a mode: any branch at a switch, else any phase of the guard's friction."""
     frictions = mode.system.frictions
     lost = range(len(frictions)) if guard.kind == SWITCH else (guard.friction,)
     return product(*(all_phases(frictions[k]) if k in lost else (phase,) for k, phase in enumerate(mode.branch)))

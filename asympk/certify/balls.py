@@ -1,7 +1,7 @@
 """Ball arithmetic (python-flint's ``arb``): numbers and expressions as balls that certainly contain them.
 
 No ball is made from a rounded number: a Fraction becomes a quotient of integers, a float the dyadic rational that the
-float is. A comparison of balls is true only if every pair of points of the two balls fulfils it.
+float is. A comparison of balls is true only if every pair of points of the two balls satisfies it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -65,16 +65,16 @@ def certain_sign(value: Ball) -> int:
 
 
 def common(first: Ball, second: Ball) -> Ball:
-    """Return the intersection of two enclosures of one number; raises ``Refused`` where they are disjoint."""
+    """Return a ball around the intersection of two enclosures of one number; raises ``Refused`` if disjoint."""
     if not (first.is_finite() and second.is_finite()):
         return second if second.is_finite() else first
     if not first.overlaps(second):
-        raise Refused(f"contradiction: {first} and {second} are to enclose one number")
+        raise Refused(f"contradiction: {first} and {second} enclose one number but are disjoint")
     return first.intersection(second)
 
 
 def times(first: Ball, second: Ball) -> Ball:
-    """Return the product, of two wide balls from their ends: the product of midpoints and radii may lose a sign."""
+    """Return the product, of two wide balls from their ends: the product of midpoints and radii may lose its sign."""
     if first.rel_accuracy_bits() > 8 or second.rel_accuracy_bits() > 8:
         return first * second
     if not (signs := certain_sign(first) * certain_sign(second)):

@@ -128,9 +128,9 @@ class ExactEntries:
         return [[self.ball(entry) for entry in row] for row in matrix]
 
     def _with_invariants(self, matrix: tuple[tuple[Any, ...], ...]) -> list[list[list[Any]]]:
-        """Return T, ``T M T^-1`` and ``T^-1``; T puts invariants (rows r, ``r M = 0``) of the core for states.
+        """Return T, ``T M T^-1`` and ``T^-1``, where T replaces states of the core of M by invariants.
 
-        The eigenvalue 0 of an invariant is then visible in the zeros of ``T M T^-1``, whatever the parameters are.
+        The eigenvalue 0 of an invariant, a row r with ``r M = 0``, then shows in the zero entries of ``T M T^-1``.
         """
         moved = DomainMatrix([[*row] for row in matrix], (len(matrix),) * 2, self.field)
         basis = DomainMatrix.eye(moved.shape, self.field).to_dense()

@@ -132,7 +132,7 @@ def _powers(matrix, part, pattern, core, outside):
 
 
 def core_of(pattern: np.ndarray) -> tuple[list[int], list[int], list[int]]:
-    """Return the indices of the core, of states that only drive it, and of states only driven, by dependence."""
+    """Return the indices of the core, of states that only drive it and of states it only drives, by dependence."""
     left, before, after = set(range(len(pattern))), list[int](), list[int]()
     for found, matrix in ((before, pattern), (after, pattern.T)):
         while empty := [i for i in sorted(left) if not any(matrix[i, j] for j in left)]:

@@ -253,7 +253,7 @@ def cause_of_the_paradoxes() -> Iterator[Check]:
 
 
 def _planes_by_side(sigma):
-    """Return the numbers of slow planes in z > 0 and z < 0: a mode has its plane on the side where the load fits it."""
+    """Return the numbers of slow planes in z > 0 and in z < 0: the sign of the load on a plane decides its side."""
     loads = {"slip_same": Fraction(1) / (sigma + 4), "slip_opposite": Fraction(-1) / sigma}
     sides = [load > 0 if mode == "slip_same" else load < 0 for mode, load in loads.items()]
     return sum(sides), len(sides) - sum(sides)

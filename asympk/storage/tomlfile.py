@@ -9,7 +9,7 @@ from typing import Any
 
 from asympk.errors import InputError
 
-LARGEST = 1_000_000  # bytes of a file of a file
+LARGEST = 1_000_000  # bytes of a file
 
 
 def read_table(path: str | Path) -> dict[str, Any]:

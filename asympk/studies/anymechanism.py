@@ -31,7 +31,7 @@ FOLLOWED = RATIOS[:25:4]  # for larger ratios the rebound is not large against t
 STIFF = 1e-4  # eps of the contact whose rebound is followed
 BETA = sp.Symbol("beta", positive=True)  # the damping ratio of the ground
 KEPT = 6  # digits of a row
-LONG = 130  # letters of a critical friction in LaTeX, from which on a shorter form is shown
+LONG = 130  # letters in LaTeX from which on a critical friction is shown in a shorter form
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class MechanismFormulas:
 
 @dataclass(frozen=True)
 class Error:
-    """The largest error of the law among the states, in the state ``worst``; ``ratio`` is this error over c L."""
+    """The largest error of the law among the states, in the state ``worst``; ``ratio`` is the error / (c log(1/c))."""
 
     mechanism: str
     compliance: float

@@ -24,7 +24,7 @@ BOXES = {
 
 
 def median_seconds(call: Callable[[], Any], least: int = 5, budget: float = 0.25) -> float:
-    """Return the median time of a call over at least ``least`` calls, or as many as ``budget`` seconds allow."""
+    """Return the median time of a call over ``least`` calls, or more if ``budget`` seconds allow."""
     times: list[float] = []
     end = perf_counter() + budget
     while len(times) < least or perf_counter() < end:
@@ -48,7 +48,7 @@ def scalar(name: str, mu: float) -> str:
 
 
 def random_starts(mu: float) -> str:
-    """Time the scalar flow on random starts, of which the processor can predict no branch."""
+    """Time the scalar flow on random starts, so that the processor cannot predict branches."""
     draw = random.Random(1)
     scenes = [ap.Scene(1, mu, [draw.uniform(-2, 2) for _ in range(3)], 5) for _ in range(300)]
     each = median_seconds(lambda: [ap.solve(scene) for scene in scenes]) / len(scenes)

@@ -46,7 +46,7 @@ EPSILONS = (1e-3, 1e-6, 1e-12)
 RATIOS = tuple(10 ** (k / 16) for k in range(-13, 65, 2))  # not 1, where the roots of stick coincide
 BORDER = (0.9, 0.99, 1.01, 1.1)
 UNDAMPED = (1 / 2, 1 / 3, 1 / 4)
-TINY = 1e-13  # d/epsilon that stands for no damping: less than 1e-8 of the energy is lost to it
+TINY = 1e-13  # d/epsilon that stands for no damping: the damper takes less than 1e-8 of the energy
 PIECE = 150  # length, in epsilon, of the parts of an undamped run, since the number of events of a run is bounded
 
 

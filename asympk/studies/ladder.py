@@ -141,7 +141,7 @@ def _rung(scene, name, method, options, late):
 
 
 def predicted(scene: Scene, path: Any) -> float:
-    """Return the error that a path predicts; for the limit with friction, a bound by way of the jump of order 1."""
+    """Return the error that a path predicts; for the limit with friction, an estimate from the jump of order 1."""
     if path.error is not None:
         return path.error
     finer = solve(scene, "jump", order=1)

@@ -55,7 +55,7 @@ def least_model(scene: Any, rtol: float = 1e-3, seconds: float | None = None) ->
     rungs = ladder.rungs(inside or scene, inf if inside else allowed)
     enough = [rung for rung in rungs if rung.predicted is not None and rung.predicted < rtol]
     if not enough:
-        raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; ask for more")
+        raise InputError(f"rtol = {rtol}: the exact motion predicts {rungs[-1].predicted:.2g}; give a larger rtol")
     return Ladder(enough[0].model, cast(float, enough[0].predicted), rtol, rungs)
 
 
@@ -80,7 +80,7 @@ def atlas(
     ``a[:, None]`` and ``b[None, :]``. ``progress`` is called with the finished share of the work. For the rod, the
     names of the rungs are the keys of ``LADDER``, in order. For a ``system`` with ``values`` and ``start``, mappings to
     numbers or arrays, they are the keys of ``ladder.models_below`` and then ``"exact"``. The rung ``"exact"`` means
-    that no model suffices; whether the exact motion exists, ``solve_many`` tells. Raises ``InputError`` for an rtol as
+    that no model suffices; ``solve_many`` shows whether the exact motion exists. Raises ``InputError`` for an rtol as
     ``least_model`` does, and for arguments that are not numbers or do not broadcast.
     """
     rtol = _tolerance(rtol)

@@ -1,4 +1,4 @@
-"""The saving by a model: integrators as accurate as the jump of order 1, on a nonlinear mechanism and a reaction.
+"""The time that a model saves over integrators of the same accuracy, on a nonlinear mechanism and a reaction.
 
 The unit of cost is the jump of order 1 on the same scene. Runs of the two are timed in turns, after a first run of the
 system, so that derivation and compilation do not count. An integrator follows one mode at a time; its tolerance is
@@ -47,7 +47,7 @@ def rows(
     repeats: int = 5,
     tell: Callable[[str], None] = lambda line: None,
 ) -> list[SavingRow]:
-    """Return the rows by system, mu and method; tolerances end with the first that is fine enough."""
+    """Return the rows by system, mu and method; the tolerances of an integrator end with the first that suffices."""
     found = []
     for system, mu in product(SYSTEMS, mus):
         tell(f"{system}, mu = {mu}: models beside integrators")

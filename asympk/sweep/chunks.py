@@ -36,7 +36,7 @@ def chunk_provenance(sweep: "Sweep", index: int) -> dict[str, Any]:
 
 
 def compute(sweep: "Sweep", index: int) -> tuple[dict[str, Any], bytes]:
-    """Follow the trajectories of one chunk and return it as (provenance, bytes of its file)."""
+    """Follow the trajectories of one chunk and return the chunk as (provenance, bytes of its file)."""
     written = chunk_provenance(sweep, index)
     start, stop = sweep.rows(index)
     columns = chunk_columns(sweep.family, sweep.quantities(start, stop), stop - start, sweep.itineraries)

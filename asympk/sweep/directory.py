@@ -1,6 +1,6 @@
 r"""The directory of a sweep: which chunks it holds, and how the missing ones are computed.
 
-    DIR/sweep.json          what is swept over, and the versions that do it
+    DIR/sweep.json          the sweep, and the versions that compute it
     DIR/chunk-00000000.npz  one file per chunk, written whole or not at all
     DIR/summary.json        itineraries, collisions, quantiles of the final state
 
@@ -185,7 +185,7 @@ def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":
 
 
 def files(out: str | Path) -> list[Path]:
-    """Return the paths of all chunks of the sweep in ``out``, in order; raises ``InputError`` unless it is complete."""
+    """Return the paths of all chunks of the sweep in ``out``, in order; raises ``InputError`` unless all are there."""
     out = Path(out)
     sweep, _ = read_manifest(out)
     found = {chunks.index_of(path.name): path for path in out.glob(f"chunk-*.{sweep.format}")}

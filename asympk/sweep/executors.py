@@ -77,7 +77,7 @@ def _leave_with_parent():
 
 @contextmanager
 def executor(workers: int | None = None, dask: str | None = None) -> Iterator[Executor]:
-    """Yield the ``Executor`` of a number of worker processes, or of the dask cluster at an address, or this process.
+    """Yield the ``Executor`` of some worker processes, of the dask cluster at an address, or by default this process.
 
     Raises ``InputError`` where there is no such cluster, ``MissingPackage`` without dask.
     """
@@ -105,7 +105,7 @@ def _client(address):
     asking = threading.Thread(target=_ask, args=(address, found), daemon=True)
     asking.start()
     asking.join(_PATIENCE + 1.5)  # any server may listen there, and may never answer
-    answer = found[0] if found else "what answers there does not speak as one"
+    answer = found[0] if found else "the server there does not answer as a scheduler"
     if isinstance(answer, Exception | str):
         raise InputError(f"--dask {short(address)}: there is no dask scheduler ({str(answer)[:80]})") from None
     return answer

@@ -35,8 +35,7 @@ class Family(Protocol):
     4. ``given`` returns {field: entry} of a TOML table; ``number`` reads one number of a field.
     5. ``check`` raises ``InputError`` where a range contains values that are not allowed, before anything is computed.
     6. ``chunk`` returns the number of trajectories per chunk, used where the file gives none.
-    7. ``follow`` takes {field: number or array}; without ``itineraries`` the last three fields of ``Followed`` may be
-       None.
+    7. ``follow`` takes {field: number or array}; without ``itineraries`` the last three results may be None.
     """
 
     @property

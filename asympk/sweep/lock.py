@@ -14,7 +14,7 @@ NAME = ".lock"
 
 @contextmanager
 def locked(directory: str | Path) -> Iterator[None]:
-    """Hold the lock of ``directory``, making it if need be; raises ``InputError`` while another process holds it.
+    """Hold the lock of ``directory``, made if missing; raises ``InputError`` while another process holds it.
 
     A lock file left by a dead process does not lock the directory.
     """

@@ -74,7 +74,7 @@ def _load_npz(raw):
         columns = {key: archive[key] for key in archive.files}
     provenance = json.loads(str(columns.pop("provenance")))
     if _as_npz(columns, provenance) != raw:
-        raise ValueError("it does not read as it was written")
+        raise ValueError("its contents do not give its bytes again")
     return provenance, columns
 
 
@@ -96,7 +96,7 @@ def _load_parquet(raw):
     table = parquet.read_table(pyarrow.BufferReader(raw), page_checksum_verification=True)
     columns = {key: table[key].to_numpy() for key in table.column_names}
     if table.schema.metadata[b"sha256"].decode() != _digest(columns):
-        raise ValueError("its columns do not have the digest that it tells")
+        raise ValueError("its columns do not have the digest in its metadata")
     return json.loads(table.schema.metadata[b"asympk"]), columns
 
 

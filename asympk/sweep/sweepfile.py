@@ -249,7 +249,7 @@ def _range(family, field, table):
 
 
 def _exact(family, field, value):
-    """Return a number exactly; raises ``InputError`` where no double holds it, since trajectories have doubles."""
+    """Return a number exactly; raises ``InputError`` where no double, in which trajectories are followed, holds it."""
     exact = Fraction(family.number(field, value))
     if exact.denominator.bit_length() > _MOST_BITS:
         raise InputError(f"{field} = {short(value)}: a double must be able to hold it")

@@ -207,7 +207,7 @@ def family_of_table(table: Mapping[str, Any]) -> SystemFamily:
     family = SystemFamily(text, own)
     for name in (*family.states, *family.fields[:-1]):
         if name == UNTIL or (name in COLUMNS and name in family.states):
-            raise InputError(f"{name} is what a sweep calls something else; give the quantity another name")
+            raise InputError(f"{name} is a name that a sweep uses itself; give the quantity another name")
     if table.get("itineraries", True):
         family.alphabet.longest  # noqa: B018 - raises where there are too many frictions
     return family

@@ -483,8 +483,8 @@ def test_what_is_not_a_sweep_over_a_system_is_refused_by_name(change, said):
         ('[system]\nmechanism = "none"\ncontact = "rigid"', "mechanism 'none' is unknown"),
         ('[system]\nmechanism = "painleve_rod"\ncontact = "soft"', 'contact must be "rigid", or "elastic"'),
         ('[system]\nmechanism = "painleve_rod"\ncontact = "elastic"', "with compliance and damping"),
-        ('[system.slow]\nuntil = "1"', "until is what a sweep calls something else"),
-        ('[system.slow]\noutcome = "1"', "outcome is what a sweep calls something else"),
+        ('[system.slow]\nuntil = "1"', "until is a name that a sweep uses itself"),
+        ('[system.slow]\noutcome = "1"', "outcome is a name that a sweep uses itself"),
     ],
 )
 def test_what_is_no_system_is_refused_by_name(system, said):
