@@ -96,8 +96,8 @@ def enclose(
     Fraction or None) for every state. Raises ``Refused`` where the sequence of modes is not proven.
     """
     modes = _Modes(system, values, sides)
-    state = modes.begun(start)
-    mode, guards = modes.chosen(product(*map(all_phases, system.frictions)), state, "start")
+    state, every = modes.begun(start), [*product(*map(all_phases, system.frictions))]
+    mode, guards = modes.chosen([every], state, "start")
     t, names, size = ball(0), [mode.mode.name], len(system.states)
     events: list[Event] = []
     while True:
@@ -112,7 +112,7 @@ def enclose(
         state = _struck(segment.at(guard, dt), guard, mode, state)
         t = t + dt
         before = mode.mode
-        mode, guards = modes.chosen(_after(before, guard), state, guard.kind)
+        mode, guards = modes.chosen([_after(before, guard), every], state, guard.kind)
         if guard.kind == SWITCH and (guard := modes.lost_beyond(before, mode.mode, state)) is None:
             continue
         names.append(mode.mode.name)
@@ -207,25 +207,37 @@ class _Modes:
         """Return the row of an expression on the sides of a mode."""
         return tuple(map(self.field.exact, row_of(mode, expr, self.waves)))
 
-    def chosen(self, candidates, state, what):
+    def chosen(self, tiers, state, what):
         """Return (mode, its guards from the state on) of the candidate that is proven to follow.
 
-        Of several candidates that hold, the one with the most frictions at rest follows. Raises ``Refused`` where the
-        verdict on a candidate is not certain, or where no single candidate is left.
+        ``tiers`` are lists of candidates, and the first tier with a candidate that may hold decides. A later tier is
+        needed where a force that jumps at one contact releases another. Of several candidates that hold, the one with
+        the most frictions at rest follows. Raises ``Refused`` where the verdict on a candidate is not certain, or where
+        no single candidate is left.
         """
-        holding, open_ones = {}, []
-        for mode in (m for branch in candidates for m in self._on_sides(mode_of(self.system, branch), state)):
-            verdict, guards = self._verdict(mode, state)
-            if verdict > 0:
-                holding[mode] = guards
-            elif verdict == 0:
-                open_ones.append(mode)
+        verdicts: dict = {}
+        for candidates in tiers:
+            met = (mode_of(self.system, branch) for branch in candidates if self._met(branch, state))
+            sided = (mode for found in met for mode in self._on_sides(found, state))
+            verdicts = {mode: found for mode in sided if (found := self._verdict(mode, state))[0] >= 0}
+            if verdicts:
+                break
+        holding = {mode: guards for mode, (verdict, guards) in verdicts.items() if verdict > 0}
+        open_ones = [mode for mode in verdicts if mode not in holding]
         best = branches.most_at_rest(m.branch for m in holding)
         if open_ones or len(best) != 1 or len({m.sides for m in holding}) != 1:
             names = ", ".join(sorted({m.name for m in (*open_ones, *holding)})) or "none"
             raise Refused(f"edge: which mode follows after {what} is not certain; candidates: {names}")
         found = next(mode for mode in holding if mode.branch == best[0])
         return self.of(found), holding[found]
+
+    def _met(self, branch, state):
+        """Tell whether the forces of a branch are determined; raises ``Refused`` where they are not and it may hold."""
+        if branches.determined(self.system, branch):
+            return True
+        if not any(sign_at(row, state) for row in self._kept(mode_of(self.system, branch))):
+            raise Refused(f"rest: the forces of {branches.mode_name(branch)} are not determined")
+        return False
 
     def _on_sides(self, mode, state):
         """Yield a mode on every combination of sides of its switches on which a state may lie."""

@@ -97,7 +97,7 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
     Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system.
 
     Without a box the precision is raised until the radii of the final state are below 10^-digits times the largest of
-    1, |x|, |z| (of an affine system: 1 and every second state). If the allowed work is spent before a proof is found,
+    1, |x|, |z| (of an affine system: of 1 and all states). If the allowed work is spent before a proof is found,
     the obstacle is ``undecided``. Raises ``InputError`` for an invalid box.
     """
     require_scene(scene, "certify")
@@ -107,7 +107,7 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
     for bits in _BITS[1:2] if sides else _BITS:
         with precision(bits):
             last = _attempt(scene, sides, bits, budget)
-            if last.proven and (sides or _sharp(last.final, digits)):
+            if last.proven and (sides or _sharp(scene, last.final, digits)):
                 return last
         if last.obstacle == "undecided":
             break
@@ -161,8 +161,10 @@ def _attempt(scene, sides, bits, budget):
     return Certificate(scene, True, tuple(modes), tuple(events), final, bits=bits, box=sides)
 
 
-def _sharp(final, digits):
-    largest = max(1.0, *(abs(float(value.mid())) for value in final[::2]))
+def _sharp(scene, final, digits):
+    """Tell whether all radii are below 10^-digits of the largest of 1 and the states, for the rod of 1, |x| and |z|."""
+    sizes = final[::2] if scene.system is None else final
+    largest = max(1.0, *(abs(float(value.mid())) for value in sizes))
     return all(value.rad() < flint().arb(10) ** -digits * largest for value in final)
 
 

@@ -159,7 +159,9 @@ def all_phases(friction: "Friction") -> tuple[Phase, ...]:
     return (*closed, *([OPEN] if friction.gap is not None else []))
 
 
+@lru_cache(maxsize=1024)
 def determined(system: "System", branch: Branch) -> bool:
+    """Tell whether the equations of a branch have one solution for its forces, not everywhere singular."""
     unknowns, matrix, _ = _equations(system, branch)
     return not unknowns or is_regular(matrix) or sp.cancel(matrix.det()) != 0
 

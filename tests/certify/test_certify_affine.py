@@ -360,3 +360,25 @@ v = 1
     assert re.search(r"  final\n    x = \[.*\]\n    v = \[.*\]\n$", told)
     assert main(["certify", str(file), "--box", "v", "-1", "1", "--pieces", "4"]) in (0, 1)
     assert re.search(r"proven pieces\n    x = \[.*\]\n    v = \[.*\]\n$", capsys.readouterr().out)
+
+
+V, W, A, B, C = sp.symbols("V W A B C", real=True)
+
+
+def test_what_the_reversal_of_one_friction_lets_go_of_another_is_proven():
+    """A block stops on its way up a spring; its friction turns, and the block on it, which rested there, slips."""
+    low = ap.Friction(velocity=V, force=A, load=1, kinetic=2)
+    high = ap.Friction(velocity=W - V, force=B, load=1, kinetic=1)
+    pair = ap.System.with_frictions({x: V, V: -x + A - B, W: B - sp.Rational(5, 2)}, {}, [low, high])
+    scene = ap.Scene(system=pair, values={}, start={"x": "1.4", "V": "0.75", "W": "0.75"}, until="0.4")
+    assert proven_as_followed(scene).modes == ("slip_same+stick", "slip_opposite+slip_opposite")
+
+
+@pytest.mark.parametrize(("velocity", "end"), [("1/2", ""), (0, "rest: the forces of .* are not determined")])
+def test_three_frictions_of_two_velocities_are_proven_unless_all_may_rest(velocity, end):
+    laws = ((V, A, 1), (W, B, 1), (V - W, C, sp.Rational(1, 2)))
+    frictions = [ap.Friction(velocity=rate, force=force, load=1, kinetic=bound) for rate, force, bound in laws]
+    pair = ap.System.with_frictions({V: A + C, W: B - C}, {}, frictions)
+    proof = certify(ap.Scene(system=pair, values={}, start={V: velocity, W: 0}, until="1/10"))
+    assert proof.modes == (() if end else ("slip_same+stick+slip_same",))
+    assert re.fullmatch(end, proof.reason)
