@@ -50,7 +50,7 @@ def _in_limit(scene: Any, method: str) -> Path:
     first = matched.begun(automaton, scene.start)
     landed = layer(first) if until > 0 else first
     matched.require_landed(method, landed)
-    path = matched.onward(automaton, landed, until, mu, 0, RTOL, layer)
+    path = matched.onward(automaton, landed, until, mu, 0, RTOL, layer, limit=True)
     return Path(scene, method, path.state, path.events, path.modes, StretchedDense(path, until))
 
 

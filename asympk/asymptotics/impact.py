@@ -157,8 +157,9 @@ class LimitLayers:
         y, least = state[self.fast], AT_REST * max(1.0, *map(abs, state))
         edges = [s for v, s in zip(values, slopes, strict=True) if s and abs(v) <= least]
         if not edges and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
-            raise OutOfRange(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
-                             "motions; move the start off it")  # fmt: skip
+            refused, words = (NoLaw, "terms of order mu tell which") if t > 0 else (OutOfRange, "move the start off it")
+            raise refused(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
+                          f"motions; {words}")  # fmt: skip
         return edges[0] if edges else y - rest
 
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:

@@ -227,7 +227,7 @@ def _in_mode(
         if span >= min(over, left):
             return tuple(found), None
         last, lost = next(ahead, (None, None))
-        if last is None or max(map(abs, last.end)) > FAR:
+        if last is None or max(map(abs, last.end)) > FAR / mu:  # in a jump y is of order 1 over mu
             break
         found.append(last)
         span, now = last.after, last.end
@@ -272,16 +272,19 @@ def _timed(mode):
     return lambda *arguments: (*mode.field(arguments[size], *arguments[:size], *arguments[size + 1 :]), 1.0)
 
 
-def slowly(automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float) -> MatchedPath:
+def slowly(
+    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, limit: bool = False
+) -> MatchedPath:
     """Follow a path by slow motion to ``order`` from the end of its layer, to ``until`` or into the next mode.
 
-    Raises ``NotDerivable`` where a mode has more switches than are followed or the motion stays on a switching surface,
+    With ``limit``, for the motion of order 0 whose layers take no time, stick ends where it does to order 0. Raises
+    ``NotDerivable`` where a mode has more switches than are followed or the motion stays on a switching surface,
     ``NotNormallyHyperbolic`` where the slow manifold is lost, and ``OutOfRange`` at a pole of the rates.
     """
     known = max(order, 1)  # the next mode depends on the rates of the fast states, which order 0 does not give
     slow, mode = slow_of(path.mode, known), path.mode
     mode.require_smooth(path.t, until)
-    orders = [order if kind == "slip_onset" else known for kind, _ in mode.kinds]  # stick ends to the order asked
+    orders = [0 if limit and kind == "slip_onset" else known for kind, _ in mode.kinds]
     distinct = {*orders}
 
     def guards(span, at):
@@ -347,11 +350,13 @@ def begun(automaton: Automaton, start: tuple) -> MatchedPath:
 
 
 def onward(
-    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable
-) -> MatchedPath:
+def onward(
+    automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable,
+    limit: bool = False,
+) -> MatchedPath:  # fmt: skip
     """Follow a path from the end of a layer to ``until``; ``layer(path)`` follows each later layer."""
     while path.t < until:
-        path = slowly(automaton, path, until, mu, order, rtol)
+        path = slowly(automaton, path, until, mu, order, rtol, limit)
         if path.t < until:
             path = layer(path)
     return path

@@ -230,12 +230,11 @@ def _error_lines(size: int, timeless: bool) -> list[str]:
         lines += [f"    a, b = abs(w{i}), abs(v{i})", f"    s{i} = atol[{i}] + rtol*(a if a > b else b)"]
     if timeless:
         lines += [f"    u{i} = late*k0_{i}/s{i}" for i in every]
-        lines += [f"    speed = {_dot('u', 'u', every)}", "    part = (1 - 1/speed)/speed if speed > 1 else 0.0"]
+        lines += [f"    speed = {_dot('u', 'u', every)}", "    part = 1/speed if speed > 1 else 0.0"]
     for name, row in (("high", DOP853.E5), ("low", DOP853.E3)):
         lines += [f"    e{i} = ({_sum(row, i)})/s{i}" for i in every]
-        lines.append(f"    {name} = {_dot('e', 'e', every)}")
-        if timeless:
-            lines.append(f"    {name} = max({name} - part*({_dot('e', 'u', every)})**2, 0.0)")  # max(nan, 0.0) is nan
+        lines += [f"    ahead = part*({_dot('e', 'u', every)})", *(f"    e{i} -= ahead*u{i}" for i in every)] * timeless
+        lines.append(f"    {name} = {_dot('e', 'e', every)}" + " + ahead*ahead" * timeless)
     return lines
 
 

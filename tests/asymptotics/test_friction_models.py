@@ -483,6 +483,30 @@ def test_a_load_that_slow_motion_brings_to_zero_grows_on_the_other_side_of_it(sm
         assert distance(path.final, truth.final) < (path.error or 20 * float(small))
 
 
+@pytest.mark.parametrize("small", ["1e-2", "1e-4", "1e-6"])
+def test_terms_of_order_mu_tell_where_stick_ends_on_a_divide_in_the_limit(small):
+    # where stick ends friction is that of slip, and so is rest, from which slip backward repels
+    x, v, y = sp.symbols("x v y", real=True)
+    table = ap.Friction(velocity=v + sp.sin(TIME) / 2, force=F, load=x + y, kinetic=4)
+    slow = {x: y, v: F - (x + y) + 1 + 2 * sp.cos(TIME) / 5}
+    system = ap.System.with_frictions(slow, {y: F - 2 * (x + y) + 1}, [table], small=c, time=TIME)
+    scene = ap.Scene(system=system, values={c: small}, start=(0, "5/4", "-5/4"), until=4)
+    path, truth = ap.solve(scene, "jump", order=0), ap.solve(scene)
+    assert path.modes == truth.modes == ("slip_opposite", "stick", "slip_opposite", "slip_same", "stick")
+    assert distance(path.final, truth.final) < path.error < 3 * float(small)
+
+
+@pytest.mark.parametrize("small", ["1e-9", "1e-12", "1e-14"])
+def test_a_jump_of_tiny_compliance_is_followed_as_rightly_as_any_other(small):
+    # its fast state is of order 1/c, and errors of that size along the flow are but ones in time
+    (scene, *_) = ap.systems.held_rod.scenes()
+    values = dict(zip((p.name for p in scene.system.parameters), scene.values, strict=True))
+    scene = replace(scene, values={**values, "c": small}, start=dict(zip(scene.names, scene.start, strict=True)))
+    path, truth = ap.solve(scene, "jump", order=1), ap.solve(scene, digits=30)
+    assert path.modes == truth.modes
+    assert distance(path.final, truth.final) < path.error < 1e-11
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
