@@ -5,6 +5,8 @@ import os
 import re
 import subprocess
 import sys
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from socket import create_server
 
@@ -222,37 +224,14 @@ WORDS = st.sampled_from(
 def test_no_command_line_ends_in_a_traceback(tmp_path_factory, first, rest):
     place = tmp_path_factory.mktemp("fuzz")
     (place / "good.toml").write_text(SWEEP)
-    here, screen = os.getcwd(), _Screen()
-    os.chdir(place)
-    try:
-        with screen:
+    told = StringIO()
+    with chdir(place), redirect_stdout(StringIO()), redirect_stderr(told):
+        try:
             status = main([first, *rest])
-    except SystemExit as stop:
-        status = stop.code
-    finally:
-        os.chdir(here)
+        except SystemExit as stop:
+            status = stop.code
     assert status in (0, 1, 2)
-    assert status != 2 or screen.err.count("\n") == 1
-
-
-class _Screen:
-    """Standard output and error, taken down."""
-
-    def __enter__(self):
-        import contextlib
-        import io
-
-        self._out, self._err = io.StringIO(), io.StringIO()
-        self._stack = contextlib.ExitStack()
-        self._stack.enter_context(contextlib.redirect_stdout(self._out))
-        self._stack.enter_context(contextlib.redirect_stderr(self._err))
-
-    def __exit__(self, *_):
-        self._stack.close()
-
-    @property
-    def err(self):
-        return self._err.getvalue()
+    assert status != 2 or told.getvalue().count("\n") == 1
 
 
 VALUES = st.recursive(
