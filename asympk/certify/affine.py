@@ -257,7 +257,7 @@ class _Modes:
             sign = sign_at((*row[:-1], row[-1] - near), state)
             found = (near, near - 1) if sign == 0 else sign and (near - (sign < 0),)
         if not found:
-            raise Refused(f"edge: on which side of {phase} = 0 the state is, is not certain")
+            raise Refused(f"edge: the side of {phase} = 0 on which the state lies is not certain")
         return found
 
     def _verdict(self, mode, state):

@@ -101,8 +101,8 @@ class ExactEntries:
             raise InputError("a mode is not entered at these parameters")
         for entry, sign in signs:
             if not sign:
-                found = "box: it holds in a part of the box only" if entry else "edge: it is met with equality"
-                raise Refused(f"{found}, a condition on the parameters of a mode")
+                found = "box: only a part of the box fulfils" if entry else "edge: equality holds in"
+                raise Refused(f"{found} a condition on the parameters of a mode")
 
     def spectrum(self, matrix: tuple[tuple[Any, ...], ...]) -> Spectrum:
         """Return the roots and residues of a matrix in balls; see the module ``spectrum``.
@@ -191,7 +191,7 @@ def row_of(mode: GuardedMode, expr: sp.Expr, waves: tuple[Wave, ...]) -> tuple[s
     """Return the row of an expression on the sides of a mode; raises ``Refused`` where the expression has none."""
     slopes, forced = _affine_parts(mode, expr)
     if not {*forced} <= {*waves, CONSTANT}:
-        raise Refused(f"forcing: {expr!s:.80} moves by functions of time that force no mode")
+        raise Refused(f"forcing: {expr!s:.80} depends on functions of time that force no mode")
     return row_over(waves, slopes, forced)
 
 
