@@ -350,7 +350,6 @@ def begun(automaton: Automaton, start: tuple) -> MatchedPath:
 
 
 def onward(
-def onward(
     automaton: Automaton, path: MatchedPath, until: float, mu: float, order: int, rtol: float, layer: Callable,
     limit: bool = False,
 ) -> MatchedPath:  # fmt: skip
