@@ -32,6 +32,7 @@ FAR = 1e6  # the size of the state, relative to the start, beyond which a layer 
 ROOT = 1e-12  # the error of a root, relative to the state
 ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms
 LOOSEST, ROUGHEST = 1e-3, 1e-8  # the largest tolerances of the terms 1 .. n of a layer, and of its term 0
+UNBOUNDED = "grows beyond bounds, or its rates do"
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,7 @@ def _settled(formulas, first, x, y, values, order, tolerances):
     settled = max(SETTLED, STILL * tolerances[0])
     ahead = steps((partial(formulas.layer, *x),), values, first, math.inf, *tolerances,
                   slopes=lambda at: jacobian(lambda w: formulas.complexes.layer(*x, *w, *values), at))  # fmt: skip
-    spent = 0
+    mode, spent, words = formulas.mode, 0, UNBOUNDED
     while spent < (STEPS if known else SEARCHING):
         scale = max(1, *map(abs, now))
         if scale > FAR * max(1, *map(abs, (*x, *y))):
@@ -202,10 +203,10 @@ def _settled(formulas, first, x, y, values, order, tolerances):
             break
         found.append(last)
         now, spent = last.end[: len(y)], spent + (IMPLICIT if isinstance(last, StiffStep) else 1)
-    mode = formulas.mode
-    words = "does not settle on an attracting branch"
-    if known:
-        words = f"takes too many steps to settle on {listed(mode.fast, known)}: the parts of g_y are too far apart"
+    else:
+        words = "does not settle on an attracting branch"
+        if known:
+            words = f"takes too many steps to settle on {listed(mode.fast, known)}: the parts of g_y are too far apart"
     raise OutOfRange(f"the layer from {listed(mode.fast, y)} at {listed(mode.slow, x)} {words}: after {len(found)} "
                      f"steps, at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")  # fmt: skip
 
@@ -216,14 +217,23 @@ def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: t
     Raises ``OutOfRange`` where ``now`` is on a branch that does not attract.
     """
     step = newton(formulas, x, now, values)
-    size = max(map(abs, step)) if step is not None else math.inf
-    branch = root(formulas, x, now, values) if size < NEAR * scale else None
+    fold = step is None and _is_at_rest(formulas, x, now, values)
+    size = 0.0 if fold else math.inf if step is None else max(map(abs, step))
+    branch = now if fold else root(formulas, x, now, values) if size < NEAR * scale else None
     rate = attraction(formulas, x, branch, values) if branch else 0.0
     if branch and size < 1e-14 * scale and rate <= 0:
         raise OutOfRange(f"the start, or where its layer comes to, {listed(formulas.mode.fast, now)}, lies on a branch "
                          "that does not attract: the largest real part of an eigenvalue of g_y is "
                          f"{0.0 - rate:.6g} there; move it off")  # fmt: skip
     return (branch if rate > 0 else None), rate
+
+
+def _is_at_rest(formulas, x, y, values):
+    """Tell whether g is 0 to the rounding of its terms."""
+    with suppress(ArithmeticError, ValueError):
+        force, terms = (formulas.force(*x, *(k * v for v in y), *values) for k in (1, 2))
+        return max(map(abs, force)) <= ROUNDED * max(map(abs, terms))
+    return False
 
 
 def _reached(found):

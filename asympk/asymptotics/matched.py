@@ -23,7 +23,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, abscissa, attraction, listed, newton, root
+from asympk.asymptotics.landing import NEAR, UNBOUNDED, abscissa, attraction, listed, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
@@ -233,8 +233,9 @@ def _in_mode(
         span, now = last.after, last.end
         if lost:
             return tuple(found), lost
-    raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} does not settle: at t = {path.t + span:.6g} it "
-                     f"is at {listed(system.states, now[: len(atol)])}")  # fmt: skip
+    words = "does not settle" if last else UNBOUNDED
+    raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} {words}: at t = {path.t + span:.6g} it is at "
+                     f"{listed(system.states, now[: len(atol)])}")  # fmt: skip
 
 
 def _slopes(mode, now):
