@@ -4,9 +4,7 @@ import json
 import shutil
 import subprocess
 import time
-from base64 import b64decode
 from contextlib import contextmanager, suppress
-from pathlib import Path
 from socket import create_server
 from urllib.request import Request, urlopen
 
@@ -64,13 +62,6 @@ class Browser:
         moves.insert(1, {"type": "pointerDown", "button": 0})
         mouse = {"type": "pointer", "id": "mouse", "actions": [*moves, {"type": "pointerUp", "button": 0}]}
         self._call("POST", "/actions", {"actions": [mouse]})
-
-    def picture(self, file):
-        """Write a picture of the whole page."""
-        size = self.run("return [document.documentElement.clientWidth, document.documentElement.scrollHeight]")
-        clip = {"x": 0, "y": 0, "width": size[0], "height": size[1], "scale": 1}
-        shot = {"cmd": "Page.captureScreenshot", "params": {"captureBeyondViewport": True, "clip": clip}}
-        Path(file).write_bytes(b64decode(self._call("POST", "/goog/cdp/execute", shot)["data"]))
 
     def complaints(self):
         """Return what the page's console holds of errors."""

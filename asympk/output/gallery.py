@@ -20,7 +20,7 @@ from asympk.systems.catalogue import described_mechanism
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PHASE_MU, JUMP_MUS, JUMP_START = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1)
+PHASE_MU, JUMP_MUS, JUMP_START, JUMP_UNTIL = "1/50", ("1/10", "1/100", "1/1000"), (0, "1/5", -1), 3
 STEEP, SHALLOW = 1, Fraction(-1, 2)
 RINGING, RINGS = 0.5, 66  # of the undamped rod that is drawn: epsilon, and the horizon in physical time
 STEEP_STARTS = (((0, -2, -1), 5), ((0, -3, "9/10"), 5), ((0, "-3/5", "2/5"), 4))
@@ -50,10 +50,10 @@ def phase_picture() -> "Figure":
     return portraits.phase_space(groups)
 
 
-def jump_picture(until: float = 3) -> "Figure":
+def jump_picture() -> "Figure":
     """Draw the jump from z < 0 for decreasing mu, beside the jump of the paper, which keeps x constant."""
-    paths = [solve(Scene(STEEP, mu, JUMP_START, until)) for mu in JUMP_MUS]
-    return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, until))
+    paths = [solve(Scene(STEEP, mu, JUMP_START, JUMP_UNTIL)) for mu in JUMP_MUS]
+    return portraits.jump_beside_the_vertical_one(paths, portraits.with_x_held(STEEP, JUMP_START, JUMP_UNTIL))
 
 
 def damping_picture(rows: Sequence[Row]) -> "Figure":

@@ -76,14 +76,14 @@ def outcome(status: str) -> str:
     return status if status in OUTCOMES else "limit" if word in LIMITS else "stalled" if word == "stalled" else "other"
 
 
-def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float], note: str = "") -> "Figure":
+def work_precision(rows: Sequence[Row], scene: str, mus: Sequence[float]) -> "Figure":
     """Work against precision on ``scene``, one panel for each of ``mus``.
 
     Runs that do not reach the end are drawn in the strip "no end"; models that refuse the scene, at its foot.
     """
     rows = [row for row in rows if row["scene"] == scene]
     methods, lines = _methods(rows), (len(mus) + 1) // 2
-    with sheet(1.5 * lines, lines, 2, entries=len(methods), note=note, sharex=True, sharey=True) as (figure, axes):
+    with sheet(1.5 * lines, lines, 2, entries=len(methods), sharex=True, sharey=True) as (figure, axes):
         for ax, mu in zip(axes.flat, mus, strict=False):
             _precision_panel(ax, [row for row in rows if row["mu"] == mu], methods)
             ax.set_title(rf"$\mu = {style.power_of_ten(mu)}$", pad=2)

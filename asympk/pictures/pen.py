@@ -78,8 +78,9 @@ def angle(
     text(ax, (centre[0] + reach * cos(middle), centre[1] + reach * sin(middle) + lift), name)
 
 
-def spring(ax: Any, left: Point, right: Point, turns: int = 7, lead: float = 0.12) -> None:
+def spring(ax: Any, left: Point, right: Point) -> None:
     """Draw a spring between two points."""
+    turns, lead = 7, 0.12
     length = ((right[0] - left[0]) ** 2 + (right[1] - left[1]) ** 2) ** 0.5
     c, s = (right[0] - left[0]) / length, (right[1] - left[1]) / length
     width = (length - 2 * lead) / turns

@@ -196,7 +196,7 @@ def test_figures_are_saved_to_the_same_bytes_and_leave_rows_alone(few, tmp_path)
     work, plane = few
     before = json.dumps([work, plane])
     for name in ("one.pdf", "two.pdf", "one.svg", "two.svg"):
-        figures.save(figures.work_precision(work, "iii", [1e-1, 1e-4], "a note"), tmp_path / name)
+        figures.save(figures.cost_against_mu(work, ["iii"], 1e-4, "a note"), tmp_path / name)
     assert (tmp_path / "one.pdf").read_bytes() == (tmp_path / "two.pdf").read_bytes()
     assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
     assert json.dumps([work, plane]) == before
