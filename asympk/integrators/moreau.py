@@ -39,8 +39,6 @@ def run(
     If a step has several solutions, ``prefer="present"`` chooses the present mode and ``prefer="stick"`` chooses stick.
     ``path.info`` counts the steps with no, two and three solutions.
     """
-    if scene.system is not None:
-        raise InputError("method 'moreau' steps the Painlevé-Klein rod alone; use an integrator, such as 'lsoda'")
     h = float(number("step", rtol if step is None else step))
     steps, seconds = bounds(steps, seconds)
     if h <= 0 or prefer not in ("present", "stick"):
