@@ -1,6 +1,8 @@
 """The catalogue of mechanisms, and one's own in a TOML file: they are told, drawn and run whole."""
 
 import shlex
+from importlib import import_module
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -35,6 +37,35 @@ def screen(tmp_path, capsys):
         return capsys.readouterr()[status > 0]
 
     return told
+
+
+@pytest.mark.parametrize("name", [name for name in MECHANISMS if name != "painleve_klein"])  # which has no places
+def test_a_mechanism_gains_the_kinetic_energy_that_its_forces_and_its_contact_give(name):
+    """d/dt (u'M u/2) = u'(Q + W_N R + W_T F) + u'M'u/2, by Gauss's rule on steps that are short beside events."""
+    module = import_module(f"asympk.systems.{name}")
+    k, path = module.mechanism().plain, ap.solve(module.scenes()[0])
+    system, u = path.scene.system, sp.Matrix(k.velocities)
+    law = system.friction
+    push = sp.Max(0, law.load) if k.unilateral else law.load
+    held = -(k.free[1] + k.delassus[0, 1] * push) / k.delassus[1, 1]
+    forces = {"slip_same": -law.kinetic * push, "slip_opposite": law.kinetic * push, "stick": held, "open": sp.S.Zero}
+    known = {u: system.rates[q] for q, u in zip(k.coordinates, k.velocities, strict=True)}
+
+    def at(times, expr):
+        found = sp.lambdify((*system.states, k.time, *system.parameters), expr.xreplace(known), cse=True)
+        return found(*path(times), times, *map(float, path.scene.values))
+
+    node, weight = np.polynomial.legendre.leggauss(8)
+    beside = np.concatenate([[0], np.geomspace(1e-9, 0.5, 60)])
+    ends, gained = [0.0, *(float(e.t) for e in path.events), float(path.end)], 0
+    for (start, end), mode in zip(pairwise(ends), path.modes, strict=True):
+        steps = start + (end - start) * np.concatenate([beside, 1 - beside[-2::-1]])
+        middle, half = (steps[1:] + steps[:-1]) / 2, (steps[1:] - steps[:-1]) / 2
+        work = k.forces + k.directions.T * sp.Matrix([push, forces[mode]]) + k.mass.applyfunc(k.rate) * u / 2
+        power = at((middle[:, None] + half[:, None] * node).ravel(), (u.T * work)[0]).reshape(-1, 8)
+        gained += half @ power @ weight
+    first, last = at(np.array([0.0, float(path.end)]), (u.T * k.mass * u)[0] / 2)
+    assert last - first == pytest.approx(gained, rel=1e-8, abs=1e-9)
 
 
 @pytest.mark.slow
