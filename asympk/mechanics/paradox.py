@@ -57,8 +57,10 @@ def least(
     critical = critical_friction(kinetics).subs({key: exact_constant(str(key), value) for key, value in values.items()})
     name, tangent = own(coordinate), sp.Dummy("T", real=True)
     turned = _in_tangent(critical.replace(sp.Abs, lambda inside: inside), coordinate, tangent)
-    if turned is None or not turned.has(tangent):
+    if turned is None:
         raise NotDerivable(f"the critical friction {own(critical)} is no rational function of tan({name})")
+    if not turned.has(tangent):
+        raise NotDerivable(f"the critical friction is {own(sp.Abs(turned))} at every {name}; take another coordinate")
     found = _extremes(turned, tangent, name)
     if 0 in found:
         raise NotDerivable(f"the critical friction over {name} comes down to 0: there is no least one")
