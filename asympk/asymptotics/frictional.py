@@ -93,7 +93,7 @@ def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: fl
     """
     if not path.stretches or path.stretches[-1].points:
         return 0.0
-    late = ROUNDING * matched.late_by(rtol, until)
+    late = ROUNDING * matched.late_by(rtol, until, mu)
     return SEVERAL * matched.off_by(rtol, mu) + late * max(map(abs, path.mode.rhs(path.t, path.state))) / scale
 
 

@@ -109,6 +109,7 @@ class LimitLayers:
         for _ in range(PASSAGES):
             target, guard, speed = self._ahead(mode, t, state, speed)
             if guard is None and not math.isinf(target):
+                self._require_off_edges(mode, t, self._with(state, target))
                 return Arrival(mode, self._with(state, target), tuple(events), tuple(modes))
             if guard is None:
                 mode, state, event = self._stop(mode, t, state, math.copysign(1, target))
@@ -161,6 +162,12 @@ class LimitLayers:
             raise refused(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
                           f"motions; {words}")  # fmt: skip
         return edges[0] if edges else y - rest
+
+    def _require_off_edges(self, mode: NumericMode, t: float, state: tuple) -> None:
+        """Refuse a layer that lands where a guard vanishes that depends on y: terms of order mu tell what follows."""
+        values, slopes = self._guards(mode, t, state)
+        if any(s and abs(v) <= AT_REST * max(1.0, *map(abs, state)) for v, s in zip(values, slopes, strict=True)):
+            raise NoLaw(f"the layer at t = {t:.6g} lands on an edge of {mode.name}")
 
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
         """Return the values of the guards and their derivatives by y, in which they are affine."""

@@ -23,7 +23,7 @@ import sympy as sp
 
 from asympk.asymptotics import reduced
 from asympk.asymptotics.fibre import Formulas, formulas
-from asympk.asymptotics.landing import NEAR, UNBOUNDED, abscissa, attraction, listed, newton, root
+from asympk.asymptotics.landing import NEAR, OVER, UNBOUNDED, abscissa, attraction, listed, newton, root
 from asympk.asymptotics.nonstiff import Step, Trajectory, steps
 from asympk.asymptotics.watching import watched
 from asympk.automaton.automaton import ROUNDED, Automaton, mode_on_sides
@@ -41,7 +41,9 @@ STEPS = 3000
 FAR = 1e12
 FAR_OFF = 0.5  # the largest Newton step to the manifold, relative to the fast states, at which a layer may soon be over
 IN_FAST = 0.01  # mu times the error of a fast state, in units of the tolerance: the slow states feel this product
+ROUGHEST = 1e-4  # the largest error of a fast state, and of the fast time, on which the guards that a layer meets depend
 LATE = 0.01  # the allowed error in time of one step of a layer, in units of the tolerance
+GENTLY = 0.01  # the largest fall of a guard in a time mu at which slow motion, not the fast, meets its zero
 STRETCHES = 3000
 SIDE_BY_SIDE = 1e-6  # the tolerance of slow motions to two orders: their difference, in which errors cancel, is used
 
@@ -162,7 +164,7 @@ def through_layer(
     while True:
         slow, mode = slow_of(path.mode, order), path.mode
         mode.require_smooth(path.t, path.t)
-        found, lost = _in_mode(mode, slow, path, until, mu, order, rtol)
+        found, lost = _in_mode(mode, slow, path, until, mu, order, rtol, off_by(rtol, mu))
         if not found:
             return path
         last, size = found[-1], len(path.state)
@@ -176,14 +178,14 @@ def through_layer(
         path = path.met(automaton, guard, t, state, stretch)
 
 
-def late_by(rtol: float, until: float) -> float:
+def late_by(rtol: float, until: float, mu: float) -> float:
     """Return the allowed error in time of one step of a layer: slow states change by less than ``rtol`` in it."""
-    return LATE * rtol * min(1.0, until)
+    return min(LATE * rtol * min(1.0, until), ROUGHEST * mu)
 
 
 def off_by(rtol: float, mu: float) -> float:
     """Return the allowed error of the fast states in one step of a layer."""
-    return IN_FAST * rtol / mu
+    return min(IN_FAST * rtol / mu, ROUGHEST)
 
 
 def _growing(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
@@ -204,38 +206,52 @@ def _fastest(slow: Slow, t: float, state: tuple) -> float:
 
 
 def _in_mode(
-    mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float
+    mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float, off: float
 ) -> tuple[tuple[Step, ...], tuple[float, int] | None]:
     """Return the steps in one mode, and (time, guard) where a guard ends them, or None: layer over, or ``until``.
 
     Times are measured from the start of the layer: the rounding of a later time, over mu, would move the fast states.
+    The fast states have errors of ``off``. Where such errors would move the time of an event, as the guard changes
+    slowly there, the mode is followed again with errors of ``rtol``.
     """
     system = mode.mode.system
     fast = {system.states.index(s) for s in system.fast}
-    off = off_by(rtol, mu) * _growing(slow, order, path.t, path.state, mu, rtol)
-    atol = tuple(off if k in fast else rtol for k in range(len(path.state)))
+    least = off * _growing(slow, order, path.t, path.state, mu, rtol)
+    atol = tuple(least if k in fast else rtol for k in range(len(path.state)))
     flow, now, left = partial(mode.field, 0.0), path.state, until - path.t
     if system.time is not None:
         flow, now = _timed(mode), (*path.state, path.t)
-    along = steps((flow,), mode.p, now, left, rtol, (*atol, rtol)[: len(now)], late=late_by(rtol, until),
+    along = steps((flow,), mode.p, now, left, rtol, (*atol, rtol)[: len(now)], late=late_by(rtol, until, mu),
                   longest=mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
     ahead = watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
     found, span, over = list[Any](), 0.0, math.inf
     while len(found) < STEPS:
         state = now[: len(atol)]
-        over = span + _over(slow, order, path.t + span, state, mu, rtol) if over == math.inf else over
+        over = span + _over(slow, order, path.t + span, state, mu, off) if over == math.inf else over
         if span >= min(over, left):
+            soon = mode.moved_on(path.t + span, state, mu * OVER / _fastest(slow, path.t + span, state))
+            if off > rtol and min(mode.guard_values(*soon), default=0.0) < 0:
+                break
             return tuple(found), None
         last, lost = next(ahead, (None, None))
         if last is None or max(map(abs, last.end)) > FAR / mu:  # in a jump y is of order 1 over mu
-            break
+            raise _unsettled(mode, path.t, path.t + span, state, UNBOUNDED)
         found.append(last)
         span, now = last.after, last.end
         if lost:
+            soon = mode.moved_on(path.t + lost[0], last.state_at(lost[0])[: len(atol)], mu)
+            if off > rtol and mode.guard_values(*soon)[lost[1]] > -GENTLY:
+                break
             return tuple(found), lost
-    words = "does not settle" if last else UNBOUNDED
-    raise OutOfRange(f"the layer of {mode.name} from t = {path.t:.6g} {words}: at t = {path.t + span:.6g} it is at "
-                     f"{listed(system.states, now[: len(atol)])}")  # fmt: skip
+    else:
+        raise _unsettled(mode, path.t, path.t + span, now[: len(atol)], "does not settle")
+    return _in_mode(mode, slow, path, until, mu, order, rtol, rtol)
+
+
+def _unsettled(mode: NumericMode, began: float, t: float, state: tuple, words: str) -> OutOfRange:
+    """Return the error for a layer that begins at ``began`` and is followed to (t, state)."""
+    return OutOfRange(f"the layer of {mode.name} from t = {began:.6g} {words}: at t = {t:.6g} it is at "
+                      f"{listed(mode.mode.system.states, state)}")  # fmt: skip
 
 
 def _slopes(mode, now):
@@ -250,7 +266,7 @@ def _during(trajectory, size):
     return lambda t: trajectory(t)[:size]
 
 
-def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float) -> float:
+def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, off: float) -> float:
     """Return how long the fast motion still lasts if it is near an attracting manifold to ``order``, else inf."""
     point = slow.point(t, state)
     x, y = point[: slow.slow], point[slow.slow :]
@@ -263,7 +279,7 @@ def _over(slow: Slow, order: int, t: float, state: tuple, mu: float, rtol: float
     if branch is None or not (rate := attraction(slow.formulas, x, branch, slow.values)) > 0:
         return math.inf
     left = slow.distance(order, x, y, branch, mu) / scale
-    return mu * math.log(max(1.0, left / off_by(rtol, mu))) / rate if left < NEAR else math.inf
+    return mu * math.log(max(1.0, left / off)) / rate if left < NEAR else math.inf
 
 
 @lru_cache(maxsize=256)

@@ -507,6 +507,21 @@ def test_a_jump_of_tiny_compliance_is_followed_as_rightly_as_any_other(small):
     assert distance(path.final, truth.final) < path.error < 1e-11
 
 
+@pytest.mark.parametrize("small", ["1e-4", "1e-7", "1e-10", "1e-13"])
+def test_a_load_that_comes_to_rest_on_the_edge_of_stick_slips_when_it_does(small):
+    # in stick it tends to -1/2, which is where stick ends: terms of order mu tell whether, what is left of it when
+    x, v, y = sp.symbols("x v y", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=x + y, kinetic=4)
+    slow = {x: y, v: sp.Rational(3, 2) - (x + y) + F}
+    system = ap.System.with_frictions(slow, {y: 1 - 2 * (x + y) + F}, [contact], small=c)
+    scene = ap.Scene(system=system, values={c: small}, start=(-1, 0, "-3/2"), until=2)
+    truth = ap.solve(scene)
+    for order in (0, 1):
+        path = ap.solve(scene, "jump", order=order)
+        assert path.modes == truth.modes == ("stick", "slip_opposite", "slip_same")
+        assert distance(path.final, truth.final) < path.error < max(2 * float(small), 1e-11)
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
