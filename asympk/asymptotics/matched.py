@@ -372,7 +372,10 @@ def onward(
 ) -> MatchedPath:  # fmt: skip
     """Follow a path from the end of a layer to ``until``; ``layer(path)`` follows each later layer."""
     while path.t < until:
-        path = slowly(automaton, path, until, mu, order, rtol, limit)
+        before, path = path, slowly(automaton, path, until, mu, order, rtol, limit)
+        if path.t == before.t and path.mode is before.mode:
+            raise OutOfRange(f"the slow motion in {path.mode.name} goes on from its edge at t = {path.t:.6g} onto the "
+                             f"same: rounding, over {automaton.system.small} = {mu:.3g}, decides; use an exact method")
         if path.t < until:
             path = layer(path)
     return path

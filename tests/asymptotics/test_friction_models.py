@@ -522,6 +522,20 @@ def test_a_load_that_comes_to_rest_on_the_edge_of_stick_slips_when_it_does(small
         assert distance(path.final, truth.final) < path.error < max(2 * float(small), 1e-11)
 
 
+@pytest.mark.parametrize(("small", "told"), [("1e-13", False), ("1e-15", True)])
+def test_an_edge_that_rounding_over_mu_decides_is_refused_at_once(small, told):
+    u, v, q, p = sp.symbols("u v q p", real=True)
+    contact = ap.Friction(velocity=v - sp.S.Half, force=F, load=1 - p / 4, kinetic=1)
+    fast = {q: -3 * q / 2 - 2 * p + sp.Rational(9, 5), p: F / 4 - p + 2 * q + 9 * u / 10}
+    system = ap.System.with_frictions({u: v, v: F + q - u - p / 2}, fast, [contact], small=c)
+    scene = ap.Scene(system=system, values={c: small}, start=("-1/3", "1/2", 0, "1/2"), until=4)
+    if told:
+        with pytest.raises(OutOfRange, match="rounding, over c = 1e-15, decides"):
+            ap.solve(scene, "jump", order=1)
+    else:
+        assert ap.solve(scene, "jump", order=1).modes == ap.solve(scene).modes == ("stick", "slip_opposite")
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
