@@ -40,7 +40,7 @@ from asympk.symbolic.branches import Phase
 PASSAGES = 20  # the most modes of one layer
 AT_REST = 1e-9  # the velocity, relative to the state, up to which a contact is at rest
 OVER = 36  # the time |q| tau after which a layer is over to rounding, e^-36 = 2e-16
-REACH = 1e6  # the largest impulse, in units of the state
+REACH = 1e6  # the largest impulse, in units of that which changes the states by their size
 
 
 class NoLaw(NotDerivable):
@@ -227,7 +227,7 @@ class LimitLayers:
         for event in events:
             vars(event).update(terminal=True, direction=-1)
         first = np.array([*state, large])
-        span = (0, REACH * np.abs(first).max())
+        span = (0, REACH * np.abs(first).max() / (np.abs(rates(0, first)).max() or 1))
         found = solve_ivp(rates, span, first, "DOP853", rtol=1e-11, atol=1e-12, events=events)
         ends = [end for ends in found.y_events for end in ends]
         if not ends:

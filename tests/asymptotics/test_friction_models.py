@@ -536,6 +536,20 @@ def test_an_edge_that_rounding_over_mu_decides_is_refused_at_once(small, told):
         assert ap.solve(scene, "jump", order=1).modes == ap.solve(scene).modes == ("stick", "slip_opposite")
 
 
+@pytest.mark.parametrize("order", [0, 1])
+@pytest.mark.parametrize("unit", ["1e-8", "1e8"])
+def test_the_unit_of_time_does_not_decide_whether_a_load_is_stopped(unit, order):
+    x, v, y, h = sp.symbols("x v y h", real=True)
+    contact = ap.Friction(velocity=v, force=F, load=x + y, kinetic=3)
+    slow = {x: h * y, v: h * (1 - (x + y) + F)}
+    system = ap.System.with_frictions(slow, {y: h * (1 - 2 * (x + y) + F)}, [contact], small=c)
+    scenes = (ap.Scene(system=system, values={c: "1e-5", h: each}, start=(0, -1, "1/5"), until=2 / sp.Rational(each))
+              for each in (unit, 1))  # fmt: skip
+    path, same = (ap.solve(scene, "jump", order=order) for scene in scenes)
+    assert path.modes == same.modes == ("slip_opposite", "stick", "slip_same")
+    assert distance(path.final, same.final) < 1e-10
+
+
 def test_what_an_order_predicts_bounds_its_error_where_the_next_order_is_no_better():
     values = {"a": "1.688", "b": "1.363", "k": "1.824", "f": "1.451", "mu": "1e-2", "r": "1.011"}
     scene = _turning_rod(values, {"x": "-0.513", "q": "0.066", "v": "0.273", "y": "0.127"}, "0.974")
