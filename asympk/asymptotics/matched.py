@@ -12,7 +12,7 @@ The hard functions are ``_in_mode``, which integrates a layer through one mode, 
 
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -214,19 +214,9 @@ def _in_mode(
     The fast states have errors of ``off``. Where such errors would move the time of an event, as the guard changes
     slowly there, the mode is followed again with errors of ``rtol``.
     """
-    system = mode.mode.system
-    fast = {system.states.index(s) for s in system.fast}
-    least = off * _growing(slow, order, path.t, path.state, mu, rtol)
-    atol = tuple(least if k in fast else rtol for k in range(len(path.state)))
-    flow, now, left = partial(mode.field, 0.0), path.state, until - path.t
-    if system.time is not None:
-        flow, now = _timed(mode), (*path.state, path.t)
-    along = steps((flow,), mode.p, now, left, rtol, (*atol, rtol)[: len(now)], late=late_by(rtol, until, mu),
-                  longest=mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
-    ahead = watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
-    found, span, over = list[Any](), 0.0, math.inf
+    ahead, size, left = _watched_steps(mode, slow, path, until, mu, order, rtol, off), len(path.state), until - path.t
+    found, span, state, over = list[Any](), 0.0, path.state, math.inf
     while len(found) < STEPS:
-        state = now[: len(atol)]
         over = span + _over(slow, order, path.t + span, state, mu, off) if over == math.inf else over
         if span >= min(over, left):
             soon = mode.moved_on(path.t + span, state, mu * OVER / _fastest(slow, path.t + span, state))
@@ -237,15 +227,29 @@ def _in_mode(
         if last is None or max(map(abs, last.end)) > FAR / mu:  # in a jump y is of order 1 over mu
             raise _unsettled(mode, path.t, path.t + span, state, UNBOUNDED)
         found.append(last)
-        span, now = last.after, last.end
+        span, state = last.after, last.end[:size]
         if lost:
-            soon = mode.moved_on(path.t + lost[0], last.state_at(lost[0])[: len(atol)], mu)
+            soon = mode.moved_on(path.t + lost[0], last.state_at(lost[0])[:size], mu)
             if off > rtol and mode.guard_values(*soon)[lost[1]] > -GENTLY:
                 break
             return tuple(found), lost
     else:
-        raise _unsettled(mode, path.t, path.t + span, now[: len(atol)], "does not settle")
+        raise _unsettled(mode, path.t, path.t + span, state, "does not settle")
     return _in_mode(mode, slow, path, until, mu, order, rtol, rtol)
+
+
+def _watched_steps(
+    mode: NumericMode, slow: Slow, path: MatchedPath, until: float, mu: float, order: int, rtol: float, off: float
+) -> Iterator[tuple[Step, tuple[float, int] | None]]:
+    """Return the steps in one mode from the end of a path, each with the first guard that it loses, or None."""
+    system, flow, now = mode.mode.system, partial(mode.field, 0.0), path.state
+    least = off * _growing(slow, order, path.t, path.state, mu, rtol)
+    atol = tuple(least if s in system.fast else rtol for s in system.states)
+    if system.time is not None:
+        flow, now = _timed(mode), (*path.state, path.t)
+    along = steps((flow,), mode.p, now, until - path.t, rtol, (*atol, rtol)[: len(now)], late=late_by(rtol, until, mu),
+                  longest=mu / _fastest(slow, path.t, path.state), slopes=partial(_slopes, mode))  # fmt: skip
+    return watched(along, lambda span, state: mode.guard_values(path.t + span, state), len(atol))
 
 
 def _unsettled(mode: NumericMode, began: float, t: float, state: tuple, words: str) -> OutOfRange:
