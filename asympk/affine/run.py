@@ -5,6 +5,7 @@ the result, or a sign is undecided, the events of this run are refined in mpmath
 in them, and the result is rounded to doubles. ``_followed`` is the hard function: its ``advance`` follows one mode.
 """
 
+from contextlib import suppress
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ from asympk.automaton import loop
 from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
 from asympk.digits import carried, double
-from asympk.errors import OutOfRange, TooLarge, TooManyEvents, Undecided
+from asympk.errors import NoMotion, OutOfRange, TooLarge, TooManyEvents, TwoMotions, Undecided
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.symbolic import branches
@@ -93,11 +94,20 @@ class SceneFlows(NamedTuple):
 
 
 def _in_doubles(case):
-    joined, error = _estimated(case)
+    try:
+        joined, error = _estimated(case)
+    except (NoMotion, TwoMotions):
+        with suppress(NoMotion, TwoMotions):  # in doubles rounding may hide which modes are consistent
+            return _rounded(case)
+        raise
     if error <= TRUSTED:
         return _path(case, None, joined, float, error)
-    known = joined if error <= TOLD else None
-    joined, _ = _certified(case._replace(known=known), DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
+    return _rounded(case._replace(known=joined if error <= TOLD else None))
+
+
+def _rounded(case):
+    """Return the path that is computed in more digits than doubles have, and rounded to doubles."""
+    joined, _ = _certified(case, DIGITS_OF_DOUBLES, LARGEST_DOUBLE)
     return _path(case, None, joined, double, UNIT)
 
 
@@ -117,7 +127,7 @@ def _known(case):
     """Return the run in doubles if its sequence of events is trusted, else None."""
     try:
         joined, error = _estimated(case)
-    except TooLarge:
+    except (TooLarge, NoMotion, TwoMotions):
         return None
     return joined if error <= TOLD else None
 

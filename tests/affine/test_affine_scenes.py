@@ -434,3 +434,19 @@ def test_a_load_that_dies_away_within_a_layer_is_followed_without_a_word():
     layer = ap.System.with_friction({}, {y: F - y}, {v: 1 - y + F}, F, load=y, kinetic=f, small=mu)
     path = ap.solve(ap.Scene(system=layer, values={f: "0.3", mu: "1e-3"}, start={"y": "0.3", "v": "0.3"}, until=2))
     assert path.final == pytest.approx([0, 2.2997], abs=1e-15)
+
+
+def test_modes_that_rounding_alone_makes_consistent_are_told_apart_by_more_digits():
+    # the load falls through 0 with a rate of order 1, which is 1/mu times a sum that cancels to 3e-14
+    x, u, w, v, y = sp.symbols("x u w v y", real=True)
+    mu, q = sp.Symbol("mu", positive=True), sp.Rational
+    slow = {x: 17 * u / 100 + y, u: 79 * u / 100 + v + 4 * x / 25, w: 17 * u / 20 - 4 * w / 25,
+            v: F - 17 * u / 100 - 11 * w / 100 - x - y + q(117, 100)}  # fmt: skip
+    contact = ap.Friction(velocity=v + q(9, 50), force=F, load=x + y, kinetic=q(16, 5))
+    fast = {y: F - 11 * u / 100 - 11 * w / 50 - 2 * x - 2 * y + 1}
+    system = ap.System.with_frictions(slow, fast, [contact], small=mu)
+    start = {x: q(127, 100), u: q(2, 25), w: q(3, 50), v: q(37, 25), y: q(1, 4)}
+    scene = ap.Scene(system=system, values={mu: "7e-14"}, start=start, until="3.7")
+    path, fine = ap.solve(scene), ap.solve(scene, digits=40)
+    assert path.modes == fine.modes == ("slip_same", "slip_opposite", "stick", "slip_same")
+    assert [float(e.t) for e in path.events] == pytest.approx([float(e.t) for e in fine.events], rel=1e-14)
