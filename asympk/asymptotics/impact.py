@@ -155,8 +155,7 @@ class LimitLayers:
 
         Slow motion comes to a load of 0 with y so near to rest that terms of order mu tell the sides.
         """
-        y, least = state[self.fast], AT_REST * max(1.0, *map(abs, state))
-        edges = [s for v, s in zip(values, slopes, strict=True) if s and abs(v) <= least]
+        y, edges = state[self.fast], _edges(values, slopes, state)
         if not edges and abs(y - rest) <= 1e-9 * max(1, abs(y), abs(rest)):
             refused, words = (NoLaw, "terms of order mu tell which") if t > 0 else (OutOfRange, "move the start off it")
             raise refused(f"y = {y:.6g} at t = {t:.6g} is on the repelling manifold of {mode.name}, a divide of two "
@@ -165,8 +164,7 @@ class LimitLayers:
 
     def _require_off_edges(self, mode: NumericMode, t: float, state: tuple) -> None:
         """Refuse a layer that lands where a guard vanishes that depends on y: terms of order mu tell what follows."""
-        values, slopes = self._guards(mode, t, state)
-        if any(s and abs(v) <= AT_REST * max(1.0, *map(abs, state)) for v, s in zip(values, slopes, strict=True)):
+        if _edges(*self._guards(mode, t, state), state):
             raise NoLaw(f"the layer at t = {t:.6g} lands on an edge of {mode.name}")
 
     def _guards(self, mode: Any, t: float, state: tuple) -> tuple[np.ndarray, np.ndarray]:
@@ -177,7 +175,7 @@ class LimitLayers:
     def _sliding(self, mode: Any, values: np.ndarray, slopes: np.ndarray, state: tuple) -> int | None:
         """Return the guard of the sliding velocity if the velocity is 0 and does not depend on y, else None."""
         k = _of_velocity(mode)
-        still = k is not None and slopes[k] == 0 and abs(values[k]) <= AT_REST * max(1.0, *map(abs, state))
+        still = k is not None and slopes[k] == 0 and _is_zero(values[k], state)
         return k if still else None
 
     def _first_guard(
@@ -274,6 +272,15 @@ def _is_affine_in_limit(rate: sp.Expr, y: sp.Symbol, small: sp.Symbol) -> bool:
     large = sp.Dummy("large")
     limits = (rate.subs(small, 0).diff(y, 2), (small * rate.subs(y, large / small)).diff(large, 2))
     return all(sp.expand(bend).subs(small, 0) == 0 for bend in limits)
+
+
+def _edges(values: np.ndarray, slopes: np.ndarray, state: tuple) -> list[float]:
+    """Return the derivatives by y of the guards that are 0 at a state and depend on y."""
+    return [s for v, s in zip(values, slopes, strict=True) if s and _is_zero(v, state)]
+
+
+def _is_zero(value: float, state: tuple) -> bool:
+    return abs(value) <= AT_REST * max(1.0, *map(abs, state))
 
 
 def _of_velocity(mode: Any) -> Any:
