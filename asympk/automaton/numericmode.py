@@ -313,16 +313,16 @@ class NumericMode:
         cancels to rounding is set to 0.
         """
         least = [4 * getattr(self.functions, "eps", 2.0**-52) * abs(w) for w in state]
-        last = () if guard is None else (self.mode.guards[guard].value,)
+        expressions = self.kept if guard is None else (*self.kept, self.mode.guards[guard].value)
         for _ in range(2):
             basis: list[list] = []
-            for expr in (*self.kept, *last):
+            for k, expr in enumerate(expressions):
                 at = (*self._compiled((expr,))(t, *state, *self.p), *self._gradient(expr)(t, *state, *self.p))
                 value, *gradient = map(getattr(self.functions, "mpf", float), at)
                 rest = _across(gradient, basis)
                 if _dot(rest, rest) <= DEPENDENT * _dot(gradient, gradient):
                     continue
-                direction = self._as_it_moves(rest, basis, t, state) if expr in last else rest
+                direction = rest if k < len(self.kept) else self._as_it_moves(rest, basis, t, state)
                 size = _dot(direction, rest)
                 basis.append(rest)
                 moved = (w - value * a / size for w, a in zip(state, direction, strict=True))
