@@ -112,17 +112,16 @@ class ExactEntries:
         """
         if not self.field:
             return of_exact(matrix)
-        pattern, balls = _pattern(matrix), self._balls(matrix)
         try:
             basis, moved, inverse = self._with_invariants(matrix)
             return seen_in(self._balls(basis), of_balls(_pattern(moved), self._balls(moved)), self._balls(inverse))
         except Refused:
-            _, block = connected_components(pattern, connection="strong")
+            _, block = connected_components(_pattern(matrix), connection="strong")
             numbers = [[entry.as_expr() for entry in row] for row in matrix]
             if any(e.free_symbols and block[i] == block[j] for i, row in enumerate(numbers) for j, e in enumerate(row)):
                 raise
             exact = tuple(tuple(Fraction(0 if e.free_symbols else str(e)) for e in row) for row in numbers)
-            return of_exact(exact, balls)
+            return of_exact(exact, self._balls(matrix))
 
     def _balls(self, matrix: Iterable[Iterable[Any]]) -> list[list[Ball]]:
         return [[self.ball(entry) for entry in row] for row in matrix]
