@@ -13,6 +13,7 @@ import itertools
 import json
 import os
 import re
+import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, wait
@@ -138,11 +139,21 @@ def _drive(sweep, out, missing, executor, progress):
 
 
 def _lost(future):
-    """Tell whether a chunk was lost with its worker, not by its own error; dask raises its own ``KilledWorker``."""
+    """Tell whether a chunk was lost with its worker, not by its own error.
+
+    The executor of dask raises various errors of its own where a worker dies: ``KilledWorker``, or a ``ValueError``
+    where the result was gathered just before. They are known by the module that raises them.
+    """
     if future.cancelled():
         return True
     error = future.exception()
-    return isinstance(error, BrokenExecutor | CancelledError) or type(error).__name__ == "KilledWorker"
+    return isinstance(error, BrokenExecutor | CancelledError) or _raised_in(error) == "distributed.cfexecutor"
+
+
+def _raised_in(error):
+    """The name of the module that raised ``error``, None where that is not known."""
+    frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)] if error else []
+    return frames[-1].f_globals.get("__name__") if frames else None
 
 
 def _given_out(executor, sweep, index):

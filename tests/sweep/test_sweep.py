@@ -6,7 +6,7 @@ import signal
 import subprocess
 import threading
 import time
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -21,7 +21,7 @@ from asympk.errors import InputError, TooLarge, TooManyEvents, Undecided, Worker
 from asympk.many import PHASES
 from asympk.path import MODES
 from asympk.sweep import chunks, files, results, rods, run_sweep, summary
-from asympk.sweep.executors import Processes
+from asympk.sweep.executors import Here, Processes
 from asympk.sweep.lock import locked
 from asympk.sweep.rods import RodFamily, first_phases
 from asympk.sweep.sweepfile import parse_sweep
@@ -192,8 +192,6 @@ class Hopeless(Executor):
     """An executor whose workers always die."""
 
     def submit(self, function, /, *arguments):
-        from concurrent.futures import BrokenExecutor, Future
-
         future = Future()
         future.set_exception(BrokenExecutor("dead"))
         return future
@@ -202,6 +200,40 @@ class Hopeless(Executor):
 def test_workers_that_keep_dying_are_given_up(tmp_path):
     with pytest.raises(WorkersLost, match="run again to resume"):
         run_sweep(_sweep(), tmp_path, Hopeless())
+
+
+class DaskFuture:
+    """A future of dask: what its ``_result`` returns, and its status after that."""
+
+    def __init__(self, result, status):
+        self.result, self.status = result, status
+
+    async def _result(self, raiseit):
+        return self.result
+
+
+class LosesOne(Here):
+    """The first result is gathered while its worker dies: dask takes it for an error, and raises one of its own."""
+
+    lost = 0
+
+    def submit(self, function, /, *arguments):
+        from distributed.cfexecutor import _cascade_future
+        from tornado.ioloop import IOLoop
+
+        future = super().submit(function, *arguments)
+        if self.lost:
+            return future
+        self.lost, gathered = 1, Future()
+        IOLoop(make_current=False).run_sync(lambda: _cascade_future(DaskFuture(future.result(), "lost"), gathered))
+        return gathered
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_chunk_whose_dask_worker_dies_while_it_is_gathered_is_computed_again(plain, tmp_path):
+    pytest.importorskip("distributed")
+    assert run_sweep(_sweep(), tmp_path, LosesOne()) == 12
+    assert _bytes(tmp_path) == plain
 
 
 @pytest.mark.slow
