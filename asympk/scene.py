@@ -48,6 +48,8 @@ class Scene(ShownAsTable):
             return
         if self.values is not None:
             raise InputError("values are those of a system; give system=, or sigma, mu, start and until of the rod")
+        if hasattr(self.sigma, "placed"):
+            raise InputError("sigma is a System: name it, Scene(system=system, values=values, start=start, until=2)")
         put(self, "sigma", number("sigma", self.sigma, lambda v: v > -2, "greater than -2"))
         put(self, "mu", number("mu", self.mu, lambda v: v > 0, "positive"))
         put(self, "until", number("until", self.until, lambda v: v >= 0, "zero or positive"))
