@@ -30,17 +30,17 @@ SLIGHT = 0.01  # the largest omitted term, relative to the states, for which the
 SEVERAL = 5  # the error at the end of a layer, in units of the error allowed in one step
 
 
-def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0) -> Path:
+def follow_stretches(scene: Any, method: str = "jump", *, order: int = 0, units: Any = 1.0) -> Path:
     """Follow a ``scene`` with friction, or through switching surfaces, by layers and slow motion to ``order``.
 
-    Raises ``NoManifold`` for ``"slow"`` if the first layer meets an event, ``OutOfRange`` where a layer does not settle
-    or the omitted terms are not small, ``NotNormallyHyperbolic`` where a slow manifold is lost, ``NotDerivable``,
-    ``NoMotion`` and ``TooManyEvents``.
+    The error is that of the states times ``units``. Raises ``NoManifold`` for ``"slow"`` if the first layer meets an
+    event, ``OutOfRange`` where a layer does not settle or the omitted terms are not small, ``NotNormallyHyperbolic``
+    where a slow manifold is lost, ``NotDerivable``, ``NoMotion`` and ``TooManyEvents``.
     """
     if order == 0 and len(scene.system.frictions) == len(scene.system.fast) == 1:
         with suppress(NoLaw):
             return _in_limit(scene, method)
-    return _to_order(scene, method, order)
+    return _to_order(scene, method, order, units)
 
 
 def _in_limit(scene: Any, method: str) -> Path:
@@ -61,7 +61,7 @@ def _through_limit(layers: LimitLayers, path: MatchedPath) -> MatchedPath:
                    modes=path.modes + landed.modes[1:])  # fmt: skip
 
 
-def _to_order(scene: Any, method: str, order: int) -> Path:
+def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     """Follow a scene by whole layers, and by slow motion to ``order``.
 
     ``path.info["omitted"]`` is the change of the states at ``until`` by the next order.
@@ -74,10 +74,11 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
     path = matched.onward(automaton, landed, until, mu, order, rtol, partial(layer, order=order))
     end_to = partial(matched.end_to, automaton, landed, path, until, mu, rtol=rtol)
     final, beyond = np.array(path.state), end_to(orders=(order, order + 1))
-    omitted, scale = beyond - final, max(1.0, np.abs(final).max())
-    falls = np.abs(omitted).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
+    omitted, scale = beyond - final, max(1.0, np.abs(final * units).max())
+    falls = np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else end_to(orders=(order, order + 2))
-    error = predicted_error((final, beyond, last), rtol=rtol) + _of_layer(path, until, mu, rtol, scale)
+    error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units))
+    error += _of_layer(path, until, mu, rtol, scale, units)
     if not error < 1:
         raise OutOfRange(f"the terms that order {order} omits amount to {error:.3g} of the states: mu = {mu:.3g} is "
                          "not small here; use an exact method")  # fmt: skip
@@ -85,7 +86,7 @@ def _to_order(scene: Any, method: str, order: int) -> Path:
                 {"omitted": tuple(omitted.tolist())})  # fmt: skip
 
 
-def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: float) -> float:
+def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: float, units: Any) -> float:
     """Return the predicted error of a layer that is not over at the end of a path, relative to ``scale``; else 0.
 
     The error is that allowed in the fast states plus an error in time times the largest rate, which covers errors that
@@ -94,7 +95,8 @@ def _of_layer(path: MatchedPath, until: float, mu: float, rtol: float, scale: fl
     if not path.stretches or path.stretches[-1].points:
         return 0.0
     late = ROUNDING * matched.late_by(rtol, until, mu)
-    return SEVERAL * matched.off_by(rtol, mu) + late * max(map(abs, path.mode.rhs(path.t, path.state))) / scale
+    fastest = np.abs(np.array(path.mode.rhs(path.t, path.state)) * units).max()
+    return SEVERAL * matched.off_by(rtol, mu) * np.max(units) + late * fastest / scale
 
 
 @dataclass(frozen=True)
@@ -106,8 +108,24 @@ class StretchedDense:
 
     def __call__(self, t: Any) -> Any:
         times = times_within(t, self.until)
-        which = np.searchsorted([s.began for s in self.path.stretches], times.ravel(), side="right") - 1
+        which = self._which(times.ravel())
         found = np.tile(np.array(self.path.state)[:, None], times.size)
         for k, stretch in enumerate(self.path.stretches):
             found[:, which == k] = stretch.states(times.ravel()[which == k] - stretch.began)
-        return found.reshape(-1, *times.shape)
+        return found.reshape(len(found), *times.shape)
+
+    def _which(self, times: np.ndarray) -> np.ndarray:
+        return np.searchsorted([s.began for s in self.path.stretches], times, side="right") - 1
+
+    def sizes(self, t: np.ndarray) -> np.ndarray:
+        """Return the largest modulus of every state in slow motion at the times ``t`` and where it begins."""
+        return self._largest(t, True)
+
+    def layer_sizes(self, t: np.ndarray) -> np.ndarray:
+        """Return the largest modulus of every state in layers at the times ``t`` and where they begin."""
+        return self._largest(t, False)
+
+    def _largest(self, t, slow):
+        times = np.array([*t, *(s.began for s in self.path.stretches)])
+        alike = [k for k, stretch in enumerate(self.path.stretches) if bool(stretch.points) is slow]
+        return np.abs(self(times[np.isin(self._which(times), alike)])).max(axis=1, initial=0)

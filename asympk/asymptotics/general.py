@@ -3,22 +3,23 @@
 ``run`` is the entry. A smooth system whose motion crosses no switching surface goes to ``smooth``. A motion that
 crosses one, where the state or the time switches the rates, is followed like a motion with friction, by ``frictional``.
 
-Tolerances are relative to the largest of 1 and the states. Where some states of a smooth system stay small beside 1, as
-in units that are too large, the hard function ``_in_units_that_fit`` follows the system again in units of their size.
+Tolerances are relative to the largest of 1 and the states. Where some states stay small beside 1, as in units that are
+too large, the hard function ``_in_units_that_fit`` follows the system again in units of their size.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
 import sympy as sp
 
 from asympk.asymptotics.frictional import follow_stretches
-from asympk.asymptotics.smooth import expected_error, follow_smooth, leaves_its_sides
+from asympk.asymptotics.smooth import follow_smooth, leaves_its_sides
 from asympk.errors import AsympkError, NotDerivable, OrderError, OutOfRange
 from asympk.numbers import short
 from asympk.path import Path
@@ -43,8 +44,8 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
     if scene.system.small is None:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     with _refused(scene):
-        follow = _in_units_that_fit if smooth and not leaves_its_sides(scene, order) else follow_stretches
-        return follow(scene, method, order=order)
+        follow = follow_smooth if smooth and not leaves_its_sides(scene, order) else follow_stretches
+        return _in_units_that_fit(partial(follow, method=method, order=order), scene)
 
 
 def _checked_order(method: str, order: int) -> int:
@@ -53,22 +54,22 @@ def _checked_order(method: str, order: int) -> int:
     return order
 
 
-def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
-    """Follow a smooth scene in its own units, or in units in which no state stays small.
+def _in_units_that_fit(follow: Callable, scene: Any) -> Path:
+    """Follow a scene in its own units, or in units in which no state stays small.
 
     A state that is small in the slow motion but large in the layer, as the speed of a fast oscillation, keeps its unit.
     """
     units = (sp.S.One,) * len(scene.start)
     try:
-        path = follow_smooth(scene, method, order=order)
+        path = follow(scene)
     except OutOfRange:
         if (small := _powers([abs(float(w)) for w in scene.start])) == units:
             raise
-        path, units = follow_smooth(_in(small, scene), method, order=order), small
+        path, units = _followed(follow, scene, small), small
     sizes = _sizes(path, units)
     while _smaller(sizes, units).any():
         try:
-            finer = follow_smooth(_in(sizes, scene), method, order=order)
+            finer = _followed(follow, scene, sizes)
         except OutOfRange:
             if not SMALL < _reach(path, sizes, units) < LARGEST:
                 raise
@@ -80,6 +81,10 @@ def _in_units_that_fit(scene: Any, method: str, *, order: int) -> Path:
     return path if {*units} == {1} else _out_of(units, scene, path)
 
 
+def _followed(follow: Callable, scene: Any, units: tuple[sp.Rational, ...]) -> Path:
+    return follow(_in(units, scene), units=np.array(units, dtype=float))
+
+
 def _smaller(sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> np.ndarray:
     """Return which states are small beside their units."""
     return np.array(sizes, dtype=float) < SMALL * np.array(units, dtype=float)
@@ -87,17 +92,19 @@ def _smaller(sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> 
 
 def _reach(path: Any, sizes: tuple[sp.Rational, ...], units: tuple[sp.Rational, ...]) -> float:
     """Return the largest modulus of the layer of a path in those states whose ``sizes`` are small in their units."""
-    layer = path.at.motion.layer(float(path.scene.until) / 2.0 ** np.arange(LOOKS))[0]
-    return float(np.abs(layer[_smaller(sizes, units)]).max())
+    return float(path.at.layer_sizes(_looks(path))[_smaller(sizes, units)].max())
 
 
 def _sizes(path: Any, units: tuple[sp.Rational, ...]) -> tuple[sp.Rational, ...]:
     """Return the power of ten, at most 1, nearest to the largest size of each state at the start and in slow motion."""
     sizes = [max(abs(float(begun)), abs(w)) for begun, w in zip(path.scene.start, path.final, strict=True)]
     if min(sizes) < SMALL:
-        times = float(path.scene.until) / 2.0 ** np.arange(LOOKS)
-        sizes = np.maximum(sizes, np.abs(path.at.motion.states(times)[0]).max(axis=1)).tolist()
+        sizes = np.maximum(sizes, path.at.sizes(_looks(path))).tolist()
     return _powers([size * float(unit) for size, unit in zip(sizes, units, strict=True)])
+
+
+def _looks(path):
+    return float(path.scene.until) / 2.0 ** np.arange(LOOKS)
 
 
 def _powers(sizes: list[float]) -> tuple[sp.Rational, ...]:
@@ -108,7 +115,7 @@ def _powers(sizes: list[float]) -> tuple[sp.Rational, ...]:
 
 
 def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
-    """Return a smooth scene with its states in ``units``, which are written into their names."""
+    """Return a scene with its states in ``units``, which are written into their names."""
     system = scene.system
     names = (s if u == 1 else sp.Symbol(f"{s.name}/{float(u):.0e}", real=True)
              for s, u in zip(system.states, units, strict=True))  # fmt: skip
@@ -116,19 +123,24 @@ def _in(units: tuple[sp.Rational, ...], scene: Any) -> Any:
     meant = {s: u * name for s, (u, name) in told.items()}
     slow, fast = ({told[s][1]: rate.xreplace(meant) / told[s][0] for s, rate in rates.items()}
                   for rates in (system.slow, system.fast))  # fmt: skip
+    frictions = tuple(replace(f, **{part: expr.xreplace(meant) for part, expr in f.parts.items()})
+                      for f in system.frictions)  # fmt: skip
     states = tuple(name for _, name in told.values())
-    inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=states)
+    inside = replace(system, slow=sp.Dict(slow), fast=sp.Dict(fast), states=states, frictions=frictions)
     start = {name: Fraction(v) / Fraction(u.p, u.q) for v, (u, name) in zip(scene.start, told.values(), strict=True)}
     return replace(scene, system=inside, values=dict(zip(system.parameters, scene.values, strict=True)), start=start)
 
 
 def _out_of(units: tuple[sp.Rational, ...], scene: Any, path: Any) -> Path:
     """Return the path of ``scene`` from ``path``, whose states are in ``units``."""
-    numbers, dense = np.array(units, dtype=float), path.at
-    final, omitted = (np.array(values) * numbers for values in (path.final, path.info["omitted"]))
-    error = expected_error(dense.motion, dense.layered, dense.until, numbers)
-    return replace(path, scene=scene, final=tuple(final.tolist()), at=_Units(dense, numbers), error=error,
-                   info={"omitted": tuple(omitted.tolist())})  # fmt: skip
+    numbers = np.array(units, dtype=float)
+
+    def out(values):
+        return tuple((np.array(values) * numbers).tolist())
+
+    events = tuple(event._replace(state=out(event.state)) for event in path.events)
+    info = {name: out(terms) for name, terms in path.info.items()}
+    return replace(path, scene=scene, final=out(path.final), events=events, at=_Units(path.at, numbers), info=info)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ by which the composite of order n + 2 misses the start covers this case.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -66,13 +66,14 @@ class LayeredMotion:
         return self.reduced.mu**powers * (powers <= np.array(self.reduced.orders)[:, None])
 
 
-def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
+def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1, units: Any = 1.0) -> Path:
     """Follow the ``scene`` of a smooth slow-fast system by ``"jump"`` or ``"slow"`` to ``order``.
 
     The motion must cross no switching surface (``leaves_its_sides``). ``path.info["omitted"]`` is the first term
-    that the composite omits at ``until``, state by state. Raises ``InputError`` for functions that have no series,
-    ``OutOfRange`` where the layer settles on no attracting branch, the expansion does not hold or a pole of the rates
-    is passed, and ``NotNormallyHyperbolic`` where the slow manifold is lost before ``until``.
+    that the composite omits at ``until``, state by state. The error is that of the states times ``units``. Raises
+    ``InputError`` for functions that have no series, ``OutOfRange`` where the layer settles on no attracting branch,
+    the expansion does not hold or a pole of the rates is passed, and ``NotNormallyHyperbolic`` where the slow manifold
+    is lost before ``until``.
     """
     mu, until = matched.small_number(scene), float(scene.until)
     begun = matched.begun(Automaton(scene.system, scene.values), scene.start)
@@ -83,8 +84,9 @@ def follow_smooth(scene: Any, method: str = "jump", *, order: int = 1) -> Path:
     slow, layer = motion.states(until), motion.layer(until)
     now, next_, _ = slow + layer
     layered = method == "jump"
-    error = _expected(motion, layered, slow, layer)
-    if error >= 1 > _expected(motion, True, slow, layer):
+    expected = partial(_expected, motion, slow=slow * units, layer=layer * units, units=units)
+    error = expected(layered)
+    if error >= 1 > expected(True):
         raise OutOfRange(f"at t = {until:.6g} the motion is still in its layer, which method 'slow' leaves out: take "
                          "method='jump', or a later until")  # fmt: skip
     if not error < 1:
@@ -122,12 +124,7 @@ def layered_motion(
     return LayeredMotion(landing, flow, rtol, kept)
 
 
-def expected_error(motion: LayeredMotion, layered: bool, until: float, units: Any = 1.0) -> float:
-    """Return the predicted error at ``until`` of a motion, ``layered`` or not; ``units`` are factors of its states."""
-    return _expected(motion, layered, motion.states(until) * units, motion.layer(until) * units, units)
-
-
-def _expected(motion, layered, slow, layer, units=1.0):
+def _expected(motion, layered, slow, layer, units):
     # a layer as slow as the slow motion may cancel its terms in the composite but not their remainder, so that terms
     # of the slow motion that do not decrease are judged on their own, too
     first, second = _terms(slow)
@@ -186,3 +183,11 @@ class LayeredDense:
         times = times_within(t, self.until)
         slow = self.motion.states(times)[0]
         return slow + self.motion.layer(times)[0] if self.layered else slow
+
+    def sizes(self, t: np.ndarray) -> np.ndarray:
+        """Return the largest modulus of every state in the slow motion at the times ``t``."""
+        return np.abs(self.motion.states(t)[0]).max(axis=1)
+
+    def layer_sizes(self, t: np.ndarray) -> np.ndarray:
+        """Return the largest modulus of the layer in every state at the times ``t``."""
+        return np.abs(self.motion.layer(t)[0]).max(axis=1)

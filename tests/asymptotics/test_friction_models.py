@@ -274,6 +274,24 @@ def test_the_units_of_a_slow_state_do_not_decide_whether_its_manifold_is_lost(un
     assert distance(path.final, truth.final) <= path.error < 1e-5
 
 
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_load_whose_slow_state_is_measured_in_units_that_are_too_large_is_followed_as_accurately(order):
+    """The load is unit a + b, and a of size 1/unit: its rounding, times the unit, would be an error of the load."""
+
+    def followed(unit):
+        load = unit * a + b
+        held = ap.System.with_friction(slow={a: b / unit}, fast={b: 1 - 2 * load + F}, force=F, load=load, kinetic=3,
+                                       velocity={w: 1 - load + F + w / 7}, small=c)  # fmt: skip
+        scene = ap.Scene(system=held, values={c: "1e-5"}, start={a: 0, b: "1/5", w: -1}, until=2)
+        path = ap.solve(scene, "jump", order=order)
+        back = [dict(zip(path.names, values, strict=True)) for values in (path.final, *(e.state for e in path.events))]
+        return path, [(unit * values["a"], values["b"], values["w"]) for values in back]
+
+    (path, states), (same, found) = followed(1), followed(10**8)
+    assert np.array(found) == pytest.approx(np.array(states), rel=1e-9, abs=1e-13)
+    assert (same.error or 0) == pytest.approx(path.error or 0, rel=1e-3)
+
+
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_a_box_that_slides_towards_its_corner_is_followed_to_where_it_stops_on_its_manifold(order):
     """Its manifold is steep in the angle, which stays 0: the line of the reaction goes through its centre."""
