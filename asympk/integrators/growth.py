@@ -69,6 +69,28 @@ def growth(
         return float(np.nan_to_num(grown, nan=np.inf).max(initial=0.0))
 
 
+def without_rounding(automaton: Automaton, segments: Sequence[Segment]) -> Sequence[Segment]:
+    """Return segments in which the states that start at 0, and that no rate moves from there, are 0 at all steps.
+
+    Linear solvers leave rounding in such a state: it is no size of the state, and falls with every tolerance.
+    """
+    import numpy as np
+
+    still = np.array(segments[0].steps[0][1] if segments[0].steps else segments[0].state) == 0
+    while still.any():
+        try:
+            cleaned = [s._replace(steps=tuple((t, tuple(np.where(still, 0.0, w).tolist())) for t, w in s.steps))
+                       for s in segments]  # fmt: skip
+            rates = [automaton.mode(s.branch, sides=s.sides).rhs(*step) for s in cleaned for step in s.steps]
+        except (ArithmeticError, ValueError, TypeError):  # as in ``growth``
+            break
+        moved = still & np.any(rates, axis=0)
+        if not moved.any():
+            return cleaned
+        still &= ~moved
+    return segments
+
+
 def balances(automaton: Automaton, segments: Sequence[Segment]) -> "tuple[np.ndarray, np.ndarray]":
     """Return (sizes, gains): each state's size by the terms of its rate, and its gain by an error of another state.
 

@@ -1,12 +1,13 @@
 """``method="exact"`` for systems without a closed form: a stiff integrator of small tolerance, or collocation."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from asympk.automaton.automaton import Automaton
-from asympk.automaton.loop import Run
+from asympk.automaton.loop import Segment
 from asympk.integrators import collocation, integrate
-from asympk.integrators.growth import balances, require_kept
+from asympk.integrators.growth import balances, require_kept, without_rounding
 from asympk.numbers import whole
 from asympk.path import Path
 from asympk.systems.automata import automaton_of
@@ -36,15 +37,17 @@ def run(
                      events=events)  # fmt: skip
     automaton = automaton_of(scene)
     path, joined = traced(atol=TOLERANCE)
-    scales, (found, sizes) = (1.0,) * len(scene.start), _scales(automaton, joined)
+    segments = without_rounding(automaton, joined.segments)
+    scales, (found, sizes) = (1.0,) * len(scene.start), _scales(automaton, segments)
     while any(new < SMALL * old for old, new in zip(scales, found, strict=True)):
         path, joined = traced(atol=tuple(TOLERANCE * scale for scale in found))
-        scales, (found, sizes) = found, _scales(automaton, joined)
-    require_kept(automaton, joined.segments, TOLERANCE, scales, sizes)
+        segments = without_rounding(automaton, joined.segments)
+        scales, (found, sizes) = found, _scales(automaton, segments)
+    require_kept(automaton, segments, TOLERANCE, scales, sizes)
     return path
 
 
-def _scales(automaton: Automaton, joined: Run) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _scales(automaton: Automaton, segments: Sequence[Segment]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return two tuples: for each state its scale, at most 1, and the size to which errors at the end are relative.
 
     The scale is the state's largest size on the run; the size is at least that by the terms of its rate (``balances``).
@@ -53,9 +56,9 @@ def _scales(automaton: Automaton, joined: Run) -> tuple[tuple[float, ...], tuple
     """
     import numpy as np
 
-    states = [state for segment in joined.segments for _, state in segment.steps] or [joined.last.state]
+    states = [state for segment in segments for _, state in segment.steps] or [segments[-1].state]
     own = [max(map(abs, column)) for column in zip(*states, strict=True)]
-    made, gains = balances(automaton, joined.segments)
+    made, gains = balances(automaton, segments)
     made = np.maximum(made, gains @ np.where(np.array(own) <= NOISE * made, made, 0))
     sizes = [max(pair) or 1.0 for pair in zip(own, made.tolist(), strict=True)]
     kept = (size if size > NOISE * made else made for size, made in zip(own, sizes, strict=True))

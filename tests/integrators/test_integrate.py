@@ -331,6 +331,15 @@ def test_a_state_that_is_zero_and_stays_so_makes_no_errors():
     assert _late("1/1000", start=0).final == pytest.approx((1, 0))
 
 
+def test_what_a_solver_leaves_of_a_block_that_rests_at_0_is_rounding_and_no_size_of_it():
+    q, u, y, force, mu = sp.symbols("q u y F mu", real=True)
+    slow, fast = {q: u, u: force - q**3 - 2 * q - u / 2}, {y: 3 * force / 4 - 3 * q / 4 - 2 * y - 1}
+    block = ap.System.with_frictions(slow, fast, [ap.Friction(u, force, load=y + 1, kinetic=sp.S.Half)], small=mu)
+    path = ap.solve(ap.Scene(system=block, values={"mu": "1e-4"}, start={"q": 0, "u": 0, "y": 1}, until=3))
+    assert path.modes == ("stick",)
+    assert path.final == pytest.approx((0, 0, -0.5), abs=1e-12)
+
+
 def test_an_event_at_which_both_fields_agree_makes_no_errors_though_its_guard_has_no_rate_there():
     """A block that a hair parts from its undamped elastic ground touches it at once, at rest as far as doubles tell."""
     y, u, v, F, N = sp.symbols("y u v F N", real=True)
