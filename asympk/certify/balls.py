@@ -82,6 +82,14 @@ def times(first: Ball, second: Ball) -> Ball:
     return signs * (first.abs_lower() * second.abs_lower()).union(first.abs_upper() * second.abs_upper())
 
 
+def whole_power(base: Ball, exponent: int) -> Ball:
+    """Return an integer power; python-flint's own is not finite for a ball whose midpoint is 0."""
+    if exponent < 0:
+        return 1 / whole_power(base, -exponent)
+    odd, size = exponent % 2, base.abs_lower().union(base.abs_upper())
+    return size ** (exponent - odd) * (base if odd else 1)
+
+
 def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
     """Return a SymPy expression as a ball, ``values`` mapping its symbols to balls.
 
@@ -101,7 +109,7 @@ def ball_of(expr: "sp.Expr", values: "Mapping[sp.Symbol, Ball]") -> Ball:
     if expr.is_Mul:
         return prod(parts[1:], start=parts[0])
     if expr.is_Pow and expr.exp.is_Integer:
-        return parts[0] ** int(expr.exp)
+        return whole_power(parts[0], int(expr.exp))
     if expr.is_Pow and abs(expr.exp) == sp.Rational(1, 2):
         return parts[0].sqrt() if expr.exp > 0 else parts[0].rsqrt()
     if expr.is_Pow:

@@ -153,6 +153,15 @@ def test_a_box_with_static_friction_below_the_kinetic_one_at_a_corner_is_refused
         certify(scene, {"k": ("0.999", "1.001"), "mu": ("0.999", "1.001")})
 
 
+def test_a_box_with_0_in_its_middle_is_proven_where_the_parameter_is_squared():
+    a = sp.Symbol("a", real=True)
+    spring = ap.System.with_frictions({x: v, v: -(1 + a**2) * x + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    scene = ap.Scene(system=spring, values={a: 0}, start={"x": 9, "v": 0}, until=4)
+    proof = certify(scene, {"a": ("-1e-3", "1e-3")})
+    assert proven(proof)
+    assert proof.modes == ap.solve(scene).modes
+
+
 def test_eigenvalues_that_meet_within_a_box_are_refused():
     damped = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=damped, values={"k": 1}, start={"x": 3, "v": 0}, until=1)
