@@ -16,6 +16,7 @@ coefficients are a linear combination of the coefficients of quantities that van
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -24,7 +25,7 @@ import sympy as sp
 
 from asympk.affine.forcing import Wave
 from asympk.automaton.modes import SWITCH, GuardedMode, mode_of
-from asympk.certify.balls import Ball, Refused, ball, flint, hull
+from asympk.certify.balls import Ball, Refused, ball, certain_sign, common, flint, hull
 from asympk.certify.enclosure import Budget, first_event
 from asympk.certify.rows import (
     EnclosedState,
@@ -48,6 +49,7 @@ from asympk.symbolic.sides import inside, measured
 from asympk.symbolic.system import System
 
 MOST_EVENTS = 200
+_ORDER = 16
 TIME = Wave(1, sp.S.Zero, sp.S.Zero, False)
 
 
@@ -292,74 +294,75 @@ class _Modes:
 class EnclosedSegment:
     """The motion of one mode from an enclosure of its start, with the methods that ``enclosure.first_event`` needs.
 
+    Quantities are sums of functions of time, ``t^k/k! e^{l t}`` for every root l and every k below its multiplicity.
     Jets are divided by ``e^{growth t}``, the fastest growth of the mode, so that wide balls do not hide their signs.
+    Weights of close roots are large and cancel: where a sign is hidden, a Taylor series at the middle is taken as well.
     """
 
     unstable = False
 
     def __init__(self, mode: EnclosedMode, start: Any):
+        acb, acb_mat = flint().acb, flint().acb_mat
         self.mode, self.start, self.work = mode, start, len(mode.roots)
-        acb_mat, acb = flint().acb_mat, flint().acb
         whole = acb_mat([[acb(start[k, 0])] for k in range(start.nrows())])
-        self.terms = [[matrix * whole for matrix in part] for part in mode.residues]
+        pairs = zip(mode.roots, mode.residues, strict=True)
+        columns = [part * whole * acb(2 if turn > 0 else 1) for (_, turn, _), parts in pairs for part in parts]
+        self.terms = acb_mat([[column[k, 0] for column in columns] for k in range(start.nrows())])
         decays = [decay for decay, _, _ in mode.roots]
         self.growth = max([ball(0), *(decay for decay in decays if decay > 0)], key=lambda a: float(a.mid()))
-        self._weights: dict[tuple, list] = {}
+        self._known: dict[Row, list] = {}
+
+    @cached_property
+    def rate(self) -> Any:
+        """The matrix that turns the weights of a quantity, a row, into those of its derivative."""
+        places = [(root, k) for root in self.mode.roots for k in range(root[2])]
+        found = flint().acb_mat(len(places), len(places))
+        for place, ((decay, turn, _), k) in enumerate(places):
+            found[place, place] = flint().acb(decay, turn)
+            if k:
+                found[place, place - 1] = 1
+        return found
 
     def _functions(self, t, growth):
-        """Return the complex ``t^k/k! e^{(l - growth) t}`` for every root l and every k below its multiplicity."""
+        """Return the functions of time (functions, 1), divided by ``e^{growth t}``."""
         found = []
         for decay, turn, many in self.mode.roots:
-            size = flint().acb((decay - growth) * t, turn * t).exp()
-            powers = [size]
+            found.append([flint().acb((decay - growth) * t, turn * t).exp()])
             for k in range(1, many):
-                powers.append(powers[-1] * t / k)
-            found.append(powers)
-        return found
+                found.append([found[-1][0] * t / k])
+        return flint().acb_mat(found)
 
     def at(self, guard: AffineGuard | None, t: Ball) -> Any:
         """Return the state (n + 1, 1) at the time ball t."""
-        size = self.start.nrows()
-        total = [[flint().arb(0)] for _ in range(size)]
-        for (_, turn, _), powers, terms in zip(self.mode.roots, self._functions(t, ball(0)), self.terms, strict=True):
-            factor = 2 if turn > 0 else 1
-            for power, term in zip(powers, terms, strict=True):
-                for k in range(size):
-                    total[k][0] = total[k][0] + factor * (power * term[k, 0]).real
-        total[-1][0] = flint().arb(1)
-        return flint().arb_mat(total)
+        found = (self.terms * self._functions(t, ball(0))).real
+        found[found.nrows() - 1, 0] = 1
+        return found
 
-    def _scalars(self, guard):
-        """Return, for the guard and its first two derivatives, the coefficients of the functions in ``_functions``."""
-        if guard.row not in self._weights:
-            found = [[[self._applied(guard.row, term) for term in terms] for terms in self.terms]]
+    def _series(self, guard, orders):
+        """Return the weights of the Taylor coefficients of the jets of a guard, to an order at least: a row per jet."""
+        acb, acb_mat = flint().acb, flint().acb_mat
+        if guard.row not in self._known:
+            rows = [acb_mat([[acb(self.mode.field.ball(c)) for c in guard.row]]) * self.terms]
             for _ in range(2):
-                found.append([*map(_derived, self.mode.roots, found[-1])])
-            self._weights[guard.row] = found
-        return self._weights[guard.row]
-
-    def _applied(self, row, term):
-        weights = ((self.mode.field.ball(c), k) for k, c in enumerate(row) if c)
-        return sum((flint().acb(weight) * term[k, 0] for weight, k in weights), flint().acb(0))
+                rows.append(rows[-1] * self.rate)
+            self._known[guard.row] = [acb_mat([row.entries() for row in rows])]
+        found = self._known[guard.row]
+        while len(found) <= orders:
+            last = found[-1]
+            found.append((last * self.rate - last * acb(self.growth)) * acb(ball(Fraction(1, len(found)))))
+        return found
 
     def jet(self, guard: AffineGuard, t: Ball, order: int = 0) -> tuple[Ball, ...]:
         """Return the guard and its first ``order`` derivatives (at most 2) on ``t``, all times one positive factor."""
         functions = self._functions(t, self.growth)
-        return tuple(self._sum(weights, functions) for weights in self._scalars(guard)[: order + 1])
-
-    def _sum(self, weights, functions):
-        total = flint().arb(0)
-        for (_, turn, _), powers, factors in zip(self.mode.roots, functions, weights, strict=True):
-            factor = 2 if turn > 0 else 1
-            for power, weight in zip(powers, factors, strict=True):
-                total = total + factor * (power * weight).real
-        return total
-
-
-def _derived(root, factors):
-    """Return the coefficients of ``t^k/k! e^{l t}`` in the derivative of a sum with coefficients ``factors``."""
-    value = flint().acb(root[0], root[1])
-    return [value * factor + following for factor, following in zip(factors, [*factors[1:], 0], strict=True)]
+        found = (self._series(guard, 0)[0] * functions).real.entries()[: order + 1]
+        if t.is_exact() or all(map(certain_sign, found)):
+            return tuple(found)
+        *terms, rest = self._series(guard, _ORDER)
+        middle, total = self._functions(t.mid(), self.growth), (rest * functions).real
+        for term in reversed(terms):
+            total = total * (t - t.mid()) + (term * middle).real
+        return tuple(map(common, found, total.entries()))
 
 
 def start_of(scene: Scene, box: Mapping[str, tuple[Fraction, Fraction]]) -> list[tuple[Ball, Fraction | None]]:

@@ -391,3 +391,11 @@ def test_three_frictions_of_two_velocities_are_proven_unless_all_may_rest(veloci
     proof = certify(ap.Scene(system=pair, values={}, start={V: velocity, W: 0}, until="1/10"))
     assert proof.modes == (() if end else ("slip_same+stick+slip_same",))
     assert re.fullmatch(end, proof.reason)
+
+
+@pytest.mark.parametrize("damping", ["1.000001", "1.000000000001"])
+def test_a_nearly_critical_damping_hides_no_sign(damping):
+    """The weights of its two rates are as large as the rates are close, and cancel."""
+    block = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
+    scene = ap.Scene(system=block, values={"k": damping}, start={"x": 9, "v": 0}, until=20)
+    assert proven_as_followed(scene).bits < 200
