@@ -16,6 +16,8 @@ HUES = ((1, 1, 1), (0.62, 0.8, 1), (1, 0.82, 0.55), (0.66, 1, 0.8))  # tints by 
 PANEL, LEGEND, AXIS = 0.95, 0.3, 0.35  # inches
 LETTERS = 45  # characters that fit into a row of the legend
 MANY = 40  # the most events that are marked by dots on the curves
+DECADES = 6  # the most of an axis, whose ticks then stand apart
+ABOVE = 1 + 1e-9  # a threshold of 1000 gets a tick at 100, too: log(1000) / log(10) is below 3 in doubles
 
 
 def plot(path: Path, file: str | File | None = None) -> Any:
@@ -92,27 +94,29 @@ def _mark(axis: Any, path: Path, times: tuple, values: tuple) -> None:
 def logarithmic_from(times: Any, values: Any) -> float | None:
     """Return the size above which the axis of a state is logarithmic, or None for a linear axis.
 
-    |state| stays below some value for 95 % of the time. The size is the power of ten above that value; the axis is
-    linear unless |state| exceeds 20 times that value.
+    |state| stays below some value for 95 % of the time. The size is the power of ten above that value, but at most
+    ``DECADES`` below the largest |state|; the axis is linear unless |state| exceeds 20 times that value.
     """
     import numpy as np
 
     sizes, weights = np.abs(values), np.gradient(np.array(times)) if times[-1] > 0 else np.ones(len(times))
     order = np.argsort(sizes)
     usual = sizes[order][np.searchsorted(np.cumsum(weights[order]), 0.95 * weights.sum())]
-    return float(10.0 ** np.ceil(np.log10(usual))) if sizes.max() > 20 * usual > 0 else None
+    if not sizes.max() > 20 * usual > 0:
+        return None
+    return float(10.0 ** np.ceil(np.log10(max(usual, sizes.max() / 10.0**DECADES))))
 
 
 def _stretch(axis: Any, times: tuple, values: tuple) -> None:
     if limit := logarithmic_from(times, values):
-        axis.set_yscale("symlog", linthresh=limit)
+        axis.set_yscale("symlog", linthresh=limit * ABOVE)
 
 
 def _time_axis(axis: Any, path: Path) -> None:
     until = float(path.end)
     first = float(path.events[0].t) if path.events else until
     if 0 < first < until / 50:
-        axis.set_xscale("symlog", linthresh=10.0 ** floor(log10(first)))  # its tick stands apart from 0
+        axis.set_xscale("symlog", linthresh=10.0 ** floor(log10(first)) * ABOVE)  # its tick stands apart from 0
     axis.set_xlim(0, until or 1)
 
 

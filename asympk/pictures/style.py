@@ -30,6 +30,7 @@ RC = {
     "grid.color": "0.85",
     "axes.grid": True,
     "axes.axisbelow": True,
+    "axes.formatter.limits": (-4, 6),  # 1e-4 is factored out of ticks, which as 0.00005 lie on one another
     "legend.frameon": False,
     "legend.handlelength": 2.4,
     "mathtext.fontset": "dejavusans",

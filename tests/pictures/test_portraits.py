@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 from legibility import flaws
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -19,6 +20,7 @@ from asympk.scenes.scenefile import read_scene, scene_names
 from asympk.storage.rows import read_rows
 from asympk.studies.convergence import EXPANSIONS
 from asympk.studies.least import LADDER
+from asympk.symbolic.system import System
 from asympk.systems.catalogue import described_mechanism
 
 ROWS = Path(__file__).parents[2] / "paper" / "generated" / "rows"
@@ -74,6 +76,17 @@ def test_the_arrow_of_imports_is_legible():
 @pytest.mark.parametrize("name", scene_names())
 def test_the_path_of_every_scene_that_ships_is_legible(name):
     assert flaws(solve(read_scene(name)).plot()) == []
+
+
+@pytest.mark.parametrize(("rate", "start", "until"), [
+    (1000, 7, 1),     # ends 430 powers of ten below its start
+    (100, 20000, 1),  # is usually below a thousand
+    (1, 1, "4e-4"),
+])  # fmt: skip
+def test_the_path_of_a_decay_is_legible_whatever_its_sizes(rate, start, until):
+    x = sp.Symbol("x", real=True)
+    decay = System.smooth({x: -rate * x}, {}, None)
+    assert flaws(solve(Scene(system=decay, start={x: start}, until=until)).plot()) == []
 
 
 @pytest.mark.slow
