@@ -112,7 +112,7 @@ def certificates_as_text(found: "Sequence[Certificate]", digits: int) -> str:
         return _certificate_as_text(found[0], digits)
     proven = [piece for piece in found if piece.proven]
     outcomes = Counter(" -> ".join(piece.modes) if piece.proven else f"undecided, {piece.obstacle}" for piece in found)
-    lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {covered(found):.6g} of its volume"]
+    lines = [f"{len(proven)} of {len(found)} pieces of the box proven, {100 * covered(found):.6g}% of its volume"]
     lines += [f"{count:>6}  {words}" for words, count in outcomes.most_common()]
     if proven:
         hull = [reduce(lambda one, other: one.union(other), balls)

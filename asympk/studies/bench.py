@@ -103,7 +103,7 @@ def general(name: str, mu: float) -> str:
     ap.solve_many(system=rod_in_general_clothes(), values=values, start=starts, until=5)
     each = (perf_counter() - begin) / spread.shape[1]
     return (f"{affine * 1e6:7.1f} us, the kernel's {affine / kernel:.0f} times; LSODA {lsoda / affine:.1f} times; "
-            f"in arrays {each * 1e6:.0f} us, a {affine / each:.0f}th")
+            f"{affine / each:.1f} times the arrays' {each * 1e6:.0f} us")
 
 
 def imports() -> str:
