@@ -15,23 +15,11 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
-from asympk.asymptotics.layers import expand_layers, on_slow_line, slow_motion
+from asympk.asymptotics.layers import LayerSegment, expand_layers, on_slow_line, slow_motion
 from asympk.asymptotics.linear import Linear, linear
 from asympk.asymptotics.tape import Tape
 from asympk.symbolic.lowering import lower
 from asympk.systems import painleve_klein
-
-
-class SegmentNumbers(NamedTuple):
-    """A segment in numbers: its mode and states; each state is (start, rate, slow part, fast part, centre)."""
-
-    mode: str
-    began: Any
-    slow: Any
-    fast: Any
-    x: tuple
-    y: tuple
-    z: tuple
 
 
 class EventNumbers(NamedTuple):
@@ -48,9 +36,9 @@ class EventNumbers(NamedTuple):
 class LayerNumbers(NamedTuple):
     """The composite expansion of a layer to one order; ``landing`` is its slow motion, extended back to t = 0."""
 
-    segments: tuple[SegmentNumbers, ...]
+    segments: tuple[LayerSegment, ...]
     turns: tuple[EventNumbers, ...]
-    landing: SegmentNumbers
+    landing: LayerSegment
 
 
 @lru_cache(maxsize=1)
@@ -92,7 +80,7 @@ def _numbers(layers, slowly, order, value):
 
     def segment(p):
         states = [(*map(absolute, s[:3]), relative(s[3]), absolute(s[4])) for s in (p.x, p.y, p.z)]
-        return SegmentNumbers(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
+        return LayerSegment(p.mode, relative(p.began), relative(p.slow), relative(p.fast), *states)
 
     turns = [EventNumbers(t.kind, relative(t.t), *map(absolute, t[2:5]), _spread(t.growth, value))
              for t in layers.turns]  # fmt: skip

@@ -12,8 +12,9 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from asympk.asymptotics.compiledlayers import EventNumbers, SegmentNumbers, compiled_layers
+from asympk.asymptotics.compiledlayers import EventNumbers, compiled_layers
 from asympk.asymptotics.itinerary import LoadLine, itinerary
+from asympk.asymptotics.layers import LayerSegment
 
 STALLED = 0.9  # the largest ratio of omitted terms from which the later terms are estimated
 
@@ -21,7 +22,7 @@ STALLED = 0.9  # the largest ratio of omitted terms from which the later terms a
 class CompositeMotion(NamedTuple):
     """Segments and the events between them, to one order; ``residual`` is None where no second layer follows."""
 
-    segments: tuple[SegmentNumbers, ...]
+    segments: tuple[LayerSegment, ...]
     turns: tuple[EventNumbers, ...]
     residual: "Residual | None" = None
 
@@ -99,7 +100,7 @@ def _arrival(layer, m):
     return t, m.exp(m.where(t > last.began, last.fast * (t - last.began), 0))
 
 
-def state_of(segment: SegmentNumbers, t: Any, m: Any) -> tuple:
+def state_of(segment: LayerSegment, t: Any, m: Any) -> tuple:
     """Return (x, y, z) of a segment at the time ``t``."""
     local = t - segment.began
     p, q = segment.slow * local, segment.fast * local

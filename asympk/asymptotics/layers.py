@@ -51,18 +51,18 @@ class LayerEvent(NamedTuple):
     growth: Series
 
 
-@dataclass(frozen=True)
-class LayerSegment:
+class LayerSegment(NamedTuple):
     """One mode from the time ``began`` on; each state is (start, rate, slow part, fast part, centre) in local time t.
 
-    The state is ``centre + rate t + slow part e^(slow t) + fast part e^(fast t)``, which equals
+    Rates, parts and centres are series, or numbers. The state is
+    ``centre + rate t + slow part e^(slow t) + fast part e^(fast t)``, which equals
     ``start + rate t + slow part (e^(slow t) - 1) + fast part (e^(fast t) - 1)``.
     """
 
     mode: str
-    began: Series
-    slow: Series
-    fast: Series
+    began: Any
+    slow: Any
+    fast: Any
     x: tuple
     y: tuple
     z: tuple
