@@ -195,16 +195,18 @@ class LimitLayers:
         if not phase.velocity:
             raise OutOfRange(f"the load grows without bounds in stick at t = {t:.6g}; the contact law does not hold it")
         sliding = _of_velocity(slip)
-        stopped, large = self._carried(slip, t, state, 0.0, side, lambda w: slip.guard_values(t, (*w[:-1],))[sliding])
+        stopped, large = self._carried(
+            slip, t, state, 0.0, side, lambda _, w: slip.guard_values(t, (*w[:-1],))[sliding]
+        )
         stopped = slip.snapped(sliding, t, stopped)
         event = Event("velocity_zero", t, self._with(stopped, large / self.mu), 0)
         stick = entered(self.automaton, (Phase(phase.load, 0),), t, stopped)
-        after, _ = self._carried(stick, t, stopped, large, side, lambda w: side * w[-1])
+        after, _ = self._carried(stick, t, stopped, large, side, lambda _, w: side * w[-1])
         self._require_held(stick, t, after, side)
         return stick, self._with(after, self._from_infinity(stick, t, after, side)), event
 
     def _carried(self, mode: NumericMode, t: float, state: tuple, large: float, side: float, level: Any) -> tuple:
-        """Return the state and mu y at the impulse J at which ``level((*state, mu y))`` falls to 0.
+        """Return the state and mu y at the impulse J at which ``level(J, (*state, mu y))`` falls to 0.
 
         Raises ``NoLaw`` where the mode reaches a switching surface before, or where such a surface depends on y.
         """
@@ -215,13 +217,10 @@ class LimitLayers:
             column = [side * row[self.fast] for row in mode.jac(t, tuple(w[:-1]))]
             return [*(0.0 if i == self.fast else c for i, c in enumerate(column)), self.mu * column[self.fast]]
 
-        def met(_, w):
-            return level(w)
-
         def met_edge(k, _, w):
             return mode.guard_values(t, (*w[:-1],))[k]
 
-        events = [met, *(partial(met_edge, k) for k in edges)]
+        events = [level, *(partial(met_edge, k) for k in edges)]
         for event in events:
             vars(event).update(terminal=True, direction=-1)
         first = np.array([*state, large])

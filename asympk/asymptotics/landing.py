@@ -104,7 +104,7 @@ def _followed(formulas, order, x, y, values, fine, coarse):
     jets = last[len(y) :].reshape(order, -1)[:, : len(x)].ravel()
     slow = formulas.slow(*x, *branch, *jets, *values)
     count = order + 1
-    base = np.array([[_horner(c, -end) for c in level] for level in slow[:count]])
+    base = np.array([[np.polyval(c[::-1], -end) for c in level] for level in slow[:count]])
     motion = formulas.slow(*x, *branch, *base[1:].ravel(), *values)  # in powers of tau from the base point
     rest = np.array([[c[0] for c in level] for level in motion[count:]])
 
@@ -115,7 +115,7 @@ def _followed(formulas, order, x, y, values, fine, coarse):
     def during(tau):
         # X_k and Y_k less the slow motion, which decay
         levels = zip(motion[:count], motion[count:], strict=True)
-        slowly = np.array([[_padded(c, count) for c in (*s, *h)] for s, h in levels])
+        slowly = np.array([[[*c, *[0.0] * (count - len(c))] for c in (*s, *h)] for s, h in levels])
         at_rest, fine = np.broadcast_to(np.array(x)[:, None], (len(x), tau.size)), finely()
         series = np.concatenate([at_rest, fine(tau.ravel())]).reshape(count, -1, *tau.shape)
         powers = tau ** np.arange(count).reshape(-1, *[1] * tau.ndim)
@@ -243,14 +243,3 @@ def _reached(found):
 def listed(states: Iterable[sp.Symbol], numbers: Iterable[float]) -> str:
     """Return "state = number, ..." for a message."""
     return ", ".join(f"{s} = {v:.6g}" for s, v in zip(states, numbers, strict=True))
-
-
-def _horner(coefficients, t):
-    total = 0.0
-    for c in reversed(coefficients):
-        total = total * t + c
-    return total
-
-
-def _padded(coefficients, count):
-    return [*coefficients, *[0.0] * (count - len(coefficients))]
