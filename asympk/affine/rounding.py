@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from asympk.affine.run import TimedSegment
 
 
-def estimate(segments: "Sequence[TimedSegment]", states: int) -> float:
-    """Return the largest estimated error of the first ``states`` final states, each relative to its largest value."""
+def estimate(segments: "Sequence[TimedSegment]", states: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the estimated errors of the first ``states`` final states, and the largest modulus of each of them."""
     rows = np.eye(states, segments[-1].segment.start.size)
     error, size, after = np.zeros(states), np.zeros(states), None
     for timed in reversed(segments):
@@ -44,4 +44,4 @@ def estimate(segments: "Sequence[TimedSegment]", states: int) -> float:
         rows = rows @ (values @ flow.flat).reshape(len(end), -1)
         after = np.array(initial(flow.blocks)) @ flow.rate @ segment.sums[:n]
     error += abs(rows) @ (UNIT * abs(segment.start))
-    return float((error / np.where(size > 0, size, 1.0)).max())
+    return error, size

@@ -5,6 +5,7 @@ the result, or a sign is undecided, the events of this run are refined in mpmath
 in them, and the result is rounded to doubles. ``_followed`` is the hard function: its ``advance`` follows one mode.
 """
 
+import math
 from contextlib import suppress
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
@@ -65,7 +66,8 @@ def affine(system: System) -> bool:
 def run(scene: Any, method: str = "exact", *, digits: int | None = None, events: int = 1000) -> Path:
     """Follow ``scene`` in closed form, in doubles, or on mpmath numbers right to ``digits`` digits (1 to 1000).
 
-    ``error`` of the path is an estimate in doubles, and with ``digits`` the distance from a run at lower precision.
+    ``error`` of the path is an estimate in doubles, relative to the largest of 1 and the final states, and with
+    ``digits`` the distance from a run at lower precision.
     ``events`` bounds the number of events. Raises ``OutOfRange`` where a rate is not finite, ``TooManyEvents``,
     ``TooLarge``, ``Undecided``, ``Accumulation``, ``NoMotion`` and ``TwoMotions``.
     """
@@ -95,16 +97,16 @@ class SceneFlows(NamedTuple):
 
 def _in_doubles(case):
     try:
-        joined, error = _estimated(case)
+        joined, worst, error = _estimated(case)
     except (NoMotion, TwoMotions) as stopped:
         if not stopped.t:  # at the start, which is exact, more digits find the same
             raise
         with suppress(NoMotion, TwoMotions):  # in doubles rounding may hide which modes are consistent
             return _rounded(case)
         raise
-    if error <= TRUSTED:
+    if worst <= TRUSTED:
         return _path(case, None, joined, float, error)
-    return _rounded(case._replace(known=joined if error <= TOLD else None))
+    return _rounded(case._replace(known=joined if worst <= TOLD else None))
 
 
 def _rounded(case):
@@ -114,24 +116,30 @@ def _rounded(case):
 
 
 def _estimated(case):
-    """Return (run, estimated error) in doubles, or (None, inf) where doubles cannot follow the scene."""
+    """Return a run in doubles and its estimated error, or (None, inf, inf) where doubles cannot follow the scene.
+
+    The error is given twice: the largest of a state relative to its own largest value on the path, which tells whether
+    doubles serve, and the largest relative to the largest of 1 and the final states.
+    """
     try:
         with np.errstate(all="ignore"):
             joined = _followed(Doubles, case)
-            return joined, estimate([s.work for s in joined.segments], len(case.scene.start))
+            errors, sizes = estimate([s.work for s in joined.segments], len(case.scene.start))
     except TooLarge:
         raise
     except (Undecided, OutOfRange, OverflowError, ZeroDivisionError):
-        return None, float("inf")
+        return None, math.inf, math.inf
+    worst = float((errors / np.where(sizes > 0, sizes, 1.0)).max())
+    return joined, worst, float(errors.max()) / max(1.0, *map(abs, joined.last.state))
 
 
 def _known(case):
     """Return the run in doubles if its sequence of events is trusted, else None."""
     try:
-        joined, error = _estimated(case)
+        joined, worst, _ = _estimated(case)
     except (TooLarge, NoMotion, TwoMotions):
         return None
-    return joined if error <= TOLD else None
+    return joined if worst <= TOLD else None
 
 
 @lru_cache(maxsize=256)

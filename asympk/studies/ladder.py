@@ -154,9 +154,7 @@ def _exact_error(scene, exact):
     if exact.error is None:
         others = ((solve(scene, "lsoda", rtol=tol, atol=tol).final, times) for tol, times in CHECKS)
         return max(DOUBLES, *(times * distance(exact.final, other) for other, times in others))
-    passed = (scene.start, *(event.state for event in exact.events), exact.final)
-    largest, last = (max(abs(float(v)) for state in part for v in state) for part in (passed, passed[-1:]))
-    return max(DOUBLES, float(exact.error) * largest / max(1.0, last))
+    return max(DOUBLES, float(exact.error))
 
 
 def distance(final: tuple, reference: tuple) -> float:
