@@ -18,7 +18,7 @@ import sympy as sp
 
 from asympk.asymptotics import affinelayer
 from asympk.asymptotics.fibre import Formulas
-from asympk.asymptotics.nonstiff import Trajectory, steps
+from asympk.asymptotics.nonstiff import IMPLICIT, Trajectory, steps
 from asympk.asymptotics.stiff import StiffStep, jacobian
 from asympk.errors import OutOfRange
 
@@ -27,7 +27,6 @@ OVER = math.log(1e17)  # the time, times the rate of decay, after which a decayi
 SETTLED = 1e-7  # the largest distance from its branch, relative to the state, at which a layer may be over
 STILL = 10  # the same distance in units of the tolerance, if that is more
 STEPS, SEARCHING = 20000, 4000  # the most steps of a layer in all, and before it is near a branch
-IMPLICIT = 10  # the number of explicit steps that take as long as an implicit one
 FAR = 1e6  # the size of the state, relative to the start, beyond which a layer counts as unbounded
 ROOT = 1e-12  # the error of a root, relative to the state
 ROUNDED = 2.0**-51  # the rounding error of g, relative to its terms

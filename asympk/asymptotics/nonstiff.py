@@ -4,12 +4,11 @@ Layers in their fast time and flows on slow manifolds are short, smooth and as a
 the arithmetic of a step costs less than one call of an array library. ``_compiled``, the hard function, therefore
 writes the stages out as Python code, once for each set of flows, and ``steps`` controls the step length. Steps, error
 estimate and dense output are those of DOP853 (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I,
-section II.10). Where stability keeps the steps short, ``steps`` continues with the implicit steps of ``stiff``.
+section II.10). Where implicit steps are far longer, ``steps`` continues with those of ``stiff``.
 """
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
 from typing import Any
@@ -18,13 +17,13 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from asympk.asymptotics.inlined import LONGEST, inlined
-from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps
+from asympk.asymptotics.stiff import Slopes, StiffStep, stiff_steps, succeeds
 
 SAFETY, SHRINK, GROW = 0.9, 0.2, 10.0
 EXPONENT = -1 / 8
 STAGES = 12
-PATIENCE = 100  # the number of steps between tests of whether stability keeps the steps short
-STABLE = 4  # step times largest eigenvalue above which stability limits the step: accuracy alone makes it smaller
+PATIENCE = 100  # the number of steps between tests of whether an implicit step is the cheaper way
+IMPLICIT = 10  # the number of explicit steps that take as long as an implicit one
 LONG = 100  # for 0.01 in the estimate of the first step: order 8 has a far smaller error constant than low orders
 Flow = Callable[..., tuple]
 
@@ -112,14 +111,14 @@ def steps(
     number per state, plus ``rtol`` times the state, apart from an error along the flow of up to ``late`` in time. The
     first step is at most ``longest``, every step at most ``within``. The iterator ends early where steps become too
     small or infinite. ``slopes`` returns the Jacobian matrix at a state; with it the steps become implicit where
-    stability keeps explicit ones short.
+    one of these is as long as ``IMPLICIT`` explicit ones.
     """
     take, first = _step_of(flows, parameters, len(state), late > 0), rates(flows, parameters, state)
     span = _first_span(flows, parameters, state, first, min(longest, until - t), rtol, atol)
     flow, grow, count, marked = partial(rates, flows, parameters), GROW, 0, t
     while t < until:
         if count == PATIENCE:
-            if slopes and _is_kept_short((t - marked) / PATIENCE, slopes, state):
+            if slopes and succeeds(flow, slopes, state, IMPLICIT * (t - marked) / PATIENCE, rtol, atol):
                 yield from stiff_steps(flow, slopes, state, t, until, rtol, atol, span, within)
                 return
             count, marked = 0, t
@@ -135,13 +134,6 @@ def steps(
             grow, count = GROW, count + 1
         else:
             span, grow = span * min(factor, SAFETY), 1.0
-
-
-def _is_kept_short(span: float, slopes: Slopes, state: tuple) -> bool:
-    """Tell whether stability keeps steps as short as ``span``; False where the Jacobian matrix has no finite value."""
-    with suppress(ArithmeticError, ValueError):
-        return bool(span * np.abs(np.linalg.eigvals(slopes(state))).max() > STABLE)
-    return False
 
 
 def _tried(take, span, state, first, rtol, atol, late):

@@ -1,4 +1,4 @@
-r"""Collocation by Radau IIA with seven stages, for flows whose explicit steps stability would keep short.
+r"""Collocation by Radau IIA with seven stages, for flows whose explicit steps would be short.
 
 Where rates lie far apart, slow components last long after fast ones have decayed, and the decayed components would
 limit an explicit step but not this one. A step h puts a polynomial through the state w_0 and the stages w_i, where
@@ -20,6 +20,7 @@ from numpy.polynomial import legendre
 STAGES = 7
 SAFETY, SHRINK, GROW = 0.8, 0.2, 5.0
 SWEEPS, ENOUGH = 10, 0.02  # the most sweeps of Newton's method, and the last change in units of the allowed error
+ROUNDED = 0.2  # the last change, in the same units, where rounding lets the changes decrease no further
 OFF = 1e-30  # the imaginary step for the Jacobian matrix
 
 Slopes = Callable[[tuple], np.ndarray]
@@ -79,6 +80,15 @@ def stiff_steps(
         span *= min(factor, GROW if error < 1 else SAFETY)
 
 
+def succeeds(
+    flow: Callable[[tuple], tuple], slopes: Slopes, state: tuple, span: float, rtol: float, atol: tuple
+) -> bool:
+    """Tell whether one implicit step of length ``span`` is accurate enough; False where it has no finite value."""
+    with suppress(ArithmeticError, ValueError):
+        return _tried(flow, slopes(state), state, span, rtol, np.array(atol))[1] < 1
+    return False
+
+
 def _tried(flow, jacobian, state, span, rtol, allowed):
     """Return the stages less the state, and the error in units of the allowed one, inf if Newton's method fails."""
     moved, previous = np.zeros((STAGES, len(state))), math.inf
@@ -91,7 +101,7 @@ def _tried(flow, jacobian, state, span, rtol, allowed):
             moved = moved + change
             bounds = allowed + rtol * np.maximum(np.abs(state), np.abs(state + moved[-1]))
             size = (np.abs(change) / bounds).max()
-            if size <= ENOUGH:
+            if size <= (ENOUGH if size < previous else ROUNDED):
                 return moved, float((np.abs(_SERIES[-2:] @ moved) / bounds).max())
             if not size < previous:
                 break

@@ -222,6 +222,15 @@ def test_rates_that_are_far_apart_are_followed_as_rightly_as_others(name):
     assert path(times) == pytest.approx(truth(times), abs=1e-6)
 
 
+@pytest.mark.parametrize("small", ["1/200", "1/2000"])
+def test_a_layer_whose_parts_are_as_far_apart_as_140_is_followed_to_the_highest_order(small):
+    """A burst of Hindmarsh and Rose: accuracy, not stability, keeps explicit steps to order 4 short for 20000 steps."""
+    burst = ap.System.smooth({w: 4 * x + 6 - w}, {x: y - x**3 + 3 * x**2 - w, y: 1 - 5 * x**2 - y}, mu)
+    scene = ap.Scene(system=burst, values={mu: small}, start=(3, "-1.3", -8), until="1/2")
+    path, truth = ap.solve(scene, "jump", order=4), ap.solve(scene, "radau", rtol=1e-11, atol=1e-11)
+    assert distance(path.final, truth.final) < path.error + 1e-10 < 1e-5
+
+
 def test_a_layer_to_a_double_root_settles_on_no_branch_though_its_rounding_seems_to_attract(monkeypatch):
     monkeypatch.setattr(landing, "STEPS", 2000)
     monkeypatch.setattr(landing, "SEARCHING", 2000)
