@@ -9,6 +9,7 @@ from asympk.mechanics import evaluation, paradox
 from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
+from asympk.scenes.scenefile import is_file
 from asympk.systems import MECHANISMS
 from asympk.systems.catalogue import about_system, described_mechanism
 
@@ -18,7 +19,7 @@ ROUNDING = 1e-13  # relative to the largest velocity before a jump: smaller velo
 
 def load_mechanism(name: str) -> Described:
     """Return the ``Described`` mechanism of the catalogue called ``name``, or that of the TOML file ``name``."""
-    if name.endswith(".toml"):
+    if is_file(name):
         from asympk.mechanics.described import read_mechanism
 
         return read_mechanism(name)

@@ -58,8 +58,9 @@ def read_scene(where: str | Path) -> Scene:
 
 
 def is_file(where: str | Path) -> bool:
-    """Tell whether ``where`` names a file, and no scene that ships."""
-    return str(where) not in scene_names() and (str(where).endswith(".toml") or Path(where).is_file())
+    """Tell whether ``where`` names a file or a pipe, and no scene that ships."""
+    there = Path(where).exists() and not Path(where).is_dir()
+    return str(where) not in scene_names() and (str(where).endswith(".toml") or there)
 
 
 def known_name(word: str) -> str:

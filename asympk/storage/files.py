@@ -21,6 +21,15 @@ def write_text(path: str | Path, text: str) -> Path:
     return write_bytes(path, text.encode("utf-8"))
 
 
+def read_bytes(path: Path, most: int) -> bytes:
+    """Return the first ``most`` bytes of a file or a pipe, all if there are fewer; an ``OSError`` names the file."""
+    try:
+        with os.fdopen(_opened(path, os.O_RDONLY), "rb") as stream:
+            return stream.read(most)
+    except OSError as reason:
+        raise OSError(reason.errno, reason.strerror, str(path)) from None
+
+
 def write_bytes(path: str | Path, content: bytes) -> Path:
     """Write ``content`` to ``path``, making directories, and return the path.
 
@@ -39,7 +48,7 @@ def write_bytes(path: str | Path, content: bytes) -> Path:
 
 def _put(path, content):
     if path.exists() and not path.is_file():
-        with os.fdopen(_opened(path), "wb", buffering=0) as stream:
+        with os.fdopen(_opened(path, os.O_WRONLY), "wb", buffering=0) as stream:
             _pour(stream, content)
         return
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -58,9 +67,9 @@ def _replace(path, content):
         raise
 
 
-def _opened(path):
-    """Open a pipe or a device for writing; a pipe without a reader raises an error instead of blocking."""
-    handle = os.open(path, os.O_WRONLY | getattr(os, "O_NONBLOCK", 0))
+def _opened(path, access):
+    """Open a file, a pipe or a device; a pipe without another end is empty, or raises an error, but does not block."""
+    handle = os.open(path, access | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     os.set_blocking(handle, True)
     return handle
 

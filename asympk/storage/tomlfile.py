@@ -8,18 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from asympk.errors import InputError
+from asympk.storage.files import read_bytes
 
 LARGEST = 1_000_000  # bytes of a file
 
 
 def read_table(path: str | Path) -> dict[str, Any]:
-    """Return the table in the file ``path``; raises ``InputError`` unless it is a readable TOML file."""
+    """Return the table in the file or pipe ``path``; raises ``InputError`` unless it is TOML, ``OSError``."""
     path = Path(path)
-    if not path.is_file():
+    if not path.exists() or path.is_dir():
         raise InputError(f"{path}: there is no such file")
-    if path.stat().st_size > LARGEST:
-        raise InputError(f"{path}: {path.stat().st_size} bytes; a file of settings has at most {LARGEST}")
-    return parse_table(path.read_bytes(), path)
+    raw = read_bytes(path, LARGEST + 1)
+    if len(raw) > LARGEST:
+        raise InputError(f"{path}: it goes on beyond {LARGEST} bytes; a file of settings has at most as many")
+    return parse_table(raw, path)
 
 
 def parse_table(raw: bytes, where: str | Path) -> dict[str, Any]:

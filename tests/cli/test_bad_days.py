@@ -201,8 +201,12 @@ def test_a_sweep_goes_on_where_a_full_disk_stopped_it(place, capsys, monkeypatch
 
 
 def test_a_read_only_place_is_one_line(place, capsys, monkeypatch):
-    def read_only(*_, **__):
-        raise OSError(errno.EROFS, "Read-only file system", "o/.lock")
+    real = os.open
+
+    def read_only(path, flags, *rest):
+        if flags & os.O_CREAT:
+            raise OSError(errno.EROFS, "Read-only file system", str(path))
+        return real(path, flags, *rest)
 
     monkeypatch.setattr("asympk.sweep.lock.os.open", read_only)
     status, out, err = run(capsys, "sweep", "good.toml", "--out", "o")

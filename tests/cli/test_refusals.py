@@ -96,6 +96,17 @@ def test_numbers_of_a_million_digits_are_refused_in_a_line(tmp_path):
     assert "it must be a whole number" in _in_one_line(_asympk(*LINE, "--digits", "9" * 100_000))
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_scene_is_read_from_a_pipe_and_none_from_one_that_nobody_writes_to(tmp_path):
+    text = "sigma = 1\nmu = 1e-3\nstart = [0, 0.2, -1]\nuntil = 2\n"
+    assert "slip_same" in _asympk("solve", "/dev/stdin", input=text).stdout
+    assert "it is a scene, followed by asympk solve" in _in_one_line(_asympk("mechanism", "/dev/stdin", input=text))
+    os.mkfifo(tmp_path / "pipe")
+    assert "missing" in _in_one_line(_asympk("solve", str(tmp_path / "pipe")))
+    assert "beyond 1000000 bytes" in _in_one_line(_asympk("solve", "/dev/zero"))
+    assert "/proc/self/mem: Input/output error" in _in_one_line(_asympk("solve", "/proc/self/mem"))
+
+
 def test_a_start_beside_a_list_of_planes_is_refused(tmp_path):
     (tmp_path / "near.toml").write_text(NEAR)
     with pytest.raises(InputError, match=r"manifold = \['Pi2'\]: it must be one of Pi1, Pi2"):
