@@ -158,7 +158,7 @@ class ClosedForm(ABC):
         self.convert, self.m = convert, m
 
     def __reduce__(self) -> tuple:
-        return _solved, (self.run, self.scene, self.digits)
+        return _solved, (self.run, self.scene, {"digits": self.digits})
 
     def __call__(self, t: Any) -> Any:
         """Return the states, an array of shape ``(n,) + t.shape``; with ``digits`` of objects, a tuple for one time."""
@@ -183,5 +183,21 @@ class ClosedForm(ABC):
         """Return the state at a time ``t`` after the start of a segment."""
 
 
-def _solved(run: Any, scene: Any, digits: int | None) -> Any:
-    return run(scene, digits=digits).at
+@dataclass(frozen=True)
+class SolvedAgain:
+    """The motion ``dense`` of the path ``run(scene, **options)``; only the scene is pickled, as of ``ClosedForm``."""
+
+    dense: Callable[[Any], Any]
+    run: Any
+    scene: Any
+    options: Mapping[str, Any]
+
+    def __call__(self, t: Any) -> Any:
+        return self.dense(t)
+
+    def __reduce__(self) -> tuple:
+        return _solved, (self.run, self.scene, self.options)
+
+
+def _solved(run: Any, scene: Any, options: Mapping[str, Any]) -> Any:
+    return run(scene, **options).at

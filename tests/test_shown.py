@@ -28,6 +28,9 @@ BLOCK = ap.System.with_frictions(
 )
 ROD = ap.Scene(sigma=1, mu="1e-3", start=(0, "0.2", -1), until=2)
 SPRING = ap.Scene(system=BLOCK, values={}, start={"x": 3, "v": 0}, until=5)
+MU = sp.Symbol("mu", positive=True)
+LAYER = ap.Scene(system=ap.System.smooth({x: v - x}, {v: x - v - v**3}, MU), values={MU: "1e-3"},
+                 start={"x": 1, "v": 0}, until=2)  # fmt: skip
 CHALK = {"m": "0.01", "P": 1, "f": "3/2", "alpha": "70 deg", "l": "0.08", "k": 50000, "h": "0.05",
          "start": (0, 0, "-0.02"), "until": "0.05"}  # fmt: skip
 WAYS = [
@@ -42,6 +45,8 @@ WAYS = [
     (SPRING, {}),
     (SPRING, {"digits": 20}),
     (ap.systems.bead_rod.scenes()[0], {}),
+    (ap.systems.bead_rod.scenes()[0], {"method": "jump"}),
+    (LAYER, {"method": "slow"}),
     (ap.Scene(np.float64(1), np.float32(0.25), (np.int64(0), np.float64(0.2), np.float32(-1)), np.int32(2)), {}),
 ]
 

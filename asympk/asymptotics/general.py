@@ -22,7 +22,7 @@ from asympk.asymptotics.frictional import follow_stretches
 from asympk.asymptotics.smooth import follow_smooth, leaves_its_sides
 from asympk.errors import AsympkError, NotDerivable, OrderError, OutOfRange
 from asympk.numbers import short
-from asympk.path import Path
+from asympk.path import Path, SolvedAgain
 from asympk.symbolic.long import atoms
 from asympk.symbolic.reading import rational
 
@@ -45,7 +45,8 @@ def run(scene: Any, method: str = "jump", *, order: int | None = None) -> Path:
         raise NotDerivable(f"method {method!r} needs a slow-fast system; this one has no small parameter")
     with _refused(scene):
         follow = follow_smooth if smooth and not leaves_its_sides(scene, order) else follow_stretches
-        return _in_units_that_fit(partial(follow, method=method, order=order), scene)
+        path = _in_units_that_fit(partial(follow, method=method, order=order), scene)
+    return replace(path, at=SolvedAgain(path.at, run, scene, {"method": method, "order": order}))
 
 
 def _checked_order(method: str, order: int) -> int:

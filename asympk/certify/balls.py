@@ -4,6 +4,7 @@ No ball is made from a rounded number: a Fraction becomes a quotient of integers
 float is. A comparison of balls is true only if every pair of points of the two balls satisfies it.
 """
 
+import copyreg
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
@@ -32,7 +33,17 @@ def flint() -> ModuleType:
         import flint as module
     except ImportError:
         raise MissingPackage("a certificate needs python-flint: pip install 'asympk[certified]'") from None
+    copyreg.pickle(module.arb, _pickled)
     return module
+
+
+def _pickled(value):
+    return _from_pickle, tuple(tuple(map(int, part.man_exp())) for part in (value.mid(), value.rad()))
+
+
+def _from_pickle(middle, radius):
+    """Return the ball of a pickle, whose radius may be rounded up."""
+    return flint().arb(middle, radius)
 
 
 @contextmanager

@@ -443,7 +443,7 @@ def test_what_is_predicted_bounds_the_error_where_omitted_terms_are_small_by_cha
 def test_what_a_composite_misses_of_the_start_is_what_it_is_wrong_by_there():
     path = _path("cubic", "1/10", "1/2", order=0)
     wrong = [path(0.0)[1] - 2, *(_path("cubic", "1/10", "1/2", order=k)(0.0)[1] - 2 for k in (1, 2))]
-    assert path.at.motion.misses().ravel() == pytest.approx(wrong, abs=1e-9)
+    assert path.at.dense.motion.misses().ravel() == pytest.approx(wrong, abs=1e-9)
 
 
 def test_slow_motion_within_a_layer_is_refused_as_that():

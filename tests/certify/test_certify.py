@@ -1,6 +1,7 @@
 """Certificates: balls that contain the exact flow, and refusals by name where nothing can be proven."""
 
 import json
+import pickle
 import random
 from fractions import Fraction
 from itertools import pairwise
@@ -81,6 +82,14 @@ def test_without_time_nothing_happens():
 
 def test_radii_shrink_to_the_digits_asked_for():
     assert all(value.rad() < flint.arb(10) ** -40 for value in certify(BACKWARD, digits=40).final)
+
+
+def test_a_pickled_certificate_holds_what_it_held():
+    certificate = certify(BACKWARD, digits=40)
+    again = pickle.loads(pickle.dumps(certificate))
+    assert repr(again) == repr(certificate)
+    pairs = zip(again.final, certificate.final, strict=True)
+    assert all(loaded.contains(ball) and loaded.rad() < flint.arb(10) ** -40 for loaded, ball in pairs)
 
 
 def test_a_wrong_digit_is_not_in_the_ball():
