@@ -91,11 +91,11 @@ class Place(NamedTuple):
         found = function(system, outputs, self.numbers.target, self.numbers.functions, directions)
         return found(self.t, *self.state, *self.p)
 
-    def with_nudged(self, slack: Any) -> tuple["Place", ...]:
-        """Return this place and others in the ``coarser`` numbers, displaced by the relative error ``slack``."""
+    def with_nudged(self, slack: Any, least: Any = 0) -> tuple["Place", ...]:
+        """Return this place and others in the ``coarser`` numbers, displaced as by ``nudges``."""
         numbers = self.numbers.coarser or self.numbers
         p = tuple(map(numbers.convert, self.p))
-        moved = nudges(self.t, self.state, slack)
+        moved = nudges(self.t, self.state, slack, least)
         return (self, *(Place(numbers, numbers.convert(t), tuple(map(numbers.convert, w)), p) for t, w in moved))
 
 
@@ -117,10 +117,14 @@ def clear_sign(values: Sequence) -> int:
     return 0 if is_open(values) else sign_of(values[0])
 
 
-def nudges(t: Any, state: tuple, slack: Any) -> Iterator[tuple[Any, tuple]]:
-    """Yield times and states displaced by the relative error ``slack``, with two patterns of signs."""
+def nudges(t: Any, state: tuple, slack: Any, least: Any = 0) -> Iterator[tuple[Any, tuple]]:
+    """Yield times and states displaced by the relative error ``slack``, with two patterns of signs.
+
+    ``least`` is the part of the largest state by which states are displaced besides: the rounding of a zero.
+    """
+    floor = least * max(map(abs, state), default=0)
     for signs in _NUDGES:
-        moved = (w * (1 + signs[k % len(signs)] * slack) for k, w in enumerate(state))
+        moved = (w * (1 + signs[k % len(signs)] * slack) + signs[k % len(signs)] * floor for k, w in enumerate(state))
         yield t * (1 + signs[-1] * slack), tuple(moved)
 
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 ROUNDING = 2.0**-46  # relative error that a start computed in doubles may have
 BY_HAND = 2.0**-20  # relative error, about 1e-6, of a start on a contact that was written by hand with six digits
+OF_ZERO = 2.0**-52  # part of the largest state that a computed zero of a start, as sin(pi), may be
 
 
 @dataclass(frozen=True)
@@ -190,8 +191,11 @@ def _resting_rigid(system: System, at: Place) -> set[tuple[str, int]]:
 
 
 def _signs(system: System, expressions: tuple, at: Place, rounding: float, timed: bool) -> list[int]:
-    """Return the signs of expressions, 0 where ``rounding`` of states (``timed``: of the time too) may change them."""
-    places = at.with_nudged(rounding)
+    """Return the signs of expressions, 0 where ``rounding`` of states may change them.
+
+    ``timed`` tells that the time is rounded, too; at a start, where it is not, a state may be a computed zero.
+    """
+    places = at.with_nudged(rounding, 0 if timed else OF_ZERO)
     places = places if timed else tuple(place._replace(t=place.numbers.convert(at.t)) for place in places)
     rows = [place.values(system, expressions) for place in places]
     return [at.numbers.decided_sign([row[j] for row in rows]) for j in range(len(expressions))]

@@ -4,14 +4,14 @@ from typing import Any
 
 import sympy as sp
 
+from asympk.automaton.contacts import is_open, nudges
+from asympk.automaton.junction import BY_HAND, OF_ZERO
 from asympk.errors import InputError, NotDerivable
 from asympk.mechanics.evaluation import ROUNDING, evaluate
 from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import cofactors, vanishes
 from asympk.symbolic.reading import as_floats, require_names
 from asympk.symbolic.sides import MOST, measured, on_sides, phases
-
-_OFF = 1e-6  # relative to coordinates and rates: a contact closed to numbers of six digits counts as closed
 
 
 def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
@@ -26,22 +26,26 @@ def check_mechanism(kinetics: Kinetics, contact: Any) -> None:
 
 
 def require_closed(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:
-    """Raise ``InputError`` if g = g' = 0 does not hold at the time 0 to the accuracy ``_OFF``."""
+    """Raise ``InputError`` if g = g' = 0 does not hold at the time 0, as far as ``departures`` tells."""
     for name, found in departures(kinetics, values).items():
         raise InputError(f"the start is off the constraint: {name} = {found:g}; give coordinates and rates with 0")
 
 
 def departures(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> dict[str, float]:
-    """Return {name: value} of those of g and g' that are not 0 at the time 0 to the accuracy ``_OFF``.
+    """Return {name: value} of those of g and g' that are not 0 at the time 0.
 
+    A value counts as 0 if the rounding of a start, to six digits or of a computed zero, could have made it nonzero.
     Raises ``InputError``, which names the symbols without a value.
     """
-    placed, found = {kinetics.time: 0} | values, {}
-    for name, expr in (("g", kinetics.gap), ("g'", kinetics.gap_rate)):
-        value = float(evaluate((expr,), placed)[0])
-        if abs(value) > _OFF * (1 + max((abs(as_floats(str(s), placed[s])) for s in expr.free_symbols), default=0.0)):
-            found[name] = value
-    return found
+    import numpy as np
+
+    placed = {kinetics.time: 0} | values
+    given = [s for s in (*kinetics.coordinates, *kinetics.velocities) if s in placed]
+    start = tuple(float(as_floats(str(s), placed[s])) for s in given)
+    beside = np.array([start, *(moved for _, moved in nudges(0, start, BY_HAND, OF_ZERO))])
+    rows = evaluate((kinetics.gap, kinetics.gap_rate), {**placed, **dict(zip(given, beside.T, strict=True))})
+    found = {name: [*map(float, row)] for name, row in zip(("g", "g'"), rows, strict=True)}
+    return {name: row[0] for name, row in found.items() if not is_open(row)}
 
 
 def require_positive_mass(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> None:

@@ -1,5 +1,6 @@
 """The elastic contact as a system: its invariant, its rigid limit, its three dampings, contacts that open and close."""
 
+import math
 from contextlib import nullcontext
 
 import numpy as np
@@ -291,3 +292,18 @@ def test_a_start_off_the_elastic_contact_has_the_reaction_of_its_gap_and_its_rat
         body.start(soft, down)
     with pytest.raises(InputError, match=r"above the contact, g = 0\.1, g' = -1, where its damper"):
         body.start(soft, {**down, "Y": "1/10", c: "1/4"})
+
+
+@pytest.mark.parametrize(("compliance", "damping", "value"), [(c, 1, "1e-8"), (eps**2, 0, "1e-4")])
+def test_a_body_that_presses_its_stiff_spring_in_by_its_weight_starts_at_rest_in_whatever_unit(
+    compliance, damping, value
+):
+    """The weight 10 presses a spring of the compliance 1e-8 in by 1e-7: as a length by hand this would pass for 0."""
+    X, Y, U, V = sp.symbols("X Y U V", real=True)
+    ground = ap.Contact(Y, X, sp.Rational(1, 2), unilateral=True)
+    soft = (body := ap.Mechanism((X, Y), (U, V), sp.eye(2), (0, -10), ground)).elastic(compliance, damping)
+    start = body.start(soft, {"X": 0, "Y": "-1e-7", "U": 0, "V": 0, str(soft.small): value})
+    assert start["x"] == pytest.approx(10)
+    path = ap.solve(ap.Scene(system=soft, values={str(soft.small): value}, start=start, until=1))
+    assert path.final[1] == pytest.approx(-1e-7)
+    assert body.start(soft, {"X": 1, "Y": math.sin(math.pi), "U": 0, "V": 0})["x"] == 0

@@ -795,3 +795,18 @@ def test_a_gap_that_does_not_slope_where_it_is_closed_is_refused_by_name(gap, un
     error, words = (NotDerivable, "jumps where Y = 0") if jumps else (UnboundedReaction, r"no slope at t = 0, .*Y = 0")
     with pytest.raises(error, match=words):
         ap.solve(ap.Scene(system=block.rigid(), values={}, start=start, until=1))
+
+
+@pytest.mark.parametrize("angle", [math.pi, 2 * math.pi])
+def test_a_block_whose_start_is_turned_by_pi_in_doubles_slides_as_if_by_whole_numbers(angle):
+    """sin(pi) is 1e-16 in doubles: the block was said to hit its ground, or to be within it."""
+    x, y, u, v = sp.symbols("x y u v", real=True)
+    contact = ap.Contact(y, x, sp.Rational(1, 5), unilateral=True)
+    system = ap.Mechanism((x, y), (u, v), sp.eye(2), (3, -10), contact).rigid()
+    start = {x: math.cos(angle), y: math.sin(angle), u: math.cos(angle), v: math.sin(angle)}
+    turned, whole = (
+        ap.solve(ap.Scene(system=system, values={}, start=given, until=1))
+        for given in (start, {s: round(w) for s, w in start.items()})
+    )
+    assert turned.modes == whole.modes
+    assert turned.final == pytest.approx(whole.final, abs=1e-15)
