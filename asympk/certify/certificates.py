@@ -37,7 +37,7 @@ MOST_EVENTS = 200
 MOST_DIGITS, MOST_PIECES = 300, 100_000
 _BITS = (96, 192, 384, 768, 1536, 3072)
 _FINEST_IN_BOX = 2.0**-16
-WORK = 200_000  # pieces of time that one certificate may examine: about ten seconds
+WORK = 200_000  # pieces of time that one certificate may examine, a box a tenth of them: about ten seconds
 
 
 @dataclass(frozen=True, repr=False)
@@ -97,21 +97,22 @@ def certify(scene: Scene, box: Mapping[str, tuple] | None = None, digits: int = 
     Coordinates are sigma, mu, sigma0, x, y, z and until of the rod, states and parameters of an affine system.
 
     Without a box the precision is raised until the radii of the final state are below 10^-digits times the largest of
-    1, |x|, |z| (of an affine system: of 1 and all states). If the allowed work is spent before a proof is found,
-    the obstacle is ``undecided``. Raises ``InputError`` for an invalid box.
+    1, |x|, |z| (of an affine system: of 1 and all states). Where the allowed work is spent, what was found with fewer
+    bits stands, and ``undecided`` is the obstacle if nothing was. Raises ``InputError`` for an invalid box.
     """
     require_scene(scene, "certify")
     digits = whole("digits", digits, 1, MOST_DIGITS)
     sides = _sides(scene, {} if box is None else box)
-    budget = Budget(WORK)
+    budget, last = Budget(WORK // 10 if sides else WORK), None
     for bits in _BITS[1:2] if sides else _BITS:
         with precision(bits):
-            last = _attempt(scene, sides, bits, budget)
-            if last.proven and (sides or _sharp(scene, last.final, digits)):
-                return last
-        if last.obstacle == "undecided":
-            break
-    return last
+            found = _attempt(scene, sides, bits, budget)
+            if found.proven and (sides or _sharp(scene, found.final, digits)):
+                return found
+        if found.obstacle == "undecided":
+            return last or found
+        last = found
+    return found
 
 
 def cover(scene: Scene, box: Mapping[str, tuple], pieces: int = 64) -> tuple[Certificate, ...]:
@@ -172,11 +173,16 @@ def _followed(scene, sides, budget):
     """Return (modes, events, final balls) of the rod or of an affine system; raises ``Refused``."""
     if scene.system is None:
         return _follow(_case(scene, sides), budget)
-    finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
+    finest = _finest(sides)
     start = affine.start_of(scene, sides)
     turned = {name: ends for name, ends in sides.items() if name not in scene.names and ends[0] < ends[1]}
     values = _values(scene, {name: low for name, (low, _) in sides.items()})
     return affine.enclose(scene.system, values, turned, start, scene.until, finest, budget)
+
+
+def _finest(sides):
+    """Return the shortest piece of time, relative to its end: half of the bits, as far as doubles reach."""
+    return _FINEST_IN_BOX if sides else 2.0 ** -min(flint().ctx.prec // 2, 1000)
 
 
 def _values(scene, corner):
@@ -246,7 +252,7 @@ def _case(scene, sides):
     exact = None
     if not sides and not scene.rod:
         exact = tuple(map(Fraction, (scene.sigma0, scene.mu, *scene.start)))
-    finest = _FINEST_IN_BOX if sides else 2.0 ** -(flint().ctx.prec // 2)
+    finest = _finest(sides)
     return SceneBalls(**values, exact=exact, near=scene.near_to, finest=finest)
 
 

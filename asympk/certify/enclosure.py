@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 from asympk.certify.balls import Ball, Refused, certain_sign, common, flint, times
 
 _CUTS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.0625, 0.9375)
-_MOST_PIECES = 1500
 _LARGEST_EXPONENT = 2.0**400  # largest |t rate| in a matrix exponential, which takes one squaring per bit of it
 _MATRIX_WORK = 2
+_CHEAP_BITS = 768  # up to which a piece of time takes as long as with few bits
 _NEWTON_STEPS = 200
 
 
@@ -31,14 +31,14 @@ class RodBalls(NamedTuple):
 
 
 class Budget:
-    """The work allowed for a certificate, counted in pieces of time examined with 96 bits."""
+    """The work allowed for a certificate, counted in pieces of time examined with few bits."""
 
     def __init__(self, pieces: int):
         self.pieces = self.left = pieces
 
     def spend(self, segment: "MatrixExponential") -> None:
         """Subtract one piece, weighted by the segment's work and the precision; raises ``Refused`` below zero."""
-        self.left -= segment.work * flint().ctx.prec / 96
+        self.left -= segment.work * max(1, flint().ctx.prec / _CHEAP_BITS)
         if self.left < 0:
             raise Refused(f"undecided: {self.pieces} pieces of work are spent; take a smaller box, or a smaller until")
 
@@ -190,9 +190,7 @@ def first_event(
     """
     arb = flint().arb
     pieces, lo = [left.upper().mid()] if left.upper() > 0 else [], arb(0)
-    for count in range(_MOST_PIECES + 1):
-        if not pieces:
-            return None
+    while pieces:
         budget.spend(segment)
         hi = pieces[-1]
         verdicts = [_verdict(segment, guard, lo, hi) for guard in guards]
@@ -201,12 +199,12 @@ def first_event(
         elif verdicts.count("falls") == 1 and "unknown" not in verdicts:
             guard = guards[verdicts.index("falls")]
             return guard, _root(segment, guard, lo, hi)
-        elif count == _MOST_PIECES or not hi - lo > hi * finest:
+        elif not hi - lo > hi * finest:
             unproven = [guard for guard, verdict in zip(guards, verdicts, strict=True) if verdict != "positive"]
             raise _refused(segment, unproven, hi, left)
         else:
             pieces.append(_cut(segment, guards, lo, hi))
-    raise _refused(segment, guards, lo, left)
+    return None
 
 
 def _verdict(segment, guard, lo, hi):
@@ -250,7 +248,7 @@ def _refused(segment, guards, hi, left):
         return Refused(f"unstable plane: the start of this mode cannot be told from Pi2 with {flint().ctx.prec} bits")
     if not hi < left.lower():
         return Refused(f"horizon: an event at the end itself, t = {near:.10g} of this mode")
-    kinds = sorted({guard.kind for guard in guards})
-    if len(kinds) > 1:
-        return Refused(f"simultaneous: {' and '.join(kinds)} within the radius, {near:.10g} after this mode began")
-    return Refused(f"grazing: {kinds[0]} may or may not happen {near:.10g} after this mode began")
+    kinds = " and ".join(sorted(guard.kind for guard in guards))
+    if len(guards) > 1:
+        return Refused(f"simultaneous: {kinds} within the radius, {near:.10g} after this mode began")
+    return Refused(f"grazing: {kinds} may or may not happen {near:.10g} after this mode began")

@@ -19,7 +19,7 @@ pytest.importorskip("flint")
 
 from asympk.certify import certify
 
-F, t = sp.symbols("F t", real=True)
+F, G, t = sp.symbols("F G t", real=True)
 x, v, y, w = sp.symbols("x v y w", real=True)
 mu, k = sp.symbols("mu k", positive=True)
 
@@ -399,3 +399,18 @@ def test_a_nearly_critical_damping_hides_no_sign(damping):
     block = ap.System.with_frictions({x: v, v: -x - 2 * k * v + F}, {}, [ap.Friction(v, F, load=1, kinetic=1)])
     scene = ap.Scene(system=block, values={"k": damping}, start={"x": 9, "v": 0}, until=20)
     assert proven_as_followed(scene).bits < 200
+
+
+def test_a_mode_that_lasts_for_thousands_of_near_events_is_proven():
+    """The drive of two incommensurable waves comes again and again within 1e-5 of what friction holds."""
+    drive = sp.sin(t) + (1 + sp.Rational(1, 10**5)) * sp.cos(sp.sqrt(2) * t)
+    block = ap.System.with_frictions({v: drive + F}, {}, [ap.Friction(v, F, load=1, kinetic=2)], time=t)
+    proof = proven_as_followed(ap.Scene(system=block, values={}, start={"v": 0}, until=2000))
+    assert (proof.modes[0], len(proof.modes)) == ("stick", 5)
+
+
+def test_two_blocks_that_stop_together_are_refused_as_simultaneous_in_a_moment():
+    frictions = [ap.Friction(velocity, force, load=1, kinetic=k) for velocity, force in ((v, F), (w, G))]
+    twins = ap.System.with_frictions({x: v, y: w, v: y - 2 * x + F, w: x - 2 * y + G}, {}, frictions)
+    scene = ap.Scene(system=twins, values={"k": "1/2"}, start={"x": 3, "v": 0, "y": 3, "w": 0}, until=5)
+    assert certify(scene).reason.startswith("simultaneous: velocity_zero and velocity_zero within the radius, 3.14159")
