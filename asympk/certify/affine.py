@@ -38,6 +38,7 @@ from asympk.certify.rows import (
     row_of,
     row_rate,
     sign_at,
+    spanned,
 )
 from asympk.errors import InputError
 from asympk.numbers import Number
@@ -263,7 +264,10 @@ class _Modes:
         return found
 
     def _verdict(self, mode, state):
-        """Return (1 if a mode holds at a state, -1 if not, 0 if undecided; its guards, but those identically 0)."""
+        """Return (1 if a mode holds at a state, -1 if not, 0 if undecided; its guards).
+
+        A guard that is identically 0 is left out, and a multiple of another guard, which vanishes with it.
+        """
         for row in self._kept(mode):
             if (off := sign_at(row, state)) != 0:
                 return (-1 if off else 0), ()
@@ -275,7 +279,7 @@ class _Modes:
             if sign is not None and sign < 0:
                 return -1, ()
             verdict = 0 if sign is None else verdict
-            if sign != 0:
+            if sign != 0 and not any(spanned(guard.row, (other.row,)) for other in guards):
                 guards.append(guard._replace(touching=sign_at(guard.row, state) == 0))
         sides = [leading_sign(row, found.matrix, state) for row in found.edges]  # 0: an edge vanishes identically
         return (-1 if -1 in sides else verdict * all(sides)), tuple(guards)

@@ -231,7 +231,7 @@ def sign_at(row: Row, state: EnclosedState) -> int | None:
         if isinstance(value, int | Fraction):
             return (value > 0) - (value < 0)
         return (certain_sign(state.field.ball(value)) or None) if value else 0
-    if _spanned(row, state.null):
+    if spanned(row, state.null):
         return 0
     return certain_sign(ball_at(row, state)) or None
 
@@ -246,14 +246,14 @@ def row_rate(row: Row, matrix: tuple[Row, ...]) -> Row:
     return tuple(sum(c * m for c, m in zip(row, column, strict=True) if c) for column in zip(*matrix, strict=True))
 
 
-def _spanned(row, rows):
+def spanned(row: Row, rows: Iterable[Row]) -> bool:
     """Tell whether a row is a linear combination of others, in exact arithmetic."""
-    row, basis = list(row), []
+    basis: list[list] = []
     for other in rows:
         reduced = _reduced(list(other), basis)
         if any(reduced):
             basis.append(reduced)
-    return not any(_reduced(row, basis))
+    return not any(_reduced(list(row), basis))
 
 
 def _reduced(row, basis):

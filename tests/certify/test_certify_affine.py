@@ -409,6 +409,14 @@ def test_a_mode_that_lasts_for_thousands_of_near_events_is_proven():
     assert (proof.modes[0], len(proof.modes)) == ("stick", 5)
 
 
+def test_two_blocks_under_one_load_are_proven_past_the_time_at_which_it_vanishes():
+    frictions = [ap.Friction(velocity, force, load=x, kinetic=k) for velocity, force in ((v, F), (w, G))]
+    blocks = ap.System.with_frictions({x: y, y: -x, v: 1 + F, w: G - 1}, {}, frictions)
+    start = {"x": 1, "y": 0, "v": 9, "w": -7}
+    proof = proven_as_followed(ap.Scene(system=blocks, values={"k": "1/2"}, start=start, until=5))
+    assert [event.kind for event in proof.events] == ["force_zero", "force_zero"]
+
+
 def test_two_blocks_that_stop_together_are_refused_as_simultaneous_in_a_moment():
     frictions = [ap.Friction(velocity, force, load=1, kinetic=k) for velocity, force in ((v, F), (w, G))]
     twins = ap.System.with_frictions({x: v, y: w, v: y - 2 * x + F, w: x - 2 * y + G}, {}, frictions)
