@@ -1,7 +1,5 @@
 """Tables as objects, written as booktabs LaTeX (a bare ``tabular``: the paper adds caption and float) or as CSV."""
 
-import csv
-import io
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -10,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from asympk.storage.files import write_text
+from asympk.storage.files import csv_text, write_text
 from asympk.symbolic.regions import Span
 
 _SPECIAL = {"&": r"\&", "%": r"\%", "_": r"\_", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}",
@@ -65,9 +63,7 @@ def plain_rows(table: Table) -> list[list[str]]:
 
 def as_csv(table: Table) -> str:
     """Return the table as CSV."""
-    buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerows(plain_rows(table))
-    return buffer.getvalue()
+    return csv_text(plain_rows(table))
 
 
 def write_table(table: Table, out: Path) -> list[Path]:

@@ -1,7 +1,5 @@
 """A path of any system as numbers: samples that resolve the fast layers, as a CSV file or a pandas frame."""
 
-import csv
-import io
 from itertools import pairwise
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any
@@ -9,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from asympk.errors import MissingPackage
 from asympk.numbers import whole
 from asympk.path import Path
-from asympk.storage.files import write_text
+from asympk.storage.files import csv_text, write_text
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -76,11 +74,7 @@ def _times(begin: float, end: float, count: int) -> Any:
 
 def write_csv(path: Path, file: str | File, samples: int | None = None) -> File:
     """Write the samples of ``path`` to ``file`` and return its name."""
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(column_names(path))
-    writer.writerows(trace(path, samples))
-    return write_text(file, buffer.getvalue())
+    return write_text(file, csv_text([column_names(path), *trace(path, samples)]))
 
 
 def frame(path: Path, samples: int | None = None) -> "DataFrame":

@@ -1,6 +1,9 @@
 """Writing files so that a reader never finds a partly written one."""
 
+import csv
+import io
 import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +17,13 @@ def named_file(file: Any) -> Path:
         return Path(file)
     except TypeError:
         raise InputError(f"file = {short(file)}: it must be the name of a file") from None
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Return rows of cells as CSV."""
+    buffer = io.StringIO()
+    csv.writer(buffer, lineterminator="\n").writerows(rows)
+    return buffer.getvalue()
 
 
 def write_text(path: str | Path, text: str) -> Path:

@@ -6,7 +6,6 @@ on the rows alone.
 """
 
 import csv
-import io
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
@@ -18,7 +17,7 @@ from typing import Any, TypeAlias
 
 from asympk import __version__
 from asympk.errors import InputError
-from asympk.storage.files import write_text
+from asympk.storage.files import csv_text, write_text
 
 Row: TypeAlias = dict[str, Any]  # a stored result: its columns by name
 Stored: TypeAlias = tuple[Iterable[Any], dict[str, Any]]  # rows, and their provenance
@@ -37,11 +36,7 @@ def write_rows(path: str | Path, rows: Iterable[Any], provenance: Mapping[str, A
         if list(row) != columns:
             raise InputError(f"row {k} of {Path(path).name} has the columns {list(row)}; the first has {columns}")
     kinds = {name: _kind(name, [row[name] for row in rows]) for name in columns}
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([_cell(row[name], kinds[name]) for name in columns] for row in rows)
-    write_text(path, buffer.getvalue())
+    write_text(path, csv_text([columns, *([_cell(row[name], kinds[name]) for name in columns] for row in rows)]))
     described = json.dumps({**provenance, "columns": kinds}, indent=1, sort_keys=True, ensure_ascii=False)
     write_text(Path(path).with_suffix(".json"), described + "\n")
 
