@@ -20,17 +20,19 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from asympk.errors import InputError, WorkersLost
+from asympk.errors import AsympkError, InputError, WorkersLost
 from asympk.storage.files import named_file, write_bytes, write_text
-from asympk.sweep import chunks, manifest
+from asympk.sweep import chunks
 from asympk.sweep.executors import Here
 from asympk.sweep.lock import locked
-from asympk.sweep.sweepfile import Sweep
+from asympk.sweep.sweepfile import Sweep, from_description
 
 if TYPE_CHECKING:
     import numpy as np
 
 MANIFEST = "sweep.json"
+LARGEST = 100_000_000  # bytes of the manifest: seven grids of 10^5 exact values
+VERSIONS = ("asympk", "numpy")
 _UNFINISHED = re.compile(
     r"\.(chunk-\d{8,}\.(npz|parquet)|sweep\.json|summary\.json)\.[0-9a-f]{16}\.part", re.ASCII)
 _AHEAD = 32  # chunks submitted at once to an executor other than this process
@@ -69,18 +71,25 @@ def _sweep_up(out):
 
 def _declare(sweep, out):
     """Write the manifest, or raise ``InputError`` if the existing manifest is of another sweep or of other versions."""
-    path, mine = out / MANIFEST, manifest.manifest_of(sweep)
+    path, mine = out / MANIFEST, _manifest_of(sweep)
     if not os.path.lexists(path):
         if next(out.glob("chunk-*"), None):
             raise InputError(f"{out}: there are chunks but no {MANIFEST}; take another --out")
         write_text(path, json.dumps(mine, indent=1) + "\n")
         return
-    _, there = manifest.read_manifest_file(path)
+    _, there = read_manifest(out)
     if there["digest"] != mine["digest"]:
         raise InputError(f"{out}: it holds another sweep; take another --out, or the file that it was begun with")
     if there["versions"] != mine["versions"]:
         raise InputError(f"{out}: it was begun with {_words(there['versions'])}, this is {_words(mine['versions'])}; "
                          "results of two versions are not mixed")  # fmt: skip
+
+
+def _manifest_of(sweep):
+    """Return the contents of ``sweep.json`` for a sweep that begins with the present versions."""
+    written = chunks.chunk_provenance(sweep, 0)
+    return {"name": sweep.name, "digest": sweep.digest, "total": sweep.total, "chunks": sweep.chunks,
+            "versions": {key: written[key] for key in VERSIONS}, "sweep": sweep.described()}  # fmt: skip
 
 
 def _words(versions):
@@ -191,8 +200,23 @@ def results(
 
 
 def read_manifest(out: str | Path) -> "tuple[Sweep, dict[str, Any]]":
-    """Return (the ``Sweep`` in ``out``, the contents of its manifest); raises ``InputError`` where there is none."""
-    return manifest.read_manifest_file(Path(out) / MANIFEST)
+    """Return (the ``Sweep`` in ``out``, the contents of its manifest); raises ``InputError`` unless there is one."""
+    path = Path(out) / MANIFEST
+    if not path.is_file():
+        raise InputError(f"{path.parent}: there is no sweep in it (no readable {path.name})")
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ValueError("too long")
+        manifest = json.loads(path.read_text(encoding="utf-8"))
+        sweep = from_description(manifest["sweep"])
+        versions = {key: manifest["versions"][key] for key in VERSIONS}
+        mine = {**_manifest_of(sweep), "name": manifest["name"], "versions": versions}
+        if manifest != mine or not all(isinstance(value, str) for value in manifest["versions"].values()):
+            raise ValueError("it does not fit together")
+    except (ValueError, LookupError, TypeError, ArithmeticError, AttributeError, RecursionError, AsympkError):
+        raise InputError(f"{path}: it is not the manifest of a sweep, or damaged; restore it, or take another "
+                         "--out") from None  # fmt: skip
+    return sweep, manifest
 
 
 def files(out: str | Path) -> list[Path]:
