@@ -34,5 +34,5 @@ def plate(
     """Yield (figure, axes) of ``height`` inches and by default a column's width, in the common style."""
     sheet = sheets()
     with sheet.in_style():
-        figure = sheet.blank_sheet(width, height)
+        figure = sheet.Sheet(figsize=(width, height), layout="constrained")
         yield figure, figure.subplots(rows, columns, squeeze=False, **options)

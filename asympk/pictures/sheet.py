@@ -35,11 +35,6 @@ def in_style() -> Any:
     return matplotlib.rc_context(style.RC)
 
 
-def blank_sheet(width: float, height: float) -> Sheet:
-    """Return an empty sheet of a size in inches."""
-    return Sheet(figsize=(width, height), layout="constrained")
-
-
 def kept(figure: Figure, file: str | Path | None, dpi: int = DPI) -> Figure:
     """Return a figure, and write it to ``file`` if one is given; raises ``InputError`` as ``suffix_of`` does."""
     if file is not None:

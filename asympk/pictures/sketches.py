@@ -1,6 +1,7 @@
 """A sketch of every system of the catalogue, with its moving parts, its rough surface and its forces."""
 
 from collections.abc import Callable
+from functools import partial
 from math import cos, pi, sin
 from typing import Any, NamedTuple
 
@@ -19,14 +20,6 @@ def sketch(name: str) -> Any:
         figure, ax = pen.canvas(WIDTH, HEIGHT)
         SKETCHES[name].draw(ax)
     return figure
-
-
-def _klein(ax: Any) -> None:
-    drawings.masses(ax, 0.35, 0.1)
-
-
-def _small_turn(ax: Any) -> None:
-    drawings.small_turn(ax, 0.35, 0.1)
 
 
 def _two_guides(ax: Any, first: float = 0.07, second: float = 0.07) -> tuple[pen.Point, pen.Point]:
@@ -161,7 +154,7 @@ class Sketch(NamedTuple):
 
 
 SKETCHES = {
-    "painleve_klein": Sketch("The rod of Painlevé and Klein", _klein),
+    "painleve_klein": Sketch("The rod of Painlevé and Klein", partial(drawings.masses, x=0.35, y=0.1)),
     "unequal_masses": Sketch("Unequal masses", _unequal),
     "held_rod": Sketch("A held rod", _held),
     "butenin": Sketch("The rod without damping", _butenin),
@@ -170,5 +163,5 @@ SKETCHES = {
     "brake_shoe": Sketch("A brake shoe", _shoe),
     "crank_slider": Sketch("A slider-crank", _crank),
     "arm": Sketch("A two-link arm", _arm),
-    "nonlinear_rod": Sketch("The rod with its geometry kept", _small_turn),
+    "nonlinear_rod": Sketch("The rod with its geometry kept", partial(drawings.small_turn, x=0.35, y=0.1)),
 }
