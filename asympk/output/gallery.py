@@ -82,21 +82,21 @@ def options_note(methods: Collection[str], plan: Mapping[str, Any]) -> str:
     analytic = ["Radau", "BDF", "LSODA (scipy)", *["CVODE (SUNDIALS, BDF)"] * ("cvode" in methods)]
     compiled = [words for method, words in IN_WORDS.items() if method in methods]
     verb = "are" if compiled[1:] else "is"
-    once = f"{_listed(compiled)} {verb} compiled, and compiling is not counted; the others" if compiled else "all"
+    once = f"{in_a_sentence(compiled)} {verb} compiled, and compiling is not counted; the others" if compiled else "all"
     more = f" (heyoka {COMPILED} times as many)" * ("heyoka" in methods)
     steps = plan["step_sizes"]
     return (
         "All integrators: one smooth piece at a time, directed events, snapped states, atol = rtol. "
-        f"{_listed(analytic)} have the analytic Jacobian; {once} call Python, as the exact flow does. "
+        f"{in_a_sentence(analytic)} have the analytic Jacobian; {once} call Python, as the exact flow does. "
         f"At most {plan['steps']} steps{more} and {plan['seconds']:g} s. sign: LSODA. tanh: Radau, ε = rtol. "
         f"Moreau-Jean: implicit Euler, fixed steps of {max(steps):g} to {min(steps):g}, the present mode where a step "
         "has several solutions."
     )
 
 
-def _listed(words: list[str]) -> str:
-    *first, last = words
-    return f"{', '.join(first)} and {last}" if first else last
+def in_a_sentence(names: Sequence[str]) -> str:
+    """Return names as an enumeration, "a, b and c", or "none"."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"
 
 
 def few_costs_picture(rows: Sequence[Row]) -> "Figure | None":

@@ -17,6 +17,7 @@ from asympk.ledger.verdicts import VERDICTS
 from asympk.methods import solve
 from asympk.numbers import Number
 from asympk.output import gallery
+from asympk.output.gallery import in_a_sentence
 from asympk.pictures import style
 from asympk.pictures.anymechanism import limit
 from asympk.pictures.figures import ALONGSIDE, cheapest, outcome
@@ -347,8 +348,3 @@ def of_nonlinear(rows: Sequence[Row]) -> dict[str, str]:
 def rounded(ratio: float) -> str:
     """Return a ratio of times to two significant digits, which is about its accuracy."""
     return f"{float(f'{ratio:.2g}'):g}"
-
-
-def in_a_sentence(names: Sequence[str]) -> str:
-    """Return names as an enumeration, "a, b and c", or "none"."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "none"
