@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from difflib import get_close_matches
 from fractions import Fraction
+from operator import add, mul, sub
 from unicodedata import normalize
 
 import sympy as sp
@@ -29,11 +30,7 @@ LONGEST = 4000  # most characters of a formula
 DEEPEST = 60  # most levels of the syntax tree
 LARGEST_DEGREE = 64
 _LARGEST_NUMBER = 1000  # most digits of a power of numbers
-_OPERATORS = {
-    ast.Add: lambda a, b: a + b,
-    ast.Sub: lambda a, b: a - b,
-    ast.Mult: lambda a, b: a * b,
-}
+_OPERATORS = {ast.Add: add, ast.Sub: sub, ast.Mult: mul}
 _RELATIONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}
 _PRIME, _WORD = "\N{MODIFIER LETTER PRIME}", "\N{MODIFIER LETTER DOUBLE PRIME}"
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,4})?(?![\w.])", re.ASCII)

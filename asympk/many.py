@@ -1,6 +1,7 @@
 """Results of many trajectories at once: final states, outcomes and itineraries, whichever engine followed them."""
 
 from abc import abstractmethod
+from collections import Counter
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -93,9 +94,7 @@ class Many(ShownAsTable):
         rest = self._at_rest().ravel()
         told = [(*kinds[end - count : end].tolist(), *[STICK] * bool(still))
                 for end, count, still in zip(ends.tolist(), flat.tolist(), rest.tolist(), strict=True)]  # fmt: skip
-        found: dict[tuple[str, ...], int] = {}
-        for sequence in told:
-            found[sequence] = found.get(sequence, 0) + 1
+        found = Counter(told)
         order = sorted(found, key=lambda sequence: (-found[sequence], len(sequence), sequence))
         place = {sequence: k for k, sequence in enumerate(order)}
         index = np.array([place[sequence] for sequence in told], dtype=np.intp)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
+from operator import eq, ge, gt, le, lt, ne
 from typing import Any
 
 import sympy as sp
@@ -12,14 +13,7 @@ from asympk.symbolic.long import replaced
 from asympk.symbolic.lowering import lower
 from asympk.symbolic.reading import as_floats
 
-_COMPARE = {
-    sp.Ge: lambda a, b: a >= b,
-    sp.Gt: lambda a, b: a > b,
-    sp.Le: lambda a, b: a <= b,
-    sp.Lt: lambda a, b: a < b,
-    sp.Ne: lambda a, b: a != b,
-    sp.Eq: lambda a, b: a == b,
-}
+_COMPARE = {sp.Ge: ge, sp.Gt: gt, sp.Le: le, sp.Lt: lt, sp.Ne: ne, sp.Eq: eq}
 
 
 def holds(condition: sp.Basic, numbers: Mapping) -> Any:
