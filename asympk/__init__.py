@@ -62,44 +62,30 @@ if TYPE_CHECKING:  # what a type checker and an editor see; at run time a name i
 
 __version__ = "0.1.0"
 
-_HOME = {
-    "System": "symbolic.system",
-    "Mode": "symbolic.system",
-    "Friction": "symbolic.system",
-    "slow_manifold": "symbolic.manifold",
-    "slow_manifolds": "symbolic.manifold",
-    "critical_manifolds": "symbolic.critical",
-    "reduced_flow": "symbolic.manifold",
-    "integral_curves": "symbolic.manifold",
-    "rest_state": "symbolic.manifold",
-    "eigenvalues": "symbolic.stability",
-    "stick_regions": "symbolic.stick",
-    "lower": "symbolic.lowering",
-    "Mechanism": "mechanics.mechanism",
-    "Contact": "mechanics.mechanism",
-    "Scene": "scene",
-    "read_scene": "scenes.scenefile",
-    "Path": "path",
-    "Event": "path",
-    "solve": "methods",
-    "solve_many": "methods",
-    "least_model": "studies.least",
-    "atlas": "studies.least",
-    "claims": "ledger",
-    "phase": "pictures.phase",
-    "jump_map": "asymptotics.jump",
-    "systems": None,
-    "errors": None,
+_NAMES = {  # module of asympk -> its names that are public here
+    "errors": ("AsympkError",),
+    "symbolic.system": ("System", "Mode", "Friction"),
+    "symbolic.manifold": ("slow_manifold", "slow_manifolds", "reduced_flow", "integral_curves", "rest_state"),
+    "symbolic.critical": ("critical_manifolds",),
+    "symbolic.stability": ("eigenvalues",),
+    "symbolic.stick": ("stick_regions",),
+    "symbolic.lowering": ("lower",),
+    "mechanics.mechanism": ("Mechanism", "Contact"),
+    "scene": ("Scene",),
+    "scenes.scenefile": ("read_scene",),
+    "path": ("Path", "Event"),
+    "methods": ("solve", "solve_many"),
+    "studies.least": ("least_model", "atlas"),
+    "ledger": ("claims",),
+    "pictures.phase": ("phase",),
+    "asymptotics.jump": ("jump_map",),
 }
+_HOME = {name: module for module, names in _NAMES.items() for name in names} | {"systems": None, "errors": None}
 
-__all__ = ["AsympkError", *_HOME]
+__all__ = [*_HOME]
 
 
 def _load(name: str) -> "Any":
-    if name == "AsympkError":
-        from asympk.errors import AsympkError
-
-        return AsympkError
     if name not in _HOME:
         raise AttributeError(f"module 'asympk' has no attribute {name!r}")
     home = _HOME[name]
