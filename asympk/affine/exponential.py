@@ -5,8 +5,8 @@ The F_r are ``t^k/k! e^{a t}`` for a real eigenvalue a, ``t^k/k! e^{a t} cos(w t
 
 Otherwise they are residues (``of_roots``). With ``adj(z - M) = sum A_i (z - l)^i`` and
 ``(z - l)^m / p(z) = sum s_j (z - l)^j``, the residue of ``e^{z t} (z - M)^{-1}`` at an eigenvalue l of multiplicity m
-gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k (``_multiple``, the hard
-function). For a simple eigenvalue adj(l - M) has rank one, and its diagonal, one column and one row suffice.
+gives the coefficient of ``t^k/k! e^{l t}``: the sum of A_i s_j over i + j = m - 1 - k (``polynomial.residues_at``).
+For a simple eigenvalue adj(l - M) has rank one, and its diagonal, one column and one row suffice.
 """
 
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine.eigenpairs import Eigenpairs, cleaned, eigenpairs
-from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, resolvent
+from asympk.affine.polynomial import in_whole_numbers, polynomial_roots, residues_at, resolvent, taylor
 from asympk.arithmetic import flow_context, set_digits
 from asympk.errors import InputError
 
@@ -134,30 +134,9 @@ def _simple(m, found, z):
 
 def _multiple(m, found, root):
     """Return [D_0, .., D_{m-1}], the coefficients of ``t^k/k! e^{z t}`` for a root of multiplicity m."""
-    z, many = root.value, root.multiplicity
-    p = _taylor(m, found.polynomial, z, 2 * many)[many:]
-    series = [1 / p[0]]
-    for j in range(1, many):
-        series.append(-sum(p[i] * series[j - i] for i in range(1, j + 1)) / p[0])
-    adjugate = _taylor(m, found.adjugate, z, many)
-    unit = [m.mpf(found.denominator) ** -k for k in range(many)]
-    return [
-        sum(adjugate[i] * series[many - 1 - k - i] for i in range(many - k)) * unit[k] for k in range(many)
-    ]
-
-
-def _taylor(m, coefficients, z, order):
-    """Return the first Taylor coefficients at z of a polynomial with integer coefficients, numbers or matrices."""
-    found, rest = [], list(coefficients)
-    for _ in range(order):
-        if not rest:
-            found.append(0 * coefficients[0])
-            continue
-        for k in range(len(rest) - 2, -1, -1):
-            rest[k] = rest[k] + rest[k + 1] * z
-        value = rest.pop(0)
-        found.append(_cleaned(m, coefficients, z, value) if hasattr(value, "shape") else value)
-    return found
+    series = [_cleaned(m, found.adjugate, root.value, c) for c in taylor(found.adjugate, root.value, root.multiplicity)]
+    of_whole = residues_at(found.polynomial, series, root.value)
+    return [matrix * m.mpf(found.denominator) ** -k for k, matrix in enumerate(of_whole)]
 
 
 def _cleaned(m, coefficients, z, values):

@@ -5,11 +5,12 @@ r"""The resolvent of an exact matrix, ``(z - M)^{-1} = adj(z - M) / p(z)``, and 
 Aberth's iteration (``_simple_roots``, the hard function) finds the roots of a factor from the eigenvalues in doubles.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import lru_cache, reduce
 from math import lcm
+from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -130,6 +131,33 @@ def horner(coefficients: Sequence[Number], z: Number) -> tuple[Number, Number]:
         slope = slope * z + value
         value = value * z + coefficient
     return value, slope
+
+
+def taylor(coefficients: Sequence[Any], z: Number, order: int) -> list[Any]:
+    """Return the first Taylor coefficients at z of a polynomial in numbers or matrices, by repeated division."""
+    found, rest = [], list(coefficients)
+    for _ in range(order):
+        if not rest:
+            found.append(coefficients[0] * 0)
+            continue
+        for k in range(len(rest) - 2, -1, -1):
+            rest[k] = rest[k] + rest[k + 1] * z
+        found.append(rest.pop(0))
+    return found
+
+
+def residues_at(polynomial: Sequence[Number], adjugate: Sequence[Any], z: Number) -> Iterator[Any]:
+    """Yield the coefficients of ``t^k/k! e^{z t}`` for a root z of p, k below its multiplicity.
+
+    ``adjugate`` holds as many Taylor coefficients of the adjugate at z as the root is multiple.
+    """
+    many = len(adjugate)
+    p = taylor(polynomial, z, 2 * many)[many:]
+    series = [1 / p[0]]
+    for j in range(1, many):
+        series.append(-reduce(add, (p[i] * series[j - i] for i in range(1, j + 1))) / p[0])
+    for k in range(many):
+        yield reduce(add, (adjugate[i] * series[many - 1 - k - i] for i in range(many - k)))
 
 
 def _paired(m, values):

@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from asympk.affine.polynomial import resolvent
+from asympk.affine.polynomial import residues_at, resolvent, taylor
 from asympk.certify.balls import Refused, flint
 
 _INFLATIONS = 12
@@ -27,14 +27,15 @@ def of_exact(rows: tuple, balls: list | None = None) -> Spectrum:
     matrix with the same characteristic polynomial, whose residues are returned instead.
     """
     found = resolvent(rows)
+    whole, scale = [flint().acb(c) for c in found.polynomial], flint().acb(found.denominator)
     adjugate = _adjugate(found, balls)
     roots, residues = [], []
     for root, many in flint().fmpz_poly(list(found.polynomial)).complex_roots():
         if root.imag < 0:
             continue
-        scale = flint().acb(found.denominator)
         roots.append((root.real / found.denominator, root.imag / found.denominator, many))
-        residues.append(tuple(_residue(found.polynomial, adjugate, root, many, scale)))
+        parts = residues_at(whole, taylor(adjugate, root, many), root)
+        residues.append(tuple(part * (1 / scale**k) for k, part in enumerate(parts)))
     return tuple(roots), tuple(residues)
 
 
@@ -52,33 +53,6 @@ def _adjugate(found, balls):
     for coefficient in found.polynomial[-2:0:-1]:
         adjugate.insert(0, matrix * adjugate[0] + unit * acb(coefficient))
     return adjugate
-
-
-def _residue(polynomial, adjugate, root, many, scale):
-    """Yield the matrices before ``t^k/k! e^{l t}``, k below the multiplicity; see ``affine.exponential``."""
-    acb = flint().acb
-    p = _taylor([acb(c) for c in polynomial], root, 2 * many)[many:]
-    series = [1 / p[0]]
-    for j in range(1, many):
-        series.append(-sum((p[i] * series[j - i] for i in range(1, j + 1)), acb(0)) / p[0])
-    adjugate = _taylor(adjugate, root, many)
-    for k in range(many):
-        total = adjugate[0] * series[many - 1 - k]
-        for i in range(1, many - k):
-            total = total + adjugate[i] * series[many - 1 - k - i]
-        yield total * (1 / scale**k)
-
-
-def _taylor(coefficients, z, order):
-    found, rest = [], list(coefficients)
-    for _ in range(order):
-        if not rest:
-            found.append(coefficients[0] * 0)
-            continue
-        for k in range(len(rest) - 2, -1, -1):
-            rest[k] = rest[k] + rest[k + 1] * z
-        found.append(rest.pop(0))
-    return found
 
 
 def of_balls(pattern: np.ndarray, balls: list) -> Spectrum:
