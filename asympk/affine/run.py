@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from asympk.affine import form
-from asympk.affine.dense import AffineDense
 from asympk.affine.forcing import amplitude, value
+from asympk.affine.functions import Arrays, functions
 from asympk.affine.mode import ClosedSegment, in_digits
 from asympk.affine.rounding import estimate
 from asympk.affine.swift import Swift
@@ -24,8 +24,8 @@ from asympk.automaton.automaton import Automaton, mode_on_sides
 from asympk.automaton.modes import GuardedMode, mode_of, on_all_sides, phases_of
 from asympk.digits import carried, double
 from asympk.errors import NoMotion, OutOfRange, TooLarge, TooManyEvents, TwoMotions, Undecided
-from asympk.numbers import whole
-from asympk.path import Path
+from asympk.numbers import Number, whole
+from asympk.path import ClosedForm, Path, times_within
 from asympk.symbolic import branches
 from asympk.symbolic.branches import OPEN
 from asympk.symbolic.system import System
@@ -44,6 +44,32 @@ class TimedSegment(NamedTuple):
     segment: ClosedSegment
     span: Any
     guard: int | None
+
+
+class AffineDense(ClosedForm):
+    """The state of a solved scene as a function of time."""
+
+    __slots__ = ()
+
+    def __call__(self, t: Any) -> Any:
+        if self.digits is None and self.convert is float:
+            return self._states(times_within(t, self.scene.until))
+        return super().__call__(t)
+
+    def _states(self, times):
+        flat, size = times.ravel(), len(self.scene.names)
+        found = np.empty((size, flat.size))
+        which = np.searchsorted([timed.start for timed in self.segments], flat, side="right") - 1
+        for k in np.unique(which):
+            timed, mine = self.segments[k], which == k
+            _, gained, begun = functions(Arrays, timed.segment.flow.blocks, flat[mine] - timed.start)
+            sums, n = timed.segment.sums[:, :size], timed.segment.functions
+            gained = np.stack([np.broadcast_to(part, mine.sum()) for part in gained], axis=-1)
+            found[:, mine] = (gained @ sums[:n] + sums[n + begun]).T
+        return found.reshape(size, *times.shape)
+
+    def state_within(self, timed: Any, t: Number) -> np.ndarray:
+        return timed.segment.state(t)[: len(self.scene.names)]
 
 
 @lru_cache(maxsize=256)
