@@ -153,12 +153,11 @@ def _following(system, branch, event):
     if len(branch) > 1 and any(f.static != f.kinetic for f in system.frictions):
         return []
     kind, k = event
+    if kind not in _AT_EVENT:
+        return []
     load, velocity, *_ = branch[k]
-    phases = {
-        "velocity_zero": [Phase(load, v) for v in (0, 1, -1)],
-        "force_zero": [Phase(sign, velocity) for sign in (1, -1)],
-        "slip_onset": [Phase(load, v) for v in (0, 1, -1)],
-    }.get(kind, [])
+    turned, moved = [Phase(sign, velocity) for sign in (1, -1)], [Phase(load, v) for v in (0, 1, -1)]
+    phases = turned if kind == "force_zero" else moved
     return list(product(*((phase,) if j != k else phases for j, phase in enumerate(branch))))
 
 
