@@ -16,6 +16,7 @@ import sympy as sp
 from asympk.mechanics.tidy import LONG, cofactors, contracted, expanded_determinant, tidy
 from asympk.symbolic.derivatives import slope_by
 from asympk.symbolic.long import is_longer
+from asympk.symbolic.penetration import RootSlope
 from asympk.symbolic.reading import spare
 
 
@@ -38,8 +39,8 @@ class Kinetics:
     @cached_property
     def directions(self) -> sp.ImmutableMatrix:
         """The rows W_N = dg/dq and W_T = d gamma/dq' as a 2 x n matrix."""
-        gap = [slope_by(self.gap, q) for q in self.coordinates]
-        slip = [slope_by(self.slip, u) for u in self.velocities]
+        gap = [_slope(self.gap, q) for q in self.coordinates]
+        slip = [_slope(self.slip, u) for u in self.velocities]
         return sp.ImmutableMatrix([gap, slip])
 
     @cached_property
@@ -130,9 +131,9 @@ class Kinetics:
     def rate(self, expr: sp.Expr, accelerations: dict[sp.Symbol, sp.Expr] | None = None) -> sp.Expr:
         """Return d expr / dt; ``accelerations`` gives u' for every velocity in ``expr``, 0 where it is missing."""
         moved = zip(self.coordinates, self.velocities, strict=True)
-        terms = [slope_by(expr, q) * u for q, u in moved]
-        terms += [slope_by(expr, u) * rate for u, rate in (accelerations or {}).items()]
-        return sp.Add(*terms, slope_by(expr, self.time))
+        terms = [_slope(expr, q) * u for q, u in moved]
+        terms += [_slope(expr, u) * rate for u, rate in (accelerations or {}).items()]
+        return sp.Add(*terms, _slope(expr, self.time))
 
     def spare(self, name: str, *others: sp.Symbol, **assumptions: bool) -> sp.Symbol:
         """Return a Symbol ``name``, with underscores if the mechanism or ``others`` have a symbol of this name."""
@@ -157,6 +158,11 @@ class Kinetics:
     def _used(self) -> set[sp.Basic]:
         parts = (*self.mass, *self.forces, self.gap, self.slip, self.friction, self.static, self.load)
         return set().union(*(part.free_symbols for part in parts))
+
+
+def _slope(expr: sp.Expr, s: sp.Symbol) -> sp.Expr:
+    """Return the derivative of ``expr`` by ``s`` between jumps, with its roots written as powers."""
+    return slope_by(expr, s).replace(RootSlope, lambda rate, base, exponent: rate * base**exponent)
 
 
 def _short(total: sp.Expr) -> sp.Expr:

@@ -211,3 +211,16 @@ def test_a_friction_whose_square_no_double_holds_has_a_paradox_set():
     rod = slender_rod()
     found = rod.paradox_set({"theta": (0.05, 1.5)}, {"f": 1e300, "m": 1, "l": 1, "g": 1})
     assert [(span.start, span.end) for span in found.intervals] == [(0.05, 1.5)]
+
+
+def test_on_a_round_ground_the_critical_friction_is_rational_in_its_place_and_its_paradox_is_searched_for_by_roots():
+    """The gap is a root, sqrt(X^2 + Y^2) - r; with the mass matrix (2, 1; 1, 2) G_NN is X^2 - X Y + Y^2 to a factor."""
+    x, y, u, v, f, r = sp.symbols("X Y U V f r", positive=True)
+    distance = sp.sqrt(x**2 + y**2)
+    contact = ap.Contact(distance - r, (x * v - y * u) / distance, f, unilateral=True)
+    bead = ap.Mechanism((x, y), (u, v), [[2, 1], [1, 2]], (0, -10), contact)
+    expected = 2 * (x**2 - x * y + y**2) / (x**2 - y**2)
+    assert sp.factor((bead.critical_friction**2 - expected**2).replace(sp.Abs, lambda part: part)) == 0
+    found = bead.paradox_set({x: (0.01, 0.9)}, {y: 1, f: 2})
+    assert found.complete
+    assert found.edges == pytest.approx([0.5])
