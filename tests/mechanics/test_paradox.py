@@ -215,7 +215,7 @@ def test_a_friction_whose_square_no_double_holds_has_a_paradox_set():
 
 def test_on_a_round_ground_the_critical_friction_is_rational_in_its_place_and_its_paradox_is_searched_for_by_roots():
     """The gap is a root, sqrt(X^2 + Y^2) - r; with the mass matrix (2, 1; 1, 2) G_NN is X^2 - X Y + Y^2 to a factor."""
-    x, y, u, v, f, r = sp.symbols("X Y U V f r", positive=True)
+    x, y, u, v, f, r = sp.symbols("X Y U V f r", real=True)
     distance = sp.sqrt(x**2 + y**2)
     contact = ap.Contact(distance - r, (x * v - y * u) / distance, f, unilateral=True)
     bead = ap.Mechanism((x, y), (u, v), [[2, 1], [1, 2]], (0, -10), contact)
