@@ -85,14 +85,14 @@ def entry_name(name: str, at: tuple) -> str:
 
 def whole(name: str, value: Any, least: int, most: int) -> int:
     """Return ``value`` as an int from ``least`` to ``most``; raises ``InputError`` for anything else."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or not least <= int(value) <= most:
+    if not _is_whole(value) or not least <= int(value) <= most:
         raise InputError(f"{name} = {short(value)}: it must be a whole number from {least} to {most}")
     return int(value)
 
 
 def known_order(order: Any, highest: int | None = None, what: str = "") -> int:
     """Return the order of an expansion as an int from 0 to ``highest``; raises ``OrderError``, worded with ``what``."""
-    counts = isinstance(order, Integral) and not isinstance(order, bool)
+    counts = _is_whole(order)
     if highest is None and not (counts and 0 <= order <= HIGHEST):
         raise OrderError(f"order = {short(order)} is not a whole number >= 0, or beyond {HIGHEST}")
     if highest is not None and not (counts and 0 <= order <= highest):
@@ -120,6 +120,12 @@ def short(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def _is_whole(value):
+    """Tell whether ``value`` is an integer, and no bool or timedelta, whose unit would be lost."""
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    return whole and getattr(getattr(value, "dtype", None), "kind", "i") in "iu"
+
+
 def _exact(name, value):
     if type(value) in (float, int):
         return value
@@ -127,9 +133,9 @@ def _exact(name, value):
         return _spelt(name, value)
     if isinstance(value, float):
         return float(value)
-    if isinstance(value, Integral) and not isinstance(value, bool):
+    if _is_whole(value):
         return int(value)
-    if isinstance(value, Rational) and not isinstance(value, bool):
+    if isinstance(value, Rational) and not isinstance(value, Integral):
         return Fraction(int(value.numerator), int(value.denominator))
     if isinstance(value, Decimal):
         return _from_decimal(name, value)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
+import gmpy2
 import numpy as np
 import pytest
 import sympy as sp
@@ -56,6 +57,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "rest_state": (ap.rest_state, {"manifold": PLANE}),
     "export": (export, {"system": SMOOTH, "target": "c", "out": "here", "order": 1, "name": "model"}),
     "run_sweep": (run_sweep, {"sweep": SWEEP, "out": "here"}),
+    "motions": (lambda f: ROD.motions({**AT, "f": f}), {"f": 2}),
+    "jump_law ratio": (ROD.jump_law, {"ratio": 1}),
+    "jump_law damping": (ROD.jump_law, {"damping": 1}),
     "paradox_set": (ROD.paradox_set, {"over": {"theta": [0.1, 1.5]}, "values": {"f": 2}}),
 }
 FIXED = {"lower": {"expr": x**2}, "from_lagrangian": {"contact": ap.Contact(**GROUND)}}
@@ -63,7 +67,9 @@ WRONG = {
     "a word": "no such thing", "a number": -1.5, "nan": float("nan"), "inf": float("inf"), "huge": 10**400,
     "a list": [1, "a", None], "a matrix": np.zeros((2, 3)), "a text of numpy": np.array("a"), "a complex": 1j,
     "a mapping": {"nothing": None}, "an object": object(),
-    "a matrix of symbols": sp.eye(2), "a scene": SCENE, "a friction": ap.Friction(**FRICTION),
+    "a tuple": (1, 2), "a range": range(3), "a truth": True, "infinity in every direction": sp.zoo,
+    "a time with a unit": np.timedelta64(5, "ms"), "a matrix of symbols": sp.eye(2), "a scene": SCENE,
+    "a friction": ap.Friction(**FRICTION),
 }  # fmt: skip
 
 
@@ -90,6 +96,22 @@ def test_a_wrong_argument_is_refused_in_one_line(name, argument, kind, tmp_path,
 def test_nothing_where_something_is_needed_is_refused(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert refusal(name, next(iter(CALLS[name][1])), [None])
+
+
+@pytest.mark.parametrize("value", [sp.I, sp.zoo, np.timedelta64(5, "ms"), gmpy2.mpc(1)], ids=repr)
+def test_what_is_no_real_number_is_refused_wherever_a_number_stands(value):
+    stick = ap.stick_regions(PK).stick
+    for call in (
+        lambda: ap.Scene(sigma=1, mu="1e-3", start=(0, 0, -1), until=value),
+        lambda: ap.solve(SCENE, digits=value),
+        lambda: ap.slow_manifolds(PK, order=value),
+        lambda: stick.contains(value, sigma=1),
+        lambda: ap.Friction(**{**FRICTION, "kinetic": value}),
+        lambda: ROD.jump_law(ratio=value),
+        lambda: ROD.motions({**AT, "f": value}),
+    ):
+        with pytest.raises(AsympkError):
+            call()
 
 
 def test_a_constant_of_sympy_is_to_be_worked_out_first():

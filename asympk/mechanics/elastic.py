@@ -23,7 +23,7 @@ from asympk.mechanics.kinetics import Kinetics
 from asympk.mechanics.tidy import tidy, vanishes
 from asympk.numbers import number, short
 from asympk.symbolic.long import replaced
-from asympk.symbolic.reading import expression
+from asympk.symbolic.reading import expression, real_expression
 from asympk.symbolic.system import System
 
 
@@ -60,8 +60,8 @@ class Scaling:
 
 
 def _scaling(compliance: Any, damping: Any) -> Scaling:
-    compliance, damping = expression("compliance", compliance), expression("damping", damping)
-    if not isinstance(damping, sp.Expr) or (not damping.is_finite and damping.is_number) or damping.is_negative:
+    compliance, damping = expression("compliance", compliance), real_expression("damping", damping)
+    if (not damping.is_finite and damping.is_number) or damping.is_negative:
         raise InputError(f"damping = {short(damping)}: it must be zero or positive")
     if isinstance(compliance, sp.Symbol):
         if vanishes(damping) or damping.has(compliance):

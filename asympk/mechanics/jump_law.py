@@ -32,7 +32,7 @@ from asympk.errors import InputError, NotDerivable
 from asympk.mechanics import paradox
 from asympk.mechanics.kinetics import Kinetics
 from asympk.shown import Card, ShownAsFormulas
-from asympk.symbolic.reading import expression
+from asympk.symbolic.reading import real_expression
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,8 +87,8 @@ def jump_law(
     if kinetics.unilateral:
         condition = sp.And(condition, kinetics.slip * kinetics.delassus[0, 1] > 0)
     if ratio is None:
-        damping = kinetics.spare("h", positive=True) if damping is None else expression("damping", damping)
-        if not isinstance(damping, sp.Expr) or damping.is_nonpositive or damping.has(sp.oo, sp.nan):
+        damping = kinetics.spare("h", positive=True) if damping is None else real_expression("damping", damping)
+        if damping.is_nonpositive or damping.has(sp.oo, sp.nan):
             raise InputError(f"damping = {damping!s:.60}: it must be a positive time; the law needs some damping")
         return _law(kinetics, own, sp.S.Zero, condition, damping)
     ratio = _ratio(ratio)
@@ -141,8 +141,8 @@ def _decay(p: sp.Expr, p_stick: sp.Expr, ratio: sp.Expr) -> sp.Expr:
 
 
 def _ratio(ratio: Any) -> sp.Expr:
-    ratio = expression("ratio", ratio)
-    if not isinstance(ratio, sp.Expr) or ratio.is_negative or ratio.has(sp.Float, sp.oo, sp.nan):
+    ratio = real_expression("ratio", ratio)
+    if ratio.is_negative or ratio.has(sp.Float, sp.oo, sp.nan):
         raise InputError(f"ratio = {ratio!s:.60}: it must be an exact number or a symbol, zero or positive")
     return ratio
 

@@ -19,7 +19,7 @@ from asympk.errors import InputError, Undecided
 from asympk.mechanics.checks import require_positive_mass
 from asympk.mechanics.evaluation import ROUNDING, evaluate_ahead
 from asympk.mechanics.kinetics import Kinetics
-from asympk.numbers import common_shape
+from asympk.numbers import common_shape, unread
 
 
 class Motion(NamedTuple):
@@ -61,7 +61,7 @@ def motions(kinetics: Kinetics, values: dict[sp.Symbol, Any]) -> tuple[Motion, .
     contain; strings are decimals or ratios. A sliding velocity that is a rounding error counts as 0. Raises
     ``InputError`` for missing values, ``Undecided`` if the reaction is not determined: p = a_N = 0, or G is singular.
     """
-    if shaped := [key for key, value in values.items() if getattr(value, "shape", ()) or isinstance(value, list)]:
+    if shaped := [key for key, value in values.items() if unread(str(key), value).ndim]:
         raise InputError(f"{shaped[0]} is an array; motion_map counts the motions on arrays")
     found = motion_map(kinetics, values)
     return tuple(Motion(b.name, float(b.reaction)) for b in found.branches if b.exists)

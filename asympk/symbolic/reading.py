@@ -7,7 +7,7 @@ from typing import Any
 import sympy as sp
 
 from asympk.errors import InputError
-from asympk.numbers import number, short
+from asympk.numbers import number, numbers, short, unread
 
 
 def rational(name: str, value: Any) -> sp.Rational:
@@ -51,12 +51,9 @@ def as_floats(name: str, value: Any) -> Any:
 
     if isinstance(value, sp.Expr) and value.is_real and not value.is_Rational:
         value = float(value)
-    if not np.ndim(value):
+    if not unread(name, value).ndim:
         return float(number(name, value))
-    try:
-        found = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name} = {value!r:.60}: it must be a number or an array of numbers") from None
+    found = numbers(name, value).astype(float)
     if not np.isfinite(found).all():
         raise InputError(f"{name} = {found[~np.isfinite(found)].flat[0]}: every number of the array must be finite")
     return found
@@ -78,5 +75,13 @@ def expression(name: str, value: Any) -> sp.Basic:
         if isinstance(value, (str, tuple, list, dict, set, frozenset)) or getattr(value, "is_Matrix", False):
             raise sp.SympifyError(value)
         return sp.sympify(value, strict=True)
-    except sp.SympifyError:
+    except (sp.SympifyError, TypeError):
         raise InputError(f"{name} = {short(value)}: it must be a SymPy expression or a number") from None
+
+
+def real_expression(name: str, value: Any) -> sp.Expr:
+    """Return an expression or a number that may be real; raises ``InputError`` for what is complex or no quantity."""
+    found = expression(name, value)
+    if not isinstance(found, sp.Expr) or found.is_extended_real is False:
+        raise InputError(f"{name} = {short(value)}: it must be a real expression or number")
+    return found

@@ -26,7 +26,7 @@ from asympk.shown import Card, ShownAsFormulas
 from asympk.symbolic import branches
 from asympk.symbolic.penetration import with_penetration
 from asympk.symbolic.placing import place
-from asympk.symbolic.reading import entries_of, expression, require_names
+from asympk.symbolic.reading import entries_of, expression, real_expression, require_names
 
 
 @dataclass(frozen=True, repr=False)
@@ -306,7 +306,7 @@ def require_system(system: Any, verb: str) -> None:
 
 def _put(record: Any, name: str, value: Any) -> None:
     if value is not None:
-        value = expression(f"friction: {name}", value)
+        value = real_expression(f"friction: {name}", value)
     object.__setattr__(record, name, value)
 
 

@@ -47,7 +47,7 @@ def as_exact(value: Any, name: Any) -> sp.Expr:
     Raises ``InputError`` for anything else; a float is refused since it is not the decimal that it shows.
     """
     found = exact_value(str(name), value)
-    if not found.is_number or not found.is_finite:
+    if not found.is_number or not found.is_finite or found.is_real is False:
         raise InputError(f"{name} = {short(value)} is not a number; give an int, a Fraction or a string such as '1/4'")
     return found
 
