@@ -47,8 +47,8 @@ def with_implied_bounds(assumptions: sp.Basic) -> sp.Basic:
 
 @lru_cache(maxsize=256)
 def assumed_range(parameter: sp.Symbol, assumptions: sp.Basic) -> sp.Set:
-    """Return the set of values of ``parameter`` that the assumptions on ``parameter`` alone allow."""
-    alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter}]
+    """Return the set of values of ``parameter`` that the rational assumptions on ``parameter`` alone allow."""
+    alone = [a for a in sp.And.make_args(assumptions) if a.free_symbols == {parameter} and _is_rational(a)]
     return sp.Intersection(_declared(parameter), _solutions(alone, parameter))
 
 

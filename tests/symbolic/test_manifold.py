@@ -628,3 +628,10 @@ def test_roots_of_a_cubic_are_found_beside_a_fast_state_that_the_others_give():
 def test_fast_states_alone_have_their_rest_points_for_manifolds():
     one, two = ap.slow_manifolds(ap.System.smooth({}, {u: (1 + mu) ** 2 - u**2}, mu), order=2)
     assert [*map(sp.expand, (one.expr, two.expr))] == [-1 - mu, 1 + mu]
+
+
+def test_a_root_of_a_logarithm_tells_its_stability():
+    lower, upper = ap.slow_manifolds(ap.System.smooth({x: y - x}, {y: x - sp.exp(-(y**2))}, mu), order=0)
+    assert (lower.stability, upper.stability) == ("stable", "unstable")
+    assert lower.exists.subs(x, sp.Rational(1, 2)) == sp.true
+    assert lower.exists.subs(x, 2) == sp.false
