@@ -17,8 +17,8 @@ from asympk.numbers import short
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.branches import heavy
 from asympk.symbolic.conditions import reduce_under
-from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, one_side, over_fast
-from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
+from asympk.symbolic.expansion import by_powers, fast_jacobian, is_zero, is_zero_somewhere, one_side, over_fast
+from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.reading import expression
 from asympk.symbolic.sides import Sides, is_switched, measured, on_sides, phases
 from asympk.symbolic.signs import conjunction, factored, nonzero
@@ -28,7 +28,8 @@ from asympk.symbolic.values import as_exact, by_symbol, in_words
 MOST_SIDES = 8  # switches in the rates of one mode; each doubles the number of its smooth parts
 MOST = 8  # functions, such as sines, in an expression that is factored: with more, factoring may not end
 _POSITIVE: dict[type, Callable] = {
-    sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2)
+    sp.log: lambda z: z, sp.acosh: lambda z: z - 1, **dict.fromkeys((sp.asin, sp.acos, sp.atanh), lambda z: 1 - z**2),
+    sp.LambertW: lambda z: z + sp.exp(-1),
 }  # fmt: skip
 
 
@@ -62,14 +63,14 @@ class CriticalManifold(ShownAsFormulas):
         """
         nested = any(map(_is_nested, self.branch.values()))
         told = replace(self, branch=sp.Dict({y: y for y in self.branch})) if nested else self
-        return tuple(map(sp.factor, told.jacobian.charpoly().all_coeffs()))
+        return tuple(map(sp.factor, characteristic(told.jacobian)))
 
     @cached_property
     def real(self) -> sp.Basic:
         """The condition under which the branch is real, without its ends: even roots and logs have positive arguments.
 
-        The arguments of asin, acos, atanh and acosh lie inside the domains of these. A branch with an odd root, such as
-        Cardano's for a cubic, is taken to be real.
+        The arguments of asin, acos, atanh, acosh and Lambert's W lie inside the domains of these. A branch with an odd
+        root, such as Cardano's for a cubic, is taken to be real.
         """
         roots = _fractional_powers(*self.branch.values())
         if any(map(_is_complex, self.branch.values())):
@@ -78,6 +79,7 @@ class CriticalManifold(ShownAsFormulas):
             return sp.true
         found = self.branch.values()
         inside = {_POSITIVE[type(f)](f.args[0]) for h in found for f in h.atoms(*_POSITIVE)} | {p.base for p in roots}
+        inside |= {-f.args[0] for h in found for f in h.atoms(sp.LambertW) if len(f.args) == 2}
         return sp.And(*(_located(sp.Gt(expr, 0), list(self.dynamics.slow), self.assumptions) for expr in inside))
 
     @property
@@ -293,7 +295,19 @@ def _branches(mode, small):
     if (solutions := _solutions(equal_zero, list(mode.fast))) is None:
         raise NotDerivable(f"mode {mode.name!r}: SymPy does not solve g = 0; give slow_manifold a branch")
     complete = [s for s in solutions if s.keys() == {*mode.fast} and not any(map(_is_complex, s.values()))]
+    if not all(g.is_rational_function(*mode.fast) for g in equal_zero):
+        both = (either for s in complete for either in _with_lower(s))  # SymPy finds false roots of exponentials
+        complete = [s for s in both if all(is_zero_somewhere(g.subs(s, simultaneous=True)) for g in equal_zero)]
     return [sp.Dict({y: by_powers(h, tuple(mode.slow)) for y, h in s.items()}) for s in complete]
+
+
+def _with_lower(solution):
+    """Return a solution and, where it has Lambert's W, that with the lower real branch of W, which SymPy leaves out."""
+    upper = [w for h in solution.values() for w in h.atoms(sp.LambertW) if len(w.args) == 1]
+    if not upper or any(w.args[0].is_nonnegative for w in upper):
+        return [solution]
+    lower = {w: sp.LambertW(w.args[0], -1) for w in upper}
+    return [solution, {y: h.xreplace(lower) for y, h in solution.items()}]
 
 
 def _fractional_powers(*heights):
@@ -307,7 +321,8 @@ def _is_nested(h):
 
 def _is_complex(h):
     """Tell whether an expression in real symbols has no real value where its even roots are real."""
-    h = h.xreplace({s: sp.Dummy(real=True) for s in h.free_symbols if s.is_real is None})
+    lower = {w for w in h.atoms(sp.LambertW) if len(w.args) == 2}  # SymPy takes its real values to be complex
+    h = h.xreplace({s: sp.Dummy(real=True) for s in h.free_symbols | lower if s in lower or s.is_real is None})
     told, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
     for p in _fractional_powers(h):
         if not p.exp.q % 2:
@@ -337,14 +352,39 @@ def _solutions(equal_zero, unknowns):
         matrix = (force := sp.Matrix(equal_zero)).jacobian(unknowns)
         if not matrix.has(*unknowns):
             return _linear_solution(matrix, force.subs(dict.fromkeys(unknowns, 0)), unknowns)
-    if len(unknowns) == 1 and _loses_roots(*equal_zero, *unknowns):
-        return None
+    if len(unknowns) == 1:
+        if own := _by_lambert(*equal_zero, *unknowns):
+            return own
+        if _loses_roots(*equal_zero, *unknowns):
+            return None
     if len(unknowns) > 1 and (own := _given_by_others(equal_zero, unknowns)):
         return _without(*own, equal_zero, unknowns)
     try:
         return sp.solve(equal_zero, unknowns, dict=True)
     except NotImplementedError:
         return None
+
+
+def _by_lambert(force, y):
+    """Return [root] of a + b y + c e^(p + q y), or of its product with an exponential, else None.
+
+    SymPy takes roots of the order of b/c here, which may not end.
+    """
+    exponentials = [e for e in force.atoms(sp.exp) if e.has(y)]
+    if len(exponentials) != 1 or not exponentials[0].exp.is_polynomial(y):
+        return None
+    power = sp.Dummy()
+    told, exponent = sp.expand(force.xreplace({exponentials[0]: power})), sp.Poly(exponentials[0].exp, y)
+    if not told.is_polynomial(y, power) or exponent.degree() != 1:
+        return None
+    terms = dict(sp.Poly(told, y, power).terms())
+    for shift, sign in ((0, 1), (1, -1)):
+        a, b, c = (terms.pop(index, 0) for index in ((0, shift), (1, shift), (0, 1 - shift)))
+        if b and c and not terms:
+            q, p = (sign * k for k in exponent.all_coeffs())
+            return [{y: -a / b - sp.LambertW(q * c / b * sp.exp(p - q * a / b)) / q}]
+        terms = dict(sp.Poly(told, y, power).terms())
+    return None
 
 
 def _given_by_others(equal_zero, unknowns):

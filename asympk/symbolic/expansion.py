@@ -138,11 +138,18 @@ def is_zero(expr: sp.Expr) -> bool:
     return False not in small if small else sp.simplify(reduced) == 0
 
 
-def _value(expr, k):
-    """Evaluate at the k-th of a few points, each symbol at a rational of its own sign."""
+def is_zero_somewhere(expr: sp.Expr) -> bool:
+    """Tell whether ``expr`` is zero in 50 digits at one of a few generic points, near and far, of either sign."""
+    values = (_value(expr, k, scale) for k in (1, 2) for scale in (1, -1, sp.Rational(1, 5), sp.Rational(-1, 5)))
+    return any(value.is_number and value.is_finite and abs(value) < _TINY for value in values)
+
+
+def _value(expr, k, scale=1):
+    """Evaluate at the k-th of a few points times ``scale``, each symbol at a rational of its own sign."""
     symbols = sorted(expr.free_symbols, key=str)
-    points = {s: sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k) for i, s in enumerate(symbols)}
-    return expr.subs({s: -p if s.is_negative else p for s, p in points.items()}).evalf(50)
+    points = {s: scale * sp.Rational(13 * k + 7 * i + 2, 11 + 3 * k) for i, s in enumerate(symbols)}
+    signs = {s: -1 if s.is_negative else 1 if s.is_positive else sp.sign(scale) for s in symbols}
+    return expr.subs({s: signs[s] * abs(p) for s, p in points.items()}).evalf(50)
 
 
 class _Recurrence:

@@ -16,6 +16,13 @@ from asympk.symbolic.values import in_words
 _U = sp.Dummy("u", real=True)
 
 
+def characteristic(matrix: sp.Matrix) -> tuple[sp.Expr, ...]:
+    """Return the coefficients of det(s - matrix), from the highest."""
+    entries = matrix.to_DM()  # ``Matrix.charpoly`` compares the entries of blocks, and fails where one has a root
+    found = map(entries.domain.to_sympy, entries.charpoly_base())
+    return tuple(map(sp.simplify, found) if entries.domain.is_EXRAW else found)
+
+
 def attracting(coefficients: tuple[sp.Expr, ...], assumptions: sp.Basic = sp.true) -> sp.Basic:
     """Return the condition under which all roots have negative real parts; coefficients from the highest, c_n > 0."""
     return conjunction([(d, 1) for d in _determinants(coefficients)], assumptions)

@@ -17,7 +17,7 @@ from asympk.numbers import known_order
 from asympk.shown import Card, Several, ShownAsFormulas
 from asympk.symbolic.critical import CriticalManifold, checked_branch, equations
 from asympk.symbolic.expansion import is_zero
-from asympk.symbolic.hurwitz import attracting, off_axis, repelling, split
+from asympk.symbolic.hurwitz import attracting, characteristic, off_axis, repelling, split
 from asympk.symbolic.manifold import RestState, SlowManifold
 from asympk.symbolic.sides import measured, on_side, phases
 from asympk.symbolic.signs import conjunction, known_sign, nonzero
@@ -242,7 +242,7 @@ def _spectrum(system, mode, jacobian):
     coefficients = [sign * c for c in full.all_coeffs()[: full.degree() - neutral + 1]]
     polynomial = sp.expand(sp.Poly(coefficients, LAMBDA).as_expr())
     n = len(mode.slow)
-    fast = jacobian[n:, n:].subs(small, 0).charpoly(NU) if mode.fast else sp.Poly(1, NU)
+    fast = sp.Poly(characteristic(jacobian[n:, n:].subs(small, 0)) if mode.fast else [1], NU)
     if is_zero(fast.eval(0)):
         raise NotNormallyHyperbolic(f"{mode.name}: dg/dy is singular; fast and slow do not separate")
     slow = polynomial.subs(small, 0) if mode.fast else polynomial

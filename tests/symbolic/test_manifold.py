@@ -630,6 +630,35 @@ def test_fast_states_alone_have_their_rest_points_for_manifolds():
     assert [*map(sp.expand, (one.expr, two.expr))] == [-1 - mu, 1 + mu]
 
 
+def test_both_real_branches_of_lambert_are_found_each_where_it_is_real():
+    """A rate y e^-y, as of inhibition by the substrate, equals x < 1/e at a stable y < 1 and at an unstable y > 1."""
+    below, above = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: x - y * sp.exp(-y)}, mu), order=1)
+    at = {x: sp.Rational(1, 5)}
+    roots = [sp.N(m.branch[y].subs(at)) for m in (below, above)]
+    assert [r * sp.exp(-r) for r in roots] == pytest.approx([0.2, 0.2], abs=1e-12)
+    assert [str(m.stability.subs(at)) for m in (below, above)] == ["stable", "unstable"]
+    assert (below.exists.subs(at), above.exists.subs(at), above.exists.subs(x, -1)) == (True, True, False)
+    slopes = (m.branch[y].diff(x) / ((1 - y) * sp.exp(-y)).subs(y, m.branch[y]) for m in (below, above))
+    first = [sp.N((x * h).subs(at)) for h in slopes]
+    assert [sp.N(m.coefficients[1].subs(at)) for m in (below, above)] == pytest.approx(first)
+
+
+@pytest.mark.parametrize("force", [(sp.exp(5 * x - 5 * y) - 1) / 20 - y, (sp.exp(5 * x - 5 * y) - 1) / 10**6 - y])
+def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
+    """The current of a diode meets a load line once; SymPy finds four roots, one of them real and wrong."""
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: force}, mu), order=0)
+    assert abs(sp.N(force.subs(y, found.branch[y]).subs(x, -1), 20)) < 1e-15
+    assert found.stability == "stable"
+
+
+def test_fast_states_apart_from_one_another_have_the_manifolds_of_each():
+    """Of two enzymes that work against one another; the blocks of dg/dy hold different roots."""
+    first, second = (u - v) * (1 - v) - v / 2, (1 - u - w) * (1 - w) - 3 * w / 10
+    cycle = ap.System.smooth({u: w - v}, {v: first, w: second}, mu)
+    kinds = [sp.sympify(m.stability).subs(u, sp.Rational(1, 2)) for m in ap.slow_manifolds(cycle)]
+    assert [*map(str, kinds)] == ["stable", "saddle", "saddle", "unstable"]
+
+
 def test_a_root_of_a_logarithm_tells_its_stability():
     lower, upper = ap.slow_manifolds(ap.System.smooth({x: y - x}, {y: x - sp.exp(-(y**2))}, mu), order=0)
     assert (lower.stability, upper.stability) == ("stable", "unstable")
