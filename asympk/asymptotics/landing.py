@@ -68,7 +68,7 @@ def land(
     Raises ``OutOfRange`` where the layer does not settle on an attracting branch.
     """
     if formulas.field.affine and not (largest := abscissa(formulas, x, y, values)) < 0:
-        raise OutOfRange(f"the branch at {listed(formulas.mode.slow, x)} does not attract, so no layer fades there: "
+        raise OutOfRange(f"the branch{_at(formulas, x)} does not attract, so no layer fades there: "
                          f"the largest real part of an eigenvalue of g_y is {largest + 0.0:.6g} for all fast states")
     if affinelayer.is_affine(formulas):
         rate, table = affinelayer.terms(formulas, order).at((*x, *y), values)
@@ -206,8 +206,8 @@ def _settled(formulas, first, x, y, values, order, tolerances):
         words = "does not settle on an attracting branch"
         if known:
             words = f"takes too many steps to settle on {listed(mode.fast, known)}: the parts of g_y are too far apart"
-    raise OutOfRange(f"the layer from {listed(mode.fast, y)} at {listed(mode.slow, x)} {words}: after {len(found)} "
-                     f"steps, at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")  # fmt: skip
+    raise OutOfRange(f"the layer from {listed(mode.fast, y)}{_at(formulas, x)} {words}: after {len(found)} steps, "
+                     f"at tau = {_reached(found):.6g}, it is at {listed(mode.fast, now)}")  # fmt: skip
 
 
 def approached(formulas: Formulas, x: tuple, now: tuple, scale: float, values: tuple) -> tuple[tuple | None, float]:
@@ -237,6 +237,11 @@ def _is_at_rest(formulas, x, y, values):
 
 def _reached(found):
     return found[-1].after if found else 0.0
+
+
+def _at(formulas, x):
+    """Return " at state = number, ..." of the slow states, if there are any."""
+    return f" at {listed(formulas.mode.slow, x)}" if x else ""
 
 
 def listed(states: Iterable[sp.Symbol], numbers: Iterable[float]) -> str:

@@ -186,6 +186,8 @@ def test_a_start_that_the_layer_carries_to_infinity_is_refused():
     with pytest.raises(OutOfRange, match="grows beyond bounds"):
         _solved(system, {mu: 0.01}, {x: 1, y: 2}, 1)
     assert _solved(system, {mu: 0.01}, {x: 1, y: "1/2"}, 0.1).final[1] == pytest.approx(-1, abs=0.1)
+    with pytest.raises(OutOfRange, match="the layer from v = 1 grows beyond bounds, or its rates do: after"):
+        _solved(ap.System.smooth({}, {v: v**3}, mu), {mu: 0.01}, {v: 1}, 1, order=2)
 
 
 @pytest.mark.parametrize(
