@@ -324,7 +324,7 @@ def _is_complex(h):
     lower = {w for w in h.atoms(sp.LambertW) if len(w.args) == 2}  # SymPy takes its real values to be complex
     h = h.xreplace({s: sp.Dummy(real=True) for s in h.free_symbols | lower if s in lower or s.is_real is None})
     told, bases = dict[sp.Expr, sp.Expr](), dict[sp.Expr, sp.Expr]()
-    for p in _fractional_powers(h):
+    for p in (p for p in _fractional_powers(h) if p.free_symbols):
         if not p.exp.q % 2:
             told[p] = sp.Dummy(positive=True)
         elif not _fractional_powers(p.base) or _is_exceeding(p.base):  # odd root of a real number, unlike Cardano's
@@ -333,7 +333,8 @@ def _is_complex(h):
             told[p] = root ** (p.exp * p.exp.q)
     h = h.xreplace(told)
     if bases and h.has(sp.I):
-        return bool(sp.expand_complex(h).as_real_imag()[1].is_nonzero)
+        inside = (f.args[0] for f in h.atoms(sp.log, sp.LambertW))
+        return any(sp.expand_complex(part).as_real_imag()[1].is_nonzero for part in (*inside, h))
     return h.is_real is False
 
 

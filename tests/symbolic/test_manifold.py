@@ -651,6 +651,14 @@ def test_roots_of_exponentials_that_solve_nothing_are_no_manifolds(force):
     assert found.stability == "stable"
 
 
+@pytest.mark.parametrize("force", ["exp(x - y) - exp(2*y) - 1", "x - y**(5/2)/(1 + y**(5/2))"])
+def test_complex_numbers_in_a_logarithm_and_in_a_broken_power_are_no_manifolds(force):
+    rate = sp.sympify(force, {"x": x, "y": y}, rational=True)
+    (found,) = ap.slow_manifolds(ap.System.smooth({x: -x}, {y: rate}, mu), order=0)
+    assert found.stability == "stable"
+    assert abs(sp.N(rate.subs(found.branch).subs(x, sp.Rational(1, 3)), 20)) < 1e-15
+
+
 def test_fast_states_apart_from_one_another_have_the_manifolds_of_each():
     """Of two enzymes that work against one another; the blocks of dg/dy hold different roots."""
     first, second = (u - v) * (1 - v) - v / 2, (1 - u - w) * (1 - w) - 3 * w / 10
