@@ -75,7 +75,8 @@ def _to_order(scene: Any, method: str, order: int, units: Any) -> Path:
     end_to = partial(matched.end_to, automaton, landed, path, until, mu, rtol=rtol)
     final, beyond = np.array(path.state), end_to(orders=(order, order + 1))
     omitted, scale = beyond - final, max(1.0, np.abs(final * units).max())
-    falls = np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
+    apart = order > 0 or len(path.stretches) == len(landed.stretches) + 1  # orders 0 and 1 meet guards by the same y
+    falls = apart and np.abs(omitted * units).max() < SLIGHT * scale and matched.decay(scene, path, order) <= FALLING
     last = beyond + TAKEN * omitted if falls else end_to(orders=(order, order + 2))
     error = predicted_error(np.array((final, beyond, last)) * units, rtol=rtol * np.max(units))
     error += _of_layer(path, until, mu, rtol, scale, units)
