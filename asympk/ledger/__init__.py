@@ -2,7 +2,7 @@
 
 A claim is a function that yields checks, and its verdict follows from which checks hold, by the rule in ``verdicts``.
 The claims are in ``rigid``, ``elastic``, ``geometry``, ``motion`` and ``jumps``, in the order of the paper, and in
-``predecessors`` and ``remarks``. ``runs`` and ``trend`` have the numeric evidence.
+``predecessors`` and ``remarks``. ``runs`` has the numeric evidence.
 """
 
 from collections.abc import Callable
@@ -10,9 +10,7 @@ from functools import cache
 from importlib import import_module
 
 from asympk.errors import UnknownName
-from asympk.ledger.verdicts import Check, Claim, Claims
-
-__all__ = ["Check", "Claim", "claim", "claims", "evaluate"]
+from asympk.ledger.verdicts import Claim, Claims
 
 _SECTIONS = ("rigid", "elastic", "geometry", "motion", "jumps", "predecessors", "remarks")
 

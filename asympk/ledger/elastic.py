@@ -4,8 +4,7 @@ from collections.abc import Iterator
 
 import sympy as sp
 
-from asympk.ledger.runs import value_at
-from asympk.ledger.trend import negligible, tends_to_one
+from asympk.ledger.runs import negligible, tends_to_one, value_at
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.regimes import thresholds
 from asympk.symbolic.stability import eigenvalues

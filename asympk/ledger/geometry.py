@@ -17,8 +17,8 @@ from asympk.ledger.runs import (
     precise_path,
     ratios,
     symbolic_number,
+    tends_to_one,
 )
-from asympk.ledger.trend import tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic, symbolic_left_out
 from asympk.symbolic.manifold import integral_curves, reduced_flow, rest_state, slow_manifolds
 from asympk.symbolic.regimes import regimes

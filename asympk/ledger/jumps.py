@@ -14,8 +14,7 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.asymptotics.jump import first_integral, jump_map
-from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, ratios, symbolic_number
-from asympk.ledger.trend import tends_to_one
+from asympk.ledger.runs import MUS, M, listing, modes, precise, precise_path, ratios, symbolic_number, tends_to_one
 from asympk.ledger.verdicts import (
     Check,
     claim,

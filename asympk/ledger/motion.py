@@ -6,8 +6,7 @@ from fractions import Fraction
 
 import sympy as sp
 
-from asympk.ledger.runs import M, listing, modes, precise, precise_path, ratios
-from asympk.ledger.trend import tends_to_one
+from asympk.ledger.runs import M, listing, modes, precise, precise_path, ratios, tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic
 from asympk.symbolic.manifold import slow_manifolds
 from asympk.symbolic.regimes import regimes

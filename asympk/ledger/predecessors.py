@@ -7,8 +7,7 @@ from fractions import Fraction
 import sympy as sp
 
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, precise, precise_path, ratios
-from asympk.ledger.trend import tends_to_one
+from asympk.ledger.runs import MUS, M, precise, precise_path, ratios, tends_to_one
 from asympk.ledger.verdicts import Check, claim, numeric, numeric_left_out, symbolic, symbolic_left_out
 from asympk.mechanics.mechanism import Contact, Mechanism
 from asympk.methods import solve

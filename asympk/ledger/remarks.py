@@ -8,8 +8,7 @@ import sympy as sp
 
 from asympk.errors import NotDerivable
 from asympk.ledger import undamped
-from asympk.ledger.runs import MUS, M, decimals, precise, precise_path, ratios
-from asympk.ledger.trend import negligible, tends_to_one
+from asympk.ledger.runs import MUS, M, decimals, negligible, precise, precise_path, ratios, tends_to_one
 from asympk.ledger.verdicts import (
     Check,
     claim,

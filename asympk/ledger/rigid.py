@@ -5,8 +5,7 @@ from itertools import product
 
 import sympy as sp
 
-from asympk.ledger.runs import decimals, value_at
-from asympk.ledger.trend import negligible
+from asympk.ledger.runs import decimals, negligible, value_at
 from asympk.ledger.verdicts import Check, claim, numeric, symbolic
 from asympk.symbolic.lowering import lower
 from asympk.systems.painleve_klein import rod

@@ -1,8 +1,9 @@
-"""High-precision event-driven runs for decreasing mu: the numeric side of every claim about the limit."""
+"""The numeric evidence: runs of 40 digits for decreasing mu, and whether ratios tend to 1 or a residual vanishes."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from itertools import pairwise
 
 import sympy as sp
 
@@ -78,3 +79,22 @@ def listing(sequences: Iterable[tuple[str, ...]]) -> str:
 def decimals(numbers: Iterable[Number]) -> str:
     """Return numbers with four decimal places as text for the evidence."""
     return ", ".join(f"{float(number):.4f}" for number in numbers)
+
+
+def negligible(residual: Number) -> tuple[bool, str]:
+    """Return (whether a residual, computed to more digits, is zero to ``DIGITS`` digits; the words for it)."""
+    return bool(abs(residual) < 10**-DIGITS), f"zero to {DIGITS} digits"
+
+
+def tends_to_one(ratios: Sequence[Number]) -> tuple[bool, str]:
+    """Return (whether ratios, for mu falling by a constant factor, tend to 1; the ratios as text).
+
+    Each deviation from 1 must be at most a tenth of the one before, and the first already below 1.
+    """
+    deviations = [abs(ratio - 1) for ratio in ratios]
+    falls = all(10 * later <= earlier for earlier, later in pairwise(deviations))
+    return bool(deviations[0] < 1 and falls), ", ".join(f"1{_signed(ratio - 1)}" for ratio in ratios)
+
+
+def _signed(deviation):
+    return f"{float(deviation):+.2e}" if deviation else ""

@@ -9,7 +9,7 @@ from precision import precisions_set
 from asympk import ledger
 from asympk.errors import UnknownName
 from asympk.ledger import verdicts
-from asympk.ledger.trend import negligible, tends_to_one
+from asympk.ledger.runs import negligible, tends_to_one
 from asympk.output.terminal import claims_as_json, exit_status, summary
 
 MOVES = re.compile(r"(from landing .*)?x (grows|falls|moves|gains)")
