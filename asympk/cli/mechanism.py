@@ -17,11 +17,13 @@ def arguments(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Print the catalogue, or the screen on a mechanism, or draw the map of its rigid motions."""
-    from asympk.output.mechanisms import catalogue_as_text, load_mechanism, mechanism_as_text
+    from asympk.output.mechanisms import load_mechanism, mechanism_as_text
+    from asympk.output.terminal import scenes_as_text
+    from asympk.systems import MECHANISMS
 
     if options.name is None:
         _require_alone(options)
-        print(catalogue_as_text())
+        print(scenes_as_text(MECHANISMS))
         return
     described = load_mechanism(options.name).changed(settings(options))
     if options.plot:

@@ -10,8 +10,7 @@ from asympk.mechanics.checks import departures
 from asympk.mechanics.described import Described
 from asympk.mechanics.jump_law import rebound
 from asympk.scenes.scenefile import is_file
-from asympk.systems import MECHANISMS
-from asympk.systems.catalogue import about_system, described_mechanism
+from asympk.systems.catalogue import described_mechanism
 
 _DAMPINGS = (0, 1)  # damping ratios for which the rebound is given
 ROUNDING = 1e-13  # relative to the largest velocity before a jump: smaller velocities after it are rounding errors
@@ -24,11 +23,6 @@ def load_mechanism(name: str) -> Described:
 
         return read_mechanism(name)
     return described_mechanism(name)
-
-
-def catalogue_as_text() -> str:
-    """Return one line for each mechanism of the catalogue."""
-    return "\n".join(f"{name:16}{about_system(name)}" for name in MECHANISMS)
 
 
 def mechanism_as_text(described: Described) -> str:
